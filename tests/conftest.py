@@ -1,0 +1,17 @@
+"""What several test files share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+SHARED = Path(__file__).resolve().parents[2] / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of real robots and .mbs samples beside the checkout."""
+    if not SHARED.is_dir():
+        pytest.skip(f"the real robots are not here: {SHARED} does not exist")
+    return SHARED

@@ -1,0 +1,1 @@
+"""URDF and xacro robots to Robotran ``.mbs`` multibody systems, provably the same robot."""

@@ -1,0 +1,158 @@
+"""The state that the passes share: what is known so far of one robot's conversion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.diagnostics import Diagnostic
+from urdf2mbs.mbs.model import Body, Mbs
+from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
+from urdf2mbs.urdf.model import Joint, Link, Robot
+
+
+class Settings(msgspec.Struct):
+    """What the user asked for, with absolute paths."""
+
+    source: Path
+    output: Path
+    base: str = "auto"
+    packages: dict[str, Path] = {}
+    xacro_args: dict[str, str] = {}
+
+
+class Step(msgspec.Struct):
+    """One URDF joint on the way from a parent body to a body.
+
+    A shift ``xyz`` (m), then ``turns`` about current axes, then the joint's own motion
+    along or about ``axis``, all in the frame reached so far.
+    """
+
+    joint: Joint
+    xyz: Vec
+    turns: tuple[Turn, ...]
+    axis: Vec
+    frames: dict[str, Pose] = {}
+    """Links without a body of their own that move with the frame after this joint, and
+    their constant pose in it; only on steps before the last."""
+
+    @classmethod
+    def of(cls, joint: Joint) -> Step:
+        """The joint just as the URDF states it."""
+        return cls(joint, joint.origin.xyz, rpy_turns(joint.origin.rpy), joint.axis)
+
+
+class Segment(msgspec.Struct):
+    """What becomes one body: the links that move as one, and the joints that lead to it.
+
+    The first segment of a conversion is the ground; it has no steps and no parent.
+    """
+
+    link: str
+    """The link whose name the body takes."""
+    parent: str | None
+    """The ``link`` of the segment it is attached to."""
+    steps: list[Step]
+    parts: dict[str, Pose]
+    """Every link that is rigid with the body, and its constant pose in the body frame."""
+    body: Body
+    """The body in the making (of the ground: a stand-in whose points and shapes are the base's)."""
+
+
+class LinkFrame(msgspec.Struct):
+    """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
+    one of the joints that lead to it."""
+
+    body: str | None
+    """Name in the .mbs; None is the base."""
+    joint: str | None
+    """Name in the .mbs of the joint after which the frame stands; None: the body frame."""
+    pose: Pose
+
+
+class Names(msgspec.Struct):
+    """The map from URDF to .mbs names; a URDF joint may have become several .mbs joints."""
+
+    bodies: dict[str, str] = {}
+    joints: dict[str, list[str]] = {}
+
+
+class Conversion:
+    """One robot on its way from URDF to .mbs; every pass reads and writes this.
+
+    ========== ===================== ==================================================
+    token      attribute             filled by
+    ========== ===================== ==================================================
+    robot      ``robot``             expand
+    base       ``floating``          insert-base
+    bodies     ``segments``, ``mbs`` prune-massless
+    inertias   ``Body.mass`` ...     reframe-inertia
+    joints     ``Body.joints``       decompose-joints
+    anchors    ``Body.points`` ...   collect-anchors
+    shapes     ``Body.shapes``       convert-visuals
+    layout     positions, drawings   layout
+    mbs-file   ``files``, ``names``  emit
+    ========== ===================== ==================================================
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.robot: Robot = Robot(name="")
+        self.floating = False
+        self.segments: dict[str, Segment] = {}
+        self.mbs = Mbs(name="")
+        self.names = Names()
+        self.frozen: dict[str, str] = {}
+        """Moving URDF joints that are not in the .mbs, and why; held at zero."""
+        self.frames: dict[str, LinkFrame] = {}
+        """Where each URDF link's frame is, by link name, once emit has named everything."""
+        self.files: dict[Path, bytes] = {}
+        """What will be written, once all passes are done."""
+        self.diagnostics: list[Diagnostic] = []
+        self.report: dict[str, Any] = {}
+        """Anything a pass wants to add to the report, under the pass's name."""
+
+    @property
+    def ground(self) -> Segment:
+        return next(iter(self.segments.values()))
+
+    def warn(
+        self,
+        code: str,
+        message: str,
+        *,
+        link: str | None = None,
+        joint: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        """Say that something of the robot is not in the .mbs as one would expect."""
+        self._say("warning", code, message, link, joint, hint)
+
+    def note(
+        self, code: str, message: str, *, link: str | None = None, joint: str | None = None
+    ) -> None:
+        """Say what was decided."""
+        self._say("note", code, message, link, joint, None)
+
+    def _say(
+        self,
+        level: Any,
+        code: str,
+        message: str,
+        link: str | None,
+        joint: str | None,
+        hint: str | None,
+    ) -> None:
+        element: Link | Joint | None = None
+        if joint is not None:
+            element = self.robot.joints.get(joint)
+        elif link is not None:
+            element = self.robot.links.get(link)
+        self.diagnostics.append(
+            Diagnostic(
+                level, code, message, link, joint,
+                self.robot.file, element.line if element else None, hint,
+            )
+        )  # fmt: skip

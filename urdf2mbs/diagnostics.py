@@ -1,0 +1,77 @@
+"""What is said to the person at the keyboard: errors, warnings and notes.
+
+Each has a stable code, says where (file and line, link or joint) and what to do.
+"""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Literal
+
+import msgspec
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+
+class ConversionError(Exception):
+    """This robot cannot be converted (exit code 1)."""
+
+    exit_code = 1
+
+    def __init__(
+        self,
+        code: str,
+        message: str,
+        *,
+        file: str | None = None,
+        line: int | None = None,
+        hint: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.file = file
+        self.line = line
+        self.hint = hint
+
+    def __str__(self) -> str:
+        return render("error", self.code, self.message, self.file, self.line, self.hint)
+
+
+class ConfigError(ConversionError):
+    """The command line, the config or a plugin is wrong (exit code 2)."""
+
+    exit_code = 2
+
+
+class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A warning (something of the robot is not in the .mbs as a user would expect)
+    or a note (a decision that the program took)."""
+
+    level: Literal["warning", "note"]
+    code: str
+    message: str
+    link: str | None = None
+    joint: str | None = None
+    file: str | None = None
+    line: int | None = None
+    hint: str | None = None
+
+    def __str__(self) -> str:
+        return render(self.level, self.code, self.message, self.file, self.line, self.hint)
+
+
+def render(
+    level: str, code: str, message: str, file: str | None, line: int | None, hint: str | None
+) -> str:
+    """``file:line: error[code]: message`` and, on a line of its own, what to do."""
+    where = f"{file}:{line}: " if file and line else f"{file}: " if file else ""
+    text = f"{where}{level}[{code}]: {message}"
+    return f"{text}\n  {hint}" if hint else text
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """A sentence that offers the known name most like a wrong one, if any is like it."""
+    close = get_close_matches(name, list(known), n=1, cutoff=0.5)
+    return f"did you mean '{close[0]}'?" if close else None

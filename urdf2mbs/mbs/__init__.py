@@ -1,0 +1,1 @@
+"""The language written: Robotran's .mbs."""

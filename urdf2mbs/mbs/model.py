@@ -1,0 +1,230 @@
+"""A multibody system as an .mbs file states it: the same elements, names and units."""
+
+from __future__ import annotations
+
+import msgspec
+
+from urdf2mbs.spatial import NO_INERTIA, ZERO, Sym, Vec
+
+#: How a file calls the ground as a parent, whatever ``Base.name`` says, and the point at
+#: a body's own frame.  In the model both are None, so that no name can be mistaken for them.
+BASE = "base"
+ORIGIN = "origin"
+
+#: Pixels in the 2D diagram, y down.
+XY = tuple[float, float]
+RGB = tuple[int, int, int]
+
+GREY: RGB = (128, 128, 128)
+
+
+class Joint(msgspec.Struct):
+    """One degree of freedom: a turn (R1 R2 R3) or a shift (T1 T2 T3) along a current axis."""
+
+    name: str
+    type: str
+    nature: str = "independent"
+    """``independent``, ``dependent`` or ``driven``."""
+    q: float | None = None
+    """Initial position, rad or m; where a ``driven`` joint stays unless user code moves it."""
+    qd: float | None = None
+    qdd: float | None = None
+    actuated: bool = False
+    symbols: tuple[str, ...] | None = None
+    """Which of q, qd, qdd stay in the generated equations; None is all of them."""
+    position: XY | None = None
+    extra: list[str] = []
+    """Elements this model does not know, as written (so in every class below)."""
+
+
+class Sensor(msgspec.Struct):
+    """A sensor or an external force: what it measures (``Pos Rot Vit Om Acc Omp Jac``)."""
+
+    name: str
+    measures: tuple[str, ...] = ()
+
+
+class Point(msgspec.Struct):
+    """An anchor point: a translation (m) in the body frame; it has no rotation."""
+
+    name: str
+    coordinates: Vec = ZERO
+    position: XY | None = None
+    sensor: Sensor | None = None
+    extforce: Sensor | None = None
+    extra: list[str] = []
+
+
+class Shape(msgspec.Struct):
+    """A 3D shape: ``T Rx Ry Rz S`` in the body frame; cylinders and cones have axis y."""
+
+    kind: str
+    """``box``, ``cylinder``, ``cone``, ``sphere`` or ``inline``."""
+    name: str
+    position: Vec = ZERO
+    rotation: Vec = ZERO
+    scale: Vec = (1.0, 1.0, 1.0)
+    color: RGB = GREY
+    transparency: float = 0.0
+    size: Vec | None = None
+    radius: float | None = None
+    height: float | None = None
+    url: str | None = None
+    extra: list[str] = []
+
+
+class Drawing(msgspec.Struct):
+    """How a body is drawn in the 2D diagram; ``position`` and ``control_points`` are
+    relative to the position of its last joint (the base's: to the base's)."""
+
+    position: XY = (0.0, 0.0)
+    size: XY = (0.0, 0.0)
+    control_points: tuple[XY, ...] = ()
+    shape: str = "rectangle"
+    name_pos: XY = (0.0, 0.0)
+    angle: float = 0.0
+    radius: float | None = None
+    """The size of a ``circle``."""
+
+
+class Body(msgspec.Struct):
+    """A rigid body, its frame being the one after its last joint."""
+
+    name: str
+    parent: str | None = None
+    """The body it is attached to; None is the ground."""
+    point: str | None = None
+    """The parent's anchor point; None is the parent's own frame."""
+    joints: list[Joint] = []
+    mass: float | None = None
+    com: Vec | None = None
+    """Centre of mass in the body frame (m)."""
+    inertia: Sym | None = None
+    """About the centre of mass, in body axes (kg m^2)."""
+    points: list[Point] = []
+    shapes: list[Shape] = []
+    drawing: Drawing | None = None
+    extra: list[str] = []
+
+
+class Base(msgspec.Struct):
+    """The ground. ``gravity`` is an acceleration in its axes (m/s^2)."""
+
+    name: str = "ground"
+    gravity: Vec = (0.0, 0.0, -9.81)
+    points: list[Point] = []
+    shapes: list[Shape] = []
+    position: XY | None = None
+    drawing: Drawing | None = None
+    extra: list[str] = []
+
+
+class Viewpoint(msgspec.Struct):
+    """A camera: position and target in m, clip distances in m, field of view in rad."""
+
+    name: str
+    position: Vec
+    target: Vec
+    up: Vec = (0.0, 0.0, 1.0)
+    joint: str = BASE
+    projection: str = "perspective"
+    scale: float = 1.0
+    field_of_view: float = 0.785
+    front_clip: float = 0.01
+    back_clip: float = 50.0
+
+
+class Light(msgspec.Struct):
+    name: str
+    direction: Vec
+    joint: str = BASE
+    active: bool = True
+
+
+class View(msgspec.Struct):
+    """The top-level ``x3D``: how the 3D viewer opens. The scale factors are m."""
+
+    background: RGB = (153, 153, 255)
+    frame: float = 0.1
+    joint: float = 0.2
+    com: float = 0.2
+    point: float = 0.3
+    viewpoints: list[Viewpoint] = []
+    lights: list[Light] = []
+    extra: list[str] = []
+
+
+class Connection(msgspec.Struct):
+    """A cut (``ball``, ``rod``, ``solid``) or a force link (``link``, ``link3D``) between
+    two points, each given as (body, point)."""
+
+    kind: str
+    name: str
+    endpoint1: tuple[str, str]
+    endpoint2: tuple[str, str]
+    length: float | None = None
+    extra: list[str] = []
+
+
+class UserConstraint(msgspec.Struct):
+    name: str
+    joints: tuple[str, ...] = ()
+
+
+class Parameter(msgspec.Struct):
+    name: str
+    type: str
+    values: tuple[str, ...] = ()
+
+
+class UserModel(msgspec.Struct):
+    name: str
+    parameters: list[Parameter] = []
+
+
+class UserVariable(msgspec.Struct):
+    name: str
+    type: str
+    size: str
+
+
+class Mbs(msgspec.Struct):
+    """The whole file. ``bodies`` stand in the order of the file: parents before children."""
+
+    name: str
+    version: str = "1.0"
+    base: Base = msgspec.field(default_factory=Base)
+    bodies: list[Body] = []
+    cuts: list[Connection] = []
+    links: list[Connection] = []
+    user_constraints: list[UserConstraint] = []
+    user_models: list[UserModel] = []
+    user_variables: list[UserVariable] = []
+    view: View | None = None
+    extra: list[str] = []
+
+    def numbers(self) -> dict[str, int]:
+        """The number that Robotran gives each joint: 1, 2, ... in the order of the file."""
+        joints = (joint for body in self.bodies for joint in body.joints)
+        return {joint.name: number for number, joint in enumerate(joints, start=1)}
+
+    def depth_first(self) -> list[Body]:
+        """The bodies as MBSysPad renumbers them when it saves: depth first, children at
+        ``origin`` before the others, those in the order of their parent's points."""
+        rank: dict[tuple[str | None, str | None], int] = {
+            (None, point.name): index for index, point in enumerate(self.base.points)
+        }
+        children: dict[str | None, list[Body]] = {}
+        for body in self.bodies:
+            children.setdefault(body.parent, []).append(body)
+            for index, point in enumerate(body.points):
+                rank[body.name, point.name] = index
+        for siblings in children.values():
+            siblings.sort(key=lambda body: rank.get((body.parent, body.point), -1))
+        order: list[Body] = []
+        stack = children.get(None, [])[::-1]
+        while stack:
+            body = stack.pop()
+            order.append(body)
+            stack.extend(reversed(children.get(body.name, [])))
+        return order

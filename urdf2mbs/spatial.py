@@ -1,0 +1,180 @@
+"""Rotations, poses and inertia tensors: the only trigonometry of the project.
+
+Plain Python on tuples: for one 3x3 product this is about three times as fast as
+numpy, and importing numpy would cost more than a whole conversion.
+
+Conventions
+-----------
+* ``Vec``: 3 floats, metres or a direction.
+* ``Rot``: 9 floats, a rotation matrix row by row.  ``R`` takes coordinates in the
+  turned frame to coordinates in the frame it is turned from: ``v_parent = R v_child``.
+* ``Sym``: 6 floats ``(xx, xy, xz, yy, yz, zz)``, a symmetric tensor, kg m^2.  The
+  off-diagonal elements are the tensor's own (not the products of inertia with the
+  other sign), as in URDF and in .mbs alike.
+* angles in radians.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, hypot, sin
+from typing import NamedTuple
+
+Vec = tuple[float, float, float]
+Rot = tuple[float, float, float, float, float, float, float, float, float]
+Sym = tuple[float, float, float, float, float, float]
+#: A turn about one coordinate axis: the axis (1, 2 or 3) and the angle in rad.
+Turn = tuple[int, float]
+
+ZERO: Vec = (0.0, 0.0, 0.0)
+IDENTITY: Rot = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+NO_INERTIA: Sym = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class Pose(NamedTuple):
+    """A frame seen from another one: its origin (m) and its rotation."""
+
+    xyz: Vec = ZERO
+    rot: Rot = IDENTITY
+
+
+HERE = Pose()
+
+
+def from_rpy(rpy: Vec) -> Rot:
+    """URDF's fixed-frame roll, pitch, yaw: ``R = Rz(yaw) Ry(pitch) Rx(roll)``."""
+    if rpy == ZERO:
+        return IDENTITY
+    r, p, y = rpy
+    cr, sr, cp, sp, cy, sy = cos(r), sin(r), cos(p), sin(p), cos(y), sin(y)
+    return (
+        cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr,
+        sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr,
+        -sp, cp * sr, cp * cr,
+    )  # fmt: skip
+
+
+def from_turn(turn: Turn) -> Rot:
+    """The elementary rotation by an angle about x (1), y (2) or z (3)."""
+    k, angle = turn
+    c, s = cos(angle), sin(angle)
+    if k == 1:
+        return (1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
+    if k == 2:
+        return (c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
+    return (c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+
+
+def from_turns(turns: tuple[Turn, ...]) -> Rot:
+    """Turns one after the other, each about an axis of the frame turned so far."""
+    rot = IDENTITY
+    for turn in turns:
+        rot = multiply(rot, from_turn(turn))
+    return rot
+
+
+def rpy_turns(rpy: Vec) -> tuple[Turn, ...]:
+    """The same rotation as ``from_rpy``, as turns about current axes; zero angles left out.
+
+    Fixed-frame roll, pitch, yaw are current-frame yaw, pitch, roll: no formula, no
+    singularity, and the angles stay the very numbers that the URDF states.
+    """
+    r, p, y = rpy
+    return tuple((k, angle) for k, angle in ((3, y), (2, p), (1, r)) if angle != 0.0)
+
+
+def to_xyz_angles(rot: Rot) -> Vec:
+    """Angles (alpha, beta, gamma) with ``R = Rx(alpha) Ry(beta) Rz(gamma)``.
+
+    The method's formula divides two vanishing numbers at roll = +-90 deg; this one is
+    exact everywhere, beta = +-90 deg included: gamma is read off after alpha has been
+    undone, so the two stay consistent where only their sum is defined.
+    """
+    _, _, r13, r21, r22, r23, r31, r32, r33 = rot
+    alpha = atan2(-r23, r33)
+    beta = atan2(rot[2], hypot(r23, r33))
+    ca, sa = cos(alpha), sin(alpha)
+    gamma = atan2(ca * r21 + sa * r31, ca * r22 + sa * r32)
+    return (alpha, beta, gamma)
+
+
+def multiply(a: Rot, b: Rot) -> Rot:
+    """Matrix product ``a b``: the frame b, given in the frame a."""
+    a11, a12, a13, a21, a22, a23, a31, a32, a33 = a
+    b11, b12, b13, b21, b22, b23, b31, b32, b33 = b
+    return (
+        a11 * b11 + a12 * b21 + a13 * b31,
+        a11 * b12 + a12 * b22 + a13 * b32,
+        a11 * b13 + a12 * b23 + a13 * b33,
+        a21 * b11 + a22 * b21 + a23 * b31,
+        a21 * b12 + a22 * b22 + a23 * b32,
+        a21 * b13 + a22 * b23 + a23 * b33,
+        a31 * b11 + a32 * b21 + a33 * b31,
+        a31 * b12 + a32 * b22 + a33 * b32,
+        a31 * b13 + a32 * b23 + a33 * b33,
+    )
+
+
+def transpose(rot: Rot) -> Rot:
+    """The inverse rotation."""
+    a11, a12, a13, a21, a22, a23, a31, a32, a33 = rot
+    return (a11, a21, a31, a12, a22, a32, a13, a23, a33)
+
+
+def rotate(rot: Rot, v: Vec) -> Vec:
+    """``R v``: the vector v, given in the turned frame, seen from the outer one."""
+    a11, a12, a13, a21, a22, a23, a31, a32, a33 = rot
+    x, y, z = v
+    return (
+        a11 * x + a12 * y + a13 * z,
+        a21 * x + a22 * y + a23 * z,
+        a31 * x + a32 * y + a33 * z,
+    )
+
+
+def add(a: Vec, b: Vec) -> Vec:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+def compose(outer: Pose, inner: Pose) -> Pose:
+    """The frame ``inner``, given in ``outer``, seen from where ``outer`` is given."""
+    return Pose(add(outer.xyz, rotate(outer.rot, inner.xyz)), multiply(outer.rot, inner.rot))
+
+
+def inverse(pose: Pose) -> Pose:
+    """The outer frame seen from the inner one."""
+    back = transpose(pose.rot)
+    x, y, z = rotate(back, pose.xyz)
+    return Pose((-x, -y, -z), back)
+
+
+def rotate_inertia(rot: Rot, tensor: Sym) -> Sym:
+    """``R T R^T``: a tensor given in the turned frame, in the axes of the outer one."""
+    if rot == IDENTITY:
+        return tensor
+    xx, xy, xz, yy, yz, zz = tensor
+    full = multiply(multiply(rot, (xx, xy, xz, xy, yy, yz, xz, yz, zz)), transpose(rot))
+    return (
+        full[0],
+        (full[1] + full[3]) / 2,
+        (full[2] + full[6]) / 2,
+        full[4],
+        (full[5] + full[7]) / 2,
+        full[8],
+    )
+
+
+def point_mass_inertia(mass: float, d: Vec) -> Sym:
+    """Inertia (kg m^2) of a mass (kg) at distance d (m): the parallel-axis term of Steiner."""
+    x, y, z = d
+    return (
+        mass * (y * y + z * z),
+        -mass * x * y,
+        -mass * x * z,
+        mass * (x * x + z * z),
+        -mass * y * z,
+        mass * (x * x + y * y),
+    )
+
+
+def add_inertia(a: Sym, b: Sym) -> Sym:
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])

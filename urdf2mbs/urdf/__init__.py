@@ -1,0 +1,1 @@
+"""The language read: URDF, and xacro that expands to it."""

@@ -1,0 +1,200 @@
+"""A robot as its URDF states it: the same elements, names, units and frames."""
+
+from __future__ import annotations
+
+import msgspec
+
+from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Sym, Vec, from_rpy
+
+#: ``type`` of a joint, and how many coordinates it has.
+JOINT_TYPES = {
+    "revolute": 1,
+    "continuous": 1,
+    "prismatic": 1,
+    "fixed": 0,
+    "floating": 6,
+    "planar": 3,
+}
+
+
+class Origin(msgspec.Struct, frozen=True):
+    """``<origin>``: xyz in m, fixed-frame roll, pitch, yaw in rad."""
+
+    xyz: Vec = ZERO
+    rpy: Vec = ZERO
+
+    @property
+    def pose(self) -> Pose:
+        return Pose(self.xyz, from_rpy(self.rpy))
+
+
+class Inertial(msgspec.Struct):
+    """``<inertial>``: mass (kg) and inertia (kg m^2, about ``origin.xyz``, in its axes)."""
+
+    mass: float = 0.0
+    inertia: Sym = NO_INERTIA
+    origin: Origin = Origin()
+
+
+class Box(msgspec.Struct, tag="box"):
+    size: Vec
+    """Full lengths along x, y, z (m)."""
+
+
+class Cylinder(msgspec.Struct, tag="cylinder"):
+    """Axis z, centred (m)."""
+
+    radius: float
+    length: float
+
+
+class Sphere(msgspec.Struct, tag="sphere"):
+    radius: float
+
+
+class Mesh(msgspec.Struct, tag="mesh"):
+    """``filename`` as the URDF states it: ``package://``, ``file://``, or a path."""
+
+    filename: str
+    scale: Vec = (1.0, 1.0, 1.0)
+
+
+Geometry = Box | Cylinder | Sphere | Mesh
+
+
+class Material(msgspec.Struct):
+    """``<material>``: colour r g b a, each 0 to 1, and texture file, where given."""
+
+    name: str = ""
+    color: tuple[float, float, float, float] | None = None
+    texture: str | None = None
+
+
+class Visual(msgspec.Struct):
+    """``<visual>``; its material is the global one of that name where it gives no own."""
+
+    geometry: Geometry
+    origin: Origin = Origin()
+    material: Material | None = None
+    name: str | None = None
+    line: int | None = None
+
+
+class Collision(msgspec.Struct):
+    geometry: Geometry
+    origin: Origin = Origin()
+    name: str | None = None
+    line: int | None = None
+
+
+class Link(msgspec.Struct):
+    name: str
+    inertial: Inertial | None = None
+    visuals: list[Visual] = []
+    collisions: list[Collision] = []
+    line: int | None = None
+
+    @property
+    def massless(self) -> bool:
+        """Neither mass nor inertia: a frame."""
+        inertial = self.inertial
+        return inertial is None or (inertial.mass == 0.0 and inertial.inertia == NO_INERTIA)
+
+
+class Limit(msgspec.Struct):
+    """rad or m; effort in N m or N; velocity in rad/s or m/s."""
+
+    lower: float = 0.0
+    upper: float = 0.0
+    effort: float | None = None
+    velocity: float | None = None
+
+
+class Dynamics(msgspec.Struct):
+    damping: float = 0.0
+    friction: float = 0.0
+
+
+class Mimic(msgspec.Struct):
+    """This joint's position is ``multiplier`` times that of ``joint``, plus ``offset``."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+class SafetyController(msgspec.Struct):
+    k_velocity: float
+    k_position: float = 0.0
+    soft_lower_limit: float = 0.0
+    soft_upper_limit: float = 0.0
+
+
+class Calibration(msgspec.Struct):
+    rising: float | None = None
+    falling: float | None = None
+
+
+class Joint(msgspec.Struct):
+    """``<joint>``; ``axis`` as written (not normalised), in the child link's frame."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Origin = Origin()
+    axis: Vec = (1.0, 0.0, 0.0)
+    limit: Limit | None = None
+    dynamics: Dynamics | None = None
+    mimic: Mimic | None = None
+    safety_controller: SafetyController | None = None
+    calibration: Calibration | None = None
+    line: int | None = None
+
+    @property
+    def moves(self) -> bool:
+        return self.type != "fixed"
+
+
+class Extension(msgspec.Struct):
+    """An element that belongs to other programs (``<gazebo>``, ``<transmission>``, ...),
+    kept as it is written."""
+
+    tag: str
+    xml: str
+    reference: str | None = None
+    line: int | None = None
+
+
+class Robot(msgspec.Struct):
+    """``<robot>``: a tree of links and joints, both in the order of the file."""
+
+    name: str
+    links: dict[str, Link] = {}
+    joints: dict[str, Joint] = {}
+    materials: dict[str, Material] = {}
+    extensions: list[Extension] = []
+    file: str | None = None
+
+    def root(self) -> str:
+        """The one link that is no joint's child (the reader has seen to it that there is one)."""
+        children = {joint.child for joint in self.joints.values()}
+        return next(name for name in self.links if name not in children)
+
+    def children(self) -> dict[str, list[Joint]]:
+        """Every link's outgoing joints, in the order of the file."""
+        out: dict[str, list[Joint]] = {name: [] for name in self.links}
+        for joint in self.joints.values():
+            out[joint.parent].append(joint)
+        return out
+
+    def depth_first(self) -> list[Joint]:
+        """All joints, each before those further out, a branch at a time."""
+        children = self.children()
+        order: list[Joint] = []
+        stack = children[self.root()][::-1]
+        while stack:
+            joint = stack.pop()
+            order.append(joint)
+            stack.extend(reversed(children[joint.child]))
+        return order
