@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from urdf2mbs.diagnostics import Diagnostic
-from urdf2mbs.mbs.model import Body, Mbs
+from urdf2mbs.mbs import model as mbs
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
@@ -21,6 +22,8 @@ class Settings(msgspec.Struct):
     base: str = "auto"
     packages: dict[str, Path] = {}
     xacro_args: dict[str, str] = {}
+    project: Path | None = None
+    """The Robotran project folder that the output is part of, if one is asked for."""
 
 
 class Step(msgspec.Struct):
@@ -37,6 +40,8 @@ class Step(msgspec.Struct):
     frames: dict[str, Pose] = {}
     """Links without a body of their own that move with the frame after this joint, and
     their constant pose in it; only on steps before the last."""
+    joints: list[mbs.Joint] = []
+    """The body's joints that this URDF joint became; the last one's frame is the step's."""
 
     @classmethod
     def of(cls, joint: Joint) -> Step:
@@ -57,7 +62,7 @@ class Segment(msgspec.Struct):
     steps: list[Step]
     parts: dict[str, Pose]
     """Every link that is rigid with the body, and its constant pose in the body frame."""
-    body: Body
+    body: mbs.Body
     """The body in the making (of the ground: a stand-in whose points and shapes are the base's)."""
 
 
@@ -102,17 +107,21 @@ class Conversion:
         self.robot: Robot = Robot(name="")
         self.floating = False
         self.segments: dict[str, Segment] = {}
-        self.mbs = Mbs(name="")
+        self.mbs = mbs.Mbs(name="")
         self.names = Names()
         self.frozen: dict[str, str] = {}
         """Moving URDF joints that are not in the .mbs, and why; held at zero."""
         self.frames: dict[str, LinkFrame] = {}
         """Where each URDF link's frame is, by link name, once emit has named everything."""
+        self.meshes: dict[str, str] = {}
+        """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
         self.files: dict[Path, bytes] = {}
         """What will be written, once all passes are done."""
         self.diagnostics: list[Diagnostic] = []
         self.report: dict[str, Any] = {}
         """Anything a pass wants to add to the report, under the pass's name."""
+        self.progress: Callable[[str], None] = lambda text: None
+        """Called by passes that take long, with what they are at."""
 
     @property
     def ground(self) -> Segment:

@@ -1,0 +1,31 @@
+"""The built-in passes, in the order of the method, registered as any plugin's are."""
+
+from __future__ import annotations
+
+from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.passes import (
+    collect_anchors,
+    convert_visuals,
+    decompose_joints,
+    emit,
+    expand,
+    insert_base,
+    layout,
+    prune_massless,
+    reframe_inertia,
+)
+
+
+@hookimpl
+def urdf2mbs_passes() -> list[Pass]:
+    return [
+        expand.PASS,
+        insert_base.PASS,
+        prune_massless.PASS,
+        reframe_inertia.PASS,
+        decompose_joints.PASS,
+        collect_anchors.PASS,
+        convert_visuals.PASS,
+        layout.PASS,
+        emit.PASS,
+    ]

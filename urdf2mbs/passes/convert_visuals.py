@@ -1,0 +1,99 @@
+"""Convert visuals: the method's step 4, "Retrieve the visual properties of the URDF link and
+adapt them to the MBS body conventions".
+
+Position and scale are the same in both; the orientation is "three fixed frame rotations" in
+URDF and three current-frame ones, Rx Ry Rz, in .mbs; a cylinder's axis is z in URDF and y in
+.mbs.  A mesh is shown from the VRML file that it is converted to.
+"""
+
+from __future__ import annotations
+
+import re
+from math import pi
+from pathlib import PurePosixPath
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.mbs.model import GREY, Shape
+from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
+from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
+
+#: Turns .mbs's y axis onto URDF's z axis.
+Y_ONTO_Z = from_turn((1, pi / 2))
+#: Where the project keeps its meshes.
+VRML = "PRJPATH/animationR/vrml"
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    stems: set[str] = set()
+    for segment in conversion.segments.values():
+        for link, pose in segment.parts.items():
+            visuals = conversion.robot.links[link].visuals
+            for number, visual in enumerate(visuals, start=1):
+                at = compose(pose, visual.origin.pose)
+                name = visual.name or (link if len(visuals) == 1 else f"{link}_{number}")
+                shape = _shape(visual.geometry, name, conversion, stems)
+                rot = multiply(at.rot, Y_ONTO_Z) if shape.kind == "cylinder" else at.rot
+                shape.position = at.xyz
+                shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
+                _colour(shape, visual.material)
+                segment.body.shapes.append(shape)
+    _tell(conversion)
+
+
+def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str]) -> Shape:
+    if isinstance(geometry, Box):
+        return Shape("box", name, size=geometry.size)
+    if isinstance(geometry, Cylinder):
+        return Shape("cylinder", name, radius=geometry.radius, height=geometry.length)
+    if isinstance(geometry, Sphere):
+        return Shape("sphere", name, radius=geometry.radius)
+    stem = conversion.meshes.get(geometry.filename)
+    if stem is None:
+        stem = conversion.meshes[geometry.filename] = _stem(geometry.filename, stems)
+    return Shape("inline", name, scale=geometry.scale, url=f"{VRML}/{stem}.wrl")
+
+
+def _stem(filename: str, taken: set[str]) -> str:
+    """The mesh file's own name, made safe, and unique where letter case does not count."""
+    plain = re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(filename.replace("\\", "/")).stem) or "mesh"
+    stem, number = plain, 1
+    while stem.lower() in taken:
+        number += 1
+        stem = f"{plain}_{number}"
+    taken.add(stem.lower())
+    return stem
+
+
+def _colour(shape: Shape, material: Material | None) -> None:
+    if material is None or material.color is None:
+        shape.color = GREY
+        return
+    r, g, b, a = (min(max(c, 0.0), 1.0) for c in material.color)
+    shape.color = (round(255 * r), round(255 * g), round(255 * b))
+    shape.transparency = 1.0 - a
+
+
+def _tell(conversion: Conversion) -> None:
+    links = conversion.robot.links.values()
+    textured = [
+        link.name
+        for link in links
+        if any(visual.material and visual.material.texture for visual in link.visuals)
+    ]
+    if textured:
+        conversion.warn(
+            "texture",
+            f"an .mbs shape has a colour but no texture; left out on {_some(textured)}",
+        )
+    collisions = [link.name for link in links if link.collisions]
+    if collisions:
+        conversion.note("collision", f".mbs has no collision shapes; left out on {_some(collisions)}")
+
+
+def _some(names: list[str]) -> str:
+    shown = ", ".join(names[:5])
+    return f"{len(names)} links: {shown}" + (", ..." if len(names) > 5 else "")
+
+
+PASS = Pass("convert-visuals", run, needs=("robot", "bodies"), gives=("shapes",))

@@ -1,0 +1,117 @@
+"""Decompose joints: the method's step 2, "Retrieve information on the joint binding the
+URDF link to its parent", with its Tables A.1 and A.2.
+
+Robotran's joints act along or about the current coordinate axes.  So a URDF joint becomes
+
+1. driven rotations R3(yaw) R2(pitch) R1(roll): the joint's origin, in the URDF's own angles;
+2. driven rotations that bring a coordinate axis onto the joint's axis;
+3. the real joint, which keeps the URDF joint's name (a planar joint is three, a floating six);
+4. the rotations of 2. undone, so that the body frame is the URDF link frame.
+
+Angles that are zero leave no joint.  A fixed joint is a T3 driven at 0.  The last row of
+Table A.2 is corrected: the angle of its R2 is ``-atan2(z, hypot(x, y))``.
+"""
+
+from __future__ import annotations
+
+from math import atan2, hypot, pi
+
+from urdf2mbs.conversion import Conversion, Step
+from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.mbs.model import Joint
+from urdf2mbs.spatial import Turn, Vec
+
+#: A component of a unit axis up to this size counts as zero.
+ALIGNED = 1e-9
+#: ... which goes without saying for what is but the rounding of a double.
+ROUNDING = 1e-15
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    for segment in conversion.segments.values():
+        joints: list[Joint] = []
+        for step in segment.steps:
+            step.joints = decompose(step)
+            joints += step.joints
+            _tell(conversion, step)
+        segment.body.joints = joints
+
+
+def decompose(step: Step) -> list[Joint]:
+    """The .mbs joints of one URDF joint, in the order in which they act."""
+    name, kind = step.joint.name, step.joint.type
+    joints = [_driven(f"{name}_origin_R{k}", k, angle) for k, angle in step.turns]
+    if kind == "fixed":
+        return [*joints, Joint(name, "T3", "driven", q=0.0, symbols=("q",))]
+    if kind == "floating":
+        real = ("T1", "T2", "T3", "R1", "R2", "R3")
+        return [*joints, *(Joint(f"{name}_{type_}", type_) for type_ in real)]
+
+    turns, k = axis_turns(step.axis)
+    joints += [_driven(f"{name}_axis_R{i}", i, angle) for i, angle in turns]
+    if kind == "planar":
+        real = (f"T{k % 3 + 1}", f"T{(k + 1) % 3 + 1}", f"R{k}")
+        joints += [Joint(f"{name}_{type_}", type_) for type_ in real]
+    else:
+        joints.append(Joint(name, f"T{k}" if kind == "prismatic" else f"R{k}"))
+    joints += [_driven(f"{name}_back_R{i}", i, -angle) for i, angle in reversed(turns)]
+    return joints
+
+
+def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
+    """The turns that bring a coordinate axis onto ``axis``, and which axis that is (Table A.2).
+
+    A component of the unit axis up to ``ALIGNED`` counts as zero; nothing else is rounded.
+    """
+    x, y, z = _unit(axis)
+    zero = (abs(x) <= ALIGNED, abs(y) <= ALIGNED, abs(z) <= ALIGNED)
+    if zero == (False, True, True):
+        return (((3, pi),) if x < 0 else ()), 1
+    if zero == (True, False, True):
+        return (((1, pi),) if y < 0 else ()), 2
+    if zero == (True, True, False):
+        return (((1, pi),) if z < 0 else ()), 3
+    if zero[0]:
+        return ((1, atan2(z, y)),), 2
+    if zero[1]:
+        return ((2, atan2(x, z)),), 3
+    if zero[2]:
+        return ((3, atan2(y, x)),), 1
+    return ((3, atan2(y, x)), (2, -atan2(z, hypot(x, y)))), 1
+
+
+def _unit(axis: Vec) -> Vec:
+    largest = max(abs(c) for c in axis)
+    x, y, z = (c / largest for c in axis)
+    length = hypot(x, y, z)
+    return (x / length, y / length, z / length)
+
+
+def _driven(name: str, k: int, angle: float) -> Joint:
+    return Joint(name, f"R{k}", "driven", q=angle, symbols=("q",))
+
+
+def _tell(conversion: Conversion, step: Step) -> None:
+    joint = step.joint
+    if joint.type in ("fixed", "floating"):
+        return
+    off = max((abs(c) for c in _unit(step.axis) if abs(c) <= ALIGNED), default=0.0)
+    if off > ROUNDING:
+        conversion.note(
+            "axis-aligned",
+            f"joint '{joint.name}': its axis is {off:.1e} rad off a coordinate "
+            "axis or plane, and is taken to lie on it",
+            joint=joint.name,
+        )
+    if joint.mimic is not None:
+        mimic = joint.mimic
+        conversion.warn(
+            "mimic",
+            f"joint '{joint.name}' mimics '{mimic.joint}' (q = {mimic.multiplier!r} * q_{mimic.joint} "
+            f"+ {mimic.offset!r}): .mbs cannot hold this, so it is an independent joint",
+            joint=joint.name,
+            hint="make it dependent and write the constraint in the project's user_cons_hJ",
+        )
+
+
+PASS = Pass("decompose-joints", run, needs=("bodies",), gives=("joints",))

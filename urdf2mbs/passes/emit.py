@@ -1,0 +1,140 @@
+"""Emit: the .mbs file itself (the method's A.2), named, numbered and complete.
+
+Bodies are put depth first, as MBSysPad would renumber them; names become identifiers; the 3D
+view is fitted to the robot; and what .mbs cannot hold is named.
+"""
+
+from __future__ import annotations
+
+from math import hypot
+
+from urdf2mbs.conversion import Conversion, LinkFrame
+from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.mbs.model import Light, View, Viewpoint
+from urdf2mbs.mbs.names import identifiers, rename
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.spatial import HERE, Pose, add, compose, rotate
+from urdf2mbs.urdf.model import Box, Cylinder, Joint, Mesh
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    mbs, robot = conversion.mbs, conversion.robot
+    mbs.name = identifiers([robot.name])[0]
+    mbs.base.name = conversion.ground.link
+    mbs.bodies = mbs.depth_first()
+    conversion.names.bodies, _ = rename(mbs)
+    for segment in conversion.segments.values():
+        for step in segment.steps:
+            conversion.names.joints[step.joint.name] = [joint.name for joint in step.joints]
+    mbs.view = fit_view(conversion)
+    conversion.frames = _frames(conversion)
+    _tell(conversion)
+    conversion.files[conversion.settings.output] = write(mbs)
+
+
+def _frames(conversion: Conversion) -> dict[str, LinkFrame]:
+    frames: dict[str, LinkFrame] = {}
+    for segment in conversion.segments.values():
+        body = None if segment.parent is None else segment.body.name
+        for link, pose in segment.parts.items():
+            frames[link] = LinkFrame(body, None, pose)
+        for step in segment.steps[:-1]:
+            for link, pose in step.frames.items():
+                frames[link] = LinkFrame(body, step.joints[-1].name, pose)
+    return frames
+
+
+#: The height (m) of the human-sized robots whose view the scale factors are taken from.
+HUMAN = 1.8
+
+
+def fit_view(conversion: Conversion) -> View:
+    """A camera that sees the whole robot at zero, and symbols of a size to match."""
+    low, high = _extent(conversion)
+    centre = (
+        _short((low[0] + high[0]) / 2), _short((low[1] + high[1]) / 2), _short((low[2] + high[2]) / 2)
+    )  # fmt: skip
+    size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
+    away = tuple(_short(c + size * d) for c, d in zip(centre, (1.3, 0.6, 0.5), strict=True))
+    unit = size / HUMAN
+    return View(
+        frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
+        point=_short(0.3 * unit),
+        viewpoints=[
+            Viewpoint(
+                "Whole_robot", position=(away[0], away[1], away[2]), target=centre,
+                front_clip=_short(0.005 * size), back_clip=_short(30 * size),
+            )
+        ],
+        lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
+    )  # fmt: skip
+
+
+def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
+    """The box (m) round all link frames, centres of mass and primitive shapes, at zero."""
+    robot = conversion.robot
+    at: dict[str, Pose] = {robot.root(): HERE}
+    for joint in robot.depth_first():
+        at[joint.child] = compose(at[joint.parent], joint.origin.pose)
+    low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+    for name, link in robot.links.items():
+        pose = at[name]
+        around = [(pose.xyz, 0.0)]
+        if link.inertial is not None:
+            around.append((add(pose.xyz, rotate(pose.rot, link.inertial.origin.xyz)), 0.0))
+        for visual in link.visuals:
+            shape = visual.geometry
+            if isinstance(shape, Mesh):
+                continue
+            radius = (
+                hypot(*shape.size) / 2 if isinstance(shape, Box)
+                else hypot(shape.radius, shape.length / 2) if isinstance(shape, Cylinder)
+                else shape.radius
+            )  # fmt: skip
+            around.append((add(pose.xyz, rotate(pose.rot, visual.origin.xyz)), radius))
+        for point, radius in around:
+            for k in range(3):
+                low[k] = min(low[k], point[k] - radius)
+                high[k] = max(high[k], point[k] + radius)
+    return low, high
+
+
+def _short(value: float) -> float:
+    """Three significant digits: the view is for the eye, the robot is not rounded."""
+    return float(f"{value:.3g}")
+
+
+def _tell(conversion: Conversion) -> None:
+    """Name what .mbs has no place for."""
+    joints = conversion.robot.joints.values()
+    lossy = [j for j in joints if j.dynamics and (j.dynamics.damping or j.dynamics.friction)]
+    if lossy:
+        conversion.warn(
+            "joint-dynamics",
+            f".mbs has no joint damping or friction; left out on {_some(lossy)}",
+            hint="add them in the project's user_JointForces",
+        )
+    for code, what, found in (
+        ("limit", "limits", [j for j in joints if j.limit]),
+        ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
+        ("calibration", "calibration", [j for j in joints if j.calibration]),
+    ):
+        if found:
+            conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
+    tags: dict[str, int] = {}
+    for extension in conversion.robot.extensions:
+        tags[extension.tag] = tags.get(extension.tag, 0) + 1
+    if tags:
+        listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
+        conversion.note("extension", f".mbs has no place for {listed}; left out")
+
+
+def _some(joints: list[Joint]) -> str:
+    shown = ", ".join(joint.name for joint in joints[:5])
+    return f"{len(joints)} joints: {shown}" + (", ..." if len(joints) > 5 else "")
+
+
+PASS = Pass(
+    "emit", run,
+    needs=("robot", "inertias", "joints", "anchors", "shapes", "layout"), gives=("mbs-file",),
+)  # fmt: skip

@@ -1,0 +1,22 @@
+"""Expand: from the source file to the robot that the method starts from.
+
+The method reads "the URDF description of a robot"; in practice that is often xacro, which is
+expanded here without any ROS installed: ``$(find)``, ``$(arg)``, includes, ``load_yaml``.
+"""
+
+from __future__ import annotations
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import read_robot
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    settings = conversion.settings
+    packages = Packages(settings.packages, settings.source)
+    conversion.robot, found = read_robot(settings.source, packages, settings.xacro_args)
+    conversion.diagnostics += found
+
+
+PASS = Pass("expand", run, gives=("robot",))

@@ -1,0 +1,157 @@
+"""Prune massless links: the method's "Creation of the bodytree".
+
+"For each URDF link found (except the null mass links which are neglected), a MBS body is
+added in the bodytree".  Neglected are the links, never their frames nor their children:
+
+* a massless link with nothing but massless links behind it goes.  Its frame stays, as an
+  anchor point of the body it is rigid with; if it moves, it is held at zero, with a warning;
+* a massless link on the way to a body chains its joints into that body's joints, where
+  nothing lies between them; else it stays, as a body without mass.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, Segment, Step
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.model import Body
+from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
+from urdf2mbs.urdf.model import Joint
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    keep: list[str] = []
+    """Patterns (``*`` for all) of massless links that stay, as bodies without mass."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    robot = conversion.robot
+    root = robot.root()
+    order = robot.depth_first()
+    children = robot.children()
+
+    bodied = {
+        link.name
+        for link in robot.links.values()
+        if not link.massless or any(fnmatchcase(link.name, p) for p in options.keep)
+    }
+    needed = bodied | {root}
+    for joint in reversed(order):
+        if joint.child in needed:
+            needed.add(joint.parent)
+    if not any(joint.child in needed for joint in order):
+        raise _nothing_left(conversion)
+
+    chained = _chained(conversion, order, children, bodied, needed)
+    _make_segments(conversion, root, order, needed, chained)
+    _attach_frames(conversion, order, needed, chained)
+
+
+def _nothing_left(conversion: Conversion) -> ConversionError:
+    return ConversionError(
+        "nothing-left",
+        f"robot '{conversion.robot.name}' has no link with mass that the base carries: "
+        "without its massless links nothing of it would be left",
+        file=conversion.robot.file,
+        hint="to keep massless links as bodies, set 'passes: {prune-massless: {keep: [\"*\"]}}' "
+        "in the config, or --set 'prune-massless.keep=*' on the command line",
+    )
+
+
+def _chained(
+    conversion: Conversion,
+    order: list[Joint],
+    children: dict[str, list[Joint]],
+    bodied: set[str],
+    needed: set[str],
+) -> dict[str, Pose | None]:
+    """The massless links whose joints go to the body behind them.
+
+    The value is the link's constant pose in that body, or None where a moving joint lies
+    between the two; then the link must carry nothing, as it has no body to carry it.
+    """
+    chained: dict[str, Pose | None] = {}
+    for joint in reversed(order):
+        link = joint.child
+        if link in bodied or link not in needed:
+            continue
+        onward = [j for j in children[link] if j.child in needed]
+        if len(onward) != 1 or onward[0].origin.xyz != ZERO:
+            continue
+        ahead = chained.get(onward[0].child, HERE)
+        if not onward[0].moves and ahead is not None:
+            chained[link] = compose(ahead, inverse(onward[0].origin.pose))
+        elif len(children[link]) == 1 and not conversion.robot.links[link].visuals:
+            chained[link] = None
+    return chained
+
+
+def _make_segments(
+    conversion: Conversion,
+    root: str,
+    order: list[Joint],
+    needed: set[str],
+    chained: dict[str, Pose | None],
+) -> None:
+    base = conversion.mbs.base
+    stand_in = Body(root, points=base.points, shapes=base.shapes)
+    conversion.segments = {root: Segment(root, None, [], {root: HERE}, stand_in)}
+    pending: dict[str, tuple[str, list[Step]]] = {}
+    rigid: list[str] = []
+    for joint in order:
+        link = joint.child
+        if link not in needed:
+            continue
+        parent, steps = pending.pop(joint.parent, (joint.parent, []))
+        steps.append(Step.of(joint))
+        if link in chained:
+            pending[link] = (parent, steps)
+            if chained[link] is None:
+                steps[-1].frames = {link: HERE}
+            else:
+                rigid.append(link)
+            continue
+        body = Body(link)
+        segment = Segment(link, parent, steps, {link: HERE}, body)
+        for massless in rigid:
+            segment.parts[massless] = chained[massless] or HERE
+        rigid.clear()
+        conversion.segments[link] = segment
+        conversion.mbs.bodies.append(body)
+
+
+def _attach_frames(
+    conversion: Conversion,
+    order: list[Joint],
+    needed: set[str],
+    chained: dict[str, Pose | None],
+) -> None:
+    holder = {
+        link: (segment, pose)
+        for segment in conversion.segments.values()
+        for link, pose in segment.parts.items()
+    }
+    for joint in order:
+        if joint.child in needed:
+            continue
+        segment, pose = holder[joint.parent]
+        at = compose(pose, joint.origin.pose)
+        segment.parts[joint.child] = at
+        holder[joint.child] = (segment, at)
+        if joint.moves:
+            conversion.frozen[joint.name] = "nothing that it moves has mass"
+            conversion.warn(
+                "massless-leaf",
+                f"joint '{joint.name}' ({joint.type}) moves nothing that has mass: its degree "
+                f"of freedom is left out, and link '{joint.child}' stays where it is at zero",
+                joint=joint.name,
+                link=joint.child,
+                hint="keep it with prune-massless: {keep: [...]}",
+            )
+
+
+PASS = Pass("prune-massless", run, Options, needs=("robot", "base"), gives=("bodies",))

@@ -1,0 +1,61 @@
+"""Reframe inertia: the method's step 1, "Retrieve the inertial properties of the URDF link".
+
+"The URDF rotational inertia matrix is represented in the inertial frame while the MBS
+rotational inertia matrix is represented in the body reference frame": ``T_B = R T_I R^T``,
+about the centre of mass in both.
+"""
+
+from __future__ import annotations
+
+from urdf2mbs.conversion import Conversion, Segment
+from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.spatial import (
+    NO_INERTIA,
+    ZERO,
+    Sym,
+    Vec,
+    add,
+    add_inertia,
+    compose,
+    point_mass_inertia,
+    rotate_inertia,
+)
+from urdf2mbs.urdf.model import Robot
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    for segment in conversion.segments.values():
+        inertial = inertia_of(segment, conversion.robot)
+        if inertial is not None and segment.parent is not None:
+            body = segment.body
+            body.mass, body.com, body.inertia = inertial
+
+
+def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:
+    """Mass (kg), centre of mass (m) and inertia about it (kg m^2), in body axes, of all that
+    moves with the segment; None if nothing there has any.
+
+    Several parts make one by the parallel-axis theorem.
+    """
+    found: list[tuple[float, Vec, Sym]] = []
+    for link, pose in segment.parts.items():
+        inertial = robot.links[link].inertial
+        if inertial is not None and not robot.links[link].massless:
+            at = compose(pose, inertial.origin.pose)
+            found.append((inertial.mass, at.xyz, rotate_inertia(at.rot, inertial.inertia)))
+    if len(found) < 2:
+        return found[0] if found else None
+
+    mass = sum(m for m, _, _ in found)
+    com = ZERO
+    inertia = NO_INERTIA
+    if mass > 0.0:
+        for m, (x, y, z), _ in found:
+            com = add(com, (m * x / mass, m * y / mass, m * z / mass))
+    for m, (x, y, z), tensor in found:
+        arm = (x - com[0], y - com[1], z - com[2])
+        inertia = add_inertia(inertia, add_inertia(tensor, point_mass_inertia(m, arm)))
+    return mass, com, inertia
+
+
+PASS = Pass("reframe-inertia", run, needs=("robot", "bodies"), gives=("inertias",))

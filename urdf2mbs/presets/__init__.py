@@ -1,0 +1,1 @@
+"""Pipelines under a name: each a config file of its own."""
