@@ -91,7 +91,7 @@ def to_xyz_angles(rot: Rot) -> Vec:
     """
     _, _, r13, r21, r22, r23, r31, r32, r33 = rot
     alpha = atan2(-r23, r33)
-    beta = atan2(rot[2], hypot(r23, r33))
+    beta = atan2(r13, hypot(r23, r33))
     ca, sa = cos(alpha), sin(alpha)
     gamma = atan2(ca * r21 + sa * r31, ca * r22 + sa * r32)
     return (alpha, beta, gamma)

@@ -56,7 +56,9 @@ def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str
 
 def _stem(filename: str, taken: set[str]) -> str:
     """The mesh file's own name, made safe, and unique where letter case does not count."""
-    plain = re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(filename.replace("\\", "/")).stem) or "mesh"
+    plain = (
+        re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(filename.replace("\\", "/")).stem) or "mesh"
+    )
     stem, number = plain, 1
     while stem.lower() in taken:
         number += 1
@@ -88,7 +90,9 @@ def _tell(conversion: Conversion) -> None:
         )
     collisions = [link.name for link in links if link.collisions]
     if collisions:
-        conversion.note("collision", f".mbs has no collision shapes; left out on {_some(collisions)}")
+        conversion.note(
+            "collision", f".mbs has no collision shapes; left out on {_some(collisions)}"
+        )
 
 
 def _some(names: list[str]) -> str:

@@ -44,14 +44,14 @@ def decompose(step: Step) -> list[Joint]:
     if kind == "fixed":
         return [*joints, Joint(name, "T3", "driven", q=0.0, symbols=("q",))]
     if kind == "floating":
-        real = ("T1", "T2", "T3", "R1", "R2", "R3")
-        return [*joints, *(Joint(f"{name}_{type_}", type_) for type_ in real)]
+        six = ("T1", "T2", "T3", "R1", "R2", "R3")
+        return [*joints, *(Joint(f"{name}_{type_}", type_) for type_ in six)]
 
     turns, k = axis_turns(step.axis)
     joints += [_driven(f"{name}_axis_R{i}", i, angle) for i, angle in turns]
     if kind == "planar":
-        real = (f"T{k % 3 + 1}", f"T{(k + 1) % 3 + 1}", f"R{k}")
-        joints += [Joint(f"{name}_{type_}", type_) for type_ in real]
+        three = (f"T{k % 3 + 1}", f"T{(k + 1) % 3 + 1}", f"R{k}")
+        joints += [Joint(f"{name}_{type_}", type_) for type_ in three]
     else:
         joints.append(Joint(name, f"T{k}" if kind == "prismatic" else f"R{k}"))
     joints += [_driven(f"{name}_back_R{i}", i, -angle) for i, angle in reversed(turns)]
@@ -107,8 +107,8 @@ def _tell(conversion: Conversion, step: Step) -> None:
         mimic = joint.mimic
         conversion.warn(
             "mimic",
-            f"joint '{joint.name}' mimics '{mimic.joint}' (q = {mimic.multiplier!r} * q_{mimic.joint} "
-            f"+ {mimic.offset!r}): .mbs cannot hold this, so it is an independent joint",
+            f"joint '{joint.name}' mimics '{mimic.joint}' (q = {mimic.multiplier!r} * "
+            f"q_{mimic.joint} + {mimic.offset!r}): .mbs cannot hold this, so it is independent",
             joint=joint.name,
             hint="make it dependent and write the constraint in the project's user_cons_hJ",
         )

@@ -51,18 +51,17 @@ HUMAN = 1.8
 def fit_view(conversion: Conversion) -> View:
     """A camera that sees the whole robot at zero, and symbols of a size to match."""
     low, high = _extent(conversion)
-    centre = (
-        _short((low[0] + high[0]) / 2), _short((low[1] + high[1]) / 2), _short((low[2] + high[2]) / 2)
-    )  # fmt: skip
+    x, y, z = (_short((a + b) / 2) for a, b in zip(low, high, strict=True))
+    centre = (x, y, z)
     size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
-    away = tuple(_short(c + size * d) for c, d in zip(centre, (1.3, 0.6, 0.5), strict=True))
+    away = (_short(x + 1.3 * size), _short(y + 0.6 * size), _short(z + 0.5 * size))
     unit = size / HUMAN
     return View(
         frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
         point=_short(0.3 * unit),
         viewpoints=[
             Viewpoint(
-                "Whole_robot", position=(away[0], away[1], away[2]), target=centre,
+                "Whole_robot", position=away, target=centre,
                 front_clip=_short(0.005 * size), back_clip=_short(30 * size),
             )
         ],

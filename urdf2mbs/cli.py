@@ -1,0 +1,285 @@
+"""The commands: what the words of the command line mean, and what is printed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.config import Config, Lines, load, typed, word
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.pipeline import Pipeline, report, write_files
+from urdf2mbs.plugins import Found, Plugins
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same)."""
+    arguments = _parser().parse_args(argv)
+    try:
+        code: int = arguments.command(arguments)
+        sys.stdout.flush()
+        return code
+    except ConversionError as error:
+        if arguments.debug:
+            raise
+        print(error, file=sys.stderr)
+        if getattr(arguments, "json", False):
+            _print_json(
+                {
+                    "error": {
+                        k: getattr(error, k) for k in ("code", "message", "file", "line", "hint")
+                    }
+                }
+            )
+        return error.exit_code
+    except BrokenPipeError:
+        # whoever read our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        return 130
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
+    )
+    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    common.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
+    common.add_argument("--json", action="store_true", help="print the whole report as JSON")
+
+    running = argparse.ArgumentParser(add_help=False)
+    running.add_argument(
+        "-v", "--verbose", action="store_true", help="show each pass and all notes"
+    )
+    running.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
+
+    run = commands.add_parser(
+        "run", parents=[common, running], help="convert as a config file says"
+    )
+    run.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    run.set_defaults(command=_run)
+
+    convert = commands.add_parser(
+        "convert", parents=[common, running], help="convert one robot, without a config file"
+    )
+    convert.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
+    convert.add_argument("-o", "--output", metavar="OUT.mbs")
+    convert.add_argument("--base", choices=("auto", "floating", "fixed"), default="auto")
+    convert.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
+    convert.add_argument(
+        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
+    )
+    convert.add_argument("--pipeline", default="faithful", metavar="PRESET")
+    convert.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
+    convert.add_argument(
+        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
+    )
+    convert.set_defaults(command=_convert)
+
+    explain = commands.add_parser(
+        "explain", parents=[common], help="show the passes of a config, without running them"
+    )
+    explain.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    explain.set_defaults(command=_explain)
+
+    passes = commands.add_parser("passes", parents=[common], help="list every known pass")
+    passes.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
+    passes.set_defaults(command=_passes)
+    return parser
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    config, lines = load(arguments.config)
+    return _carry_out(config, lines, arguments)
+
+
+def _convert(arguments: argparse.Namespace) -> int:
+    options: dict[str, dict[str, Any]] = {}
+    for key, value in _pairs(arguments.set, "=", "--set", "PASS.OPTION=VALUE"):
+        pass_, dot, option = key.rpartition(".")
+        if not dot:
+            raise ConfigError("usage", f"--set {key}={value}: it reads PASS.OPTION=VALUE")
+        options.setdefault(pass_, {})[option] = word(value)
+    given = {
+        "source": arguments.robot,
+        "output": arguments.output,
+        "base": arguments.base,
+        "packages": dict(_pairs(arguments.package, "=", "--package", "NAME=DIR")),
+        "xacro_args": dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
+        "pipeline": arguments.pipeline,
+        "plugins": arguments.plugin,
+        "passes": options,
+    }
+    lines = Lines()
+    return _carry_out(typed(Config, given, lines), lines, arguments)
+
+
+def _pairs(words: list[str], sign: str, flag: str, form: str) -> list[tuple[str, str]]:
+    pairs = []
+    for given in words:
+        name, found, value = given.partition(sign)
+        if not found or not name:
+            raise ConfigError("usage", f"{flag} {given}: it reads {flag} {form}")
+        pairs.append((name, value))
+    return pairs
+
+
+def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    with _Progress(arguments.verbose) as progress:
+        pipeline.plugins.watch(progress)
+        conversion = pipeline.run(stop_after=arguments.stop_after)
+    write_files(conversion.files)
+    found = report(conversion)
+    if arguments.json:
+        _print_json(found)
+    else:
+        _summarise(conversion, found, arguments)
+    return 0
+
+
+class _Progress:
+    """Says on stderr where a run is: each pass with its time if asked, else only when it lasts."""
+
+    PATIENCE = 2.0
+    """Seconds of silence."""
+
+    def __init__(self, verbose: bool) -> None:
+        self._verbose = verbose
+        self._at = ""
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._speak, daemon=True)
+
+    def __enter__(self) -> _Progress:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._done.set()
+        self._thread.join()
+
+    def _speak(self) -> None:
+        while not self._done.wait(self.PATIENCE):
+            print(f"... {self._at}", file=sys.stderr)
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        self._at = pass_.name
+
+        def progress(text: str) -> None:
+            self._at = f"{pass_.name}: {text}"
+
+        conversion.progress = progress
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, seconds: float) -> None:
+        if self._verbose:
+            print(f"{1000 * seconds:9.2f} ms  {pass_.name}", file=sys.stderr)
+
+
+def _summarise(
+    conversion: Conversion, found: dict[str, Any], arguments: argparse.Namespace
+) -> None:
+    output = conversion.settings.output
+    if output in conversion.files:
+        joints = found["joints"]
+        print(f"{found['robot']}: written to {_near(output)}")
+        print(f"  {found['links']} links -> {found['bodies']} bodies, mass {found['mass']:.6g} kg")
+        print(
+            f"  {joints['urdf']} URDF joints -> {joints['mbs']} joints: "
+            f"{joints['independent']} independent, {joints['driven']} driven; {found['base']} base"
+        )
+    else:
+        print(f"stopped after '{arguments.stop_after}': nothing is written")
+    warnings = [d for d in conversion.diagnostics if d.level == "warning"]
+    notes = [d for d in conversion.diagnostics if d.level == "note"]
+    more = "" if arguments.verbose or not notes else " (-v shows them)"
+    print(f"  {_count(warnings, 'warning')}, {_count(notes, 'note')}{more}")
+    for diagnostic in warnings + (notes if arguments.verbose else []):
+        print(diagnostic, file=sys.stderr)
+
+
+def _count(things: list[Any], name: str) -> str:
+    return f"{len(things)} {name}{'' if len(things) == 1 else 's'}"
+
+
+def _near(path: Path) -> str:
+    return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
+
+
+def _explain(arguments: argparse.Namespace) -> int:
+    config, lines = load(arguments.config)
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    if arguments.json:
+        _print_json(
+            [
+                {**_described(bound.found), "swapped": bound.swapped, "options": bound.options}
+                for bound in pipeline.passes
+            ]
+        )
+        return 0
+    settings = pipeline.settings
+    print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.base}")
+    for name, folder in settings.packages.items():
+        print(f"package {name} = {folder}")
+    for name, value in settings.xacro_args.items():
+        print(f"arg     {name} := {value}")
+    for number, bound in enumerate(pipeline.passes, start=1):
+        pass_ = bound.found.pass_
+        print(f"\n{number}. {pass_.name}: {pass_.summary}")
+        swapped = ", in place of the built-in pass" if bound.swapped else ""
+        print(f"   from     {_origin(bound.found)}{swapped}")
+        print(f"   needs    {', '.join(pass_.needs) or '-'}")
+        print(f"   gives    {', '.join(pass_.gives) or '-'}")
+        options = msgspec.to_builtins(bound.options)
+        print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
+    return 0
+
+
+def _passes(arguments: argparse.Namespace) -> int:
+    plugins = Plugins([Path(file) for file in arguments.plugin], installed=not arguments.no_plugins)
+    found = [one for offered in plugins.passes.values() for one in offered]
+    if arguments.json:
+        _print_json([_described(one) for one in found])
+        return 0
+    width = max(len(one.pass_.name) for one in found)
+    for one in found:
+        pass_ = one.pass_
+        trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(pass_.gives) or '-'}"
+        print(f"{pass_.name:{width}}  {pass_.summary}")
+        print(f"{'':{width}}  {trade}; {_origin(one)}")
+    return 0
+
+
+def _origin(found: Found) -> str:
+    version = f" {found.version}" if found.version else ""
+    return f"{found.plugin}{version} ({found.file})"
+
+
+def _described(found: Found) -> dict[str, Any]:
+    pass_ = found.pass_
+    return {
+        "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,
+        "version": found.version, "file": found.file, "needs": pass_.needs, "gives": pass_.gives,
+    }  # fmt: skip
+
+
+def _print_json(data: Any) -> None:
+    print(json.dumps(msgspec.to_builtins(data), indent=2))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

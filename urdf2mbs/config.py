@@ -1,0 +1,223 @@
+"""The YAML file that says what to convert and by which passes, as typed data.
+
+Errors name the file, the line and the key, and offer the nearest known one.
+"""
+
+from __future__ import annotations
+
+import re
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+import yaml
+from msgspec import Meta
+
+from urdf2mbs.diagnostics import ConfigError, nearest
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+#: Where in a config a value stands: the keys (and list positions) that lead to it.
+Key = tuple[str | int, ...]
+
+
+class Project(msgspec.Struct, forbid_unknown_fields=True):
+    """A whole Robotran project folder instead of one file."""
+
+    project: Annotated[str, Meta(description="the project's folder")]
+
+
+class Config(msgspec.Struct, forbid_unknown_fields=True):
+    """A config file's content. Paths are relative to the folder of the file."""
+
+    source: Annotated[str, Meta(description="the robot: a .urdf or .xacro file")]
+    output: Annotated[
+        str | Project | None, Meta(description="the .mbs file (default: the source's name)")
+    ] = None
+    base: Annotated[
+        Literal["auto", "floating", "fixed"],
+        Meta(description="whether the base floats; auto: it does unless it is tied to 'world'"),
+    ] = "auto"
+    packages: Annotated[dict[str, str], Meta(description="ROS package name: its directory")] = {}
+    xacro_args: Annotated[dict[str, str], Meta(description="xacro argument: its value")] = {}
+    plugins: Annotated[list[str], Meta(description="Python files that bring passes")] = []
+    pipeline: Annotated[
+        str | list[str], Meta(description="the name of a preset, or the passes in their order")
+    ] = "faithful"
+    swap: Annotated[
+        dict[str, str],
+        Meta(description="pass: the plugin whose pass of the same name replaces it"),
+    ] = {}
+    passes: Annotated[dict[str, dict[str, Any]], Meta(description="pass: its options")] = {}
+
+
+class Lines:
+    """Where each value of a config file stands, for error messages."""
+
+    def __init__(self, file: Path | None = None, lines: dict[Key, int] | None = None) -> None:
+        self.file = file
+        self._lines = lines or {}
+
+    def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
+        line = next(
+            (self._lines[at[:n]] for n in range(len(at), -1, -1) if at[:n] in self._lines), None
+        )
+        return ConfigError(
+            code, message, file=str(self.file) if self.file else None, line=line, hint=hint
+        )
+
+
+def load(file: Path) -> tuple[Config, Lines]:
+    """Read a config file; raises ConfigError."""
+    try:
+        text = file.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ConfigError(
+            "config-unreadable", f"cannot read the config: {reason}", file=str(file)
+        ) from None
+    return parse(text, file)
+
+
+def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
+    """Typed data of a config's text; raises ConfigError."""
+    data, lines = _tree(text, file)
+    if not isinstance(data, dict):
+        raise lines.error(
+            "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
+        )
+    if "source" not in data:
+        unknown = next((k for k in data if k not in Config.__struct_fields__), None)
+        hint = nearest(str(unknown), Config.__struct_fields__) if unknown is not None else None
+        raise lines.error(
+            "config-key-missing",
+            "the config has no 'source'",
+            hint=hint or "add 'source: ROBOT.urdf'",
+        )
+    return typed(Config, data, lines), lines
+
+
+def preset(name: str, lines: Lines) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """The passes of a preset and the options that it sets."""
+    folder = resources.files("urdf2mbs.presets")
+    file = folder / f"{name}.yaml"
+    if not file.is_file():
+        known = presets()
+        raise lines.error(
+            "unknown-preset", f"there is no preset '{name}'", ("pipeline",),
+            nearest(name, known) or f"there are: {', '.join(known)}",
+        )  # fmt: skip
+    data = yaml.load(file.read_text("utf-8"), _LOADER)
+    return data["pipeline"], data.get("passes", {})
+
+
+def presets() -> list[str]:
+    """The names of all presets."""
+    files = resources.files("urdf2mbs.presets").iterdir()
+    return sorted(file.name[:-5] for file in files if file.name.endswith(".yaml"))
+
+
+def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
+    """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
+    fields = {field.encode_name: field.type for field in _fields(kind)}
+    known = list(fields)
+    if not isinstance(data, dict):
+        raise lines.error(
+            "config-type", f"'{_dotted(at)}' wants 'key: value' lines, not {data!r}", at
+        )
+    for key in data:
+        if key not in known:
+            hint = nearest(str(key), known) or f"known: {', '.join(known) or 'no keys at all'}"
+            raise lines.error(
+                "unknown-key", f"unknown key '{_dotted((*at, key))}'", (*at, key), hint
+            )
+    # one word where a list is wanted is a list of one
+    data = {
+        key: [value]
+        if isinstance(value, str) and isinstance(fields[key], msgspec.inspect.ListType)
+        else value
+        for key, value in data.items()
+    }
+    try:
+        return msgspec.convert(data, kind, strict=True)
+    except msgspec.ValidationError as error:
+        what, _, path = str(error).partition(" - at `$")
+        inner = tuple(
+            int(index) if index else key
+            for key, index in re.findall(r"\.([^.\[`]+)|\[(\d+)\]", path)
+        )
+        where: Key = (*at, *inner)
+        if "[...]" in path:  # msgspec does not say which key of a mapping
+            where = (*at, *inner[: path.count(".")])
+        raise lines.error(
+            "config-type", f"'{_dotted(where)}': {what[0].lower()}{what[1:]}", where
+        ) from None
+
+
+def word(text: str) -> Any:
+    """A value given on the command line: YAML where it is YAML, else the text itself."""
+    try:
+        return yaml.load(text, _LOADER)
+    except yaml.YAMLError:
+        return text
+
+
+def _fields(kind: type) -> tuple[Any, ...]:
+    info: Any = msgspec.inspect.type_info(kind)
+    return tuple(info.fields)
+
+
+def _dotted(at: Key) -> str:
+    return ".".join(str(key) for key in at) or "config"
+
+
+def _tree(text: str, file: Path | None) -> tuple[Any, Lines]:
+    loader = _LOADER(text)
+    try:
+        node = loader.get_single_node()
+        lines = Lines(file, {})
+        if node is None:
+            return None, lines
+        _mark(node, lines)
+        return loader.construct_document(node), lines
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        message = " ".join(part for part in (error.context, error.problem) if part)
+        raise ConfigError(
+            "config-yaml", f"this is not YAML: {message}", file=str(file) if file else None,
+            line=mark.line + 1 if mark else None,
+        ) from None  # fmt: skip
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise ConfigError(
+            "config-yaml", f"this is not YAML: {error}", file=str(file) if file else None
+        ) from None
+    finally:
+        loader.dispose()
+
+
+def _mark(root: yaml.Node, lines: Lines) -> None:
+    """Note every value's line; give arguments as they are written; refuse doubled keys."""
+    todo: list[tuple[yaml.Node, Key]] = [(root, ())]
+    seen: set[int] = set()
+    while todo:
+        node, at = todo.pop()
+        lines._lines.setdefault(at, node.start_mark.line + 1)
+        if id(node) in seen:
+            continue
+        if isinstance(node, yaml.MappingNode):
+            seen.add(id(node))
+            for key, value in node.value:
+                path = (*at, str(key.value))
+                if path in lines._lines:
+                    raise lines.error(
+                        "config-key-doubled", f"'{_dotted(path)}' is there twice", path
+                    )
+                lines._lines[path] = key.start_mark.line + 1
+                if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
+                    # 'hand: false' and 'mass: 1.50' mean just these words
+                    value.tag = "tag:yaml.org,2002:str"
+                todo.append((value, path))
+        elif isinstance(node, yaml.SequenceNode):
+            seen.add(id(node))
+            todo += [(value, (*at, index)) for index, value in enumerate(node.value)]

@@ -1,0 +1,343 @@
+"""Resolves a config's passes, checks what each needs against what is given, and runs them."""
+
+from __future__ import annotations
+
+import os
+import traceback
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.config import Config, Key, Lines, Project, preset, presets, typed
+from urdf2mbs.conversion import Conversion, LinkFrame, Names, Settings
+from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.plugins import GROUP, Found, Plugins
+from urdf2mbs.urdf.model import Robot
+
+
+class Bound(msgspec.Struct):
+    """A pass of a pipeline, with its options."""
+
+    found: Found
+    options: Any
+    swapped: bool = False
+    """Whether it stands in for the built-in pass of its name."""
+
+
+class Pipeline:
+    """The passes of one config, in an order that has been checked."""
+
+    def __init__(self, config: Config, lines: Lines, *, installed_plugins: bool = True) -> None:
+        folder = lines.file.parent if lines.file else Path()
+        self.settings = _settings(config, lines, folder)
+        files = [folder / file for file in config.plugins]
+        for index, file in enumerate(files):
+            if not file.is_file():
+                raise lines.error(
+                    "plugin-missing", f"plugin file '{file}' does not exist", ("plugins", index)
+                )
+        self.plugins = Plugins(files, installed=installed_plugins)
+        self.passes = _resolve(config, lines, self.plugins)
+        check_order([bound.found.pass_ for bound in self.passes])
+
+    def run(self, *, stop_after: str | None = None) -> Conversion:
+        """Run the passes; raises ConversionError. Nothing is written to disk."""
+        names = [bound.found.pass_.name for bound in self.passes]
+        if stop_after is not None and stop_after not in names:
+            raise ConfigError(
+                "unknown-pass", f"there is no pass '{stop_after}' in this pipeline to stop after",
+                hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
+            )  # fmt: skip
+        conversion = Conversion(self.settings)
+        hook = self.plugins.hook
+        for bound in self.passes:
+            pass_ = bound.found.pass_
+            hook.urdf2mbs_before_pass(pass_=pass_, conversion=conversion)
+            start = perf_counter()
+            try:
+                pass_.run(conversion, bound.options)
+            except ConversionError:
+                raise
+            except Exception as error:
+                raise _failed(bound.found, conversion, error) from error
+            hook.urdf2mbs_after_pass(
+                pass_=pass_, conversion=conversion, seconds=perf_counter() - start
+            )
+            if pass_.name == stop_after:
+                break
+        return conversion
+
+
+def check_order(passes: Sequence[Pass]) -> None:
+    """Every need must be given by an earlier pass, and nothing by two; raises ConfigError."""
+    givers: dict[str, str] = {}
+    for pass_ in passes:
+        for token in pass_.gives:
+            if token in givers:
+                raise ConfigError(
+                    "given-twice",
+                    f"passes '{givers[token]}' and '{pass_.name}' both give '{token}'",
+                    hint="leave one of them out of 'pipeline'",
+                )
+            givers[token] = pass_.name
+    given: set[str] = set()
+    for pass_ in passes:
+        for token in pass_.needs:
+            if token not in givers:
+                raise ConfigError(
+                    "need-not-given",
+                    f"pass '{pass_.name}' needs '{token}', which no pass of this pipeline gives",
+                    hint="'urdf2mbs passes' lists what each pass gives; add one to 'pipeline'",
+                )
+            giver = givers[token]
+            if token not in given:
+                raise ConfigError(
+                    "wrong-order",
+                    f"pass '{pass_.name}' needs '{token}', which '{giver}' gives only later",
+                    hint=f"put '{giver}' before '{pass_.name}' in 'pipeline'",
+                )
+        given.update(pass_.gives)
+
+
+def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
+    source = (folder / config.source).absolute()
+    project = None
+    if isinstance(config.output, Project):
+        project = (folder / config.output.project).absolute()
+        output = project / "dataR" / f"{project.name}.mbs"
+    elif config.output is not None:
+        output = (folder / config.output).absolute()
+    else:
+        output = (folder / source.name.split(".")[0]).with_suffix(".mbs").absolute()
+    if output == source:
+        raise lines.error(
+            "output-is-source", f"the output would overwrite the robot '{source}'", ("output",)
+        )
+    if output.is_dir():
+        raise lines.error(
+            "output-is-folder",
+            f"the output '{output}' is a folder",
+            ("output",),
+            "name the .mbs file",
+        )
+    packages = {}
+    for name, directory in config.packages.items():
+        packages[name] = (folder / directory).absolute()
+        if not packages[name].is_dir():
+            raise lines.error(
+                "package-missing",
+                f"package '{name}': there is no folder '{packages[name]}'",
+                ("packages", name),
+            )
+    return Settings(source, output, config.base, packages, dict(config.xacro_args), project)
+
+
+def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:
+    names: list[str]
+    options: dict[str, dict[str, Any]] = {}
+    if isinstance(config.pipeline, str):
+        names, options = preset(config.pipeline, lines)
+    else:
+        names = config.pipeline
+    known = plugins.passes
+    for key, mentioned in (("passes", config.passes), ("swap", config.swap)):
+        for name in mentioned:
+            if name not in names:
+                why = "is not in this pipeline" if name in known else ""
+                raise _unknown(lines, (key, name), name, [*names, *known], why)
+    bound: list[Bound] = []
+    for index, name in enumerate(names):
+        at: Key = ("pipeline", index)
+        if name not in known:
+            hint = (
+                "a preset's name stands alone: 'pipeline: " + name + "'"
+                if name in presets()
+                else ""
+            )
+            raise _unknown(lines, at, name, known, "", hint)
+        if name in names[:index]:
+            raise lines.error("pass-doubled", f"pass '{name}' is in the pipeline twice", at)
+        found = _chosen(name, known[name], config.swap.get(name), lines)
+        given = {**options.get(name, {}), **config.passes.get(name, {})}
+        filled = typed(found.pass_.options, given, lines, ("passes", name))
+        bound.append(Bound(found, filled, swapped=name in config.swap))
+    return bound
+
+
+def _chosen(name: str, offered: list[Found], plugin: str | None, lines: Lines) -> Found:
+    by_plugin = {found.plugin: found for found in offered}
+    if plugin is not None:
+        if plugin not in by_plugin:
+            raise lines.error(
+                "unknown-plugin", f"no plugin '{plugin}' brings a pass '{name}'", ("swap", name),
+                nearest(plugin, by_plugin) or f"those that do: {', '.join(by_plugin)}",
+            )  # fmt: skip
+        return by_plugin[plugin]
+    if GROUP in by_plugin:
+        return by_plugin[GROUP]
+    if len(offered) > 1:
+        raise ConfigError(
+            "pass-ambiguous", f"plugins {' and '.join(by_plugin)} each bring a pass '{name}'",
+            hint=f"say which: 'swap: {{{name}: {offered[0].plugin}}}'",
+        )  # fmt: skip
+    return offered[0]
+
+
+def _unknown(lines: Lines, at: Key, name: str, known: Any, why: str, hint: str = "") -> ConfigError:
+    return lines.error(
+        "unknown-pass", f"pass '{name}' {why}" if why else f"there is no pass '{name}'", at,
+        hint or nearest(name, known) or "'urdf2mbs passes' lists all",
+    )  # fmt: skip
+
+
+def _failed(found: Found, conversion: Conversion, error: Exception) -> ConversionError:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    ours = found.plugin == GROUP
+    whose = "" if ours else f" of plugin '{found.plugin}'"
+    return ConversionError(
+        "internal" if ours else "plugin-failed",
+        f"pass '{found.pass_.name}'{whose} failed on robot '{conversion.robot.name}': "
+        f"{type(error).__name__}: {error}",
+        file=last.filename, line=last.lineno,
+        hint="this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
+        if ours else "--debug shows the traceback",
+    )  # fmt: skip
+
+
+class Result:
+    """What a conversion gives: the model, the file's bytes, and the report."""
+
+    def __init__(self, conversion: Conversion) -> None:
+        self.conversion = conversion
+
+    @property
+    def mbs(self) -> Mbs:
+        return self.conversion.mbs
+
+    @property
+    def data(self) -> bytes:
+        """The .mbs file."""
+        return self.conversion.files[self.conversion.settings.output]
+
+    @property
+    def robot(self) -> Robot:
+        """The URDF's robot, with the base that was inserted."""
+        return self.conversion.robot
+
+    @property
+    def names(self) -> Names:
+        return self.conversion.names
+
+    @property
+    def frames(self) -> dict[str, LinkFrame]:
+        """Where each URDF link's frame is in the .mbs."""
+        return self.conversion.frames
+
+    @property
+    def frozen(self) -> dict[str, str]:
+        """Moving URDF joints that are not in the .mbs, and why."""
+        return self.conversion.frozen
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        return self.conversion.diagnostics
+
+    @property
+    def report(self) -> dict[str, Any]:
+        return report(self.conversion)
+
+
+def convert(
+    source: str | os.PathLike[str],
+    *,
+    base: str = "auto",
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
+    pipeline: str | list[str] = "faithful",
+    options: Mapping[str, Mapping[str, Any]] | None = None,
+    plugins: Sequence[str | os.PathLike[str]] = (),
+    swap: Mapping[str, str] | None = None,
+) -> Result:
+    """Convert a URDF or xacro file, without writing anything.
+
+    ``base`` is ``auto``, ``floating`` or ``fixed``; ``packages`` maps ROS packages to
+    directories; ``options`` maps passes to their options.  Raises ConversionError.
+    """
+    given = {
+        "source": os.fspath(source),
+        "base": base,
+        "packages": {name: os.fspath(path) for name, path in (packages or {}).items()},
+        "xacro_args": dict(xacro_args or {}),
+        "pipeline": pipeline,
+        "passes": {name: dict(values) for name, values in (options or {}).items()},
+        "plugins": [os.fspath(plugin) for plugin in plugins],
+        "swap": dict(swap or {}),
+    }
+    lines = Lines()
+    return Result(Pipeline(typed(Config, given, lines), lines).run())
+
+
+def report(conversion: Conversion) -> dict[str, Any]:
+    """What became of the robot, as plain data for JSON."""
+    mbs, robot = conversion.mbs, conversion.robot
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    driven = sum(joint.nature == "driven" for joint in joints)
+    return {
+        "robot": robot.name,
+        "source": str(conversion.settings.source),
+        "output": str(conversion.settings.output),
+        "base": "floating" if conversion.floating else "fixed",
+        "links": len(robot.links),
+        "bodies": len(mbs.bodies),
+        "joints": {
+            "urdf": len(robot.joints),
+            "mbs": len(joints),
+            "independent": len(joints) - driven,
+            "driven": driven,
+        },
+        "mass": sum(body.mass or 0.0 for body in mbs.bodies),
+        "gravity": mbs.base.gravity,
+        "names": {"bodies": conversion.names.bodies, "joints": conversion.names.joints},
+        "numbers": mbs.numbers(),
+        "frames": {
+            link: {
+                "body": frame.body,
+                "joint": frame.joint,
+                "xyz": frame.pose.xyz,
+                "rotation": frame.pose.rot,
+            }
+            for link, frame in conversion.frames.items()
+        },
+        "frozen": conversion.frozen,
+        "diagnostics": [msgspec.to_builtins(found) for found in conversion.diagnostics],
+        **conversion.report,
+    }
+
+
+def write_files(files: Mapping[Path, bytes]) -> None:
+    """Write each file beside its place, then rename all: there is never half a file.
+
+    Raises ConfigError where a folder or file cannot be written.
+    """
+    parts: list[tuple[Path, Path]] = []
+    path = Path()
+    try:
+        for path, data in files.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            part = path.with_name(f".{path.name}.{os.getpid()}.part")
+            parts.append((part, path))
+            part.write_bytes(data)
+        for part, path in parts:
+            part.replace(path)
+    except OSError as error:
+        raise ConfigError(
+            "output-unwritable", f"cannot write '{path}': {error.strerror or error}"
+        ) from None
+    finally:
+        for part, _ in parts:
+            part.unlink(missing_ok=True)
