@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from urdf2mbs.spatial import NO_INERTIA, ZERO, Sym, Vec
+from urdf2mbs.spatial import ZERO, Sym, Vec
 
 #: How a file calls the ground as a parent, whatever ``Base.name`` says, and the point at
 #: a body's own frame.  In the model both are None, so that no name can be mistaken for them.
@@ -83,8 +83,6 @@ class Drawing(msgspec.Struct):
     shape: str = "rectangle"
     name_pos: XY = (0.0, 0.0)
     angle: float = 0.0
-    radius: float | None = None
-    """The size of a ``circle``."""
 
 
 class Body(msgspec.Struct):
@@ -156,12 +154,12 @@ class View(msgspec.Struct):
 
 class Connection(msgspec.Struct):
     """A cut (``ball``, ``rod``, ``solid``) or a force link (``link``, ``link3D``) between
-    two points, each given as (body, point)."""
+    two points, each given as (body, point), None being the ground and the body's own frame."""
 
     kind: str
     name: str
-    endpoint1: tuple[str, str]
-    endpoint2: tuple[str, str]
+    endpoint1: tuple[str | None, str | None]
+    endpoint2: tuple[str | None, str | None]
     length: float | None = None
     extra: list[str] = []
 

@@ -1,0 +1,128 @@
+"""Names that Robotran can work with.
+
+The C code that is generated for a project uses the names of the file, so they must be
+identifiers: a letter first, then letters, digits and ``_``.  Bodies, joints, sensors and
+external forces share one name space; points have one per body.  Robotran drops duplicates
+in silence.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs, Sensor
+
+C_KEYWORDS = frozenset(
+    """
+    auto break case char const continue default do double else enum extern float for goto if
+    inline int long register restrict return short signed sizeof static struct switch typedef
+    union unsigned void volatile while
+    """.split()
+)
+
+_GOOD = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII).fullmatch
+_BAD_CHARACTER = re.compile(r"[^A-Za-z0-9_]", re.ASCII)
+
+
+def identifiers(names: Sequence[str], reserved: Iterable[str] = (), suffix: str = "") -> list[str]:
+    """An identifier for each name, in the same order, no two alike.
+
+    A name that is good as it is keeps itself, before any other is changed: only the first
+    of several equal ones, and none that is ``reserved`` or a keyword of C.  In the others
+    each bad character becomes ``_``, a name that does not start with a letter gets ``n_``,
+    and where that is taken, ``suffix`` and then ``_2``, ``_3``, ... are appended.
+    """
+    return _assign([(name, suffix) for name in names], reserved)
+
+
+def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
+    """Give everything in ``mbs`` its final name, in place, and mend what refers to it.
+
+    Joints take their names before sensors and external forces, these before bodies: where
+    a joint and a body are both called ``hip``, the body becomes ``hip_body``.
+
+    Returns the bodies' and the joints' new names by their old ones.
+    """
+    mbs.base.name = identifiers([mbs.base.name], (BASE, ORIGIN), "_ground")[0]
+    _rename_points(mbs)
+
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    points = [point for body in mbs.bodies for point in body.points]
+    sensors = [point.sensor for point in points if point.sensor is not None]
+    forces = [point.extforce for point in points if point.extforce is not None]
+    named: list[tuple[str, str]] = [
+        *((joint.name, "_joint") for joint in joints),
+        *((sensor.name, "_sensor") for sensor in sensors),
+        *((force.name, "_force") for force in forces),
+        *((body.name, "_body") for body in mbs.bodies),
+    ]
+    final = iter(_assign(named, (BASE, ORIGIN, mbs.base.name)))
+
+    joint_names = {joint.name: next(final) for joint in joints}
+    for joint in joints:
+        joint.name = joint_names[joint.name]
+    sensor: Sensor
+    for sensor in (*sensors, *forces):
+        sensor.name = next(final)
+    body_names = {body.name: next(final) for body in mbs.bodies}
+    for body in mbs.bodies:
+        body.name = body_names[body.name]
+        if body.parent is not None:
+            body.parent = body_names[body.parent]
+    for connection in (*mbs.cuts, *mbs.links):
+        for end in ("endpoint1", "endpoint2"):
+            body_name, point_name = getattr(connection, end)
+            if body_name is not None:
+                setattr(connection, end, (body_names[body_name], point_name))
+    for constraint in mbs.user_constraints:
+        constraint.joints = tuple(joint_names[name] for name in constraint.joints)
+    return body_names, joint_names
+
+
+def _rename_points(mbs: Mbs) -> None:
+    """Bodies still have their old names here."""
+    final: dict[tuple[str | None, str | None], str] = {}
+    for owner, points in (
+        (None, mbs.base.points),
+        *((body.name, body.points) for body in mbs.bodies),
+    ):
+        names = identifiers([point.name for point in points], (ORIGIN,), "_point")
+        for point, name in zip(points, names, strict=True):
+            final.setdefault((owner, point.name), name)
+            point.name = name
+    for body in mbs.bodies:
+        body.point = final.get((body.parent, body.point))
+    for connection in (*mbs.cuts, *mbs.links):
+        for end in ("endpoint1", "endpoint2"):
+            body_name, _ = key = getattr(connection, end)
+            setattr(connection, end, (body_name, final.get(key)))
+
+
+def _assign(named: Sequence[tuple[str, str]], reserved: Iterable[str]) -> list[str]:
+    """``identifiers`` for names of several kinds, each with its own suffix."""
+    taken = {*C_KEYWORDS, *reserved}
+    out = [""] * len(named)
+    others: list[int] = []
+    for index, (name, _) in enumerate(named):
+        if name in taken or not _GOOD(name):
+            others.append(index)
+        else:
+            taken.add(name)
+            out[index] = name
+    counted: dict[str, int] = {}
+    for index in others:
+        name, suffix = named[index]
+        new = _BAD_CHARACTER.sub("_", name)
+        if not _GOOD(new):
+            new = f"n_{new}"
+        if new in taken:
+            stem = new = new + suffix
+            number = counted.get(stem, 1)  # where this stem's last search ended: linear
+            while new in taken:
+                number += 1
+                new = f"{stem}_{number}"
+            counted[stem] = number
+        taken.add(new)
+        out[index] = new
+    return out
