@@ -39,6 +39,9 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
         Literal["auto", "floating", "fixed"],
         Meta(description="whether the base floats; auto: it does unless it is tied to 'world'"),
     ] = "auto"
+    gravity: Annotated[
+        tuple[float, float, float], Meta(description="acceleration in base axes, m/s^2")
+    ] = (0.0, 0.0, -9.81)
     packages: Annotated[dict[str, str], Meta(description="ROS package name: its directory")] = {}
     xacro_args: Annotated[dict[str, str], Meta(description="xacro argument: its value")] = {}
     plugins: Annotated[list[str], Meta(description="Python files that bring passes")] = []

@@ -22,6 +22,8 @@ class Settings(msgspec.Struct):
     base: str = "auto"
     packages: dict[str, Path] = {}
     xacro_args: dict[str, str] = {}
+    gravity: Vec = (0.0, 0.0, -9.81)
+    """Acceleration in base axes, m/s^2."""
     project: Path | None = None
     """The Robotran project folder that the output is part of, if one is asked for."""
 

@@ -134,7 +134,9 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
                 f"package '{name}': there is no folder '{packages[name]}'",
                 ("packages", name),
             )
-    return Settings(source, output, config.base, packages, dict(config.xacro_args), project)
+    return Settings(
+        source, output, config.base, packages, dict(config.xacro_args), config.gravity, project
+    )
 
 
 def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:

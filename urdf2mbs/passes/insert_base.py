@@ -10,19 +10,13 @@ from __future__ import annotations
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import Pass
-from urdf2mbs.spatial import Vec
+from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
-    gravity: Vec = (0.0, 0.0, -9.81)
-    """Acceleration of gravity in base axes, m/s^2."""
-
-
-def run(conversion: Conversion, options: Options) -> None:
+def run(conversion: Conversion, options: NoOptions) -> None:
     robot = conversion.robot
-    conversion.mbs.base.gravity = options.gravity
+    conversion.mbs.base.gravity = conversion.settings.gravity
     root = robot.root()
     welded, floating = _welded_to(robot, root)
     asked = conversion.settings.base
@@ -78,4 +72,4 @@ def _unused(name: str, robot: Robot) -> str:
     return free
 
 
-PASS = Pass("insert-base", run, Options, needs=("robot",), gives=("base",))
+PASS = Pass("insert-base", run, needs=("robot",), gives=("base",))
