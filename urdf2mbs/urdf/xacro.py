@@ -1,0 +1,333 @@
+"""xacro without ROS: the ``xacro`` package, its packages found by us, its globals put back."""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+import warnings
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from xml.parsers.expat import ExpatError
+
+from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
+from urdf2mbs.urdf.packages import absolute
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from urdf2mbs.urdf.packages import Packages
+
+#: What xacro read without the prefix ``xacro:`` until 2014, and now copies as it stands.
+LEGACY = frozenset(("property", "macro", "include", "if", "unless", "insert_block", "call"))
+LEGACY_HINT = (
+    'write <xacro:{tag} ...> and declare xmlns:xacro="http://www.ros.org/wiki/xacro" on <robot>'
+)
+
+# xacro keeps its state in module globals: one run at a time.
+_lock = threading.RLock()
+_EXPRESSION = re.compile(r"when evaluating expression '(.*)'", re.DOTALL)
+_XACRO_ARG = re.compile(r"""xacro\.arg\(\s*['"]([^'"]+)['"]\s*\)""")
+_DECLARED = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
+#: Longer stacks of includes and macros are cut in the middle.
+_SHOWN = 8
+
+#: Something that xacro says: level, text and the file being processed.
+_Said = tuple[Literal["warning", "note"], str, "str | None"]
+
+
+class Expansion(NamedTuple):
+    text: bytes
+    """What the ``xacro`` command prints, in UTF-8."""
+    files: list[str]
+    """All that was read, the source first."""
+    warnings: list[Diagnostic]
+
+
+class _Context(dict[str, Any]):
+    """Substitution arguments; ``filename``, for ``$(dirname)``, is the file being processed."""
+
+    def __init__(self, module: Any, args: _Args) -> None:
+        super().__init__(arg=args)
+        self.module = module
+
+    def __getitem__(self, key: str) -> Any:
+        if key == "filename":
+            return absolute(self.module.filestack[-1])
+        return super().__getitem__(key)
+
+    def get(self, key: str, default: Any = None) -> Any:
+        return self[key] if key == "filename" or key in self else default
+
+
+class _Args(dict[str, str]):
+    """The arguments, which notes the names that the robot asks for.
+
+    xacro looks with ``in`` only where a file declares an argument.
+    """
+
+    def __init__(self, args: Mapping[str, str]) -> None:
+        super().__init__({name: str(value) for name, value in args.items()})
+        self.asked: dict[str, None] = {}
+
+    def __contains__(self, name: object) -> bool:
+        self.asked[str(name)] = None
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked[name] = None
+        return super().__getitem__(name)
+
+
+def expand(source: Path, packages: Packages, args: Mapping[str, str]) -> Expansion:
+    """Run xacro on a file; ``args`` are those of ``NAME:=VALUE``.
+
+    :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``
+    """
+    import xacro
+
+    file = absolute(source)
+    said: list[_Said] = []
+    given = _Args(args)
+    with _lock, _borrowed(xacro, packages, given, said):
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                document = xacro.process_file(file, mappings=given, verbosity=1)
+                text = document.toprettyxml(indent="  ").encode()
+        except Exception as error:
+            raise _explain(xacro, error, file) from error
+        read = [absolute(name) for name in (file, *xacro.all_includes)]
+    said += [("warning", f"{one.category.__name__}: {one.message}", None) for one in caught]
+    diagnostics = [
+        Diagnostic(
+            level,
+            "xacro-warning" if level == "warning" else "xacro-message",
+            message,
+            file=where or file,
+        )
+        for level, message, where in dict.fromkeys(said)
+    ]
+    for name in args:
+        if name not in given.asked:
+            known = [other for other in given.asked if other not in args]
+            diagnostics.append(
+                Diagnostic(
+                    "warning",
+                    "xacro-unused-arg",
+                    f"the argument '{name}' has no effect: no file declares or uses it",
+                    file=file,
+                    hint=nearest(name, known) or _declares(given.asked),
+                )
+            )
+    files = [name for name in dict.fromkeys(read) if Path(name).is_file()]
+    return Expansion(text, files, diagnostics)
+
+
+@contextmanager
+def _borrowed(xacro: Any, packages: Packages, args: _Args, said: list[_Said]) -> Iterator[None]:
+    """xacro's globals fresh, its ``find`` and its messages ours; all put back at the end."""
+    import xml.dom.minidom
+
+    from xacro import substitution_args as substitution
+
+    def find(package: str) -> str:
+        return str(packages.find(package))
+
+    def say(level: Literal["warning", "note"], *message: Any, **_: Any) -> str:
+        where = xacro.filestack[-1] if xacro.filestack else None
+        said.append((level, " ".join(str(part) for part in message), where))
+        return ""
+
+    functions: dict[str, Any] = {
+        "message": partial(say, "note"),
+        "warning": partial(say, "warning"),
+        "error": partial(say, "warning"),
+        "print_location": lambda *_, **__: "",
+    }
+    fresh: dict[str, Any] = {
+        "filestack": None,
+        "macrostack": None,
+        "all_includes": [],
+        "substitution_args_context": _Context(xacro, args),
+        "verbosity": 1,
+        "root_dir": os.curdir,
+        "_empty_text_node": xml.dom.minidom.Document().createTextNode("\n\n"),
+        **functions,
+    }
+    borrowed: list[tuple[dict[str, Any], dict[str, Any]]] = [
+        (vars(xacro), fresh),
+        (vars(substitution), {"_eval_find": find}),
+        (substitution._eval_dict, {"find": find}),
+        (xacro._global_symbols["xacro"], functions),
+    ]
+    kept = [(owner, {key: dict.__getitem__(owner, key) for key in new}) for owner, new in borrowed]
+    try:
+        for owner, new in borrowed:
+            dict.update(owner, new)
+        yield
+    finally:
+        for owner, old in kept:
+            dict.update(owner, old)
+
+
+def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
+    """The one error to show for anything that went wrong inside xacro."""
+    chain = _chain(error)
+    files = [absolute(name) for name in xacro.filestack or [source]]
+    read = list(dict.fromkeys([*files, *map(absolute, xacro.all_includes), source]))
+    text = " ".join(str(error).split()) or repr(error)
+    file, line = files[-1], None
+    code, hint = "xacro", None
+
+    ours = next((one for one in chain if isinstance(one, ConversionError)), None)
+    expression = _EXPRESSION.search(str(error))
+    undefined = _undefined_arg(chain, expression[1] if expression else "")
+    deep = next((one for one in chain if isinstance(one, RecursionError)), None)
+    syntax = next((one for one in chain if isinstance(one, ExpatError)), None)
+    if ours is not None:
+        code, text, hint = ours.code, ours.message, ours.hint
+        looked_for = _quoted(text)[:1]
+    elif undefined is not None:
+        code = "xacro-arg"
+        text = f"the argument '{undefined}' is not defined"
+        declared = _declared(read)
+        close = nearest(undefined, declared)
+        hint = (
+            f"give it a value: `xacro_args: {{{undefined}: VALUE}}` or "
+            f"`--arg {undefined}:=VALUE`; {close + ' ' if close else ''}{_declares(declared)}"
+        )
+        looked_for = [f"$(arg {undefined})", f"'{undefined}'"]
+    elif syntax is not None:
+        text, line = f"not well-formed XML: {syntax}", syntax.lineno
+        looked_for = []
+        if "unbound prefix" in text:
+            hint = 'declare xmlns:xacro="http://www.ros.org/wiki/xacro" on the root element'
+    elif deep is not None:
+        text = "macros, includes or properties that call themselves without an end"
+        looked_for = []
+    else:
+        legacy = _legacy(read)
+        if legacy is not None:
+            return legacy
+        looked_for = [expression[1]] if expression else _quoted(text)
+    macro_files = [
+        macro.history[-1][-1]
+        for macro in reversed(xacro.macrostack or [])
+        if macro.history and macro.history[-1]
+    ]
+    if line is None:
+        places = dict.fromkeys([*map(absolute, filter(None, macro_files[:1])), *read])
+        file, line = _locate(looked_for, list(places)) or (file, None)
+    exception = ConversionError(
+        code, text + _stack(xacro, files, file), file=file, line=line, hint=hint
+    )
+    if ours is not None and ours.exit_code != exception.exit_code:
+        exception = ConfigError(code, ours.message, hint=ours.hint)
+    return exception
+
+
+def _chain(error: BaseException) -> list[BaseException]:
+    """An exception and all those it was raised from or wraps."""
+    chain: list[BaseException] = []
+    todo: list[BaseException | None] = [error]
+    while todo:
+        one = todo.pop()
+        if one is not None and all(one is not other for other in chain):
+            chain.append(one)
+            todo += [one.__context__, one.__cause__, getattr(one, "exc", None)]
+    return chain
+
+
+def _undefined_arg(chain: list[BaseException], expression: str) -> str | None:
+    for one in chain:
+        if type(one).__name__ == "ArgException":
+            return str(one)
+    called = _XACRO_ARG.search(expression)
+    if called and any(isinstance(one, KeyError) and one.args == (called[1],) for one in chain):
+        return called[1]
+    return None
+
+
+def _text(file: str) -> str:
+    try:
+        return Path(file).read_bytes().decode("utf-8", "replace")
+    except (OSError, ValueError):
+        return ""
+
+
+def _declared(files: list[str]) -> list[str]:
+    return list(dict.fromkeys(name for file in files for name in _DECLARED.findall(_text(file))))
+
+
+def _declares(names: Iterable[str]) -> str:
+    shown = ", ".join(names)
+    return f"the arguments declared are: {shown}" if shown else "no file declares an argument"
+
+
+def _quoted(text: str) -> list[str]:
+    """What a message of xacro's puts in quotes or names as a macro or a file."""
+    return [
+        part
+        for part in re.findall(r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|([\w.-]+)$", text)
+        for part in part
+        if part
+    ]
+
+
+def _locate(texts: list[str], files: list[str]) -> tuple[str, int] | None:
+    """The one line of the files that has one of the texts; xacro itself knows no lines."""
+    for text in texts:
+        for file in files:
+            lines = [
+                number for number, line in enumerate(_text(file).splitlines(), 1) if text in line
+            ]
+            if len(lines) == 1:
+                return file, lines[0]
+            if lines:
+                break
+    return None
+
+
+def _stack(xacro: Any, files: list[str], shown: str) -> str:
+    """How xacro came to where it is: macros, then includes, innermost first."""
+    lines = []
+    says = "in the macro"
+    for macro in reversed(xacro.macrostack or []):
+        name = macro.body.getAttribute("name") if macro.body is not None else "?"
+        where = macro.history[-1][-1] if macro.history and macro.history[-1] else "?"
+        lines.append(f"{says} '{name}' of {where}")
+        says = "called by the macro"
+    says = "in the file"
+    for file in reversed(files):
+        if not (len(files) == 1 and file == shown):
+            lines.append(f"{says} {file}")
+        says = "included from"
+    if len(lines) > _SHOWN:
+        half = _SHOWN // 2
+        lines[half:-half] = [f"... {len(lines) - 2 * half} more ..."]
+    return "".join(f"\n  {line}" for line in lines)
+
+
+def _legacy(files: list[str]) -> ConversionError | None:
+    """An error for the first element in the form that xacro has not read since 2014."""
+    from lxml import etree
+
+    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True)
+    for file in files:
+        try:
+            root = etree.fromstring(_text(file).encode(), parser)
+        except (etree.XMLSyntaxError, ValueError):
+            continue
+        children: Any = () if root is None else root.iterchildren(*LEGACY)
+        for child in children:
+            return ConversionError(
+                "xacro-legacy",
+                f"<{child.tag}> without the prefix xacro: is not read by xacro any more",
+                file=file,
+                line=child.sourceline,
+                hint=LEGACY_HINT.format(tag=child.tag),
+            )
+    return None
