@@ -11,6 +11,16 @@ from urdf2mbs.spatial import ZERO, Sym, Vec
 BASE = "base"
 ORIGIN = "origin"
 
+#: The words that an .mbs has for each of these; with any other, Robotran goes wrong silently.
+JOINT_TYPES = frozenset(["T1", "T2", "T3", "R1", "R2", "R3"])
+NATURES = frozenset(["independent", "dependent", "driven"])
+SYMBOLS = frozenset(["q", "qd", "qdd"])
+FORCE_MEASURES = frozenset(["Pos", "Rot", "Vit", "Om", "Acc", "Omp"])
+SENSOR_MEASURES = FORCE_MEASURES | {"Jac"}
+SHAPES = frozenset(["box", "cylinder", "cone", "sphere", "inline"])
+CUTS = frozenset(["ball", "rod", "solid"])
+LINKS = frozenset(["link", "link3D"])
+
 #: Pixels in the 2D diagram, y down.
 XY = tuple[float, float]
 RGB = tuple[int, int, int]
@@ -35,6 +45,9 @@ class Joint(msgspec.Struct):
     position: XY | None = None
     extra: list[str] = []
     """Elements this model does not know, as written (so in every class below)."""
+    inner: dict[str, list[str]] = {}
+    """The same for elements further in, by the path of the element that holds them
+    (``graphics/x3D/x3D_joint``); attributes by theirs (``symbols/@note``)."""
 
 
 class Sensor(msgspec.Struct):
@@ -53,6 +66,7 @@ class Point(msgspec.Struct):
     sensor: Sensor | None = None
     extforce: Sensor | None = None
     extra: list[str] = []
+    inner: dict[str, list[str]] = {}
 
 
 class Shape(msgspec.Struct):
@@ -71,6 +85,7 @@ class Shape(msgspec.Struct):
     height: float | None = None
     url: str | None = None
     extra: list[str] = []
+    inner: dict[str, list[str]] = {}
 
 
 class Drawing(msgspec.Struct):
@@ -103,6 +118,7 @@ class Body(msgspec.Struct):
     shapes: list[Shape] = []
     drawing: Drawing | None = None
     extra: list[str] = []
+    inner: dict[str, list[str]] = {}
 
 
 class Base(msgspec.Struct):
@@ -115,6 +131,7 @@ class Base(msgspec.Struct):
     position: XY | None = None
     drawing: Drawing | None = None
     extra: list[str] = []
+    inner: dict[str, list[str]] = {}
 
 
 class Viewpoint(msgspec.Struct):
@@ -150,6 +167,7 @@ class View(msgspec.Struct):
     viewpoints: list[Viewpoint] = []
     lights: list[Light] = []
     extra: list[str] = []
+    inner: dict[str, list[str]] = {}
 
 
 class Connection(msgspec.Struct):
@@ -162,6 +180,7 @@ class Connection(msgspec.Struct):
     endpoint2: tuple[str | None, str | None]
     length: float | None = None
     extra: list[str] = []
+    inner: dict[str, list[str]] = {}
 
 
 class UserConstraint(msgspec.Struct):
@@ -200,6 +219,7 @@ class Mbs(msgspec.Struct):
     user_variables: list[UserVariable] = []
     view: View | None = None
     extra: list[str] = []
+    inner: dict[str, list[str]] = {}
 
     def numbers(self) -> dict[str, int]:
         """The number that Robotran gives each joint: 1, 2, ... in the order of the file."""

@@ -13,13 +13,12 @@ from collections.abc import Iterable, Sequence
 
 from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs, Sensor
 
-C_KEYWORDS = frozenset(
-    """
-    auto break case char const continue default do double else enum extern float for goto if
-    inline int long register restrict return short signed sizeof static struct switch typedef
-    union unsigned void volatile while
-    """.split()
-)
+C_KEYWORDS = frozenset([
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else",
+    "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long", "register",
+    "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef",
+    "union", "unsigned", "void", "volatile", "while",
+])  # fmt: skip
 
 _GOOD = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII).fullmatch
 _BAD_CHARACTER = re.compile(r"[^A-Za-z0-9_]", re.ASCII)

@@ -1,0 +1,496 @@
+"""Write an .mbs file: the tree of elements and the order that MBSysPad itself writes.
+
+Text is put together directly: a tree of 20,000 elements, built only to be serialised,
+would cost several times as much.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from math import isfinite
+from xml.sax.saxutils import escape
+
+from urdf2mbs.mbs.model import (
+    BASE,
+    CUTS,
+    FORCE_MEASURES,
+    JOINT_TYPES,
+    LINKS,
+    NATURES,
+    ORIGIN,
+    SENSOR_MEASURES,
+    SHAPES,
+    SYMBOLS,
+    XY,
+    Base,
+    Body,
+    Connection,
+    Drawing,
+    Joint,
+    Mbs,
+    Point,
+    Sensor,
+    Shape,
+    UserModel,
+    View,
+)
+from urdf2mbs.spatial import Vec
+
+
+class _Numbers(dict[float, str]):
+    """Each number as text, to its last digit; minus zero is zero."""
+
+    def __missing__(self, value: float) -> str:
+        number = float(value)
+        if not isfinite(number):
+            raise ValueError(f"an .mbs file cannot hold the number {number}")
+        text = self[value] = repr(number + 0.0)
+        return text
+
+
+class _Texts(dict[str, str]):
+    """Each text with the characters escaped that XML needs itself."""
+
+    def __missing__(self, value: str) -> str:
+        if _NOT_XML(value):
+            raise ValueError(f"an .mbs file cannot hold the name {value!r}")
+        text = self[value] = escape(value, {'"': "&quot;", "\r": "&#13;"})
+        return text
+
+
+_NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
+
+
+def write(mbs: Mbs) -> bytes:
+    """The file as bytes: the same bytes for the same model.
+
+    Bodies, joints and points are written in the order of the model.  Numbers are written to
+    the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
+    3D viewer wants ``view``.
+
+    Raises ValueError for what no .mbs can hold: a number that is not finite, a character
+    that is not XML's, a word that the format does not have, a body without a joint, a sensor
+    or force on a point of the base.
+    """
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{_Writer().mbs(mbs)}'.encode()
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.number = _Numbers()
+        self.text = _Texts()
+
+    def mbs(self, mbs: Mbs) -> str:
+        t = self.text
+        _only([cut.kind for cut in mbs.cuts], CUTS, "a cut")
+        _only([link.kind for link in mbs.links], LINKS, "a link")
+        name = f"  <mbsname>{t[mbs.name]}</mbsname>\n" if mbs.name else ""
+        version = (
+            f"  <mbsyspad_version>{t[mbs.version]}</mbsyspad_version>\n" if mbs.version else ""
+        )
+        bodies = "".join([self.body(body) for body in mbs.bodies])
+        text = (
+            f"<mbsDescR7>\n{name}{version}{self.base(mbs.base)}"
+            f"  <bodytree>\n{bodies}  </bodytree>\n"
+            f"{_block('cuts', map(self.connection, mbs.cuts))}"
+            f"{_block('links', map(self.connection, mbs.links))}"
+            f"{self.user_constraints(mbs)}"
+            f"{_block('user_models', map(self.user_model, mbs.user_models))}"
+            f"{self.user_variables(mbs)}"
+            f"{'' if mbs.view is None else self.view(mbs.view)}"
+            f"{_raw('  ', mbs.extra)}</mbsDescR7>\n"
+        )
+        return _graft(text, mbs.inner) if mbs.inner else text
+
+    def base(self, base: Base) -> str:
+        for point in base.points:
+            if point.sensor is not None or point.extforce is not None:
+                raise ValueError(
+                    f"point '{point.name}' of the base has a sensor or an external force: "
+                    "Robotran's C library cannot read that"
+                )
+        x2d = ""
+        if base.position is not None:
+            x2d = self.xy("position", base.position, "        ")
+        if base.drawing is not None:
+            drawing = self.drawing(base.drawing, "          ")
+            x2d += f"        <base_body>\n{drawing}        </base_body>\n"
+        if x2d:
+            x2d = f"      <x2D>\n{x2d}      </x2D>\n"
+        text = (
+            "  <base>\n    <gravity>\n"
+            f"{self.xyz('coordinates', base.gravity, '      ')}"
+            "    </gravity>\n"
+            f"    <baseBodyName>{self.text[base.name]}</baseBodyName>\n"
+            f"{self.points(base.points, '    ')}"
+            f"    <graphics>\n{x2d}"
+            "      <x3D>\n"
+            "        <x3D_frame/>\n"
+            "        <x3D_points/>\n"
+            "        <x3D_lines/>\n"
+            f"{self.shapes(base.shapes, '        ')}"
+            "      </x3D>\n"
+            "    </graphics>\n"
+            f"{_raw('    ', base.extra)}"
+            "  </base>\n"
+        )
+        return _graft(text, base.inner) if base.inner else text
+
+    def body(self, body: Body) -> str:
+        n, t = self.number, self.text
+        if not body.joints:
+            raise ValueError(f"body '{body.name}' has no joint: Robotran would lose it")
+        mass = com = inertia = x2d = ""
+        if body.mass is not None:
+            mass = f"      <mass>{n[body.mass]}</mass>\n"
+        if body.com is not None:
+            com = (
+                f"      <com>\n{self.xyz('coordinates', body.com, '        ')}"
+                "      </com>\n"
+            )  # fmt: skip
+        if body.inertia is not None:
+            xx, xy, xz, yy, yz, zz = body.inertia
+            inertia = (
+                "      <inertia>\n"
+                f"        <Ixx>{n[xx]}</Ixx>\n"
+                f"        <Ixy>{n[xy]}</Ixy>\n"
+                f"        <Ixz>{n[xz]}</Ixz>\n"
+                f"        <Iyy>{n[yy]}</Iyy>\n"
+                f"        <Iyz>{n[yz]}</Iyz>\n"
+                f"        <Izz>{n[zz]}</Izz>\n"
+                "      </inertia>\n"
+            )
+        if body.drawing is not None:
+            drawing = self.drawing(body.drawing, "          ")
+            x2d = f"        <x2D>\n{drawing}        </x2D>\n"
+        text = (
+            "    <body>\n"
+            f"      <bodyname>{t[body.name]}</bodyname>\n"
+            "      <parent>\n"
+            f"        <bodyname>{BASE if body.parent is None else t[body.parent]}</bodyname>\n"
+            f"        <pointname>{ORIGIN if body.point is None else t[body.point]}</pointname>\n"
+            "      </parent>\n"
+            f"{''.join([self.joint(joint) for joint in body.joints])}"
+            f"{mass}{com}{inertia}"
+            f"{self.points(body.points, '      ')}"
+            f"      <graphics>\n{x2d}"
+            "        <x3D>\n"
+            "          <x3D_com/>\n"
+            "          <x3D_points/>\n"
+            "          <x3D_lines/>\n"
+            f"{self.shapes(body.shapes, '          ')}"
+            "        </x3D>\n"
+            "      </graphics>\n"
+            f"{_raw('      ', body.extra)}"
+            "    </body>\n"
+        )
+        return _graft(text, body.inner) if body.inner else text
+
+    def joint(self, joint: Joint) -> str:
+        n = self.number
+        initial = symbols = x2d = ""
+        if joint.q is not None:
+            initial = f"          <q>{n[joint.q]}</q>\n"
+        if joint.qd is not None:
+            initial += f"          <qd>{n[joint.qd]}</qd>\n"
+        if joint.qdd is not None:
+            initial += f"          <qdd>{n[joint.qdd]}</qdd>\n"
+        if initial:
+            initial = f"        <initialvalue>\n{initial}        </initialvalue>\n"
+        if joint.symbols:
+            _only(joint.symbols, SYMBOLS, f"joint '{joint.name}'")
+            listed = "".join([f"          <{symbol}/>\n" for symbol in joint.symbols])
+            symbols = f"        <symbols>\n{listed}        </symbols>\n"
+        elif joint.symbols is not None:
+            symbols = "        <symbols/>\n"
+        if joint.position is not None:
+            x, y = joint.position
+            x2d = (
+                "          <x2D>\n            <position>\n"
+                f"              <x>{n[x]}</x>\n              <y>{n[y]}</y>\n"
+                "            </position>\n          </x2D>\n"
+            )
+        if joint.type not in JOINT_TYPES or joint.nature not in NATURES:
+            raise ValueError(
+                f"joint '{joint.name}' is '{joint.type}', '{joint.nature}': .mbs has no such joint"
+            )
+        text = (
+            "      <joint>\n"
+            f"        <jointname>{self.text[joint.name]}</jointname>\n"
+            f"        <type>{joint.type}</type>\n"
+            f"        <nature>{joint.nature}</nature>\n"
+            f"{initial}{'        <actuated/>' + chr(10) if joint.actuated else ''}{symbols}"
+            f"        <graphics>\n{x2d}"
+            "          <x3D>\n"
+            "            <x3D_joint/>\n"
+            "            <x3D_frame/>\n"
+            "          </x3D>\n"
+            "        </graphics>\n"
+            f"{_raw('        ', joint.extra) if joint.extra else ''}"
+            "      </joint>\n"
+        )
+        return _graft(text, joint.inner) if joint.inner else text
+
+    def points(self, points: list[Point], pad: str) -> str:
+        n = self.number
+        out: list[str] = []
+        for point in points:
+            x, y, z = point.coordinates
+            x2d = more = ""
+            if point.position is not None:
+                u, v = point.position
+                x2d = (
+                    f"{pad}    <x2D>\n{pad}      <position>\n"
+                    f"{pad}        <x>{n[u]}</x>\n{pad}        <y>{n[v]}</y>\n"
+                    f"{pad}      </position>\n{pad}    </x2D>\n"
+                )
+            if point.sensor is not None:
+                sensor = self.sensor("sensor", point.sensor, SENSOR_MEASURES)
+                more = f"{pad}  {sensor}\n"
+            if point.extforce is not None:
+                force = self.sensor("extforce", point.extforce, FORCE_MEASURES)
+                more += f"{pad}  {force}\n"
+            text = (
+                f"{pad}<point>\n"
+                f"{pad}  <pointname>{self.text[point.name]}</pointname>\n"
+                f"{pad}  <coordinates>\n"
+                f"{pad}    <x>{n[x]}</x>\n"
+                f"{pad}    <y>{n[y]}</y>\n"
+                f"{pad}    <z>{n[z]}</z>\n"
+                f"{pad}  </coordinates>\n"
+                f"{pad}  <graphics>\n{x2d}"
+                f"{pad}    <x3D/>\n"
+                f"{pad}  </graphics>\n"
+                f"{more}{_raw(pad + '  ', point.extra) if point.extra else ''}"
+                f"{pad}</point>\n"
+            )
+            out.append(_graft(text, point.inner) if point.inner else text)
+        return "".join(out)
+
+    def sensor(self, tag: str, sensor: Sensor, known: frozenset[str]) -> str:
+        _only(sensor.measures, known, f"{tag} '{sensor.name}'")
+        measures = "".join([f' {measure}="true"' for measure in sensor.measures])
+        return f'<{tag} name="{self.text[sensor.name]}"{measures}/>'
+
+    def shapes(self, shapes: list[Shape], pad: str) -> str:
+        if not shapes:
+            return f"{pad}<x3D_shapes/>\n"
+        n, t = self.number, self.text
+        inside = pad + "    "
+        out = [f"{pad}<x3D_shapes>\n"]
+        _only([shape.kind for shape in shapes], SHAPES, "a shape")
+        for shape in shapes:
+            red, green, blue = shape.color
+            own = ""
+            if shape.size is not None:
+                own += self.xyz("size", shape.size, inside)
+            if shape.radius is not None:
+                own += f"{inside}<radius>{n[shape.radius]}</radius>\n"
+            if shape.height is not None:
+                own += f"{inside}<height>{n[shape.height]}</height>\n"
+            if shape.url is not None:
+                own += f"{inside}<url>{t[shape.url]}</url>\n"
+            text = (
+                f"{pad}  <{shape.kind}>\n"
+                f"{inside}<name>{t[shape.name]}</name>\n"
+                f"{self.xyz('position', shape.position, inside)}"
+                f"{self.xyz('scale', shape.scale, inside)}"
+                f"{self.xyz('rotation', shape.rotation, inside)}"
+                f'{inside}<color R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
+                f"{inside}<transparency>{n[shape.transparency]}</transparency>\n"
+                f"{own}{_raw(inside, shape.extra)}"
+                f"{pad}  </{shape.kind}>\n"
+            )
+            out.append(_graft(text, shape.inner) if shape.inner else text)
+        out.append(f"{pad}</x3D_shapes>\n")
+        return "".join(out)
+
+    def drawing(self, drawing: Drawing, pad: str) -> str:
+        n = self.number
+        points = "".join(
+            [
+                f"{pad}  <control_point>\n"
+                f"{pad}    <x>{n[x]}</x>\n"
+                f"{pad}    <y>{n[y]}</y>\n"
+                f"{pad}  </control_point>\n"
+                for x, y in drawing.control_points
+            ]
+        )
+        control_points = (
+            f"{pad}<control_points>\n{points}{pad}</control_points>\n"
+            if points
+            else f"{pad}<control_points/>\n"
+        )
+        return (
+            f"{self.xy('position', drawing.position, pad)}"
+            f"{self.xy('name_pos', drawing.name_pos, pad)}"
+            f"{pad}<shape>{drawing.shape}</shape>\n"
+            f"{self.xy('size', drawing.size, pad)}"
+            f"{control_points}"
+            f"{pad}<angle>{n[drawing.angle]}</angle>\n"
+        )
+
+    def connection(self, connection: Connection) -> str:
+        t = self.text
+        ends = "".join(
+            f"      <{tag}>\n"
+            f"        <bodyname>{BASE if body is None else t[body]}</bodyname>\n"
+            f"        <pointname>{ORIGIN if point is None else t[point]}</pointname>\n"
+            f"      </{tag}>\n"
+            for tag, (body, point) in (
+                ("endpoint1", connection.endpoint1),
+                ("endpoint2", connection.endpoint2),
+            )
+        )
+        length = ""
+        if connection.length is not None:
+            length = f"      <length>{self.number[connection.length]}</length>\n"
+        text = (
+            f"    <{connection.kind}>\n"
+            f"      <name>{t[connection.name]}</name>\n"
+            f"{ends}{length}{_raw('      ', connection.extra)}"
+            f"    </{connection.kind}>\n"
+        )
+        return _graft(text, connection.inner) if connection.inner else text
+
+    def user_constraints(self, mbs: Mbs) -> str:
+        t = self.text
+        return _block(
+            "user_constraints",
+            (
+                "    <user_constraint>\n"
+                f"      <name>{t[constraint.name]}</name>\n"
+                "      <joints>\n"
+                + "".join(
+                    f"        <jointname>{t[name]}</jointname>\n" for name in constraint.joints
+                )
+                + "      </joints>\n"
+                "    </user_constraint>\n"
+                for constraint in mbs.user_constraints
+            ),
+        )
+
+    def user_model(self, model: UserModel) -> str:
+        t = self.text
+        parameters = "".join(
+            "      <parameter>\n"
+            f"        <name>{t[parameter.name]}</name>\n"
+            f"        <type>{t[parameter.type]}</type>\n"
+            + "".join(f"        <value>{t[value]}</value>\n" for value in parameter.values)
+            + "      </parameter>\n"
+            for parameter in model.parameters
+        )
+        return (
+            f"    <user_model>\n      <name>{t[model.name]}</name>\n{parameters}"
+            "    </user_model>\n"
+        )  # fmt: skip
+
+    def user_variables(self, mbs: Mbs) -> str:
+        t = self.text
+        return _block(
+            "user_variables",
+            (
+                "    <user_variable>\n"
+                f"      <varname>{t[variable.name]}</varname>\n"
+                f"      <type>{t[variable.type]}</type>\n"
+                f"      <size>{t[variable.size]}</size>\n"
+                "    </user_variable>\n"
+                for variable in mbs.user_variables
+            ),
+        )
+
+    def view(self, view: View) -> str:
+        n, t = self.number, self.text
+        red, green, blue = view.background
+        viewpoints = "".join(
+            "      <viewpoint>\n"
+            f"        <name>{t[viewpoint.name]}</name>\n"
+            f"        <joint>{t[viewpoint.joint]}</joint>\n"
+            f"{self.xyz('position', viewpoint.position, '        ')}"
+            f"{self.xyz('target', viewpoint.target, '        ')}"
+            f"{self.xyz('up', viewpoint.up, '        ')}"
+            f"        <projection>{t[viewpoint.projection]}</projection>\n"
+            f"        <scale>{n[viewpoint.scale]}</scale>\n"
+            f"        <fieldOfView>{n[viewpoint.field_of_view]}</fieldOfView>\n"
+            f"        <frontClipDst>{n[viewpoint.front_clip]}</frontClipDst>\n"
+            f"        <backClipDst>{n[viewpoint.back_clip]}</backClipDst>\n"
+            "      </viewpoint>\n"
+            for viewpoint in view.viewpoints
+        )
+        lights = "".join(
+            "      <directionalLight>\n"
+            f"        <name>{t[light.name]}</name>\n"
+            f"        <joint>{t[light.joint]}</joint>\n"
+            + ("        <active/>\n" if light.active else "")
+            + self.xyz("direction", light.direction, "        ")
+            + "      </directionalLight>\n"
+            for light in view.lights
+        )
+        text = (
+            "  <x3D>\n"
+            "    <background>\n"
+            f'      <color R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
+            "    </background>\n"
+            "    <shapeScaleFactors>\n"
+            f"      <frame>{n[view.frame]}</frame>\n"
+            f"      <joint>{n[view.joint]}</joint>\n"
+            f"      <com>{n[view.com]}</com>\n"
+            f"      <point>{n[view.point]}</point>\n"
+            "    </shapeScaleFactors>\n"
+            f"    <viewpoints>\n{viewpoints}    </viewpoints>\n"
+            f"    <lights>\n{lights}    </lights>\n"
+            f"{_raw('    ', view.extra)}"
+            "  </x3D>\n"
+        )
+        return _graft(text, view.inner) if view.inner else text
+
+    def xyz(self, tag: str, vec: Vec, pad: str) -> str:
+        n = self.number
+        x, y, z = vec
+        return (
+            f"{pad}<{tag}>\n{pad}  <x>{n[x]}</x>\n{pad}  <y>{n[y]}</y>\n"
+            f"{pad}  <z>{n[z]}</z>\n{pad}</{tag}>\n"
+        )
+
+    def xy(self, tag: str, vec: XY, pad: str) -> str:
+        n = self.number
+        x, y = vec
+        return (
+            f"{pad}<{tag}>\n{pad}  <x>{n[x]}</x>\n{pad}  <y>{n[y]}</y>\n{pad}</{tag}>\n"
+        )  # fmt: skip
+
+
+def _only(words: Iterable[str], known: frozenset[str], what: str) -> None:
+    for word in words:
+        if word not in known:
+            raise ValueError(f"{what} is or has '{word}': .mbs has no such word")
+
+
+def _block(tag: str, items: Iterable[str]) -> str:
+    text = "".join(items)
+    return f"  <{tag}>\n{text}  </{tag}>\n" if text else ""
+
+
+def _raw(pad: str, extra: list[str]) -> str:
+    return "".join([f"{pad}{element}\n" for element in extra])
+
+
+def _graft(text: str, inner: dict[str, list[str]]) -> str:
+    """Put unknown elements and attributes where they were read: rare, so through a tree."""
+    from lxml import etree
+
+    root = etree.fromstring(text)
+    for path, found in inner.items():
+        holder = root
+        *steps, last = path.split("/")
+        for step in steps if last.startswith("@") else (*steps, last):
+            held = holder.find(step)
+            holder = etree.SubElement(holder, step) if held is None else held
+        if last.startswith("@"):
+            holder.set(last[1:], found[0])
+        else:
+            for element in found:
+                holder.append(etree.fromstring(element))
+    pad = text[: len(text) - len(text.lstrip())]
+    return f"{pad}{etree.tostring(root, encoding='unicode')}\n"
