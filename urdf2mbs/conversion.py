@@ -44,6 +44,8 @@ class Step(msgspec.Struct):
     their constant pose in it; only on steps before the last."""
     joints: list[mbs.Joint] = []
     """The body's joints that this URDF joint became; the last one's frame is the step's."""
+    coordinates: list[mbs.Joint] = []
+    """Those of them that move with the URDF joint's own coordinates, in their order."""
 
     @classmethod
     def of(cls, joint: Joint) -> Step:
@@ -80,10 +82,15 @@ class LinkFrame(msgspec.Struct):
 
 
 class Names(msgspec.Struct):
-    """The map from URDF to .mbs names; a URDF joint may have become several .mbs joints."""
+    """The map from URDF to .mbs names."""
 
     bodies: dict[str, str] = {}
+    """Link: body."""
     joints: dict[str, list[str]] = {}
+    """URDF joint: all the joints that it became."""
+    coordinates: dict[str, list[str]] = {}
+    """Moving URDF joint: the joints that move with its coordinates (one; three of a planar
+    joint, two shifts and a turn; six of a floating one)."""
 
 
 class Conversion:
@@ -120,6 +127,8 @@ class Conversion:
         self.files: dict[Path, bytes] = {}
         """What will be written, once all passes are done."""
         self.diagnostics: list[Diagnostic] = []
+        self.rejected: Path | None = None
+        """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""
         self.report: dict[str, Any] = {}
         """Anything a pass wants to add to the report, under the pass's name."""
         self.progress: Callable[[str], None] = lambda text: None

@@ -105,15 +105,15 @@ def check_order(passes: Sequence[Pass]) -> None:
 
 
 def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
-    source = (folder / config.source).absolute()
+    source = _path(folder / config.source)
     project = None
     if isinstance(config.output, Project):
-        project = (folder / config.output.project).absolute()
+        project = _path(folder / config.output.project)
         output = project / "dataR" / f"{project.name}.mbs"
     elif config.output is not None:
-        output = (folder / config.output).absolute()
+        output = _path(folder / config.output)
     else:
-        output = (folder / source.name.split(".")[0]).with_suffix(".mbs").absolute()
+        output = _path(folder / f"{source.name.split('.')[0]}.mbs")
     if output == source:
         raise lines.error(
             "output-is-source", f"the output would overwrite the robot '{source}'", ("output",)
@@ -127,7 +127,7 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
         )
     packages = {}
     for name, directory in config.packages.items():
-        packages[name] = (folder / directory).absolute()
+        packages[name] = _path(folder / directory)
         if not packages[name].is_dir():
             raise lines.error(
                 "package-missing",
@@ -137,6 +137,10 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
     return Settings(
         source, output, config.base, packages, dict(config.xacro_args), config.gravity, project
     )
+
+
+def _path(path: Path) -> Path:
+    return Path(os.path.abspath(path))  # unlike resolve(): what is linked keeps its name
 
 
 def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:
@@ -224,7 +228,8 @@ class Result:
     @property
     def data(self) -> bytes:
         """The .mbs file."""
-        return self.conversion.files[self.conversion.settings.output]
+        conversion = self.conversion
+        return conversion.files[conversion.rejected or conversion.settings.output]
 
     @property
     def robot(self) -> Robot:
@@ -304,7 +309,7 @@ def report(conversion: Conversion) -> dict[str, Any]:
         },
         "mass": sum(body.mass or 0.0 for body in mbs.bodies),
         "gravity": mbs.base.gravity,
-        "names": {"bodies": conversion.names.bodies, "joints": conversion.names.joints},
+        "names": msgspec.to_builtins(conversion.names),
         "numbers": mbs.numbers(),
         "frames": {
             link: {

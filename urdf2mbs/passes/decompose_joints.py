@@ -31,31 +31,37 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     for segment in conversion.segments.values():
         joints: list[Joint] = []
         for step in segment.steps:
-            step.joints = decompose(step)
+            decompose(step)
             joints += step.joints
-            _tell(conversion, step)
+            _tell_axis(conversion, step)
         segment.body.joints = joints
+    _tell_mimic(conversion)
 
 
-def decompose(step: Step) -> list[Joint]:
-    """The .mbs joints of one URDF joint, in the order in which they act."""
+def decompose(step: Step) -> None:
+    """Give a step its .mbs joints, in the order in which they act."""
     name, kind = step.joint.name, step.joint.type
-    joints = [_driven(f"{name}_origin_R{k}", k, angle) for k, angle in step.turns]
+    origin = [_driven(f"{name}_origin_R{k}", k, angle) for k, angle in step.turns]
+    turns: tuple[Turn, ...] = ()
     if kind == "fixed":
-        return [*joints, Joint(name, "T3", "driven", q=0.0, symbols=("q",))]
+        step.coordinates = []
+        step.joints = [*origin, Joint(name, "T3", "driven", q=0.0, symbols=("q",))]
+        return
     if kind == "floating":
-        six = ("T1", "T2", "T3", "R1", "R2", "R3")
-        return [*joints, *(Joint(f"{name}_{type_}", type_) for type_ in six)]
-
-    turns, k = axis_turns(step.axis)
-    joints += [_driven(f"{name}_axis_R{i}", i, angle) for i, angle in turns]
-    if kind == "planar":
-        three = (f"T{k % 3 + 1}", f"T{(k + 1) % 3 + 1}", f"R{k}")
-        joints += [Joint(f"{name}_{type_}", type_) for type_ in three]
+        types: tuple[str, ...] = ("T1", "T2", "T3", "R1", "R2", "R3")
     else:
-        joints.append(Joint(name, f"T{k}" if kind == "prismatic" else f"R{k}"))
-    joints += [_driven(f"{name}_back_R{i}", i, -angle) for i, angle in reversed(turns)]
-    return joints
+        turns, k = axis_turns(step.axis)
+        if kind == "planar":
+            types = (f"T{k % 3 + 1}", f"T{(k + 1) % 3 + 1}", f"R{k}")
+        else:
+            types = (f"T{k}" if kind == "prismatic" else f"R{k}",)
+    if len(types) == 1:
+        step.coordinates = [Joint(name, types[0])]
+    else:
+        step.coordinates = [Joint(f"{name}_{type_}", type_) for type_ in types]
+    there = [_driven(f"{name}_axis_R{k}", k, angle) for k, angle in turns]
+    back = [_driven(f"{name}_back_R{k}", k, -angle) for k, angle in reversed(turns)]
+    step.joints = [*origin, *there, *step.coordinates, *back]
 
 
 def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
@@ -70,7 +76,7 @@ def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
     if zero == (True, False, True):
         return (((1, pi),) if y < 0 else ()), 2
     if zero == (True, True, False):
-        return (((1, pi),) if z < 0 else ()), 3
+        return (((2, pi),) if z < 0 else ()), 3
     if zero[0]:
         return ((1, atan2(z, y)),), 2
     if zero[1]:
@@ -91,7 +97,7 @@ def _driven(name: str, k: int, angle: float) -> Joint:
     return Joint(name, f"R{k}", "driven", q=angle, symbols=("q",))
 
 
-def _tell(conversion: Conversion, step: Step) -> None:
+def _tell_axis(conversion: Conversion, step: Step) -> None:
     joint = step.joint
     if joint.type in ("fixed", "floating"):
         return
@@ -103,14 +109,25 @@ def _tell(conversion: Conversion, step: Step) -> None:
             "axis or plane, and is taken to lie on it",
             joint=joint.name,
         )
-    if joint.mimic is not None:
-        mimic = joint.mimic
+
+
+def _tell_mimic(conversion: Conversion) -> None:
+    mimics = {
+        joint.name: joint.mimic
+        for joint in conversion.robot.joints.values()
+        if joint.mimic is not None and joint.name not in conversion.frozen
+    }
+    if mimics:
+        rules = ", ".join(
+            f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
+            for name, mimic in mimics.items()
+        )
         conversion.warn(
             "mimic",
-            f"joint '{joint.name}' mimics '{mimic.joint}' (q = {mimic.multiplier!r} * "
-            f"q_{mimic.joint} + {mimic.offset!r}): .mbs cannot hold this, so it is independent",
-            joint=joint.name,
-            hint="make it dependent and write the constraint in the project's user_cons_hJ",
+            f"{len(mimics)} joints follow others, which .mbs cannot hold; they are independent "
+            f"joints in it: {rules}",
+            hint="to couple them, make them dependent and write these constraints in the "
+            "project's user_cons_hJ",
         )
 
 

@@ -25,7 +25,10 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     conversion.names.bodies, _ = rename(mbs)
     for segment in conversion.segments.values():
         for step in segment.steps:
-            conversion.names.joints[step.joint.name] = [joint.name for joint in step.joints]
+            name = step.joint.name
+            conversion.names.joints[name] = [joint.name for joint in step.joints]
+            if step.coordinates:
+                conversion.names.coordinates[name] = [joint.name for joint in step.coordinates]
     mbs.view = fit_view(conversion)
     conversion.frames = _frames(conversion)
     _tell(conversion)

@@ -1,0 +1,49 @@
+"""Check: that the file just made is the same robot as the URDF (the method's A.3.2, where its
+authors looked at pictures).
+
+It reads the file's bytes and compares them with the URDF by the second route of ``verify``:
+the pose of every link at several random positions, zero included, and mass, centre and inertia
+of every rigid group.  A file that differs never takes the place of a good one.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.verify import TOLERANCE, compare
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    tolerance: float = TOLERANCE
+    """The largest deviation that is no difference, relative to the robot's size or inertia."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    output = conversion.settings.output
+    comparison = compare(
+        conversion.robot,
+        read(conversion.files[output], str(output)),
+        {name: tuple(joints) for name, joints in conversion.names.coordinates.items()},
+        frames=conversion.frames,
+        frozen=conversion.frozen,
+        gravity=conversion.settings.gravity,
+        tolerance=options.tolerance,
+    )
+    differences = sorted(comparison.differences + comparison.frames, key=lambda d: -d.size)
+    conversion.report["check"] = {
+        "same": not differences,
+        "positions": comparison.positions,
+        "groups": comparison.groups,
+        "largest": comparison.largest,
+        "differences": [msgspec.to_builtins(difference) for difference in differences],
+        "not_compared": conversion.frozen,
+    }
+    if differences:
+        conversion.rejected = output.with_suffix(".rejected.mbs")
+        conversion.files[conversion.rejected] = conversion.files.pop(output)
+
+
+PASS = Pass("check", run, Options, needs=("robot", "mbs-file"), gives=("proof",))

@@ -1,0 +1,188 @@
+"""Triangle meshes written as VRML97 (ISO/IEC 14772-1), the one format that MBSysPad shows.
+
+Every part becomes one ``Shape`` with an ``IndexedFaceSet``.  VRML97 stores coordinates in
+single precision, so each is written in the fewest digits that give its float32 back.  Equal
+points are written once.  There are no normals: viewers make them, flat, or smooth below
+``CREASE_ANGLE`` where the source is smooth.  Both sides of a face are drawn (``solid FALSE``),
+as RViz does, for CAD meshes are seldom closed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.floating[Any]]
+    Integers = NDArray[np.integer[Any]]
+
+#: Red, green, blue, each 0 to 1.
+RGB = tuple[float, float, float]
+
+#: Faces that meet at less than this angle (rad) are shaded as one smooth surface.
+CREASE_ANGLE = 0.5
+
+
+class Material(msgspec.Struct, frozen=True):
+    """How a part looks; ``diffuse`` None is the colour that the URDF gives the visual."""
+
+    diffuse: RGB | None = None
+    transparency: float | None = None
+    """0 opaque to 1 invisible; None is the visual's own."""
+    emissive: RGB | None = None
+    specular: RGB | None = None
+    shininess: float | None = None
+    """0 to 1: the specular exponent / 128."""
+    texture: str | None = None
+    """Name of an image file (PNG, JPEG or GIF) beside the .wrl."""
+
+
+class Part(msgspec.Struct):
+    """Triangles of one material."""
+
+    points: Floats
+    """(n, 3) m."""
+    triangles: Integers
+    """(m, 3) indices into ``points``, anticlockwise seen from outside."""
+    material: Material = Material()
+    smooth: bool = False
+    colors: Integers | None = None
+    """(m, 3, k) one colour a corner, or (m, k) one a face: k = 3 or 4 of 0 to 255."""
+    uv: Floats | None = None
+    """(m, 3, 2) texture coordinates of each corner, (0, 0) in the lower left of the image."""
+
+
+def write(parts: list[Part], color: RGB, transparency: float) -> bytes:
+    """The nodes of a .wrl (without its first line); ``color`` and ``transparency`` are for
+    the parts that have none of their own."""
+    return b"".join(_shape(part, color, transparency) for part in parts)
+
+
+def _shape(part: Part, color: RGB, transparency: float) -> bytes:
+    import numpy as np
+
+    points, corner = _unique(part.points.astype(np.float32) + np.float32(0.0))
+    triangles = corner[part.triangles]
+    material, colors = part.material, part.colors
+    palette = None
+    if colors is not None:
+        colors = np.asarray(colors)
+        palette, chosen = _unique(colors.reshape(-1, colors.shape[-1]))
+        chosen = chosen.reshape(colors.shape[:-1])
+        rgb = palette[:, :3] / 255
+        if palette.shape[1] == 4:
+            alpha = float(palette[:, 3][chosen].mean()) / 255
+            material = msgspec.structs.replace(material, transparency=1.0 - alpha)
+        if len(palette) == 1:
+            r, g, b = rgb[0].tolist()
+            material = msgspec.structs.replace(material, diffuse=(r, g, b))
+            palette = None
+    out = [b"Shape {\n", _appearance(material, color, transparency)]
+    out += [b"geometry IndexedFaceSet {\nsolid FALSE\n"]
+    if part.smooth:
+        out += [b"creaseAngle %s\n" % _number(CREASE_ANGLE)]
+    out += [b"coord Coordinate { point [\n", _rows(shortest(points)), b"\n] }\n"]
+    out += [b"coordIndex [\n", _faces(triangles), b"\n]\n"]
+    if palette is not None:
+        out += [b"color Color { color [\n", _rows(np.round(rgb, 3)), b"\n] }\n"]
+        if chosen.ndim == 1:
+            out += [b"colorPerVertex FALSE\ncolorIndex [\n", _rows(chosen[:, None]), b"\n]\n"]
+        else:
+            out += [b"colorIndex [\n", _faces(chosen), b"\n]\n"]
+    if part.uv is not None and material.texture:
+        uv, index = _unique(part.uv.reshape(-1, 2).astype(np.float32) + np.float32(0.0))
+        out += [b"texCoord TextureCoordinate { point [\n", _rows(shortest(uv)), b"\n] }\n"]
+        out += [b"texCoordIndex [\n", _faces(index.reshape(-1, 3)), b"\n]\n"]
+    return b"".join([*out, b"}\n}\n"])
+
+
+def _appearance(material: Material, color: RGB, transparency: float) -> bytes:
+    # a texture of three colours replaces the diffuse colour, one of grey values multiplies it
+    own = (1.0, 1.0, 1.0) if material.texture else material.diffuse
+    fields = [b"diffuseColor " + _color(color if own is None else own)]
+    if material.emissive and any(material.emissive):
+        fields.append(b"emissiveColor " + _color(material.emissive))
+    if material.specular and any(material.specular):
+        fields.append(b"specularColor " + _color(material.specular))
+        if material.shininess is not None:
+            fields.append(b"shininess " + _number(material.shininess))
+    clear = transparency if material.transparency is None else material.transparency
+    if clear > 0.0:
+        fields.append(b"transparency " + _number(clear))
+    texture = b""
+    if material.texture:
+        texture = b"texture ImageTexture { url %s }\n" % msgspec.json.encode(material.texture)
+    return b"appearance Appearance {\nmaterial Material { %s }\n%s}\n" % (
+        b" ".join(fields),
+        texture,
+    )
+
+
+def _color(rgb: RGB) -> bytes:
+    return b" ".join(_number(c) for c in rgb)
+
+
+def _number(value: float) -> bytes:
+    """Three decimals: more than a colour of 256 steps has."""
+    return msgspec.json.encode(round(min(max(value, 0.0), 1.0), 3)).removesuffix(b".0")
+
+
+def _unique(rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp]]:
+    """The distinct rows in the order in which they come, and which of them each row is."""
+    import numpy as np
+
+    rows = np.ascontiguousarray(rows)
+    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return rows[first[order]], rank[inverse.ravel()]
+
+
+def shortest(values: NDArray[np.float32]) -> NDArray[np.float64]:
+    """For each float32 the float64 whose ``repr`` is the shortest decimal that is read as
+    that float32.
+
+    6 significant digits are kept by every float32, and 9 are always enough (IEEE 754), so
+    four tries do.
+    """
+    import numpy as np
+
+    single = values.ravel()
+    out = single.astype(np.float64)
+    left = np.flatnonzero(out)
+    exponent = np.floor(np.log10(np.abs(out[left]))).astype(int)
+    # powers of ten are exact up to 10**22 only: beyond, the quotient would not be the nearest
+    far = (exponent < -14) | (exponent > 22)
+    for k in left[far]:
+        out[k] = float(str(single[k]))
+    left, exponent = left[~far], exponent[~far]
+    for digits in (6, 7, 8, 9):
+        if not left.size:
+            break
+        places = digits - 1 - exponent
+        up, down = 10.0 ** np.maximum(places, 0), 10.0 ** np.maximum(-places, 0)
+        exact = single[left].astype(np.float64)
+        decimal = np.round(exact * up / down) * down / up
+        same = decimal.astype(np.float32) == single[left]
+        out[left[same]] = decimal[same]
+        left, exponent = left[~same], exponent[~same]
+    return out.reshape(values.shape)
+
+
+def _rows(numbers: NDArray[Any]) -> bytes:
+    """A line a row, blanks between the numbers."""
+    if not len(numbers):
+        return b""
+    text = msgspec.json.encode(numbers.tolist())[2:-2].replace(b"],[", b"\n").replace(b",", b" ")
+    return (text + b"\n").replace(b".0 ", b" ").replace(b".0\n", b"\n").removesuffix(b"\n")
+
+
+def _faces(triangles: NDArray[Any]) -> bytes:
+    """A line a face, each ended by -1."""
+    return _rows(triangles).replace(b"\n", b" -1\n") + b" -1"
