@@ -140,7 +140,7 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
 
 
 def _path(path: Path) -> Path:
-    return Path(os.path.abspath(path))  # unlike resolve(): what is linked keeps its name
+    return Path(os.path.abspath(path))  # noqa: PTH100 unlike resolve(), links keep their name
 
 
 def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:

@@ -21,7 +21,7 @@ position but differ elsewhere have probability zero.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import cos, hypot, pi, sin, sqrt
+from math import atan2, cos, hypot, pi, sin, sqrt
 from random import Random
 from typing import Any
 
@@ -193,10 +193,12 @@ def _coordinates(
                 )  # fmt: skip
             if name in two.created:
                 names[own] = name
-    for name in two.created.keys() - set(names.values()):
-        found.append(
-            Difference("joint-extra", f"joint '{name}' moves in the .mbs only", joint=name)
-        )
+    known = set(names.values())
+    found.extend(
+        Difference("joint-extra", f"joint '{name}' moves in the .mbs only", joint=name)
+        for name in two.created
+        if name not in known
+    )
     return names
 
 
@@ -356,13 +358,13 @@ def _inertias(
                     )
                 )  # fmt: skip
     known = set(pairs.values())
-    for index, group in enumerate(two.groups):
-        mass = sum(m for m, _, _ in group.inertias)
-        if index not in known and mass:
+    for number, unknown in enumerate(two.groups):
+        mass = sum(m for m, _, _ in unknown.inertias)
+        if number not in known and mass:
             found.append(
                 Difference(
-                    "mass", f"what joint '{group.joint}' moves weighs {mass} kg in the .mbs only",
-                    mass / total, joint=group.joint, urdf=0.0, mbs=mass,
+                    "mass", f"what joint '{unknown.joint}' moves weighs {mass} kg in the .mbs only",
+                    mass / total, joint=unknown.joint, urdf=0.0, mbs=mass,
                 )
             )  # fmt: skip
 
@@ -479,9 +481,9 @@ def _from_quaternion(
 
 def _mbs_side(mbs: Mbs) -> _Side:
     side = _Side([_Group(0, HERE, lambda _: HERE, "", "", [])], {"": (0, HERE)}, {})
-    points = {(None, point.name): point.coordinates for point in mbs.base.points} | {
-        (body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points
-    }
+    points: dict[tuple[str | None, str], Vec] = {
+        (None, point.name): point.coordinates for point in mbs.base.points
+    } | {(body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points}
     for body in mbs.bodies:
         group, at = side.frames[body.parent or ""]
         if body.point is not None:
@@ -646,8 +648,6 @@ def _told(error: Frame) -> str:
     sine = hypot(*w)
     angle = 0.0
     if sine > 0.0:
-        from math import atan2
-
         angle = atan2(sine, cosine)
         w = (w[0] / sine, w[1] / sine, w[2] / sine)
     turn = f"turned by {angle:.6g} rad about ({w[0]:.4g}, {w[1]:.4g}, {w[2]:.4g})"
