@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 from lxml import etree
 
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
-from urdf2mbs.spatial import NO_INERTIA, ZERO
+from urdf2mbs.spatial import NO_INERTIA, ZERO, to_xyz_angles
 from urdf2mbs.urdf.model import (
     JOINT_TYPES,
     Box,
@@ -81,7 +81,17 @@ CHILDREN: dict[str, frozenset[str]] = {
     "collision": frozenset(("origin", "geometry")),
     "material": frozenset(("color", "texture")),
     "joint": frozenset(
-        "origin parent child axis limit dynamics mimic safety_controller calibration".split()
+        (
+            "origin",
+            "parent",
+            "child",
+            "axis",
+            "limit",
+            "dynamics",
+            "mimic",
+            "calibration",
+            "safety_controller",
+        )
     ),
 }
 #: Elements of other programs that one meets in URDF files: kept, and not worth a word.
@@ -104,11 +114,10 @@ OTHER_ROOTS = {
 #: above the sum of the two others.
 PSD_TOLERANCE = 1e-9
 TRIANGLE_TOLERANCE = 1e-6
-#: kg m^2; less than this is what rounding left of a zero (iCub has 2e-35).
-NOISE = 1e-30
+#: m^2; times the mass, what rounding may leave of a zero (iCub has -5e-20 kg m^2).
+NOISE = 1e-15
 
 _NAMES_SHOWN = 4
-_NO_ATTRIBUTES: frozenset[str] = frozenset()
 
 
 def read_robot(
@@ -203,6 +212,8 @@ class _Reader:
         self.owner = ("robot", "")
         """Kind and name of the element being read, for messages."""
         self.vectors: dict[str, Vec] = {}
+        self.quaternions = False
+        """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
 
     # -- messages ---------------------------------------------------------------------
 
@@ -224,12 +235,18 @@ class _Reader:
         line: int | None,
         *,
         hint: str | None = None,
+        like: tuple[str, Iterable[str]] | None = None,
         owner: tuple[str, str] | None = None,
         level: Literal["warning", "note"] = "warning",
     ) -> None:
-        """The same message about several links or joints is said once, with their names."""
+        """The same message about several links or joints is said once, with their names.
+
+        ``like``: a wrong name and the right ones, the nearest of which is offered.
+        """
         group = self.groups.get((code, message))
         if group is None:
+            if like is not None:
+                hint = nearest(like[0], sorted(like[1]))
             group = self.groups[code, message] = _Group(level, line, hint)
         group.owners[owner or self.owner] = None
         group.count += 1
@@ -323,21 +340,33 @@ class _Reader:
 
     def attributes(self, element: Any) -> dict[str, str]:
         """All of an element's attributes; those that we do not know are reported."""
-        found = dict(element.items())
-        known = ATTRIBUTES.get(element.tag, _NO_ATTRIBUTES)
-        if not found.keys() <= known:
-            for name in found.keys() - known:
-                if name.startswith("{") or ":" in name:
-                    if "xacro" in name:
-                        self.unexpanded(f"the attribute {_plain(name)}", element.sourceline)
-                    continue
-                self.warn(
-                    "unknown-attribute",
-                    f"the attribute '{name}' of <{element.tag}> is not known and has no effect",
-                    element.sourceline,
-                    hint=nearest(name, known - found.keys()),
-                )
+        found = dict(zip(element.keys(), element.values(), strict=True))
+        if not ATTRIBUTES[element.tag].issuperset(found):
+            self.unknown_attributes(element)
         return found
+
+    def attribute(self, element: Any, name: str) -> str | None:
+        """The same for an element that has one attribute at most."""
+        value: str | None = element.get(name)
+        if len(element.attrib) != (value is not None):
+            self.unknown_attributes(element)
+        return value
+
+    def unknown_attributes(self, element: Any) -> None:
+        known = ATTRIBUTES[element.tag]
+        for name in element.keys():  # noqa: SIM118 (an element iterates over its children)
+            if name in known:
+                continue
+            if name.startswith("{") or ":" in name:
+                if "xacro" in name:
+                    self.unexpanded(f"the attribute {_plain(name)}", element.sourceline)
+                continue
+            self.warn(
+                "unknown-attribute",
+                f"the attribute '{name}' of <{element.tag}> is not known and has no effect",
+                element.sourceline,
+                like=(name, known),
+            )
 
     def parts(self, element: Any) -> dict[str, Any]:
         """The children of an element by tag, the first of each; others are reported."""
@@ -363,7 +392,7 @@ class _Reader:
             "unknown-element",
             f"<{_plain(tag)}> in <{parent}> is not known and has no effect",
             child.sourceline,
-            hint=nearest(tag, known),
+            like=(tag, known),
         )
 
     def doubled(self, parent: str, child: Any) -> None:
@@ -456,12 +485,13 @@ class _Reader:
         return self.bad_number(element, attribute, text, count)
 
     def vector(self, element: Any, attribute: str, text: str | None) -> Vec:
-        if text in self.vectors:
-            return self.vectors[text]
-        x, y, z = self.numbers(element, attribute, text, 3)
-        if text is not None:
-            self.vectors[text] = (x, y, z)
-        return (x, y, z)
+        vector = self.vectors.get(text) if text else None
+        if vector is None:
+            x, y, z = self.numbers(element, attribute, text, 3)
+            vector = (x, y, z)
+            if text:
+                self.vectors[text] = vector
+        return vector
 
     def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
         wanted = "a number" if count == 1 else f"{count} numbers"
@@ -499,18 +529,49 @@ class _Reader:
     def origin(self, element: Any) -> Origin:
         if element is None:
             return Origin()
-        attributes = self.attributes(element)
-        xyz, rpy = attributes.get("xyz"), attributes.get("rpy")
+        xyz, rpy = element.get("xyz"), element.get("rpy")
+        if len(element.attrib) != (xyz is not None) + (rpy is not None):
+            if self.quaternions and element.get("quat_xyzw") is not None:
+                return self.turned_origin(element)
+            self.unknown_attributes(element)
         return Origin(
             ZERO if xyz is None else self.vector(element, "xyz", xyz),
             ZERO if rpy is None else self.vector(element, "rpy", rpy),
+        )
+
+    def turned_origin(self, element: Any) -> Origin:
+        """An origin that gives its rotation as a quaternion, as URDF 1.1 permits."""
+        attributes = dict(element.items())
+        quaternion = self.numbers(element, "quat_xyzw", attributes.pop("quat_xyzw"), 4)
+        length = hypot(*quaternion)
+        if length == 0.0 or "rpy" in attributes:
+            self.fail(
+                "number-invalid",
+                f"{self.where}: quat_xyzw of <origin> is zero"
+                if length == 0.0
+                else f"{self.where}: <origin> has both rpy and quat_xyzw",
+                element,
+                "give a rotation, and give it once",
+            )
+        x, y, z, w = (value / length for value in quaternion)
+        inverse = (
+            1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w),
+            2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w),
+            2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y),
+        )  # fmt: skip
+        # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles.
+        roll, pitch, yaw = to_xyz_angles(inverse)
+        xyz = attributes.get("xyz")
+        return Origin(
+            ZERO if xyz is None else self.vector(element, "xyz", xyz), (-roll, -pitch, -yaw)
         )
 
     # -- links ------------------------------------------------------------------------
 
     def link(self, element: Any, links: dict[str, Link]) -> None:
         name = self.name(element, "link", links)
-        self.attributes(element)
+        if len(element.attrib) != 1:
+            self.unknown_attributes(element)
         inertial: Any = None
         visuals: list[Visual] = []
         collisions: list[Collision] = []
@@ -536,13 +597,14 @@ class _Reader:
         )
 
     def inertial(self, element: Any) -> Inertial | None:
-        self.attributes(element)
+        if element.attrib:
+            self.unknown_attributes(element)
         parts = self.parts(element)
         origin = self.origin(parts.get("origin"))
         mass_element, inertia_element = parts.get("mass"), parts.get("inertia")
         mass, inertia = 0.0, NO_INERTIA
         if mass_element is not None:
-            mass = self.number(mass_element, "value", self.attributes(mass_element).get("value"))
+            mass = self.number(mass_element, "value", self.attribute(mass_element, "value"))
             if mass < 0.0:
                 self.fail(
                     "mass-negative", f"{self.where}: the mass is negative ({mass!r} kg)",
@@ -559,26 +621,31 @@ class _Reader:
                 self.number(inertia_element, "izz", get("izz")),
             )
             if inertia != NO_INERTIA:
-                self.check_inertia(inertia, inertia_element)
+                self.check_inertia(inertia, mass, inertia_element)
         line = element.sourceline
-        if mass_element is None or inertia_element is None:
-            missing = " and ".join(
-                f"<{tag}>" for tag in ("mass", "inertia") if parts.get(tag) is None
-            )
+        if mass_element is None:
             self.warn(
                 "inertial-incomplete",
-                f"<inertial> without {missing} is not used, as in ROS: no mass, no inertia",
+                "<inertial> without <mass> is not used, as in ROS: no mass, no inertia",
                 line,
-                hint="give <mass value=.../> and <inertia ixx=... .../>, or take <inertial> away",
+                hint="give <mass value=.../>, or take <inertial> away",
             )
             return None
+        if inertia_element is None:
+            self.warn(
+                "inertial-incomplete",
+                "<inertial> without <inertia>: mass, but no inertia, as in ROS",
+                line,
+                hint="give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>",
+            )
+            return Inertial(mass, NO_INERTIA, origin)
         if mass == 0.0 and inertia != NO_INERTIA:
             self.warn("inertia-without-mass", "inertia, but no mass", line)
         elif mass > 0.0 and inertia == NO_INERTIA:
             self.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
         return Inertial(mass, inertia, origin)
 
-    def check_inertia(self, tensor: Sym, element: Any) -> None:
+    def check_inertia(self, tensor: Sym, mass: float, element: Any) -> None:
         """Principal moments a, b, c are those of a body if a + b >= c and so on.
 
         That holds just where ``J = trace/2 - I`` is positive semi-definite, which implies that
@@ -595,7 +662,7 @@ class _Reader:
         small, middle, large = _principal_moments(tensor)
         trace = small + middle + large
         moments = f"its principal moments are {small:.6g}, {middle:.6g}, {large:.6g} kg m^2"
-        if small < -NOISE - PSD_TOLERANCE * abs(trace):
+        if small < -NOISE * mass - PSD_TOLERANCE * abs(trace):
             self.fail(
                 "inertia-not-psd",
                 f"{self.where}: the inertia is not positive semi-definite: {moments}",
@@ -603,7 +670,7 @@ class _Reader:
                 "no body has such an inertia: check its signs, and that it is about the centre"
                 " of mass",
             )
-        if large - small - middle > NOISE + TRIANGLE_TOLERANCE * abs(trace):
+        if large - small - middle > NOISE * mass + TRIANGLE_TOLERANCE * abs(trace):
             self.warn(
                 "inertia-triangle",
                 f"no real body has such an inertia: {moments}, the largest is more than the"
@@ -612,7 +679,7 @@ class _Reader:
             )
 
     def visual(self, element: Any, visuals: list[Visual]) -> None:
-        name = self.attributes(element).get("name")
+        name = self.attribute(element, "name")
         parts = self.parts(element)
         origin = self.origin(parts.get("origin"))
         geometry = self.geometry(element, parts.get("geometry"))
@@ -622,7 +689,7 @@ class _Reader:
             visuals.append(Visual(geometry, origin, look, name, element.sourceline))
 
     def collision(self, element: Any, collisions: list[Collision]) -> None:
-        name = self.attributes(element).get("name")
+        name = self.attribute(element, "name")
         parts = self.parts(element)
         origin = self.origin(parts.get("origin"))
         geometry = self.geometry(element, parts.get("geometry"))
@@ -632,7 +699,8 @@ class _Reader:
     def geometry(self, owner: Any, element: Any) -> Geometry | None:
         shape = None
         if element is not None:
-            self.attributes(element)
+            if element.attrib:
+                self.unknown_attributes(element)
             for child in element:
                 if isinstance(child.tag, str):
                     if shape is not None:
@@ -693,7 +761,7 @@ class _Reader:
         return geometry
 
     def material(self, element: Any) -> Material | None:
-        name = self.attributes(element).get("name") or ""
+        name = self.attribute(element, "name") or ""
         if "$" in name:
             self.text(element, "name", name)
         color: tuple[float, float, float, float] | None = None
@@ -702,14 +770,14 @@ class _Reader:
             parts = self.parts(element)
             if "color" in parts:
                 child = parts["color"]
-                rgba = self.attributes(child).get("rgba")
+                rgba = self.attribute(child, "rgba")
                 r, g, b, a = self.numbers(child, "rgba", rgba, 4)
                 color = (r, g, b, a)
                 if min(color) < 0.0 or max(color) > 1.0:
                     self.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
             if "texture" in parts:
                 child = parts["texture"]
-                texture = self.attributes(child).get("filename") or None
+                texture = self.attribute(child, "filename") or None
                 if texture and "$" in texture:
                     self.text(child, "filename", texture)
         if not name and color is None and texture is None:
@@ -720,7 +788,9 @@ class _Reader:
 
     def joint(self, element: Any, joints: dict[str, Joint]) -> None:
         name = self.name(element, "joint", joints)
-        kind = self.attributes(element).get("type")
+        kind = element.get("type")
+        if len(element.attrib) != 2:
+            self.unknown_attributes(element)
         if kind not in JOINT_TYPES:
             types = ", ".join(JOINT_TYPES)
             if not kind:
@@ -798,7 +868,7 @@ class _Reader:
     def end(self, element: Any, parts: dict[str, Any], which: str) -> str:
         """The name of a joint's ``parent`` or ``child`` link."""
         part = parts.get(which)
-        name = None if part is None else self.attributes(part).get("link")
+        name = None if part is None else self.attribute(part, "link")
         if part is None or not name:
             self.fail(
                 "joint-link-missing",
@@ -809,7 +879,7 @@ class _Reader:
         return self.text(part, "link", name) if "$" in name else name
 
     def axis(self, joint: Joint, element: Any) -> None:
-        xyz = self.attributes(element).get("xyz")
+        xyz = self.attribute(element, "xyz")
         if xyz is None and joint.type in ("fixed", "floating"):
             return
         joint.axis = self.vector(element, "xyz", xyz)
@@ -842,6 +912,7 @@ class _Reader:
     def robot(self, data: bytes) -> tuple[Robot, list[Diagnostic]]:
         root = self.xml(data)
         self.check_root(root)
+        self.quaternions = root.get("version") in ("1.1", "1.2")
         robot = Robot("", file=self.file)
         links, joints, extensions = robot.links, robot.joints, robot.extensions
         for child in root:
@@ -861,7 +932,7 @@ class _Reader:
                             "unknown-element",
                             f"<{tag}> in <robot> is not known: kept as it is, without effect",
                             child.sourceline,
-                            hint=nearest(tag, ("link", "joint", "material", *FOREIGN)),
+                            like=(tag, ("link", "joint", "material", *FOREIGN)),
                         )
                 xml = etree.tostring(child, encoding="unicode", with_tail=False)
                 extensions.append(
@@ -930,7 +1001,7 @@ class _Reader:
                     f"the material '{name}' is not defined",
                     line,
                     owner=("link", link_name),
-                    hint=nearest(name, robot.materials),
+                    like=(name, robot.materials),
                 )
 
     def check_tree(self, robot: Robot) -> None:
