@@ -118,6 +118,19 @@ TRIANGLE_TOLERANCE = 1e-6
 NOISE = 1e-15
 
 _NAMES_SHOWN = 4
+#: Blanks and byte order marks, in any encoding.
+_BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
+_SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
+#: libxml2's first complaint about a file that is cut off.
+_UNFINISHED = frozenset(
+    f"ERR_{what}"
+    for what in (
+        "TAG_NOT_FINISHED", "COMMENT_NOT_FINISHED", "CDATA_NOT_FINISHED", "PI_NOT_FINISHED",
+        "XMLDECL_NOT_FINISHED", "DOCUMENT_EMPTY",
+    )
+)  # fmt: skip
+#: libxml2 keeps 16 bits of the line of an element without text; this one means: further on.
+_LAST_LINE = 65535
 
 
 def read_robot(
@@ -212,6 +225,8 @@ class _Reader:
         self.owner = ("robot", "")
         """Kind and name of the element being read, for messages."""
         self.vectors: dict[str, Vec] = {}
+        self.line: int | None = None
+        """Of <robot>."""
         self.quaternions = False
         """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
 
@@ -226,6 +241,8 @@ class _Reader:
         self, code: str, message: str, element: Any = None, hint: str | None = None
     ) -> NoReturn:
         line = element if element is None or isinstance(element, int) else element.sourceline
+        if line == _LAST_LINE:
+            line = None
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def warn(
@@ -247,7 +264,8 @@ class _Reader:
         if group is None:
             if like is not None:
                 hint = nearest(like[0], sorted(like[1]))
-            group = self.groups[code, message] = _Group(level, line, hint)
+            shown = None if line == _LAST_LINE else line
+            group = self.groups[code, message] = _Group(level, shown, hint)
         group.owners[owner or self.owner] = None
         group.count += 1
 
@@ -276,67 +294,72 @@ class _Reader:
     # -- XML --------------------------------------------------------------------------
 
     def xml(self, data: bytes) -> Any:
-        if not data.strip(b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"):
+        if not data.strip(_BLANK):
             _fail_empty(self.file)
+        parser = _parser()
         try:
-            root = etree.fromstring(data, _parser())
+            root = etree.fromstring(data, parser)
         except etree.XMLSyntaxError as error:
-            root = self._undeclared_prefixes(data, error)
+            root = self._undeclared_prefixes(data, error, _log(parser))
         if root is None:
             self.fail("xml-syntax", "there is no XML element in the file")
         dtd: Any = root.getroottree().docinfo.internalDTD
         if dtd is not None and next(dtd.iterentities(), None) is not None:
-            self.fail(
-                "xml-entity",
-                "the file declares XML entities, which are not read",
-                1,
-                "write out what the entities stand for, and take the DOCTYPE away",
-            )
+            self.bad_entities(1)
         return root
 
-    def _undeclared_prefixes(self, data: bytes, error: etree.XMLSyntaxError) -> Any:
+    def _undeclared_prefixes(self, data: bytes, error: etree.XMLSyntaxError, log: list[Any]) -> Any:
         """Old files use prefixes that they do not declare; only that is forgiven."""
-        log = _log(error)
         if not log or any(entry.domain_name != "NAMESPACE" for entry in log):
-            self._not_xml(data, error)
-        if not self.expanded and "xacro" in log[0].message:
-            self.unexpanded("elements with the prefix xacro:", log[0].line)
-        self.warn("xml-namespace", log[0].message.rstrip("."), log[0].line)
+            self._not_xml(data, error, {entry.type_name for entry in log[:1]})
+        for entry in log:
+            if not self.expanded and "xacro" in entry.message:
+                self.unexpanded("an element or attribute with the prefix xacro:", entry.line)
+            self.warn("xml-namespace", entry.message.strip().rstrip("."), entry.line)
         return etree.fromstring(data, _parser(recover=True))
 
-    def _not_xml(self, data: bytes, error: etree.XMLSyntaxError) -> NoReturn:
+    def _not_xml(self, data: bytes, error: etree.XMLSyntaxError, first: set[str]) -> NoReturn:
         line = error.lineno or None
-        reason = (error.msg or "").partition(", line ")[0] or "it cannot be parsed"
-        text = data[:4096].replace(b"\0", b"").lstrip(b"\xef\xbb\xbf\xfe\xff \t\r\n")
-        hint = None
-        names = {entry.type_name for entry in _log(error)}
+        text = data.strip(_BLANK)
         if not text.startswith(b"<"):
+            begin = text[:60].replace(b"\0", b"").decode("utf-8", "replace")
             self.fail(
                 "not-xml",
-                f"not an XML file: it begins with {_shown(text[:30].decode('utf-8', 'replace'))}",
+                f"not an XML file: it begins with {_shown(begin[:30])}",
                 line,
                 "a URDF file begins with <?xml ...?> or <robot name=...>",
             )
-        ended = line is not None and line >= data.rstrip().count(b"\n") + 1
-        if ended and (
-            names & {"ERR_TAG_NOT_FINISHED", "ERR_DOCUMENT_END", "ERR_DOCUMENT_EMPTY"}
-            or not data.rstrip(b"\0 \t\r\n").endswith(b">")
-        ):
+        reason = (error.msg or "it cannot be parsed").partition(", ")[0].strip().rstrip(".")
+        at_end = line is not None and line > data.rstrip(_BLANK).count(b"\n")
+        if first & _UNFINISHED or (at_end and not text.endswith(b">")):
             self.fail(
                 "xml-truncated",
                 f"the file ends before its elements are closed ({reason})",
                 line,
                 "it seems to be cut off: get it again, or close the elements",
             )
-        if "encoding" in reason.lower() or "UTF-8" in reason:
-            hint = (
-                'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
-            )
-        elif "declaration" in reason:
-            hint = "nothing may stand before <?xml ...?>"
-        elif "ntity" in reason and "&" in text.decode("latin-1"):
-            hint = "write &amp; for an ampersand"
+        if b"<!ENTITY" in data:
+            self.bad_entities(line, reason)
+        hints = {
+            "ERR_RESERVED_XML_NAME": "nothing may stand before <?xml ...?>",
+            "ERR_INVALID_ENCODING": _SAVE_UTF_8,
+            "ERR_UNSUPPORTED_ENCODING": _SAVE_UTF_8,
+            "ERR_INVALID_CHAR": _SAVE_UTF_8,
+            "ERR_UNDECLARED_ENTITY": "write &amp; for an ampersand",
+            "ERR_ENTITYREF_SEMICOL_MISSING": "write &amp; for an ampersand",
+            "ERR_NAME_REQUIRED": "write &lt; and &amp; for < and &",
+            "ERR_DOCUMENT_END": "an XML file has one outermost element",
+        }
+        hint = next((hints[name] for name in first if name in hints), None)
         self.fail("xml-syntax", f"not well-formed XML: {reason}", line, hint)
+
+    def bad_entities(self, line: int | None, reason: str = "") -> NoReturn:
+        self.fail(
+            "xml-entity",
+            "the file declares XML entities, which are not read" + (reason and f" ({reason})"),
+            line,
+            "write out what the entities stand for, and take the DOCTYPE away",
+        )
 
     def attributes(self, element: Any) -> dict[str, str]:
         """All of an element's attributes; those that we do not know are reported."""
@@ -485,12 +508,12 @@ class _Reader:
         return self.bad_number(element, attribute, text, count)
 
     def vector(self, element: Any, attribute: str, text: str | None) -> Vec:
-        vector = self.vectors.get(text) if text else None
+        if text is None:
+            return self.bad_number(element, attribute, text, 3)
+        vector = self.vectors.get(text)
         if vector is None:
             x, y, z = self.numbers(element, attribute, text, 3)
-            vector = (x, y, z)
-            if text:
-                self.vectors[text] = vector
+            vector = self.vectors[text] = (x, y, z)
         return vector
 
     def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
@@ -912,6 +935,7 @@ class _Reader:
     def robot(self, data: bytes) -> tuple[Robot, list[Diagnostic]]:
         root = self.xml(data)
         self.check_root(root)
+        self.line = root.sourceline
         self.quaternions = root.get("version") in ("1.1", "1.2")
         robot = Robot("", file=self.file)
         links, joints, extensions = robot.links, robot.joints, robot.extensions
@@ -1008,7 +1032,7 @@ class _Reader:
         """One root, and every other link the child of exactly one joint."""
         links = robot.links
         if not links:
-            self.fail("no-links", "the robot has no links")
+            self.fail("no-links", "the robot has no links", self.line)
         above: dict[str, Joint] = {}
         for joint in robot.joints.values():
             for which, name in (("parent", joint.parent), ("child", joint.child)):
@@ -1099,8 +1123,9 @@ class _Reader:
                 )
 
 
-def _log(error: etree.XMLSyntaxError) -> list[Any]:
-    entries: Any = error.error_log
+def _log(parser: etree.XMLParser) -> list[Any]:
+    """What the parser said; an exception's own log also has what other parsers said before."""
+    entries: Any = parser.error_log
     return list(entries)
 
 
