@@ -344,7 +344,6 @@ class _Reader:
             "ERR_RESERVED_XML_NAME": "nothing may stand before <?xml ...?>",
             "ERR_INVALID_ENCODING": _SAVE_UTF_8,
             "ERR_UNSUPPORTED_ENCODING": _SAVE_UTF_8,
-            "ERR_INVALID_CHAR": _SAVE_UTF_8,
             "ERR_UNDECLARED_ENTITY": "write &amp; for an ampersand",
             "ERR_ENTITYREF_SEMICOL_MISSING": "write &amp; for an ampersand",
             "ERR_NAME_REQUIRED": "write &lt; and &amp; for < and &",

@@ -178,7 +178,7 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
     chain = _chain(error)
     files = [absolute(name) for name in xacro.filestack or [source]]
     read = list(dict.fromkeys([*files, *map(absolute, xacro.all_includes), source]))
-    text = " ".join(str(error).split()) or repr(error)
+    text = _sentence(error)
     file, line = files[-1], None
     code, hint = "xacro", None
 
@@ -186,6 +186,7 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
     expression = _EXPRESSION.search(str(error))
     undefined = _undefined_arg(chain, expression[1] if expression else "")
     deep = next((one for one in chain if isinstance(one, RecursionError)), None)
+    unread = next((one for one in chain if isinstance(one, OSError)), None)
     syntax = next((one for one in chain if isinstance(one, ExpatError)), None)
     if ours is not None:
         code, text, hint = ours.code, ours.message, ours.hint
@@ -208,6 +209,9 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
     elif deep is not None:
         text = "macros, includes or properties that call themselves without an end"
         looked_for = []
+    elif unread is not None and unread.filename:
+        text = f"cannot read {unread.filename}: {unread.strerror}"
+        looked_for = [Path(unread.filename).name]
     else:
         legacy = _legacy(read)
         if legacy is not None:
@@ -227,6 +231,16 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
     if ours is not None and ours.exit_code != exception.exit_code:
         exception = ConfigError(code, ours.message, hint=ours.hint)
     return exception
+
+
+def _sentence(error: BaseException) -> str:
+    """An exception's message on one line; xacro's own say the one that they wrap twice."""
+    wrapped = getattr(error, "exc", None)
+    if wrapped is not None and error.args and str(error.args[0]).startswith("<class "):
+        return _sentence(wrapped)
+    text = " ".join(str(error).split())
+    kind = type(error).__name__
+    return text if kind.endswith("Exception") and text else f"{kind}: {text}".rstrip(": ")
 
 
 def _chain(error: BaseException) -> list[BaseException]:
