@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import traceback
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
@@ -14,9 +13,10 @@ import msgspec
 from urdf2mbs.config import Config, Key, Lines, Project, preset, presets, typed
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Settings
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
+from urdf2mbs.faults import hook_failed, pass_failed, tree_broken
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.plugins import GROUP, Found, Plugins
+from urdf2mbs.plugins import FAILURES, GROUP, Found, Plugins
 from urdf2mbs.urdf.model import Robot
 
 
@@ -54,23 +54,40 @@ class Pipeline:
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
         conversion = Conversion(self.settings)
-        hook = self.plugins.hook
+        ran: list[Found] = []
         for bound in self.passes:
-            pass_ = bound.found.pass_
-            hook.urdf2mbs_before_pass(pass_=pass_, conversion=conversion)
+            found = bound.found
+            pass_ = found.pass_
+            self._call("urdf2mbs_before_pass", pass_, conversion)
             start = perf_counter()
             try:
                 pass_.run(conversion, bound.options)
             except ConversionError:
                 raise
-            except Exception as error:
-                raise _failed(bound.found, conversion, error) from error
-            hook.urdf2mbs_after_pass(
-                pass_=pass_, conversion=conversion, seconds=perf_counter() - start
-            )
+            except FAILURES as error:
+                raise pass_failed(found, conversion, error, ran) from error
+            seconds = perf_counter() - start
+            if found.plugin != GROUP and conversion.robot.links:
+                broken = tree_broken(found, conversion.robot)
+                if broken:
+                    raise broken
+            ran.append(found)
+            self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
             if pass_.name == stop_after:
                 break
         return conversion
+
+    def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
+        """Call a hook of all plugins."""
+        try:
+            getattr(self.plugins.hook, hook)(pass_=pass_, conversion=conversion, **more)
+        except ConversionError:
+            raise
+        except FAILURES as error:
+            plugin = self.plugins.blame(error.__traceback__)
+            if plugin is None:
+                raise
+            raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
 
 
 def check_order(passes: Sequence[Pass]) -> None:
@@ -198,20 +215,6 @@ def _unknown(lines: Lines, at: Key, name: str, known: Any, why: str, hint: str =
     return lines.error(
         "unknown-pass", f"pass '{name}' {why}" if why else f"there is no pass '{name}'", at,
         hint or nearest(name, known) or "'urdf2mbs passes' lists all",
-    )  # fmt: skip
-
-
-def _failed(found: Found, conversion: Conversion, error: Exception) -> ConversionError:
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    ours = found.plugin == GROUP
-    whose = "" if ours else f" of plugin '{found.plugin}'"
-    return ConversionError(
-        "internal" if ours else "plugin-failed",
-        f"pass '{found.pass_.name}'{whose} failed on robot '{conversion.robot.name}': "
-        f"{type(error).__name__}: {error}",
-        file=last.filename, line=last.lineno,
-        hint="this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
-        if ours else "--debug shows the traceback",
     )  # fmt: skip
 
 

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib.util
+import inspect
 import sys
 import traceback
+import zlib
 from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
-from typing import Any, cast
+from types import TracebackType
+from typing import Any
 
 import msgspec
 import pluggy
 
 from urdf2mbs import hookspecs, passes
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.hookspecs import Pass
 
 #: The entry point group in which an installed package names its plugin, and our own name there.
 GROUP = "urdf2mbs"
+
+#: What a plugin's code may throw at us: ``sys.exit()`` too must not end us without a word.
+FAILURES = (Exception, SystemExit)
 
 
 class Found(msgspec.Struct, frozen=True):
@@ -36,8 +43,9 @@ class Plugins:
     def __init__(self, files: Iterable[Path] = (), *, installed: bool = True) -> None:
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
-        self._origin: dict[str, tuple[str, str]] = {}
-        self._register(passes, GROUP, _version(GROUP), "")
+        self._versions: dict[str, str] = {}
+        self._files: dict[str, str] = {}
+        self._register(passes, GROUP, _version(GROUP), passes.__file__ or "")
         if installed:
             for entry in metadata.entry_points(group=GROUP):
                 self._load_installed(entry)
@@ -45,6 +53,7 @@ class Plugins:
             self._load_file(file)
         self.hook: Any = self._manager.hook
         self.passes: dict[str, list[Found]] = {}
+        """Every pass by name; a built-in one stands before those of plugins."""
         for impl in self.hook.urdf2mbs_passes.get_hookimpls():
             self._collect(impl)
 
@@ -52,24 +61,36 @@ class Plugins:
         """Let an object's own hooks be called too, around every pass."""
         self._manager.register(observer)
 
+    def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
+        """The plugin (name, file) whose hook a traceback went through; None: no plugin's."""
+        codes = {frame.f_code for frame, _ in traceback.walk_tb(tb)}
+        for plugin in self._files:
+            for caller in self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or ():
+                for impl in caller.get_hookimpls():
+                    code = getattr(impl.function, "__code__", None)
+                    if impl.plugin_name == plugin and code in codes:
+                        return plugin, self._files[plugin]
+        return None
+
     def _load_installed(self, entry: metadata.EntryPoint) -> None:
         dist = entry.dist
         package, version = (dist.name, dist.version) if dist else ("?", "?")
         try:
             plugin = entry.load()
-        except Exception as error:
+        except FAILURES as error:
             raise ConfigError(
                 "plugin-broken",
                 f"installed plugin '{entry.name}' (package {package} {version}) cannot be loaded: "
-                f"{type(error).__name__}: {error}",
+                f"{_said(error)}",
                 hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
             ) from error
-        self._register(plugin, entry.name, version, package)
+        self._register(plugin, entry.name, version, getattr(plugin, "__file__", None) or package)
 
     def _load_file(self, file: Path) -> None:
         if not file.is_file():
             raise ConfigError("plugin-missing", f"plugin file '{file}' does not exist")
-        name = f"urdf2mbs_plugin_{file.stem}"
+        # files of one name in two folders must not take each other's place
+        name = f"urdf2mbs_plugin_{file.stem}_{zlib.crc32(str(file).encode()):08x}"
         spec = importlib.util.spec_from_file_location(name, file)
         if spec is None or spec.loader is None:
             raise ConfigError("plugin-broken", f"plugin '{file}' is not a Python file (.py)")
@@ -77,58 +98,134 @@ class Plugins:
         sys.modules[name] = module
         try:
             spec.loader.exec_module(module)
-        except BaseException as error:
+        except FAILURES as error:
             del sys.modules[name]
-            if isinstance(error, KeyboardInterrupt):
-                raise
+            hint = None
+            if isinstance(error, ModuleNotFoundError):
+                hint = "install it where urdf2mbs is; a plugin of several files must be a package"
             raise ConfigError(
-                "plugin-broken",
-                f"plugin '{file}' cannot be loaded: {type(error).__name__}: {error}",
-                file=str(file), line=_line_in(file, error),
+                "plugin-broken", f"plugin '{file}' cannot be loaded: {_said(error)}",
+                file=str(file), line=_line_in(file, error), hint=hint,
             ) from error  # fmt: skip
         self._register(module, file.stem, "", str(file))
 
-    def _register(self, plugin: Any, name: str, version: str, origin: str) -> None:
+    def _register(self, plugin: Any, name: str, version: str, file: str) -> None:
+        if name in self._files:
+            raise ConfigError(
+                "plugin-doubled",
+                f"two plugins are called '{name}': {self._files[name]} and {file}",
+                hint="load it once; or rename one file, or leave installed plugins out with "
+                "--no-plugins",
+            )
         try:
             self._manager.register(plugin, name)
             self._manager.check_pending()
         except (pluggy.PluginValidationError, ValueError) as error:
-            raise ConfigError("plugin-broken", f"plugin '{name}': {error}") from error
+            self._manager.unregister(name=name)
+            raise _bad_hook(plugin, name, file, error) from error
         if not self._manager.get_hookcallers(plugin):
             raise ConfigError(
                 "plugin-empty",
-                f"plugin '{name}' brings nothing: no function in it is a hook",
-                hint="mark one with '@hookimpl' (from urdf2mbs.hookspecs import hookimpl)",
+                f"plugin '{name}' brings nothing: no function in it is marked as a hook",
+                file=file,
+                hint="put '@hookimpl' above 'def urdf2mbs_passes():' "
+                "(from urdf2mbs.hookspecs import hookimpl)",
             )
-        self._origin[name] = (version, origin)
+        self._versions[name] = version
+        self._files[name] = file
 
     def _collect(self, impl: pluggy.HookImpl) -> None:
         name = impl.plugin_name
-        version, origin = self._origin[name]
+        file = self._files[name]
+        hint = "return a list of Pass, such as [Pass('my-pass', run, needs=('robot',))]"
         try:
-            found: list[Any] = list(cast("Any", impl.function()))
-        except Exception as error:
+            brought: Any = impl.function()
+            brought = list(brought) if brought is not None else None
+        except FAILURES as error:
             raise ConfigError(
-                "plugin-broken",
-                f"plugin '{name}': urdf2mbs_passes failed: {type(error).__name__}: {error}",
-                file=origin or None,
-            ) from error
-        for pass_ in found:
+                "plugin-broken", f"plugin '{name}': urdf2mbs_passes failed: {_said(error)}",
+                file=file, line=_line_in(Path(file), error),
+            ) from error  # fmt: skip
+        if brought is None:
+            raise _broken(name, file, "urdf2mbs_passes returned nothing", hint)
+        for pass_ in brought:
             if not isinstance(pass_, Pass):
-                raise ConfigError(
-                    "plugin-broken",
-                    f"plugin '{name}': urdf2mbs_passes gave {pass_!r}, which is no Pass",
-                    file=origin or None,
-                )
-            file = getattr(sys.modules.get(pass_.run.__module__), "__file__", None) or origin
+                raise _broken(name, file, f"urdf2mbs_passes gave {pass_!r}, which is no Pass", hint)
+            if name != GROUP:
+                fault = _fault(pass_)
+                if fault:
+                    raise _broken(name, file, f"pass {pass_.name!r}: {fault[0]}", fault[1])
             offered = self.passes.setdefault(pass_.name, [])
             if any(other.plugin == name for other in offered):
-                raise ConfigError(
-                    "plugin-broken", f"plugin '{name}' brings two passes '{pass_.name}'"
-                )
-            found_pass = Found(pass_, name, version, str(file))
-            # pluggy calls the last registered first; built-in passes stay first in the list
-            offered.insert(0, found_pass)
+                raise _broken(name, file, f"it brings two passes '{pass_.name}'", "rename one")
+            offered.append(Found(pass_, name, self._versions[name], _source(pass_, name, file)))
+
+
+def _broken(plugin: str, file: str, what: str, hint: str) -> ConfigError:
+    return ConfigError("plugin-broken", f"plugin '{plugin}': {what}", file=file, hint=hint)
+
+
+def _bad_hook(plugin: Any, name: str, file: str, error: Exception) -> ConfigError:
+    """What pluggy found wrong with a plugin's hooks, in our words."""
+    known = {
+        hook: list(inspect.signature(spec).parameters)
+        for hook, spec in vars(hookspecs).items()
+        if hook.startswith("urdf2mbs_")
+    }
+    for hook, function in inspect.getmembers(plugin, callable):
+        if not hasattr(function, f"{GROUP}_impl"):
+            continue
+        line = getattr(getattr(function, "__code__", None), "co_firstlineno", None)
+        if hook not in known:
+            return ConfigError(
+                "plugin-broken", f"plugin '{name}': there is no hook '{hook}'", file=file,
+                line=line, hint=nearest(hook, known) or f"the hooks are: {', '.join(known)}",
+            )  # fmt: skip
+        wrong = [p for p in inspect.signature(function).parameters if p not in known[hook]]
+        if wrong:
+            return ConfigError(
+                "plugin-broken",
+                f"plugin '{name}': hook '{hook}' has no argument '{wrong[0]}'",
+                file=file,
+                line=line,
+                hint=f"it may have: {', '.join(known[hook]) or 'none'}, by these names",
+            )
+    return ConfigError("plugin-broken", f"plugin '{name}': {error}", file=file)
+
+
+def _fault(pass_: Pass) -> tuple[str, str] | None:
+    """What is wrong with a pass, and what to do; None: nothing is."""
+    if not isinstance(pass_.name, str) or not pass_.name.strip():
+        return "its name is not a word", "call it something like 'my-pass'"
+    try:
+        inspect.signature(pass_.run).bind(None, None)
+    except (TypeError, ValueError):
+        return "its 'run' cannot be called with two arguments", "def run(conversion, options):"
+    for field in ("needs", "gives"):
+        tokens = getattr(pass_, field)
+        if not isinstance(tokens, (tuple, list)) or not all(isinstance(t, str) for t in tokens):
+            return f"'{field}' is {tokens!r}", f"write it as {field}=('robot',), with the comma"
+    kind = pass_.options
+    if not isinstance(kind, type) or not (
+        issubclass(kind, msgspec.Struct) or dataclasses.is_dataclass(kind)
+    ):
+        return f"its options are {kind!r}", "give a msgspec.Struct or a dataclass (the class)"
+    try:
+        msgspec.json.schema(kind)
+    except FAILURES as error:
+        return (
+            f"its options cannot be read from YAML: {_said(error)}",
+            "use bool, int, float, str, list, dict, tuple, Literal, or Structs of these",
+        )
+    return None
+
+
+def _source(pass_: Pass, plugin: str, file: str) -> str:
+    """The file that a pass is written in: a plugin's own, where it lends our ``run``, too."""
+    module = getattr(pass_.run, "__module__", "") or ""
+    if plugin != GROUP and module.partition(".")[0] in (GROUP, "functools"):
+        return file
+    return str(getattr(sys.modules.get(module), "__file__", None) or file)
 
 
 def _version(package: str) -> str:
@@ -138,8 +235,14 @@ def _version(package: str) -> str:
         return ""
 
 
+def _said(error: BaseException) -> str:
+    """An exception in one line; a SyntaxError repeats its own file and line otherwise."""
+    text = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
 def _line_in(file: Path, error: BaseException) -> int | None:
-    if isinstance(error, SyntaxError):
+    if isinstance(error, SyntaxError) and error.filename == str(file):
         return error.lineno
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
     return lines[-1] if lines else None
