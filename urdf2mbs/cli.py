@@ -98,6 +98,15 @@ def _parser() -> argparse.ArgumentParser:
     passes = commands.add_parser("passes", parents=[common], help="list every known pass")
     passes.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
     passes.set_defaults(command=_passes)
+
+    diagram = commands.add_parser(
+        "diagram", parents=[common], help="draw the 2D diagram of an .mbs file as an SVG picture"
+    )
+    diagram.add_argument("model", type=Path, metavar="MODEL.mbs")
+    diagram.add_argument(
+        "-o", "--output", type=Path, metavar="OUT.svg", help="default: beside the model"
+    )
+    diagram.set_defaults(command=_diagram)
     return parser
 
 
@@ -261,6 +270,26 @@ def _passes(arguments: argparse.Namespace) -> int:
         trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(pass_.gives) or '-'}"
         print(f"{pass_.name:{width}}  {pass_.summary}")
         print(f"{'':{width}}  {trade}; {_origin(one)}")
+    return 0
+
+
+def _diagram(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.diagram import draw
+    from urdf2mbs.mbs.reader import read
+
+    try:
+        data = arguments.model.read_bytes()
+    except OSError as error:
+        raise ConfigError(
+            "model-unreadable", f"cannot read '{arguments.model}': {error.strerror}"
+        ) from None
+    mbs = read(data, str(arguments.model))
+    output = arguments.output or arguments.model.with_suffix(".svg")
+    write_files({output: draw(mbs).encode()})
+    if arguments.json:
+        _print_json({"model": mbs.name, "output": str(output)})
+    else:
+        print(f"{mbs.name}: diagram of {len(mbs.bodies)} bodies written to {output}")
     return 0
 
 

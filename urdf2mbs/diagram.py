@@ -1,0 +1,302 @@
+"""The 2D diagram of an .mbs file as an SVG picture, drawn as MBSysPad draws it.
+
+Boxes, dots, arrows, wires and labels stand where the file puts them (pixels, y down).  What
+MBSysPad leaves to a click is in the tooltips: joint and point names, nature, coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import hypot
+from xml.sax.saxutils import escape
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.mbs.model import XY, Body, Connection, Drawing, Joint, Mbs, Point
+
+#: Round everything that is drawn (px).
+MARGIN = 20.0
+#: Wires shorter than this (px) are straight; longer ones are MBSysPad's S, which leaves the
+#: line between its ends at 30 degrees.
+STRAIGHT = 50.0
+SLOPE = 0.57735
+
+STYLE = """
+text { font: 12px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #333; text-anchor: middle }
+.body > text { font-weight: bold }
+.label { paint-order: stroke; stroke: #fff; stroke-width: 3px }
+.box { fill: #ffffe8; stroke: #ee82ee }
+.base > .box { fill: #b0b0b0 }
+.wire { fill: none; stroke: #00f }
+.arrow { fill: none; stroke: #800040 }
+.joint > circle { fill: #00f; stroke: #ffc800; stroke-width: 2px }
+.point > circle { fill: #0ff; stroke: #ffc800; stroke-width: 2px }
+.base > circle { fill: #808080; stroke: #000; stroke-width: 3px }
+.cut, .link { fill: none; stroke-width: 1.5px }
+.cut { stroke: #d00000; stroke-dasharray: 6 3 }
+.link { stroke: #008000; stroke-dasharray: 2 2 }
+.mark { font-size: 9px; fill: #800080; text-anchor: start }
+""".strip()
+
+
+def draw(mbs: Mbs) -> str:
+    """The diagram as one SVG document.
+
+    Raises ConversionError for a model without the positions that a diagram needs.
+    """
+    picture = _Picture(mbs)
+    x0, y0, x1, y1 = picture.extent()
+    x0, y0 = min(x0 - MARGIN, 0.0), min(y0 - MARGIN, 0.0)
+    width, height = x1 + MARGIN - x0, y1 + MARGIN - y0
+    box = f"{_n(x0)} {_n(y0)} {_n(width)} {_n(height)}"
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{_n(width)}" height="{_n(height)}"'
+            f' viewBox="{box}">',
+            f"<title>{_t(mbs.name)}</title>",
+            f"<style>{STYLE}</style>",
+            f'<rect x="{_n(x0)}" y="{_n(y0)}" width="{_n(width)}" height="{_n(height)}"'
+            ' fill="#fff"/>',
+            *picture.boxes(),
+            *picture.arrows(),
+            *picture.wires(),
+            *picture.connections(),
+            *picture.dots(),
+            "</svg>\n",
+        ]
+    )
+
+
+class _Picture:
+    """Where everything is in the diagram, in pixels from its upper left."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        self.mbs = mbs
+        self.numbers = mbs.numbers()
+        _require_drawings(mbs)
+        self.frames: dict[str | None, XY] = {None: _at(mbs.base.position)}
+        self.points: dict[tuple[str | None, str], XY] = {}
+        for body in mbs.bodies:
+            self.frames[body.name] = _at(body.joints[-1].position)
+        for owner, points in self._owners():
+            for point in points:
+                self.points[owner, point.name] = _at(point.position)
+
+    def _owners(self) -> Iterator[tuple[str | None, list[Point]]]:
+        yield None, self.mbs.base.points
+        for body in self.mbs.bodies:
+            yield body.name, body.points
+
+    def _place(self, body: str | None, point: str | None) -> XY:
+        return self.frames[body] if point is None else self.points[body, point]
+
+    def extent(self) -> tuple[float, float, float, float]:
+        """Left, top, right, bottom."""
+        corners = [
+            (x + dx, y + dy) for x, y in self.frames.values() for dx in (-8, 8) for dy in (-8, 8)
+        ]
+        corners += [(x + dx, y) for x, y in self.points.values() for dx in (-8, 8)]
+        corners += [_at(joint.position) for body in self.mbs.bodies for joint in body.joints]
+        for name, drawing in self._drawings():
+            (left, top), (width, height) = _bounds(drawing)
+            x, y = self.frames[name]
+            corners += [(x + left, y + top), (x + left + width, y + top + height)]
+        xs, ys = zip(*corners, strict=True)
+        return min(xs), min(ys), max(xs), max(ys)
+
+    def _drawings(self) -> Iterator[tuple[str | None, Drawing]]:
+        if self.mbs.base.drawing is not None:
+            yield None, self.mbs.base.drawing
+        for body in self.mbs.bodies:
+            if body.drawing is not None:
+                yield body.name, body.drawing
+
+    def boxes(self) -> Iterator[str]:
+        bodies = {body.name: body for body in self.mbs.bodies}
+        for name, drawing in self._drawings():
+            x, y = self.frames[name]
+            (left, top), (width, height) = _bounds(drawing)
+            left, top = x + left, y + top
+            if drawing.shape in ("circle", "ellipse"):
+                cx, cy, rx, ry = left + width / 2, top + height / 2, width / 2, height / 2
+                shape = (
+                    f'<ellipse class="box" cx="{_n(cx)}" cy="{_n(cy)}" rx="{_n(rx)}"'
+                    f' ry="{_n(ry)}"/>'
+                )
+            else:
+                shape = (
+                    f'<rect class="box" x="{_n(left)}" y="{_n(top)}" width="{_n(width)}"'
+                    f' height="{_n(height)}"/>'
+                )
+            if name is None:
+                kind, shown, about = "body base", "Base", f"{self.mbs.base.name}: the base"
+            else:
+                kind, shown, about = "body", name, _about_body(bodies[name])
+            dx, dy = drawing.name_pos
+            at = (left + width / 2 + dx, top + height / 2 - 6 + dy)
+            dot = f'<circle cx="{_n(x)}" cy="{_n(y)}" r="6"/>' if name is None else ""
+            yield (
+                f'<g class="{kind}" data-body="{_t(name or "")}"><title>{_t(about)}</title>{shape}'
+                f"{_text(shown, at)}{dot}</g>"
+            )
+
+    def arrows(self) -> Iterator[str]:
+        """From a body's frame to each of its points."""
+        for owner, points in self._owners():
+            for point in points:
+                (ax, ay), (bx, by) = self.frames[owner], self.points[owner, point.name]
+                length = hypot(bx - ax, by - ay)
+                if length < 12:
+                    continue  # the dots touch
+                ux, uy = (bx - ax) / length, (by - ay) / length
+                bx, by = bx - 5 * ux, by - 5 * uy
+                wings = [
+                    (bx - 10 * ux + s * 4.5 * uy, by - 10 * uy - s * 4.5 * ux) for s in (1, -1)
+                ]
+                yield (
+                    f'<path class="arrow" d="M{_p(ax, ay)} L{_p(bx, by)} M{_p(*wings[0])}'
+                    f' L{_p(bx, by)} L{_p(*wings[1])}"/>'
+                )
+
+    def wires(self) -> Iterator[str]:
+        """From the parent's point through the joints of each body, labelled at the middle."""
+        for body in self.mbs.bodies:
+            before = self._place(body.parent, body.point)
+            for joint in body.joints:
+                after = _at(joint.position)
+                (ax, ay), (bx, by) = before, after
+                x, y = (ax + bx) / 2, (ay + by) / 2
+                number = self.numbers[joint.name]
+                yield (
+                    f'<g class="joint-label {joint.nature}"><title>'
+                    f"{_t(_about_joint(joint, number))}</title>"
+                    f'<path class="wire" d="M{_p(ax, ay)} {_curve(before, after)}"/>'
+                    + _text(joint.type, (x, y - 3), "label")
+                    + _text(f"q{number}", (x, y + 12), "label")
+                    + "</g>"
+                )
+                before = after
+
+    def connections(self) -> Iterator[str]:
+        kinds = [("cut", cut) for cut in self.mbs.cuts] + [("link", ln) for ln in self.mbs.links]
+        for kind, connection in kinds:
+            a, b = self._place(*connection.endpoint1), self._place(*connection.endpoint2)
+            x, y = (a[0] + b[0]) / 2, (a[1] + b[1]) / 2
+            about = _about_connection(connection)
+            yield (
+                f'<g class="connection" data-name="{_t(connection.name)}">'
+                f'<title>{_t(about)}</title><path class="{kind}" d="M{_p(*a)} L{_p(*b)}"/>'
+                + _text(connection.kind, (x, y - 3), "label")
+                + _text(connection.name, (x, y + 12), "label")
+                + "</g>"
+            )
+
+    def dots(self) -> Iterator[str]:
+        for owner, points in self._owners():
+            for point in points:
+                x, y = self.points[owner, point.name]
+                marks = "".join(
+                    _text(mark, (x + 7, y + 3), "mark")
+                    for mark, found in (("S", point.sensor), ("F", point.extforce))
+                    if found is not None
+                )
+                yield (
+                    f'<g class="point" data-body="{_t(owner or "")}" data-point="{_t(point.name)}">'
+                    f"<title>{_t(_about_point(point))}</title>"
+                    f'<circle cx="{_n(x)}" cy="{_n(y)}" r="5"/>{marks}</g>'
+                )
+        for body in self.mbs.bodies:
+            for joint in body.joints:
+                x, y = _at(joint.position)
+                about = _about_joint(joint, self.numbers[joint.name])
+                yield (
+                    f'<g class="joint {joint.nature}" data-joint="{_t(joint.name)}">'
+                    f'<title>{_t(about)}</title><circle cx="{_n(x)}" cy="{_n(y)}" r="5"/></g>'
+                )
+
+
+def _require_drawings(mbs: Mbs) -> None:
+    missing = [] if mbs.base.position and mbs.base.drawing else ["the base"]
+    missing += [f"point '{point.name}'" for point in mbs.base.points if point.position is None]
+    for body in mbs.bodies:
+        if body.drawing is None:
+            missing.append(f"body '{body.name}'")
+        missing += [f"joint '{joint.name}'" for joint in body.joints if joint.position is None]
+        missing += [f"point '{point.name}'" for point in body.points if point.position is None]
+    if missing:
+        more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
+        raise ConversionError(
+            "no-drawing",
+            f"model '{mbs.name}' does not say where in the diagram {', '.join(missing[:3])}{more} "
+            f"{'is' if len(missing) == 1 else 'are'}",
+            hint="give them graphics/x2D: convert the robot with the pass 'layout', or draw and "
+            "save the model in MBSysPad",
+        )
+
+
+def _at(position: XY | None) -> XY:
+    return position or (0.0, 0.0)
+
+
+def _bounds(drawing: Drawing) -> tuple[XY, XY]:
+    """Upper left corner and full size of a box, relative to its body's last joint."""
+    (x, y), (width, height) = drawing.position, drawing.size
+    if drawing.shape == "circle":
+        height = width  # both are the radius
+    if drawing.shape in ("circle", "ellipse"):
+        return (x - width, y - height), (2 * width, 2 * height)
+    return (x, y), (width, height)
+
+
+def _curve(a: XY, b: XY) -> str:
+    dx, dy = (b[0] - a[0]) / 3, (b[1] - a[1]) / 3
+    if hypot(dx, dy) * 3 < STRAIGHT or dx == 0.0:
+        return f"L{_p(*b)}"
+    one = (a[0] + dx + SLOPE * dy, a[1] + dy - SLOPE * dx)
+    two = (b[0] - dx - SLOPE * dy, b[1] - dy + SLOPE * dx)
+    return f"C{_p(*one)} {_p(*two)} {_p(*b)}"
+
+
+def _about_body(body: Body) -> str:
+    lines = [body.name]
+    if body.mass is not None:
+        lines.append(f"mass {body.mass:.6g} kg")
+    if body.com is not None:
+        lines.append(f"com ({', '.join(f'{c:.6g}' for c in body.com)}) m")
+    return "\n".join(lines)
+
+
+def _about_joint(joint: Joint, number: int) -> str:
+    unit = "rad" if joint.type.startswith("R") else "m"
+    start = "" if joint.q is None else f", q = {joint.q:.6g} {unit}"
+    return f"{joint.name}\n{joint.type}, q{number}, {joint.nature}{start}"
+
+
+def _about_point(point: Point) -> str:
+    lines = [point.name, f"({', '.join(f'{c:.6g}' for c in point.coordinates)}) m"]
+    if point.sensor is not None:
+        lines.append(f"sensor {point.sensor.name}")
+    if point.extforce is not None:
+        lines.append(f"external force {point.extforce.name}")
+    return "\n".join(lines)
+
+
+def _about_connection(connection: Connection) -> str:
+    length = "" if connection.length is None else f", length {connection.length:.6g} m"
+    return f"{connection.name}\n{connection.kind}{length}"
+
+
+def _text(text: str, at: XY, kind: str = "") -> str:
+    style = f' class="{kind}"' if kind else ""
+    return f'<text{style} x="{_n(at[0])}" y="{_n(at[1])}">{_t(text)}</text>'
+
+
+def _t(text: str) -> str:
+    return escape(text, {'"': "&quot;"})
+
+
+def _n(value: float) -> str:
+    return f"{round(value, 2) + 0.0:.10g}"
+
+
+def _p(x: float, y: float) -> str:
+    return f"{_n(x)},{_n(y)}"
