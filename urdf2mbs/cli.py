@@ -16,9 +16,10 @@ import msgspec
 from urdf2mbs.config import Config, Lines, load, typed, word
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.dump import Dump
 from urdf2mbs.hookspecs import Pass, hookimpl
-from urdf2mbs.pipeline import Pipeline, report, write_files
-from urdf2mbs.plugins import Found, Plugins
+from urdf2mbs.pipeline import Bound, Pipeline, report, write_files
+from urdf2mbs.plugins import GROUP, Found, Plugins
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -65,6 +66,9 @@ def _parser() -> argparse.ArgumentParser:
         "-v", "--verbose", action="store_true", help="show each pass and all notes"
     )
     running.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
+    running.add_argument(
+        "--dump", type=Path, metavar="DIR", help="write the state after every pass, as YAML"
+    )
 
     run = commands.add_parser(
         "run", parents=[common, running], help="convert as a config file says"
@@ -85,6 +89,9 @@ def _parser() -> argparse.ArgumentParser:
     convert.add_argument("--pipeline", default="faithful", metavar="PRESET")
     convert.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
     convert.add_argument(
+        "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
+    )
+    convert.add_argument(
         "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
     )
     convert.set_defaults(command=_convert)
@@ -98,6 +105,19 @@ def _parser() -> argparse.ArgumentParser:
     passes = commands.add_parser("passes", parents=[common], help="list every known pass")
     passes.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
     passes.set_defaults(command=_passes)
+
+    new = commands.add_parser(
+        "new-pass", parents=[common], help="write a plugin with one pass, and its test"
+    )
+    new.add_argument("name", metavar="NAME")
+    new.add_argument("-o", "--output", type=Path, metavar="DIR", default=Path())
+    new.set_defaults(command=_new_pass)
+
+    schema = commands.add_parser(
+        "schema", parents=[common], help="print the JSON schema of a config, for editors"
+    )
+    schema.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
+    schema.set_defaults(command=_schema)
 
     diagram = commands.add_parser(
         "diagram", parents=[common], help="draw the 2D diagram of an .mbs file as an SVG picture"
@@ -122,6 +142,9 @@ def _convert(arguments: argparse.Namespace) -> int:
         if not dot:
             raise ConfigError("usage", f"--set {key}={value}: it reads PASS.OPTION=VALUE")
         options.setdefault(pass_, {})[option] = word(value)
+    after: dict[str, list[str]] = {}
+    for pass_, new in _pairs(arguments.after, "=", "--after", "PASS=NEW"):
+        after.setdefault(pass_, []).append(new)
     given = {
         "source": arguments.robot,
         "output": arguments.output,
@@ -130,6 +153,7 @@ def _convert(arguments: argparse.Namespace) -> int:
         "xacro_args": dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
         "pipeline": arguments.pipeline,
         "plugins": arguments.plugin,
+        "after": after,
         "passes": options,
     }
     lines = Lines()
@@ -150,6 +174,8 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
+        if arguments.dump is not None:
+            pipeline.plugins.watch(Dump(arguments.dump))
         conversion = pipeline.run(stop_after=arguments.stop_after)
     write_files(conversion.files)
     found = report(conversion)
@@ -249,13 +275,27 @@ def _explain(arguments: argparse.Namespace) -> int:
     for number, bound in enumerate(pipeline.passes, start=1):
         pass_ = bound.found.pass_
         print(f"\n{number}. {pass_.name}: {pass_.summary}")
-        swapped = ", in place of the built-in pass" if bound.swapped else ""
-        print(f"   from     {_origin(bound.found)}{swapped}")
+        print(f"   from     {_origin(bound.found)}{_instead(bound, pipeline.plugins)}")
+        for other in pipeline.plugins.passes[pass_.name]:
+            if other.plugin not in (bound.found.plugin, GROUP):
+                print(
+                    f"   not      {_origin(other)}, which brings a '{pass_.name}' too; "
+                    f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
+                )
         print(f"   needs    {', '.join(pass_.needs) or '-'}")
         print(f"   gives    {', '.join(pass_.gives) or '-'}")
         options = msgspec.to_builtins(bound.options)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
     return 0
+
+
+def _instead(bound: Bound, plugins: Plugins) -> str:
+    """What a pass stands in for."""
+    others = [found for found in plugins.passes[bound.found.pass_.name] if found != bound.found]
+    if not bound.swapped or not others:
+        return ""
+    built_in = any(found.plugin == GROUP for found in others)
+    return ", in place of " + ("the built-in pass" if built_in else _origin(others[0]))
 
 
 def _passes(arguments: argparse.Namespace) -> int:
@@ -290,6 +330,21 @@ def _diagram(arguments: argparse.Namespace) -> int:
         _print_json({"model": mbs.name, "output": str(output)})
     else:
         print(f"{mbs.name}: diagram of {len(mbs.bodies)} bodies written to {output}")
+    return 0
+
+
+def _new_pass(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.new_pass import new_pass
+
+    print(new_pass(arguments.name, arguments.output))
+    return 0
+
+
+def _schema(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.schema import schema
+
+    files = [Path(file) for file in arguments.plugin]
+    _print_json(schema(Plugins(files, installed=not arguments.no_plugins)))
     return 0
 
 

@@ -48,6 +48,9 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     pipeline: Annotated[
         str | list[str], Meta(description="the name of a preset, or the passes in their order")
     ] = "faithful"
+    after: Annotated[
+        dict[str, str | list[str]], Meta(description="pass: the passes to put right after it")
+    ] = {}
     swap: Annotated[
         dict[str, str],
         Meta(description="pass: the plugin whose pass of the same name replaces it"),
@@ -123,7 +126,7 @@ def presets() -> list[str]:
 
 def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
     """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
-    fields = {field.encode_name: field.type for field in _fields(kind)}
+    fields = {field.encode_name: field for field in _fields(kind)}
     known = list(fields)
     if not isinstance(data, dict):
         raise lines.error(
@@ -135,10 +138,16 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
             raise lines.error(
                 "unknown-key", f"unknown key '{_dotted((*at, key))}'", (*at, key), hint
             )
+    for name, field in fields.items():
+        if field.required and name not in data:
+            raise lines.error(
+                "config-key-missing", f"'{_dotted((*at, name))}' must be given", at,
+                f"add '{name}: ...'" + (f" under '{_dotted(at)}'" if at else ""),
+            )  # fmt: skip
     # one word where a list is wanted is a list of one
     data = {
         key: [value]
-        if isinstance(value, str) and isinstance(fields[key], msgspec.inspect.ListType)
+        if isinstance(value, str) and isinstance(fields[key].type, msgspec.inspect.ListType)
         else value
         for key, value in data.items()
     }

@@ -36,9 +36,10 @@ class Pass(msgspec.Struct, frozen=True):
     """One step of a conversion.
 
     ``run(conversion, options)`` changes the conversion in place; ``options`` is an instance
-    of the class ``options`` (a ``msgspec.Struct`` or a dataclass, each field with a default),
-    filled from the config.  ``needs`` and ``gives`` name what must be known before and what
-    is known after (see ``Conversion``): a wrong order is an error before anything runs.
+    of the class ``options`` (a ``msgspec.Struct`` or a dataclass), filled from the config:
+    its fields without a default must be given there.  ``needs`` and ``gives`` name what must
+    be known before and what is known after (see ``Conversion``): a wrong order is an error
+    before anything runs.
     """
 
     name: str

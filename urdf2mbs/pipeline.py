@@ -41,6 +41,7 @@ class Pipeline:
                 raise lines.error(
                     "plugin-missing", f"plugin file '{file}' does not exist", ("plugins", index)
                 )
+        self._files = files
         self.plugins = Plugins(files, installed=installed_plugins)
         self.passes = _resolve(config, lines, self.plugins)
         check_order([bound.found.pass_ for bound in self.passes])
@@ -54,6 +55,13 @@ class Pipeline:
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
         conversion = Conversion(self.settings)
+        for plugin, brought in self._idle():
+            conversion.warn(
+                "plugin-idle",
+                f"plugin '{plugin}' does nothing: none of its passes is in the pipeline "
+                f"({', '.join(brought)})",
+                hint=f"put one in, for instance 'after: {{expand: {brought[0]}}}'",
+            )
         ran: list[Found] = []
         for bound in self.passes:
             found = bound.found
@@ -76,6 +84,15 @@ class Pipeline:
             if pass_.name == stop_after:
                 break
         return conversion
+
+    def _idle(self) -> list[tuple[str, list[str]]]:
+        """The config's plugins that bring nothing but passes, of which none is used."""
+        used = {bound.found.plugin for bound in self.passes}
+        return [
+            (file.stem, self.plugins.only_passes(file.stem))
+            for file in self._files
+            if file.stem not in used and self.plugins.only_passes(file.stem)
+        ]
 
     def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
         """Call a hook of all plugins."""
@@ -168,14 +185,14 @@ def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:
     else:
         names = config.pipeline
     known = plugins.passes
+    names, keys = _placed(names, config, known, lines)
     for key, mentioned in (("passes", config.passes), ("swap", config.swap)):
         for name in mentioned:
             if name not in names:
                 why = "is not in this pipeline" if name in known else ""
                 raise _unknown(lines, (key, name), name, [*names, *known], why)
     bound: list[Bound] = []
-    for index, name in enumerate(names):
-        at: Key = ("pipeline", index)
+    for index, (name, at) in enumerate(zip(names, keys, strict=True)):
         if name not in known:
             hint = (
                 "a preset's name stands alone: 'pipeline: " + name + "'"
@@ -190,6 +207,32 @@ def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:
         filled = typed(found.pass_.options, given, lines, ("passes", name))
         bound.append(Bound(found, filled, swapped=name in config.swap))
     return bound
+
+
+def _placed(
+    names: list[str], config: Config, known: Mapping[str, Any], lines: Lines
+) -> tuple[list[str], list[Key]]:
+    """The pipeline with what the config puts ``after`` its passes, and where each is named."""
+    out: list[str] = []
+    keys: list[Key] = []
+    todo: list[tuple[str, Key]] = []
+    for index in range(len(names) - 1, -1, -1):
+        todo.append((names[index], ("pipeline", index)))
+    placed: set[str] = set()
+    while todo:
+        name, key = todo.pop()
+        out.append(name)
+        keys.append(key)
+        if name in config.after and name not in placed:
+            placed.add(name)
+            followers = config.after[name]
+            followers = [followers] if isinstance(followers, str) else followers
+            todo += [(follower, ("after", name)) for follower in reversed(followers)]
+    for name in config.after:
+        if name not in placed:
+            why = "is not in this pipeline" if name in known else ""
+            raise _unknown(lines, ("after", name), name, [*out, *known], why)
+    return out, keys
 
 
 def _chosen(name: str, offered: list[Found], plugin: str | None, lines: Lines) -> Found:
@@ -271,12 +314,16 @@ def convert(
     pipeline: str | list[str] = "faithful",
     options: Mapping[str, Mapping[str, Any]] | None = None,
     plugins: Sequence[str | os.PathLike[str]] = (),
+    after: Mapping[str, str | list[str]] | None = None,
     swap: Mapping[str, str] | None = None,
 ) -> Result:
     """Convert a URDF or xacro file, without writing anything.
 
     ``base`` is ``auto``, ``floating`` or ``fixed``; ``packages`` maps ROS packages to
-    directories; ``options`` maps passes to their options.  Raises ConversionError.
+    directories; ``options`` maps passes to their options; ``plugins`` are Python files,
+    ``after`` maps a pass to those to put right after it, ``swap`` a pass to the plugin whose
+    pass of the same name replaces it.  Paths are relative to the working folder.
+    Raises ConversionError.
     """
     given = {
         "source": os.fspath(source),
@@ -286,6 +333,7 @@ def convert(
         "pipeline": pipeline,
         "passes": {name: dict(values) for name, values in (options or {}).items()},
         "plugins": [os.fspath(plugin) for plugin in plugins],
+        "after": dict(after or {}),
         "swap": dict(swap or {}),
     }
     lines = Lines()

@@ -72,6 +72,17 @@ class Plugins:
                         return plugin, self._files[plugin]
         return None
 
+    def only_passes(self, plugin: str) -> list[str]:
+        """The passes that a plugin brings; none if it has other hooks too."""
+        callers = self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or []
+        if any(caller.name != "urdf2mbs_passes" for caller in callers):
+            return []
+        return [
+            name
+            for name, offered in self.passes.items()
+            if any(found.plugin == plugin for found in offered)
+        ]
+
     def _load_installed(self, entry: metadata.EntryPoint) -> None:
         dist = entry.dist
         package, version = (dist.name, dist.version) if dist else ("?", "?")
