@@ -131,8 +131,8 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
         low, high = part.triangles.min(), part.triangles.max()
         if low < 0 or high >= len(part.points):
             raise MeshError(f"a triangle names a point that is not there ({low} or {high})")
-        if not np.isfinite(part.points.astype(np.float32)).all():
-            raise MeshError("it has coordinates that are not finite numbers")
+        if not (np.abs(part.points) <= np.finfo(np.float32).max).all():
+            raise MeshError("it has coordinates that are no finite single-precision numbers")
     return mesh
 
 

@@ -65,8 +65,9 @@ def write(parts: list[Part], color: RGB, transparency: float) -> bytes:
 def _shape(part: Part, color: RGB, transparency: float) -> bytes:
     import numpy as np
 
-    points, corner = _unique(part.points.astype(np.float32) + np.float32(0.0))
-    triangles = corner[part.triangles]
+    used, corner = np.unique(part.triangles, return_inverse=True)
+    points, which = _unique(part.points[used].astype(np.float32) + np.float32(0.0))
+    triangles = which[corner].reshape(-1, 3)
     material, colors = part.material, part.colors
     palette = None
     if colors is not None:

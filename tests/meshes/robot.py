@@ -1,0 +1,57 @@
+"""A conversion of a robot that is nothing but mesh visuals, up to and with convert-meshes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from urdf2mbs.conversion import Conversion, Segment, Settings
+from urdf2mbs.hookspecs import NoOptions
+from urdf2mbs.mbs.model import Body
+from urdf2mbs.passes import convert_meshes, convert_visuals
+from urdf2mbs.spatial import HERE
+from urdf2mbs.urdf.model import Link, Material, Mesh, Robot, Visual
+
+
+def visual(
+    filename: str | Path,
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
+    color: tuple[float, float, float, float] | None = None,
+) -> Visual:
+    return Visual(Mesh(str(filename), scale), material=Material(color=color))
+
+
+def convert(
+    folder: Path,
+    *links: list[Visual],
+    packages: dict[str, Path] | None = None,
+    options: convert_meshes.Options | None = None,
+) -> Conversion:
+    """Link n is called ``link{n}`` and has the visuals ``links[n]``; nothing is written."""
+    project = folder / "project"
+    conversion = Conversion(
+        Settings(
+            source=folder / "robot.urdf",
+            output=project / "dataR" / "robot.mbs",
+            packages=packages or {},
+            project=project,
+        )
+    )
+    robot = {f"link{n}": Link(f"link{n}", visuals=visuals) for n, visuals in enumerate(links)}
+    conversion.robot = Robot("robot", robot)
+    body = Body("ground")
+    conversion.segments["ground"] = Segment("ground", None, [], dict.fromkeys(robot, HERE), body)
+    convert_visuals.run(conversion, NoOptions())
+    convert_meshes.run(conversion, options or convert_meshes.Options())
+    return conversion
+
+
+def write(conversion: Conversion) -> list[Path]:
+    """What the command line does at the end."""
+    for path, content in conversion.files.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return list(conversion.files)
+
+
+def codes(conversion: Conversion) -> list[str]:
+    return [found.code for found in conversion.diagnostics if found.level == "warning"]

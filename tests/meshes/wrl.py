@@ -1,0 +1,113 @@
+"""A reader of VRML97 that shares nothing with the writer: enough of the grammar (ISO/IEC
+14772-1, annex A) for nodes with fields, and IndexedFaceSets made into triangles."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+TOKEN = re.compile(r'#[^\n]*|"(?:[^"\\]|\\.)*"|[{}\[\]]|[^\s,{}\[\]"#]+')
+
+
+@dataclass
+class Shape:
+    points: np.ndarray
+    faces: np.ndarray
+    material: dict[str, Any]
+    texture: str | None
+    uv: np.ndarray | None
+    """(faces, 3, 2)"""
+    colors: np.ndarray | None
+    """(faces, 3, 3) of 0 to 255"""
+    fields: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def rgb(self) -> set[tuple[int, ...]]:
+        if self.colors is not None:
+            return {tuple(c) for c in self.colors.reshape(-1, 3).tolist()}
+        return {tuple(round(255 * c) for c in self.material["diffuseColor"])}
+
+
+def read(data: bytes) -> list[Shape]:
+    text = data.decode("utf-8")
+    assert text.startswith("#VRML V2.0 utf8\n")
+    tokens = [t for t in TOKEN.findall(text) if not t.startswith("#")]
+    nodes, at = [], 0
+    while at < len(tokens):
+        node, at = _node(tokens, at)
+        nodes.append(node)
+    return [_shape(node) for node in nodes]
+
+
+def _node(tokens: list[str], at: int) -> tuple[dict[str, Any], int]:
+    node: dict[str, Any] = {"node": tokens[at]}
+    assert tokens[at + 1] == "{", tokens[at : at + 5]
+    at += 2
+    while tokens[at] != "}":
+        name = tokens[at]
+        at += 1
+        if tokens[at] == "[":
+            end = tokens.index("]", at)
+            node[name] = tokens[at + 1 : end]
+            at = end + 1
+        elif tokens[at + 1] == "{":
+            node[name], at = _node(tokens, at)
+        else:
+            end = at
+            while re.match(r'[-+.\d"]|TRUE|FALSE', tokens[end]):
+                end += 1
+            node[name] = tokens[at:end]
+            assert end > at, tokens[at - 3 : at + 3]
+            at = end
+    return node, at + 1
+
+
+def _shape(node: dict[str, Any]) -> Shape:
+    assert node["node"] == "Shape"
+    look, faces = node["appearance"], node["geometry"]
+    assert faces["node"] == "IndexedFaceSet"
+    points = _table(faces["coord"]["point"], 3)
+    triangles = _triangles(faces["coordIndex"])
+    colors = uv = None
+    if "color" in faces:
+        palette = np.round(255 * _table(faces["color"]["color"], 3)).astype(int)
+        if faces.get("colorPerVertex") == ["FALSE"]:
+            chosen = np.array([int(k) for k in faces["colorIndex"]])
+            assert len(chosen) == len(triangles)
+            colors = np.repeat(palette[chosen][:, None], 3, axis=1)
+        else:
+            colors = palette[_triangles(faces["colorIndex"])]
+        assert colors.shape == (*triangles.shape, 3)
+    if "texCoord" in faces:
+        uv = _table(faces["texCoord"]["point"], 2)[_triangles(faces["texCoordIndex"])]
+        assert uv.shape == (*triangles.shape, 2)
+    material = {
+        key: [float(v) for v in value]
+        for key, value in look["material"].items() if key != "node"
+    }  # fmt: skip
+    texture = look["texture"]["url"][0].strip('"') if "texture" in look else None
+    return Shape(points, triangles, material, texture, uv, colors, faces)
+
+
+def _table(tokens: list[str], columns: int) -> np.ndarray:
+    return np.array([np.float32(t) for t in tokens], dtype=float).reshape(-1, columns)
+
+
+def _triangles(tokens: list[str]) -> np.ndarray:
+    table = np.array([int(t) for t in tokens]).reshape(-1, 4)
+    assert (table[:, 3] == -1).all()
+    assert (table[:, :3] >= 0).all()
+    return table[:, :3]
+
+
+def corners(shapes: list[Shape], scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> np.ndarray:
+    """(faces, 3, 3) of all shapes together, scaled."""
+    return np.concatenate([s.points[s.faces] for s in shapes]) * np.array(scale)
+
+
+def volume(triangles: np.ndarray) -> float:
+    """What the triangles enclose; positive where they face outward."""
+    return float(np.linalg.det(triangles).sum() / 6)

@@ -1,0 +1,272 @@
+"""Convert meshes: the method's "simply needs to be converted (by the user)", done here.
+
+Every mesh that a visual shows becomes a VRML97 file in the project's ``animationR/vrml``.  The
+file holds the mesh in metres and z up; a shape's ``scale`` stays in the .mbs, except for its
+signs: a mirrored mesh gets a file of its own, with the faces turned back, and its shape the
+absolute values, so that no viewer has to know how to draw a mirrored transform.
+
+A mesh that has no colour of its own takes the visual's.  A file is named after its mesh (the
+stem that convert-visuals chose), ``_mirror_AXES`` where mirrored, ``_RRGGBB`` where another
+visual shows the same mesh in another colour.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path, PurePosixPath
+from typing import Literal
+
+import msgspec
+
+from urdf2mbs import vrml
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.model import RGB, Shape
+from urdf2mbs.meshes import Mesh, MeshError, read, read_beside, turned
+from urdf2mbs.urdf import model as urdf
+from urdf2mbs.urdf.packages import Packages
+
+#: Stands in every file that is written; a new number makes all files anew.
+VERSION = 1
+
+#: How our files begin; then comes the sha256 of what follows.
+OURS = b"#VRML V2.0 utf8\n# made by urdf2mbs, sha256 "
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    up_axis: Literal["apply", "ignore"] = "apply"
+    """COLLADA's ``<up_axis>``: turn the mesh so that z is up, or, as RViz and Gazebo do,
+    leave it as it lies."""
+
+
+class Look(msgspec.Struct, frozen=True):
+    """What makes one mesh need several files."""
+
+    mirror: str
+    """The axes that a negative scale mirrors: of "xyz"."""
+    color: RGB
+    transparency: float
+
+
+class Made(msgspec.Struct, omit_defaults=True):
+    """What a .wrl was made from: its third line."""
+
+    version: int
+    up_axis: str
+    look: Look
+    sources: dict[str, str | None]
+    """The sha256 of each file read, by its name in the mesh file; None: it was not there."""
+    textures: list[str] = []
+    problems: list[str] = []
+    turned_up: str | None = None
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    settings = conversion.settings
+    if settings.output in conversion.files:
+        raise ConfigError(
+            "pass-order",
+            "convert-meshes changes shapes, but the .mbs is already made",
+            hint="put convert-meshes before emit",
+        )
+    packages = Packages(settings.packages, settings.source)
+    folder = vrml_folder(settings.project, settings.output)
+    uses = _uses(conversion)
+    links = _links(conversion)
+    names = _name_files(conversion.meshes, uses)
+    told: dict[str, Made] = {}
+    counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
+    for number, (filename, looks) in enumerate(uses.items(), start=1):
+        conversion.progress(f"{filename} ({number} of {len(uses)})")
+        path = packages.resolve(filename)
+        if path is None:
+            counts["unusable"] += 1
+            conversion.warn(
+                "mesh-missing",
+                f"mesh '{filename}' ({_shown_by(links[filename])}) was not found; looked in: "
+                + "; ".join(packages.looked(filename)),
+                link=links[filename][0],
+            )
+            continue
+        mesh: Mesh | None = None
+        for look, shapes in looks.items():
+            target = folder / f"{names[filename, look]}.wrl"
+            old = read_beside(target, target.name)
+            made = None if old is None else made_from(old)
+            if old is not None and made is None:
+                conversion.warn(
+                    "mesh-not-ours",
+                    f"mesh '{filename}' is not converted: {target} is already there, and was not "
+                    "written by urdf2mbs, or was changed since",
+                    link=links[filename][0],
+                    hint="move it away to have the mesh converted",
+                )
+            elif old is not None and made and is_current(made, options, look, path, folder):
+                counts["kept"] += 1
+                counts["bytes"] += len(old)
+                told[filename] = made
+            else:
+                if mesh is None:
+                    try:
+                        mesh = read(path, up_axis=options.up_axis == "apply")
+                    except MeshError as error:
+                        counts["unusable"] += 1
+                        conversion.warn(
+                            "mesh-unreadable",
+                            f"mesh '{filename}' ({_shown_by(links[filename])}) cannot be used: "
+                            f"{path}: {error}",
+                            link=links[filename][0],
+                        )
+                        break
+                told[filename], content = convert(mesh, look, options)
+                conversion.files[target] = content
+                for name, image in mesh.textures.items():
+                    if not (folder / name).exists():
+                        conversion.files[folder / name] = image
+                counts["converted"] += 1
+                counts["bytes"] += len(content)
+            for shape in shapes:
+                shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.name}"
+                x, y, z = shape.scale
+                shape.scale = (abs(x), abs(y), abs(z))
+    _tell(conversion, told, links)
+    conversion.report["convert-meshes"] = {"folder": str(folder), **counts}
+
+
+def vrml_folder(project: Path | None, output: Path) -> Path:
+    """Where MBSysPad looks for ``PRJPATH/animationR/vrml``: an .mbs lies in its project's
+    ``dataR``; one that does not gets the folder beside it."""
+    if project is None:
+        project = output.parent.parent if output.parent.name == "dataR" else output.parent
+    return project / "animationR" / "vrml"
+
+
+def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
+    """Every mesh that is shown, in each of its looks, and the shapes that show it."""
+    filenames = {stem: filename for filename, stem in conversion.meshes.items()}
+    uses: dict[str, dict[Look, list[Shape]]] = {}
+    for segment in conversion.segments.values():
+        for shape in segment.body.shapes:
+            if shape.kind != "inline" or not shape.url:
+                continue
+            filename = filenames.get(PurePosixPath(shape.url).stem)
+            if filename is not None:
+                mirror = "".join(a for a, s in zip("xyz", shape.scale, strict=True) if s < 0)
+                look = Look(mirror, shape.color, shape.transparency)
+                uses.setdefault(filename, {}).setdefault(look, []).append(shape)
+    return uses
+
+
+def _links(conversion: Conversion) -> dict[str, list[str]]:
+    """Which links show each mesh file."""
+    links: dict[str, list[str]] = {}
+    for link in conversion.robot.links.values():
+        for visual in link.visuals:
+            if isinstance(visual.geometry, urdf.Mesh):
+                links.setdefault(visual.geometry.filename, []).append(link.name)
+    return links
+
+
+def _name_files(
+    stems: dict[str, str], uses: dict[str, dict[Look, list[Shape]]]
+) -> dict[tuple[str, Look], str]:
+    """A file name (without .wrl) for each look of each mesh, unique in small letters."""
+    taken = {stem.lower() for stem in stems.values()}
+    names: dict[tuple[str, Look], str] = {}
+    for filename, looks in uses.items():
+        mirrors: set[str] = set()
+        for look in looks:
+            name = stems[filename] + (f"_mirror_{look.mirror}" if look.mirror else "")
+            if look.mirror in mirrors:
+                name += "_{:02x}{:02x}{:02x}".format(*look.color)
+                if look.transparency:
+                    name += f"_t{round(100 * look.transparency)}"
+            plain, number = name, 1
+            while name.lower() in taken and name != stems[filename]:
+                number += 1
+                name = f"{plain}_{number}"
+            mirrors.add(look.mirror)
+            taken.add(name.lower())
+            names[filename, look] = name
+    return names
+
+
+def _shown_by(links: list[str]) -> str:
+    return f"link {links[0]}" + (f" and {len(links) - 1} more" if len(links) > 1 else "")
+
+
+def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[str]]) -> None:
+    """Warn of what the files do not show as the meshes say: of kept files, too."""
+    lost: dict[str, list[str]] = {}
+    for filename, made in told.items():
+        for problem in made.problems:
+            conversion.warn("mesh-part", f"mesh '{filename}': {problem}", link=links[filename][0])
+        for name, digest in made.sources.items():
+            if digest is None:
+                lost.setdefault(name, []).append(filename)
+        if made.turned_up:
+            conversion.warn(
+                "mesh-up-axis",
+                f"mesh '{filename}' says {made.turned_up} and was turned so that z is up; RViz "
+                "and Gazebo draw it unturned",
+                link=links[filename][0],
+                hint="passes: {convert-meshes: {up_axis: ignore}} does as they do",
+            )
+    for name, meshes in lost.items():
+        some = ", ".join(meshes[:5])
+        if len(meshes) > 5:
+            some += f" and {len(meshes) - 5} more"
+        conversion.warn(
+            "mesh-file-missing",
+            f"'{name}' is not there; shown without it (named relative to the mesh): {some}",
+        )
+
+
+def convert(mesh: Mesh, look: Look, options: Options) -> tuple[Made, bytes]:
+    """The whole .wrl, and what it was made from."""
+    parts = mesh.parts
+    if look.mirror:
+        import numpy as np
+
+        signs = np.array([-1.0 if axis in look.mirror else 1.0 for axis in "xyz"])
+        parts = [msgspec.structs.replace(part, points=part.points * signs) for part in parts]
+        if len(look.mirror) % 2:
+            parts = [turned(part) for part in parts]
+    made = Made(
+        VERSION, options.up_axis, look,
+        {name: _digest(data) for name, data in mesh.sources.items()},
+        list(mesh.textures), mesh.problems, mesh.turned_up,
+    )  # fmt: skip
+    r, g, b = (c / 255 for c in look.color)
+    nodes = vrml.write(parts, (r, g, b), look.transparency)
+    body = b"# " + msgspec.json.encode(made) + b"\n" + nodes
+    return made, OURS + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
+
+
+def made_from(content: bytes) -> Made | None:
+    """What a .wrl was made from; None: it is not ours, or was changed by someone since."""
+    digest, _, body = content.removeprefix(OURS).partition(b"\n")
+    if not content.startswith(OURS) or digest != hashlib.sha256(body).hexdigest().encode():
+        return None
+    try:
+        return msgspec.json.decode(body[2 : body.index(b"\n")], type=Made)
+    except (msgspec.MsgspecError, ValueError):
+        return None
+
+
+def is_current(made: Made, options: Options, look: Look, path: Path, folder: Path) -> bool:
+    """Whether the mesh file at ``path`` would give this .wrl again."""
+    return (
+        (made.version, made.up_axis, made.look) == (VERSION, options.up_axis, look)
+        and path.name in made.sources
+        and all(digest == _digest(read_beside(path, name)) for name, digest in made.sources.items())
+        and all((folder / name).is_file() for name in made.textures)
+    )
+
+
+def _digest(data: bytes | None) -> str | None:
+    return None if data is None else hashlib.sha256(data).hexdigest()
+
+
+PASS = Pass("convert-meshes", run, Options, needs=("robot", "shapes"), gives=("meshes",))
