@@ -16,7 +16,7 @@ Conventions
 
 from __future__ import annotations
 
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, hypot, pi, sin
 from typing import NamedTuple
 
 Vec = tuple[float, float, float]
@@ -178,3 +178,85 @@ def point_mass_inertia(mass: float, d: Vec) -> Sym:
 
 def add_inertia(a: Sym, b: Sym) -> Sym:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
+
+
+#: Elements of a computed rotation up to this are rounding.
+ROUNDING = 1e-12
+
+
+def fewest_turns(rot: Rot, small: float = ROUNDING) -> tuple[Turn, ...]:
+    """A rotation as the fewest turns about current coordinate axes.
+
+    None for the identity; one if an axis stays; two, ``R_a R_b``, if the element (a, b)
+    off the diagonal is zero (row a is then row a of ``R_b`` and column b is column b of
+    ``R_a``); else yaw, pitch, roll.  Elements up to ``small`` count as zero.
+    """
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = rot
+    if abs(r12) <= small and abs(r13) <= small and r11 > 0:
+        return _turn(1, r32, r22, small)
+    if abs(r12) <= small and abs(r32) <= small and r22 > 0:
+        return _turn(2, r13, r33, small)
+    if abs(r13) <= small and abs(r23) <= small and r33 > 0:
+        return _turn(3, r21, r11, small)
+    if abs(r12) <= small:
+        return _turn(1, r32, r22, small) + _turn(2, r13, r11, small)
+    if abs(r13) <= small:
+        return _turn(1, -r23, r33, small) + _turn(3, -r12, r11, small)
+    if abs(r21) <= small:
+        return _turn(2, -r31, r11, small) + _turn(1, -r23, r22, small)
+    if abs(r23) <= small:
+        return _turn(2, r13, r33, small) + _turn(3, r21, r22, small)
+    if abs(r31) <= small:
+        return _turn(3, r21, r11, small) + _turn(1, r32, r33, small)
+    if abs(r32) <= small:
+        return _turn(3, -r12, r22, small) + _turn(2, -r31, r33, small)
+    pitch = atan2(-r31, hypot(r11, r21))
+    yaw = atan2(r21, r11)
+    cy, sy = cos(yaw), sin(yaw)
+    roll = atan2(sy * r13 - cy * r23, cy * r22 - sy * r12)
+    return ((3, yaw), (2, pitch), (1, roll))
+
+
+def _turn(k: int, sine: float, cosine: float, small: float) -> tuple[Turn, ...]:
+    angle = atan2(sine, cosine)
+    return ((k, angle),) if abs(angle) > small else ()
+
+
+#: A component of a unit axis up to this counts as zero; nothing else is ever rounded.
+ALIGNED = 1e-9
+
+
+def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
+    """The turns that bring a coordinate axis onto ``axis``, and which axis that is.
+
+    The method's Table A.2, its last row corrected: ``-atan2(z, hypot(x, y))`` about y.
+    """
+    x, y, z = unit(axis)
+    zero = (abs(x) <= ALIGNED, abs(y) <= ALIGNED, abs(z) <= ALIGNED)
+    if zero == (False, True, True):
+        return (((3, pi),) if x < 0 else ()), 1
+    if zero == (True, False, True):
+        return (((1, pi),) if y < 0 else ()), 2
+    if zero == (True, True, False):
+        return (((2, pi),) if z < 0 else ()), 3
+    if zero[0]:
+        return ((1, atan2(z, y)),), 2
+    if zero[1]:
+        return ((2, atan2(x, z)),), 3
+    if zero[2]:
+        return ((3, atan2(y, x)),), 1
+    return ((3, atan2(y, x)), (2, -atan2(z, hypot(x, y)))), 1
+
+
+def unit(axis: Vec) -> Vec:
+    """The axis at length 1, however long or short it was."""
+    largest = max(abs(c) for c in axis)
+    x, y, z = (c / largest for c in axis)
+    length = hypot(x, y, z)
+    return (x / length, y / length, z / length)
+
+
+def direction(axis: Vec) -> Vec:
+    """The axis at length 1, its components up to ``ALIGNED`` taken as zero."""
+    x, y, z = (0.0 if abs(c) <= ALIGNED else c for c in unit(axis))
+    return unit((x, y, z))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.passes import (
+    align_frames,
+    check,
     collect_anchors,
     convert_visuals,
     decompose_joints,
@@ -11,6 +13,7 @@ from urdf2mbs.passes import (
     expand,
     insert_base,
     layout,
+    lump_fixed,
     prune_massless,
     reframe_inertia,
 )
@@ -23,9 +26,12 @@ def urdf2mbs_passes() -> list[Pass]:
         insert_base.PASS,
         prune_massless.PASS,
         reframe_inertia.PASS,
+        lump_fixed.PASS,
+        align_frames.PASS,
         decompose_joints.PASS,
         collect_anchors.PASS,
         convert_visuals.PASS,
         layout.PASS,
         emit.PASS,
+        check.PASS,
     ]

@@ -14,16 +14,12 @@ Table A.2 is corrected: the angle of its R2 is ``-atan2(z, hypot(x, y))``.
 
 from __future__ import annotations
 
-from math import atan2, hypot, pi
-
 from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Joint
-from urdf2mbs.spatial import Turn, Vec
+from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
-#: A component of a unit axis up to this size counts as zero.
-ALIGNED = 1e-9
-#: ... which goes without saying for what is but the rounding of a double.
+#: What a unit axis may be off a coordinate axis or plane without a word: the rounding of a double.
 ROUNDING = 1e-15
 
 
@@ -60,37 +56,9 @@ def decompose(step: Step) -> None:
     else:
         step.coordinates = [Joint(f"{name}_{type_}", type_) for type_ in types]
     there = [_driven(f"{name}_axis_R{k}", k, angle) for k, angle in turns]
-    back = [_driven(f"{name}_back_R{k}", k, -angle) for k, angle in reversed(turns)]
+    turned_back = [(k, -angle) for k, angle in reversed(turns)]
+    back = [_driven(f"{name}_back_R{k}", k, angle) for k, angle in (*turned_back, *step.after)]
     step.joints = [*origin, *there, *step.coordinates, *back]
-
-
-def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
-    """The turns that bring a coordinate axis onto ``axis``, and which axis that is (Table A.2).
-
-    A component of the unit axis up to ``ALIGNED`` counts as zero; nothing else is rounded.
-    """
-    x, y, z = _unit(axis)
-    zero = (abs(x) <= ALIGNED, abs(y) <= ALIGNED, abs(z) <= ALIGNED)
-    if zero == (False, True, True):
-        return (((3, pi),) if x < 0 else ()), 1
-    if zero == (True, False, True):
-        return (((1, pi),) if y < 0 else ()), 2
-    if zero == (True, True, False):
-        return (((2, pi),) if z < 0 else ()), 3
-    if zero[0]:
-        return ((1, atan2(z, y)),), 2
-    if zero[1]:
-        return ((2, atan2(x, z)),), 3
-    if zero[2]:
-        return ((3, atan2(y, x)),), 1
-    return ((3, atan2(y, x)), (2, -atan2(z, hypot(x, y)))), 1
-
-
-def _unit(axis: Vec) -> Vec:
-    largest = max(abs(c) for c in axis)
-    x, y, z = (c / largest for c in axis)
-    length = hypot(x, y, z)
-    return (x / length, y / length, z / length)
 
 
 def _driven(name: str, k: int, angle: float) -> Joint:
@@ -101,7 +69,7 @@ def _tell_axis(conversion: Conversion, step: Step) -> None:
     joint = step.joint
     if joint.type in ("fixed", "floating"):
         return
-    off = max((abs(c) for c in _unit(step.axis) if abs(c) <= ALIGNED), default=0.0)
+    off = max((abs(c) for c in unit(step.axis) if abs(c) <= ALIGNED), default=0.0)
     if off > ROUNDING:
         conversion.note(
             "axis-aligned",

@@ -1,0 +1,79 @@
+"""Lump fixed: links joined by fixed joints become one body.
+
+Beyond the method, whose Table A.1 makes every fixed joint a T3 driven at 0.  Mass, centre and
+inertia add up by the parallel-axis theorem; the frames of the links that are lumped stay, as
+anchor points under their names; their visuals move along.  What is fixed to the ground becomes
+part of the ground.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, Segment, Step
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.spatial import HERE, Pose, compose, fewest_turns, from_turns
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    keep: list[str] = []
+    """Patterns of links that stay bodies, on a T3 driven at 0, though a fixed joint holds them."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    kept: dict[str, Segment] = {}
+    moved: dict[str, tuple[Segment, Pose]] = {}
+    """Where each old segment's frame is now."""
+    for segment in conversion.segments.values():
+        if segment.parent is None:
+            kept[segment.link] = segment
+            moved[segment.link] = (segment, HERE)
+            continue
+        holder, offset = moved[segment.parent]
+        steps: list[Step] = []
+        for step in segment.steps:
+            pose = compose(offset, Pose(step.xyz, from_turns(step.turns)))
+            carried = {link: compose(pose, at) for link, at in step.frames.items()}
+            stays = step is segment.steps[-1] and _matches(segment.link, options.keep)
+            if step.joint.moves or stays:
+                if offset is not HERE:
+                    step.xyz, step.turns = pose.xyz, fewest_turns(pose.rot)
+                steps.append(step)
+                offset = HERE
+            else:
+                # the frames after a fixed joint move with what is before it
+                (steps[-1].frames if steps else holder.parts).update(carried)
+                step.frames = {}
+                offset = pose
+        parts = {link: compose(offset, at) for link, at in segment.parts.items()}
+        if steps:
+            segment.steps, segment.parts, segment.parent = steps, parts, holder.link
+            kept[segment.link] = segment
+            moved[segment.link] = (segment, offset)
+        else:
+            holder.parts.update(parts)
+            moved[segment.link] = (holder, offset)
+    conversion.segments = kept
+    conversion.mbs.bodies = [s.body for s in kept.values() if s.parent is not None]
+    _tell_ground(conversion)
+
+
+def _matches(link: str, patterns: list[str]) -> bool:
+    return any(fnmatchcase(link, pattern) for pattern in patterns)
+
+
+def _tell_ground(conversion: Conversion) -> None:
+    links = conversion.robot.links
+    heavy = [link for link in conversion.ground.parts if not links[link].massless]
+    if heavy:
+        mass = sum(inertial.mass for link in heavy if (inertial := links[link].inertial))
+        conversion.note(
+            "ground-mass",
+            f"{mass:.6g} kg fixed to the ground have no body, as they never move: "
+            f"{', '.join(heavy)}",
+        )
+
+
+PASS = Pass("lump-fixed", run, Options, needs=("bodies",), gives=("lumped",))
