@@ -215,9 +215,8 @@ def _placed(
     """The pipeline with what the config puts ``after`` its passes, and where each is named."""
     out: list[str] = []
     keys: list[Key] = []
-    todo: list[tuple[str, Key]] = []
-    for index in range(len(names) - 1, -1, -1):
-        todo.append((names[index], ("pipeline", index)))
+    todo: list[tuple[str, Key]] = [(name, ("pipeline", n)) for n, name in enumerate(names)]
+    todo.reverse()
     placed: set[str] = set()
     while todo:
         name, key = todo.pop()
