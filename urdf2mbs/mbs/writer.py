@@ -53,12 +53,16 @@ class _Texts(dict[str, str]):
     """Each text with the characters escaped that XML needs itself."""
 
     def __missing__(self, value: str) -> str:
-        if _NOT_XML(value):
-            raise ValueError(f"an .mbs file cannot hold the name {value!r}")
-        text = self[value] = escape(value, {'"': "&quot;", "\r": "&#13;"})
+        text = value
+        if not _PLAIN(value):
+            if _NOT_XML(value):
+                raise ValueError(f"an .mbs file cannot hold the name {value!r}")
+            text = escape(value, {'"': "&quot;", "\r": "&#13;"})
+        self[value] = text
         return text
 
 
+_PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
 _NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
 
 
@@ -325,7 +329,7 @@ class _Writer:
         return (
             f"{self.xy('position', drawing.position, pad)}"
             f"{self.xy('name_pos', drawing.name_pos, pad)}"
-            f"{pad}<shape>{drawing.shape}</shape>\n"
+            f"{pad}<shape>{self.text[drawing.shape]}</shape>\n"
             f"{self.xy('size', drawing.size, pad)}"
             f"{control_points}"
             f"{pad}<angle>{n[drawing.angle]}</angle>\n"
@@ -483,12 +487,12 @@ def _graft(text: str, inner: dict[str, list[str]]) -> str:
     root = etree.fromstring(text)
     for path, found in inner.items():
         holder = root
-        *steps, last = path.split("/")
-        for step in steps if last.startswith("@") else (*steps, last):
+        steps, _, attribute = path.partition("@")
+        for step in steps.strip("/").split("/") if steps else ():
             held = holder.find(step)
             holder = etree.SubElement(holder, step) if held is None else held
-        if last.startswith("@"):
-            holder.set(last[1:], found[0])
+        if attribute:
+            holder.set(attribute, found[0])
         else:
             for element in found:
                 holder.append(etree.fromstring(element))

@@ -1,0 +1,703 @@
+"""Read any .mbs file into the model, and check one against the format's schema.
+
+What the model does not know is kept (``extra``, ``inner``), so that reading and writing
+changes nothing that Robotran would see.  What makes Robotran itself go wrong, silently as a
+rule, is an error here.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from lxml import etree
+
+from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.mbs.model import (
+    BASE,
+    CUTS,
+    FORCE_MEASURES,
+    JOINT_TYPES,
+    LINKS,
+    NATURES,
+    ORIGIN,
+    SENSOR_MEASURES,
+    SHAPES,
+    SYMBOLS,
+    XY,
+    Base,
+    Body,
+    Connection,
+    Drawing,
+    Joint,
+    Light,
+    Mbs,
+    Parameter,
+    Point,
+    Sensor,
+    Shape,
+    UserConstraint,
+    UserModel,
+    UserVariable,
+    View,
+    Viewpoint,
+)
+from urdf2mbs.spatial import ZERO, Vec
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
+
+    Children = dict[str, _Element]
+
+#: The elements that the model has a place for, in each element.
+ROOT = frozenset([
+    "mbsname", "mbsyspad_version", "base", "bodytree", "cuts", "links", "user_constraints",
+    "user_models", "user_variables", "x3D",
+])  # fmt: skip
+BASE_CHILDREN = frozenset(["gravity", "baseBodyName", "point", "graphics"])
+BODY = frozenset(["bodyname", "parent", "joint", "mass", "com", "inertia", "point", "graphics"])
+JOINT = frozenset(
+    ["jointname", "type", "nature", "initialvalue", "actuated", "symbols", "graphics"]
+)
+POINT = frozenset(["pointname", "coordinates", "graphics", "sensor", "extforce"])
+SHAPE = frozenset([
+    "name", "position", "scale", "rotation", "color", "transparency",
+    "size", "radius", "height", "url",
+])  # fmt: skip
+DRAWING = frozenset(["position", "name_pos", "shape", "size", "control_points", "angle"])
+CONNECTION = frozenset(["name", "endpoint1", "endpoint2", "length"])
+VIEW = frozenset(["background", "shapeScaleFactors", "viewpoints", "lights"])
+VIEWPOINT = frozenset([
+    "name", "joint", "position", "target", "up", "projection", "scale",
+    "fieldOfView", "frontClipDst", "backClipDst",
+])  # fmt: skip
+LIGHT = frozenset(["name", "joint", "active", "direction"])
+X3D_OF_BASE = frozenset(["x3D_frame", "x3D_points", "x3D_lines", "x3D_shapes"])
+X3D_OF_BODY = frozenset(["x3D_com", "x3D_points", "x3D_lines", "x3D_shapes"])
+X3D_OF_JOINT = frozenset(["x3D_joint", "x3D_frame"])
+ENDPOINT = frozenset(["bodyname", "pointname"])
+FACTORS = frozenset(["frame", "joint", "com", "point"])
+INERTIA = frozenset(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"])
+COORDINATES, GRAPHICS = frozenset(["coordinates"]), frozenset(["x2D", "x3D"])
+X2D, BASE_X2D = frozenset(["position"]), frozenset(["position", "base_body"])
+NOTHING: frozenset[str] = frozenset()
+#: Those that may stand several times beside others.
+MANY = frozenset(["joint", "point", "parameter", "value"])
+#: The only elements with attributes.
+ATTRIBUTES = {
+    "sensor": SENSOR_MEASURES | {"name"},
+    "extforce": FORCE_MEASURES | {"name"},
+    "color": frozenset("RGB"),
+}
+
+_NUMBER = re.compile(r"\s*[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?\s*").fullmatch
+_RGB = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
+
+
+def read(data: bytes, file: str) -> Mbs:
+    """The model of an .mbs file; ``file`` is its name, for messages.
+
+    Raises ConversionError, with the line: not XML, another root, no base or body tree, a
+    body without a joint, an unknown parent, point or joint or one that stands later in the
+    file, an unknown word, a number that is none, a name that is taken.
+    """
+    root = _parse(data, file)
+    reader = _Reader(file)
+    mbs = reader.mbs(root)
+    # Quotation marks beyond those of the known attributes may be unknown attributes.
+    quotes = data.count(b'"') + data.count(b"'") - _quotes_of_declaration(data)
+    reader.keep_unknown(root, attributes=quotes != 2 * reader.attributes)
+    return mbs
+
+
+def validate(data: bytes, file: str) -> list[Diagnostic]:
+    """Each place where a file departs from the format's schema (``mbs.rng``), none if it is
+    as MBSysPad would have written it.
+
+    Raises ConversionError if it is not XML at all.
+    """
+    schema = _schema()
+    if schema.validate(_parse(data, file)):
+        return []
+    return [
+        Diagnostic("warning", "mbs-schema", entry.message, file=file, line=entry.line)
+        for entry in schema.error_log
+    ]
+
+
+@cache
+def _schema() -> etree.RelaxNG:
+    return etree.RelaxNG(etree.parse(str(Path(__file__).with_name("mbs.rng"))))
+
+
+def _parse(data: bytes, file: str) -> _Element:
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, collect_ids=False,
+        remove_blank_text=True, remove_comments=True, remove_pis=True,
+    )  # fmt: skip
+    try:
+        root = etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as error:
+        raise ConversionError(
+            "not-xml", f"this is not XML: {error.msg}", file=file, line=error.lineno or 1,
+            hint="the file is damaged, or cut off",
+        ) from None  # fmt: skip
+    dtd: Any = root.getroottree().docinfo.internalDTD
+    if dtd is not None and next(dtd.iterentities(), None) is not None:
+        raise ConversionError(
+            "xml-entity", "the file declares XML entities, which Robotran's readers do not know",
+            file=file, line=1, hint="write out what they stand for",
+        )  # fmt: skip
+    return root
+
+
+class _Reader:
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.numbers: dict[str | None, float] = {}
+        self.names: dict[str, str] = {BASE: "the ground", ORIGIN: "a body's own frame"}
+        """What each name of the one name space belongs to."""
+        self.points: dict[str | None, set[str]] = {}
+        """The points of each body read so far."""
+        self.attributes = 0
+        """How many have been read."""
+        self.owners: dict[_Element, Any] = {}
+        """The object made of an element, for those that can hold unknown ones."""
+        self.unknown: list[tuple[_Element, _Element]] = []
+        """Elements that the model has no place for, after those that hold them."""
+
+    def mbs(self, root: _Element) -> Mbs:
+        if root.tag != "mbsDescR7":
+            self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
+        kids = self.children(root, ROOT)
+        for tag in ("base", "bodytree"):
+            if tag not in kids:
+                self.fail(root, "mbs-incomplete", f"the file has no <{tag}>")
+        mbs = Mbs(
+            name=_text(kids.get("mbsname")),
+            version=_text(kids.get("mbsyspad_version")),
+            base=self.base(kids["base"]),
+            bodies=self.bodies(kids["bodytree"]),
+        )
+        self.owners[root] = mbs
+        mbs.cuts = self.connections(kids.get("cuts"), CUTS)
+        mbs.links = self.connections(kids.get("links"), LINKS)
+        joints = {joint.name for body in mbs.bodies for joint in body.joints}
+        mbs.user_constraints = [
+            self.user_constraint(element, joints)
+            for element in self.listed(kids.get("user_constraints"), "user_constraint")
+        ]
+        mbs.user_models = [
+            self.user_model(element)
+            for element in self.listed(kids.get("user_models"), "user_model")
+        ]
+        mbs.user_variables = [
+            self.user_variable(element)
+            for element in self.listed(kids.get("user_variables"), "user_variable")
+        ]
+        if "x3D" in kids:
+            mbs.view = self.view(kids["x3D"])
+        return mbs
+
+    def base(self, element: _Element) -> Base:
+        kids = self.children(element, BASE_CHILDREN, MANY)
+        if "gravity" not in kids:
+            self.fail(element, "mbs-incomplete", "the base has no <gravity>")
+        base = Base(
+            name=_text(kids.get("baseBodyName")) or BASE, gravity=self.vector(kids["gravity"])
+        )
+        self.owners[element] = base
+        self.names.setdefault(base.name, "the base")
+        base.points = self.points_of(None, element)
+        graphics = kids.get("graphics")
+        if graphics is not None:
+            parts = self.children(graphics, GRAPHICS)
+            if "x2D" in parts:
+                x2d = self.children(parts["x2D"], BASE_X2D)
+                if "position" in x2d:
+                    base.position = self.xy(x2d["position"])
+                if "base_body" in x2d:
+                    base.drawing = self.drawing(x2d["base_body"])
+            if "x3D" in parts:
+                base.shapes = self.shapes(parts["x3D"], X3D_OF_BASE)
+        return base
+
+    def bodies(self, tree: _Element) -> list[Body]:
+        return [self.body(element) for element in self.listed(tree, "body")]
+
+    def body(self, element: _Element) -> Body:
+        kids = self.children(element, BODY, MANY)
+        name = self.name(element, kids, "bodyname", "body")
+        parent, point = self.parent(element, kids, name)
+        body = Body(name, parent, point)
+        self.owners[element] = body
+        body.joints = [self.joint(child) for child in element.iterchildren("joint")]
+        if not body.joints:
+            self.fail(
+                element, "body-without-joint", f"body '{name}' has no joint",
+                "Robotran would lose it: give it one, driven and at 0, if it is to be fixed",
+            )  # fmt: skip
+        if "mass" in kids:
+            body.mass = self.number(kids["mass"])
+        if "com" in kids:
+            body.com = self.vector(kids["com"])
+        if "inertia" in kids:
+            parts = self.children(kids["inertia"], INERTIA)
+            xx, xy, xz, yy, yz, zz = (
+                self.number(parts[tag]) if tag in parts else 0.0
+                for tag in ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+            )
+            body.inertia = (xx, xy, xz, yy, yz, zz)
+        body.points = self.points_of(name, element)
+        graphics = kids.get("graphics")
+        if graphics is not None:
+            parts = self.children(graphics, GRAPHICS)
+            if "x2D" in parts and len(parts["x2D"]):
+                body.drawing = self.drawing(parts["x2D"])
+            if "x3D" in parts:
+                body.shapes = self.shapes(parts["x3D"], X3D_OF_BODY)
+        return body
+
+    def parent(self, element: _Element, kids: Children, name: str) -> tuple[str | None, str | None]:
+        if "parent" not in kids:
+            self.fail(element, "parent-missing", f"body '{name}' has no <parent>")
+        parent, point = self.place(kids["parent"], f"the parent of body '{name}'")
+        if parent == name:
+            self.fail(kids["parent"], "parent-unknown", f"body '{name}' is its own parent")
+        return parent, point
+
+    def place(self, element: _Element, what: str) -> tuple[str | None, str | None]:
+        """A body and one of its points, both known by now."""
+        parts = self.children(element, ENDPOINT)
+        body: str | None = _text(parts.get("bodyname"))
+        point: str | None = _text(parts.get("pointname"))
+        if body == BASE:
+            body = None
+        elif body not in self.points:
+            later = [
+                _text(name) for name in element.getroottree().iterfind("bodytree/body/bodyname")
+            ]
+            if body in later:
+                self.fail(
+                    element, "parent-order", f"{what}, '{body}', stands later in the file",
+                    "a body must stand after its parent",
+                )  # fmt: skip
+            self.fail(
+                element, "parent-unknown", f"{what} is '{body}', and there is no such body",
+                nearest(body or "", [BASE, *later]),
+            )  # fmt: skip
+        if point == ORIGIN:
+            point = None
+        elif point not in self.points[body]:
+            where = "the base" if body is None else f"body '{body}'"
+            self.fail(
+                element, "point-unknown", f"{what} is point '{point}', and {where} has none such",
+                nearest(point or "", [ORIGIN, *self.points[body]]),
+            )  # fmt: skip
+        return body, point
+
+    def joint(self, element: _Element) -> Joint:
+        kids = self.children(element, JOINT)
+        name = self.name(element, kids, "jointname", "joint")
+        kind, nature = _text(kids.get("type")), _text(kids.get("nature"))
+        if kind not in JOINT_TYPES:
+            self.fail(
+                kids.get("type", element), "joint-type-unknown",
+                f"joint '{name}' is of type '{kind}'", "the types are T1 T2 T3 R1 R2 R3",
+            )  # fmt: skip
+        if nature not in NATURES:
+            self.fail(
+                kids.get("nature", element), "joint-nature-unknown",
+                f"joint '{name}' is of nature '{nature}'",
+                "the natures are independent, dependent and driven",
+            )  # fmt: skip
+        joint = Joint(name, kind, nature, actuated="actuated" in kids)
+        self.owners[element] = joint
+        if "initialvalue" in kids:
+            for tag, value in self.children(kids["initialvalue"], SYMBOLS).items():
+                if tag in SYMBOLS:
+                    setattr(joint, tag, self.number(value))
+        if "symbols" in kids:
+            listed = self.children(kids["symbols"], SYMBOLS)
+            joint.symbols = tuple(tag for tag in listed if tag in SYMBOLS)
+        graphics = kids.get("graphics")
+        if graphics is not None:
+            parts = self.children(graphics, GRAPHICS)
+            joint.position = self.position(parts)
+            if "x3D" in parts:
+                for part in self.children(parts["x3D"], X3D_OF_JOINT).values():
+                    if len(part):
+                        self.children(part, NOTHING)
+        return joint
+
+    def points_of(self, body: str | None, element: _Element) -> list[Point]:
+        names = self.points[body] = set()
+        points = []
+        for child in element.iterchildren("point"):
+            point = self.point(child)
+            if point.name in names or point.name == ORIGIN:
+                where = "the base" if body is None else f"body '{body}'"
+                self.fail(child, "name-doubled", f"{where} has two points '{point.name}'")
+            names.add(point.name)
+            points.append(point)
+        return points
+
+    def point(self, element: _Element) -> Point:
+        kids = self.children(element, POINT)
+        point = Point(self.own_name(element, kids, "pointname", "point"))
+        self.owners[element] = point
+        if "coordinates" in kids:
+            point.coordinates = self.xyz(kids["coordinates"])
+        graphics = kids.get("graphics")
+        if graphics is not None:
+            parts = self.children(graphics, GRAPHICS)
+            point.position = self.position(parts)
+            if "x3D" in parts and len(parts["x3D"]):
+                self.children(parts["x3D"], NOTHING)
+        if "sensor" in kids:
+            point.sensor = self.sensor(kids["sensor"], SENSOR_MEASURES)
+        if "extforce" in kids:
+            point.extforce = self.sensor(kids["extforce"], FORCE_MEASURES)
+        return point
+
+    def sensor(self, element: _Element, known: frozenset[str]) -> Sensor:
+        name = element.get("name", "").strip()
+        if not name:
+            self.fail(element, "name-missing", f"this <{element.tag}> has no name")
+        self.take(element, name, element.tag)
+        measures = []
+        for measure, value in _attributes(element):
+            if measure not in known:
+                continue
+            if value != "true":
+                self.fail(
+                    element, "value-unknown", f"{measure} of {element.tag} '{name}' is '{value}'",
+                    'it can be "true" or left out',
+                )  # fmt: skip
+            measures.append(measure)
+        self.attributes += 1 + len(measures)
+        if len(element):
+            self.children(element, NOTHING)
+        return Sensor(name, tuple(measures))
+
+    def position(self, graphics: Children) -> XY | None:
+        if "x2D" not in graphics:
+            return None
+        parts = self.children(graphics["x2D"], X2D)
+        return self.xy(parts["position"]) if "position" in parts else None
+
+    def drawing(self, element: _Element) -> Drawing:
+        kids = self.children(element, DRAWING)
+        drawing = Drawing()
+        if "position" in kids:
+            drawing.position = self.xy(kids["position"])
+        if "name_pos" in kids:
+            drawing.name_pos = self.xy(kids["name_pos"])
+        if "size" in kids:
+            drawing.size = self.xy(kids["size"])
+        if "shape" in kids:
+            drawing.shape = _text(kids["shape"])
+        if "angle" in kids:
+            drawing.angle = self.number(kids["angle"])
+        drawing.control_points = tuple(
+            self.xy(point) for point in self.listed(kids.get("control_points"), "control_point")
+        )
+        return drawing
+
+    def shapes(self, x3d: _Element, known: frozenset[str]) -> list[Shape]:
+        kids = self.children(x3d, known)
+        shapes = []
+        for tag, part in kids.items():
+            if tag != "x3D_shapes":
+                if len(part) and tag in known:
+                    self.children(part, NOTHING)
+                continue
+            for child in part:
+                if child.tag in SHAPES:
+                    shapes.append(self.shape(child))
+                else:
+                    self.unknown.append((part, child))
+        return shapes
+
+    def shape(self, element: _Element) -> Shape:
+        kids = self.children(element, SHAPE)
+        shape = Shape(element.tag, _text(kids.get("name")))
+        self.owners[element] = shape
+        if "position" in kids:
+            shape.position = self.xyz(kids["position"])
+        if "scale" in kids:
+            shape.scale = self.xyz(kids["scale"])
+        if "rotation" in kids:
+            shape.rotation = self.xyz(kids["rotation"])
+        if "color" in kids:
+            shape.color = self.color(kids["color"])
+        if "transparency" in kids:
+            shape.transparency = self.number(kids["transparency"])
+        if "size" in kids:
+            shape.size = self.xyz(kids["size"])
+        if "radius" in kids:
+            shape.radius = self.number(kids["radius"])
+        if "height" in kids:
+            shape.height = self.number(kids["height"])
+        if "url" in kids:
+            shape.url = _text(kids["url"])
+        return shape
+
+    def color(self, element: _Element) -> tuple[int, int, int]:
+        rgb = [element.get(part, "") for part in "RGB"]
+        for text in rgb:
+            if not _RGB(text) or int(text) > 255:
+                self.fail(
+                    element, "number-invalid", f"'{text}' is no part of a colour",
+                    "R, G and B are whole numbers from 0 to 255",
+                )  # fmt: skip
+        self.attributes += 3
+        return int(rgb[0]), int(rgb[1]), int(rgb[2])
+
+    def connections(self, element: _Element | None, kinds: frozenset[str]) -> list[Connection]:
+        connections: list[Connection] = []
+        if element is None:
+            return connections
+        for child in element:
+            if child.tag not in kinds:
+                self.unknown.append((element, child))
+                continue
+            kids = self.children(child, CONNECTION)
+            name = self.own_name(child, kids, "name", child.tag)
+            ends: list[tuple[str | None, str | None]] = []
+            for tag in ("endpoint1", "endpoint2"):
+                if tag not in kids:
+                    self.fail(child, "mbs-incomplete", f"{child.tag} '{name}' has no <{tag}>")
+                ends.append(self.place(kids[tag], f"{tag} of {child.tag} '{name}'"))
+            connection = Connection(child.tag, name, ends[0], ends[1])
+            self.owners[child] = connection
+            if "length" in kids:
+                connection.length = self.number(kids["length"])
+            connections.append(connection)
+        return connections
+
+    def user_constraint(self, element: _Element, joints: set[str]) -> UserConstraint:
+        kids = self.children(element, frozenset(["name", "joints"]))
+        name = self.own_name(element, kids, "name", "user constraint")
+        constrained = self.listed(kids.get("joints"), "jointname")
+        for child in constrained:
+            if _text(child) not in joints:
+                self.fail(
+                    child, "joint-unknown",
+                    f"user constraint '{name}' is on '{_text(child)}', and there is no such joint",
+                    nearest(_text(child), joints),
+                )  # fmt: skip
+        return UserConstraint(name, tuple(_text(child) for child in constrained))
+
+    def user_model(self, element: _Element) -> UserModel:
+        kids = self.children(element, frozenset(["name", "parameter"]), MANY)
+        return UserModel(
+            self.own_name(element, kids, "name", "user model"),
+            [self.parameter(child) for child in element.iterchildren("parameter")],
+        )
+
+    def parameter(self, element: _Element) -> Parameter:
+        kids = self.children(element, frozenset(["name", "type", "value"]), MANY)
+        return Parameter(
+            self.own_name(element, kids, "name", "parameter"),
+            _text(kids.get("type")),
+            tuple(_text(value) for value in element.iterchildren("value")),
+        )
+
+    def user_variable(self, element: _Element) -> UserVariable:
+        kids = self.children(element, frozenset(["varname", "type", "size"]))
+        return UserVariable(
+            self.own_name(element, kids, "varname", "user variable"),
+            _text(kids.get("type")),
+            _text(kids.get("size")),
+        )
+
+    def view(self, element: _Element) -> View:
+        kids = self.children(element, VIEW)
+        view = View()
+        self.owners[element] = view
+        if "background" in kids:
+            parts = self.children(kids["background"], frozenset(["color"]))
+            if "color" in parts:
+                view.background = self.color(parts["color"])
+        if "shapeScaleFactors" in kids:
+            for tag, factor in self.children(kids["shapeScaleFactors"], FACTORS).items():
+                if tag in FACTORS:
+                    setattr(view, tag, self.number(factor))
+        view.viewpoints = [
+            self.viewpoint(child) for child in self.listed(kids.get("viewpoints"), "viewpoint")
+        ]
+        view.lights = [
+            self.light(child) for child in self.listed(kids.get("lights"), "directionalLight")
+        ]
+        return view
+
+    def viewpoint(self, element: _Element) -> Viewpoint:
+        kids = self.children(element, VIEWPOINT)
+        viewpoint = Viewpoint(_text(kids.get("name")), ZERO, ZERO)
+        for tag in ("position", "target", "up"):
+            if tag in kids:
+                setattr(viewpoint, tag, self.xyz(kids[tag]))
+        for tag in ("joint", "projection"):
+            if tag in kids:
+                setattr(viewpoint, tag, _text(kids[tag]))
+        for tag, field in (
+            ("scale", "scale"),
+            ("fieldOfView", "field_of_view"),
+            ("frontClipDst", "front_clip"),
+            ("backClipDst", "back_clip"),
+        ):
+            if tag in kids:
+                setattr(viewpoint, field, self.number(kids[tag]))
+        return viewpoint
+
+    def light(self, element: _Element) -> Light:
+        kids = self.children(element, LIGHT)
+        light = Light(_text(kids.get("name")), ZERO, active="active" in kids)
+        if "direction" in kids:
+            light.direction = self.xyz(kids["direction"])
+        if "joint" in kids:
+            light.joint = _text(kids["joint"])
+        return light
+
+    def vector(self, element: _Element) -> Vec:
+        parts = self.children(element, COORDINATES)
+        if "coordinates" not in parts:
+            self.fail(
+                element, "mbs-incomplete", f"<{element.tag}> has no <coordinates>",
+                "Robotran's C library cannot read it: give x, y and z, or leave the element out",
+            )  # fmt: skip
+        return self.xyz(parts["coordinates"])
+
+    def xyz(self, element: _Element) -> Vec:
+        x, y, z = self.axes(element, ("x", "y", "z"))
+        return self.number(x), self.number(y), self.number(z)
+
+    def xy(self, element: _Element) -> XY:
+        x, y = self.axes(element, ("x", "y"))
+        return self.number(x), self.number(y)
+
+    def axes(self, element: _Element, tags: tuple[str, ...]) -> list[_Element]:
+        """Half of all elements come through here, as a rule just these and in order."""
+        children: list[_Element] = element[:]  # type: ignore[index,assignment]
+        if tuple([child.tag for child in children]) == tags:
+            return children
+        kids = self.children(element, frozenset(tags))
+        for tag in tags:
+            if tag not in kids:
+                self.fail(element, "number-missing", f"<{element.tag}> has no <{tag}>")
+        return [kids[tag] for tag in tags]
+
+    def number(self, element: _Element) -> float:
+        text = element.text
+        value = self.numbers.get(text)
+        if value is None:
+            if text is None or not _NUMBER(text):
+                self.fail(
+                    element, "number-invalid", f"'{text or ''}' in <{element.tag}> is no number",
+                    "write it as 0.5 or 5e-1",
+                )  # fmt: skip
+            value = self.numbers[text] = float(text)
+        return value
+
+    def name(self, element: _Element, kids: Children, tag: str, kind: str) -> str:
+        """A name of the name space that bodies, joints, sensors and forces share."""
+        name = self.own_name(element, kids, tag, kind)
+        self.take(element, name, kind)
+        return name
+
+    def own_name(self, element: _Element, kids: Children, tag: str, kind: str) -> str:
+        name = _text(kids.get(tag))
+        if not name:
+            self.fail(element, "name-missing", f"this {kind} has no name")
+        return name
+
+    def take(self, element: _Element, name: str, kind: str) -> None:
+        if name in self.names:
+            self.fail(
+                element, "name-doubled",
+                f"the name '{name}' of this {kind} is taken: it is that of {self.names[name]}",
+                "Robotran drops the second of two in silence: rename one",
+            )  # fmt: skip
+        self.names[name] = f"a {kind} before"
+
+    def listed(self, element: _Element | None, tag: str) -> list[_Element]:
+        """The children of a list of one kind of element."""
+        if element is None:
+            return []
+        children = list(element.iterchildren(tag))
+        if len(children) != len(element):
+            self.unknown.extend((element, child) for child in element if child.tag != tag)
+        return children
+
+    def children(
+        self, element: _Element, known: frozenset[str], many: frozenset[str] = NOTHING
+    ) -> Children:
+        """The children by tag (of ``many``: the last of each); unknown ones are noted."""
+        # A slice is twice as fast as list().
+        children: list[_Element] = element[:]  # type: ignore[index,assignment]
+        kids: Children = {child.tag: child for child in children}
+        if len(kids) != len(children) or not known.issuperset(kids):
+            seen = set()
+            for child in children:
+                if child.tag not in known:
+                    self.unknown.append((element, child))
+                elif child.tag in seen and child.tag not in many:
+                    self.fail(child, "doubled-element", f"<{element.tag}> has two <{child.tag}>")
+                seen.add(child.tag)
+        return kids
+
+    def keep_unknown(self, root: _Element, attributes: bool) -> None:
+        """Give what the model has no place for to the object that it stands in."""
+        strangers = {child for _, child in self.unknown}
+        found = [
+            (holder, "", etree.tostring(child, encoding="unicode", with_tail=False))
+            for holder, child in self.unknown
+        ]
+        if attributes:
+            found += [
+                (element, f"@{attribute}", value)
+                for element in root.iter()
+                for attribute, value in _attributes(element)
+                if attribute not in ATTRIBUTES.get(element.tag, NOTHING)
+            ]
+        for holder, attribute, raw in found:
+            steps = [attribute] if attribute else []
+            element: _Element | None = holder
+            while element is not None and element not in self.owners and element not in strangers:
+                steps.append(_step(element))
+                element = element.getparent()
+            if element is None or element in strangers:
+                continue  # the attribute of an element that is kept whole
+            owner = self.owners[element]
+            if steps:
+                owner.inner.setdefault("/".join(reversed(steps)), []).append(raw)
+            else:
+                owner.extra.append(raw)
+
+    def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
+        line: Any = element.sourceline
+        raise ConversionError(code, message, file=self.file, line=line, hint=hint)
+
+
+def _attributes(element: _Element) -> list[tuple[str, str]]:
+    attributes: Any = element.items()
+    return list(attributes)
+
+
+def _text(element: _Element | None) -> str:
+    return "" if element is None else (element.text or "").strip()
+
+
+def _quotes_of_declaration(data: bytes) -> int:
+    end = data.find(b"?>", 0, 200)
+    return 0 if end < 0 else data.count(b'"', 0, end) + data.count(b"'", 0, end)
+
+
+def _step(element: _Element) -> str:
+    """The last step of the path to an element: which of the children of that tag it is."""
+    index = 1 + sum(1 for _ in element.itersiblings(element.tag, preceding=True))
+    alone = index == 1 and next(element.itersiblings(element.tag), None) is None
+    return element.tag if alone else f"{element.tag}[{index}]"
