@@ -6,6 +6,7 @@ warning here. Where URDF leaves a choice, urdfdom's is taken.
 
 from __future__ import annotations
 
+import re
 from math import hypot, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
@@ -120,6 +121,7 @@ NOISE = 1e-15
 _NAMES_SHOWN = 4
 #: Blanks and byte order marks, in any encoding.
 _BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
+_BLANKS = re.compile(r"[ \t\r\n]+")
 _SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
 #: libxml2's first complaint about a file that is cut off.
 _UNFINISHED = frozenset(
@@ -427,7 +429,8 @@ class _Reader:
     def xacro_left(self, element: Any) -> None:
         """Fail for an element that xacro should have dealt with."""
         tag = element.tag
-        if element.prefix == "xacro" or "xacro" in tag.partition("}")[0].partition(":")[0]:
+        space = tag.partition("}")[0] if tag.startswith("{") else tag.partition(":")[0]
+        if element.prefix == "xacro" or (space != tag and "xacro" in space):
             self.unexpanded(f"<xacro:{_plain(tag).rpartition(':')[2]}>", element.sourceline)
         if tag in LEGACY:
             self.fail(
@@ -1148,7 +1151,7 @@ def _plain(tag: str) -> str:
 
 
 def _shown(text: str) -> str:
-    text = " ".join(text.split())
+    text = _BLANKS.sub(" ", text).strip(" ")
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 

@@ -28,7 +28,7 @@ LEGACY_HINT = (
 
 # xacro keeps its state in module globals: one run at a time.
 _lock = threading.RLock()
-_EXPRESSION = re.compile(r"when evaluating expression '(.*)'", re.DOTALL)
+_EXPRESSION = re.compile(r"when evaluating expression '(.*)'$", re.MULTILINE)
 _XACRO_ARG = re.compile(r"""xacro\.arg\(\s*['"]([^'"]+)['"]\s*\)""")
 _DECLARED = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
 #: Longer stacks of includes and macros are cut in the middle.
@@ -216,7 +216,7 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
         legacy = _legacy(read)
         if legacy is not None:
             return legacy
-        looked_for = [expression[1]] if expression else _quoted(text)
+        looked_for = [f"${{{expression[1]}}}", expression[1]] if expression else _quoted(text)
     macro_files = [
         macro.history[-1][-1]
         for macro in reversed(xacro.macrostack or [])

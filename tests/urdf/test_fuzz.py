@@ -1,0 +1,131 @@
+"""Whatever is in the file: a robot or one error, never anything else."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import parse, read_robot
+
+ROBOT = b"""<?xml version="1.0"?>
+<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <material name="red"><color rgba="1 0 0 1"/></material>
+  <link name="a"><inertial><origin xyz="0 0 1" rpy="0 1e-3 0"/><mass value="2.5"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <visual><geometry><mesh filename="package://p/m.stl" scale="1 1 1"/></geometry>
+    <material name="red"/></visual><collision><geometry><box size="1 2 3"/></geometry></collision>
+  </link>
+  <link name="b"/>
+  <joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/><mimic joint="k" offset="1"/></joint>
+  <link name="c"/>
+  <joint name="k" type="prismatic"><parent link="b"/><child link="c"/></joint>
+  <gazebo reference="a"><b c="d">&lt;</b></gazebo>
+</robot>
+"""
+WORDS = [
+    *(
+        b"\" ' < > /> </robot> <!-- --> & &x; &#0; <? <![ \0 \xff \xc3 nan - e ${ $( } xmlns="
+        b" xacro: 1 9e999 { : = a <a:b/> <link/>"
+    ).split(b" "),
+    b" ",
+    b"\n",
+    b"<!DOCTYPE robot [<!ENTITY a 'b'>]>",
+]
+
+few = settings(max_examples=150, deadline=None, derandomize=True)
+
+
+def check(data: bytes) -> None:
+    for expanded in (False, True):
+        try:
+            robot, diagnostics = parse(data, "r.urdf", expanded=expanded)
+        except ConversionError as error:
+            code, text = error.code, str(error)
+            assert re.fullmatch("[a-z-]+", code)
+            assert "r.urdf" in text
+        else:
+            assert robot.links
+            assert len(robot.depth_first()) == len(robot.joints) == len(robot.links) - 1
+            assert len(list(map(str, diagnostics))) < 100
+
+
+@few
+@given(st.binary(max_size=200))
+def test_any_bytes(data: bytes) -> None:
+    check(data)
+
+
+@few
+@given(st.integers(0, len(ROBOT)))
+def test_cut_anywhere(length: int) -> None:
+    if length >= len(ROBOT.rstrip()):
+        check(ROBOT[:length])
+        return
+    with pytest.raises(ConversionError) as caught:
+        parse(ROBOT[:length], "r.urdf")
+    assert caught.value.code in ("xml-truncated", "file-empty", "not-xml")
+
+
+@few
+@given(
+    st.lists(
+        st.tuples(st.integers(0, len(ROBOT)), st.integers(0, 12), st.sampled_from(WORDS)),
+        min_size=1,
+        max_size=4,
+    )
+)
+def test_pieces_replaced(changes: list[tuple[int, int, bytes]]) -> None:
+    data = ROBOT
+    for start, length, word in changes:
+        data = data[:start] + word + data[start + length :]
+    check(data)
+
+
+@few
+@given(st.text(max_size=12), st.sampled_from(["2.5", "0 0 1", "1 2 3", "revolute", "a"]))
+def test_any_value(text: str, value: str) -> None:
+    escaped = text.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+    check(ROBOT.replace(f'"{value}"'.encode(), f'"{escaped}"'.encode("utf-8", "replace")))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_damaged_real_files(shared: Path, seed: int) -> None:
+    chance = random.Random(seed)
+    files = sorted((shared / "robots").rglob("*.urdf"))
+    for path in chance.sample(files, 5):
+        data = path.read_bytes()
+        check(data[: chance.randrange(len(data))])
+        damaged = bytearray(data)
+        for _ in range(chance.randrange(1, 5)):
+            damaged[chance.randrange(len(data))] = chance.randrange(256)
+        check(bytes(damaged))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_damaged_xacro(shared: Path, tmp_path: Path, seed: int) -> None:
+    chance = random.Random(seed)
+    original = (
+        shared / "robots/solo12/robot_properties_solo/src/robot_properties_solo/resources/xacro"
+    )
+    data = (original / "solo8.urdf.xacro").read_bytes()
+    table = {"robot_properties_solo": shared / "robots/solo12/robot_properties_solo"}
+    source = tmp_path / "damaged.urdf.xacro"
+    for _ in range(5):
+        damaged = bytearray(data[: chance.choice([len(data), chance.randrange(len(data))])])
+        for _ in range(chance.randrange(1, 4)):
+            start = chance.randrange(len(damaged))
+            damaged[start : start + chance.randrange(4)] = chance.choice(WORDS)
+        source.write_bytes(damaged)
+        try:
+            read_robot(source, Packages(table, source), {})
+        except ConversionError as error:
+            file = error.file
+            assert file

@@ -1,0 +1,161 @@
+"""Where packages are looked for, in which order, and what is said when they are not there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.urdf.packages import Packages
+
+
+@pytest.fixture(autouse=True)
+def no_ros(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+
+
+def package(folder: Path, name: str | None = None) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "package.xml").write_text(
+        '<?xml version="1.0"?>\n<!-- <name>wrong</name> -->\n<package format="3">\n'
+        f"  <name> {name or folder.name} </name>\n  <maintainer>x</maintainer></package>"
+    )
+    return folder
+
+
+def source(folder: Path) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / "robot.urdf"
+
+
+def test_the_table_comes_first(tmp_path: Path) -> None:
+    package(tmp_path / "ws" / "arm")
+    mine = tmp_path / "elsewhere"
+    mine.mkdir()
+    packages = Packages({"arm": mine}, source(tmp_path / "ws" / "arm" / "urdf"))
+    assert packages.find("arm") == mine
+
+
+@pytest.mark.parametrize(
+    ("folder", "name"),
+    [
+        ("ws/arm", "arm"),  # the source's own package
+        ("ws/checkout", "arm"),  # which may be in a folder of another name
+        ("ws/hand", "hand"),  # a sibling
+        ("ws/stack/hand", "hand"),  # one in a stack beside
+        ("hand", "hand"),  # one further up
+    ],
+)
+def test_walking_up(tmp_path: Path, folder: str, name: str) -> None:
+    there = package(tmp_path / folder, name)
+    below = tmp_path / "ws" / ("checkout" if folder == "ws/checkout" else "arm")
+    packages = Packages({}, source(below / "urdf" / "arms"))
+    assert packages.find(name) == there
+
+
+def test_a_folder_of_that_name_is_not_enough_where_there_is_a_package(tmp_path: Path) -> None:
+    (tmp_path / "ws" / "arm" / "hand").mkdir(parents=True)
+    there = package(tmp_path / "ws" / "hand")
+    assert Packages({}, source(tmp_path / "ws" / "arm" / "urdf")).find("hand") == there
+    package(tmp_path / "ws" / "arm" / "hand", "other")
+    assert Packages({}, source(tmp_path / "ws" / "arm" / "urdf")).find("hand") == there
+
+
+def test_without_any_package_xml(tmp_path: Path) -> None:
+    packages = Packages({}, source(tmp_path / "iCub" / "robots" / "v2"))
+    assert packages.find("iCub") == tmp_path / "iCub"
+    assert packages.find("robots") == tmp_path / "iCub" / "robots"
+    (tmp_path / "meshes").mkdir()
+    assert packages.find("meshes") == tmp_path / "meshes"
+
+
+def test_the_ros_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    at = source(tmp_path / "home")
+    itself = package(tmp_path / "ros" / "one")
+    beside = package(tmp_path / "src" / "two")
+    deep = package(tmp_path / "src" / "stack" / "folder" / "three_checkout", "three")
+    inner = package(beside / "inner")  # packages are not nested
+    hidden = tmp_path / "src" / "ignored"
+    package(hidden / "four")
+    (hidden / "COLCON_IGNORE").touch()
+    share = tmp_path / "opt" / "share" / "five"
+    share.mkdir(parents=True)
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{itself}:{tmp_path / 'src'}:{tmp_path / 'none'}:")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", f"{tmp_path / 'none'}:{tmp_path / 'opt'}")
+    packages = Packages({}, at)
+    assert packages.find("one") == itself
+    assert packages.find("two") == beside
+    assert packages.find("three") == deep
+    assert packages.find("five") == share
+    for name in (inner.name, "four"):
+        with pytest.raises(ConversionError):
+            packages.find(name)
+
+
+def test_a_package_that_is_nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_PACKAGE_PATH", "/some/where")
+    packages = Packages({"nowhere_description": tmp_path}, source(tmp_path / "home"))
+    with pytest.raises(ConversionError) as caught:
+        packages.find("nowhere")
+    error = caught.value
+    assert (error.code, error.exit_code) == ("package-not-found", 1)
+    for place in (str(tmp_path / "home"), "ROS_PACKAGE_PATH=/some/where", "AMENT_PREFIX_PATH"):
+        assert place in error.message
+    for advice in ("nowhere_description", "packages: {nowhere: DIR}", "--package nowhere=DIR"):
+        assert advice in (error.hint or "")
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "a/b", "/etc", "a\0b"])
+def test_names_that_are_no_packages(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConversionError) as caught:
+        Packages({}, source(tmp_path)).find(name)
+    assert caught.value.code == "package-not-found"
+
+
+def test_a_folder_of_the_table_that_does_not_exist(tmp_path: Path) -> None:
+    packages = Packages({"arm": tmp_path / "gone"}, source(tmp_path))
+    with pytest.raises(ConfigError) as caught:
+        packages.find("arm")
+    assert caught.value.code == "package-folder"
+    assert str(tmp_path / "gone") in caught.value.message
+    assert packages.resolve("package://arm/m.stl") is None
+    assert "gone" in "".join(packages.looked("package://arm/m.stl"))
+
+
+def test_files_of_meshes(tmp_path: Path) -> None:
+    arm = package(tmp_path / "arm")
+    mesh = arm / "meshes" / "a b.stl"
+    mesh.parent.mkdir()
+    mesh.touch()
+    packages = Packages({}, source(arm / "urdf"))
+    for filename in (
+        "package://arm/meshes/a b.stl",
+        "PACKAGE://arm/meshes/a b.stl",
+        "model://arm/meshes/a b.stl",
+        f"file://{mesh}",
+        f"file:{mesh}",
+        f"file://{mesh}".replace(" ", "%20"),
+        str(mesh),
+        "../meshes/a b.stl",
+    ):
+        found = packages.resolve(filename)
+        assert found is not None, filename
+        assert found.samefile(mesh)
+        assert packages.looked(filename) == [str(found)]
+    for filename in (
+        "package://arm/meshes",
+        "package://arm/meshes/c.stl",
+        "package://hand/m.stl",
+        "package://",
+        "http://host/m.stl",
+        "m.stl",
+        "",
+        "a\0b",
+        "x" * 5000,
+    ):
+        assert packages.resolve(filename) is None
+        assert packages.looked(filename)
+    assert any("hand" in place for place in packages.looked("package://hand/m.stl"))
+    assert packages.looked("package://arm/c.stl") == [str(arm / "c.stl")]

@@ -1,0 +1,784 @@
+"""Plain URDF: what is refused and how it is said, what is permitted, what is kept."""
+
+from __future__ import annotations
+
+import sys
+from itertools import pairwise
+from math import pi
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.urdf.model import (
+    Box,
+    Calibration,
+    Collision,
+    Cylinder,
+    Dynamics,
+    Inertial,
+    Limit,
+    Material,
+    Mesh,
+    Mimic,
+    Origin,
+    Robot,
+    SafetyController,
+    Sphere,
+    Visual,
+)
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import parse, read_robot
+
+UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+
+
+def read(tmp_path: Path, text: str | bytes) -> tuple[Robot, list[Diagnostic]]:
+    source = tmp_path / "robot.urdf"
+    source.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return read_robot(source, Packages({}, source), {})
+
+
+def arm(link: str = "", joint: str = "", *, kind: str = "continuous", robot: str = "") -> str:
+    """A link 'base' and a link 'tip' on a joint 'turn'; one's own lines begin at 5 and 9."""
+    return (
+        f'<?xml version="1.0"?>\n<robot name="arm"{robot}>\n<link name="base"/>\n'
+        f'<link name="tip">\n{link}\n</link>\n'
+        f'<joint name="turn" type="{kind}"><parent link="base"/><child link="tip"/>\n\n'
+        f"{joint}\n</joint>\n</robot>\n"
+    )
+
+
+def tree(*joints: str, links: str = "abcd") -> str:
+    """Links a, b, ... (lines 2 on), then joints written 'parent>child' and called after it."""
+    lines = ['<robot name="tree">', *(f'<link name="{name}"/>' for name in links)]
+    for joint in joints:
+        parent, child = joint.split(">")
+        lines.append(
+            f'<joint name="{joint.replace(">", "_")}" type="fixed">'
+            f'<parent link="{parent}"/><child link="{child}"/></joint>'
+        )
+    return "\n".join([*lines, "</robot>"])
+
+
+def inertial(mass: str = "1", inertia: str = UNIT) -> str:
+    return f'<inertial>\n<mass value="{mass}"/>\n{inertia}</inertial>'
+
+
+def moments(**values: str) -> str:
+    zero = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), "0")
+    return "<inertia " + " ".join(f'{k}="{v}"' for k, v in (zero | values).items()) + "/>"
+
+
+def mimics(*pairs: str) -> str:
+    """Joints a, b, c, one a line from 2 on, which mimic as in 'a>b'."""
+    leaders = dict(pair.split(">") for pair in pairs)
+    lines = ['<robot name="m">']
+    for number, name in enumerate("abc"):
+        mimic = f'<mimic joint="{leaders[name]}"/>' if name in leaders else ""
+        lines.append(
+            f'<joint name="{name}" type="continuous"><parent link="l{number}"/>'
+            f'<child link="l{number + 1}"/>{mimic}</joint>'
+        )
+    lines += [f'<link name="l{number}"/>' for number in range(4)]
+    return "\n".join([*lines, "</robot>"])
+
+
+ENTITIES = "".join(f'<!ENTITY {b} "{f"&{a};" * 10}">' for a, b in pairwise("abcdefghi"))
+LAUGHS = f'<!DOCTYPE r [<!ENTITY a "ha">{ENTITIES}]>\n'
+
+#: name: text, code, line, words that the message must have
+BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
+    # the file
+    "empty": ("", "file-empty", None, ()),
+    "blank": (" \n\t\n", "file-empty", None, ()),
+    "only a byte order mark": (b"\xef\xbb\xbf", "file-empty", None, ()),
+    "text": ("hello\nworld", "not-xml", 1, ("hello",)),
+    "json": ('{"robot": 1}', "not-xml", 1, ()),
+    "binary": (bytes(range(1, 200)), "not-xml", 1, ()),
+    "cut between": ('<robot name="r">\n<link name="a"/>\n', "xml-truncated", 3, ()),
+    "cut in a tag": ('<robot name="r">\n<link na', "xml-truncated", 2, ()),
+    "cut in a value": ('<robot name="r">\n<link name="a', "xml-truncated", 2, ()),
+    "cut in a comment": ('<robot name="r">\n<!-- a -', "xml-truncated", 2, ()),
+    "cut in the last tag": ('<robot name="r">\n<link name="a"/>\n</rob', "xml-truncated", 3, ()),
+    "cut after the declaration": ('<?xml version="1.0"?>\n', "xml-truncated", 2, ()),
+    "crossed tags": ("<robot>\n<link>\n</joint></robot>", "xml-syntax", 3, ("link", "joint")),
+    "two documents": ('<robot name="r"/>\n<robot/>', "xml-syntax", 2, ()),
+    "ampersand": ('<robot name="a&b">\n</robot>', "xml-syntax", 1, ()),
+    "no quotes": ("<robot name=r>\n</robot>", "xml-syntax", 1, ()),
+    "not utf-8": (b'<robot name="r">\n<link name="\xe4"/></robot>', "xml-syntax", None, ()),
+    "late declaration": ('\n<?xml version="1.0"?>\n<robot/>', "xml-syntax", 2, ("declaration",)),
+    "too deep": ("<robot>" + "<a>" * 50000 + "</a>" * 50000 + "</robot>", "xml-syntax", 1, ()),
+    "billion laughs": (LAUGHS + '<robot name="&i;"/>', "xml-entity", None, ()),
+    "billion laughs in text": (LAUGHS + "<robot>&i;</robot>", "xml-entity", None, ()),
+    "entity": (
+        '<!DOCTYPE r [<!ENTITY e SYSTEM "file:///etc/passwd">]>\n<robot>&e;</robot>',
+        "xml-entity", 1, (),
+    ),
+    "sdf": ('<?xml version="1.0"?>\n<sdf version="1.6"/>', "wrong-root", 2, ("sdf", "SDF")),
+    "mjcf": ("<mujoco/>", "wrong-root", 1, ("MuJoCo",)),
+    "collada": (
+        '<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema"/>',
+        "wrong-root", 1, ("COLLADA",),
+    ),
+    "mbs": ("<mbsDescR7/>", "wrong-root", 1, (".mbs",)),
+    "other root": ("<hello/>", "wrong-root", 1, ("hello",)),
+    # xacro
+    "xacro element": (
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">\n<xacro:arg name="a"/></robot>',
+        "xacro-unexpanded", 2, ("xacro:arg",),
+    ),
+    "xacro under another prefix": (
+        '<robot name="r" xmlns:x="http://ros.org/wiki/xacro">\n<x:leg/></robot>',
+        "xacro-unexpanded", 2, ("leg",),
+    ),
+    "xacro not declared": ('<robot name="r">\n<xacro:leg/></robot>', "xacro-unexpanded", 2, ()),
+    "xacro in a link": (
+        arm('<xacro:inertia m="1"/>', robot=' xmlns:xacro="http://www.ros.org/wiki/xacro"'),
+        "xacro-unexpanded", 5, ("inertia",),
+    ),
+    "expression as a number": (arm(inertial("${m}")), "xacro-unexpanded", 6, ("tip", "${m}")),
+    "expression in a name": (
+        '<robot name="r">\n<link name="${p}a"/></robot>', "xacro-unexpanded", 2, ("${p}a",),
+    ),
+    "argument in a file name": (
+        arm('<visual><geometry><mesh filename="$(find p)/m.stl"/></geometry></visual>'),
+        "xacro-unexpanded", 5, ("$(find p)",),
+    ),
+    "legacy property": (
+        '<robot name="r">\n<property name="m" value="1"/></robot>',
+        "xacro-legacy", 2, ("property",),
+    ),
+    "legacy macro": ('<robot name="r">\n<macro name="m"/></robot>', "xacro-legacy", 2, ("macro",)),
+    "legacy include": ('<robot>\n<include filename="a"/></robot>', "xacro-legacy", 2, ("include",)),
+    # names
+    "no links": ('<robot name="r"></robot>', "no-links", 1, ()),
+    "link without a name": ("<robot>\n<link/></robot>", "name-missing", 2, ("link",)),
+    "link with an empty name": ('<robot>\n<link name=" "/></robot>', "name-missing", 2, ("link",)),
+    "joint without a name": (
+        '<robot>\n<link name="a"/>\n<joint type="fixed"/></robot>', "name-missing", 3, ("joint",),
+    ),
+    "link twice": (
+        '<robot>\n<link name="a"/>\n<link name="a"/></robot>', "name-doubled", 3, ("'a'", "line 2"),
+    ),
+    "joint twice": (tree("a>b", "a>b"), "name-doubled", 7, ("'a_b'", "line 6")),
+    # the tree
+    "two roots": (tree("a>b", "c>d"), "several-roots", 4, ("'a'", "'c'")),
+    "loop": (tree("a>b", "b>c", "c>a", links="abc"), "loop", 5, ("'a', 'b', 'c'", "'c_a'")),
+    "loop aside": (tree("b>c", "c>d", "d>b"), "loop", 6, ("'b'", "'c'", "'d'")),
+    "two parents": (tree("a>b", "a>c", "b>d", "c>d"), "two-parents", 9, ("'d'", "'b'", "'c_d'")),
+    "parent is child": (
+        '<robot>\n<link name="a"/><joint name="j" type="fixed"><parent link="a"/>\n'
+        '<child link="a"/></joint></robot>', "joint-same-link", 3, ("'j'", "'a'"),
+    ),
+    "unknown parent": (tree("a>b", "x>c"), "link-unknown", 7, ("'x_c'", "'x'", "parent")),
+    "unknown child": (tree("a>b", "b>x"), "link-unknown", 7, ("'b_x'", "'x'", "child")),
+    "no parent": (
+        '<robot>\n<link name="a"/>\n<joint name="j" type="fixed"><child link="a"/></joint></robot>',
+        "joint-link-missing", 3, ("'j'", "parent"),
+    ),
+    "no child": (
+        '<robot>\n<link name="a"/>\n<joint name="j" type="fixed"><parent link="a"/>\n'
+        "<child/></joint></robot>", "joint-link-missing", 4, ("'j'", "child"),
+    ),
+    "unknown type": (arm(kind="rotary"), "joint-type-unknown", 7, ("'turn'", "'rotary'")),
+    "capital type": (arm(kind="Revolute"), "joint-type-unknown", 7, ("'turn'", "'Revolute'")),
+    "empty type": (arm(kind=""), "joint-type-missing", 7, ("'turn'",)),
+    # numbers
+    "two of three": (arm(joint='<origin xyz="1 2"/>'), "number-count", 9, ("'turn'", "'1 2'")),
+    "four of three": (arm(joint='<axis xyz="1 2 3 4"/>'), "number-count", 9, ("'turn'", "axis")),
+    "two of one": (arm(inertial("1 2")), "number-count", 6, ("'tip'", "mass")),
+    "empty numbers": (arm(joint='<origin xyz=""/>'), "number-missing", 9, ("'turn'", "xyz")),
+    "axis without numbers": (arm(joint="<axis/>"), "number-missing", 9, ("'turn'", "axis")),
+    "mass without value": (
+        arm(f"<inertial>\n<mass>1</mass>{UNIT}</inertial>"), "number-missing", 6, ("'tip'", "mass"),
+    ),
+    "tensor with five": (
+        arm(inertial(inertia=UNIT.replace('iyz="0"', ""))),
+        "number-missing", 7, ("'tip'", "iyz"),
+    ),
+    "box without size": (
+        arm("<visual><geometry><box/></geometry></visual>"), "number-missing", 5, ("'tip'", "size"),
+    ),
+    **{
+        f"number {word!r}": (
+            arm(joint=f'<origin xyz="0 {word} 0"/>'),
+            "number-invalid", 9, ("'turn'", repr(word)[1:-1]),
+        )
+        for word in (
+            "nan", "NaN", "inf", "-Infinity", "1e999", "abc", "0x10", "1_000", "1.0f", "1e", "--1",
+            "\N{ARABIC-INDIC DIGIT ONE}", "\N{MINUS SIGN}1", "1\N{NO-BREAK SPACE}", "1,5", "1;",
+        )
+    },
+    "mass in words": (arm(inertial("heavy")), "number-invalid", 6, ("'tip'", "heavy")),
+    "bad limit": (arm(joint='<limit lower="x"/>'), "number-invalid", 9, ("'turn'", "lower")),
+    "bad scale": (
+        arm('<visual><geometry><mesh filename="m" scale="1 1 x"/></geometry></visual>'),
+        "number-invalid", 5, ("'tip'", "scale"),
+    ),
+    "bad colour": (
+        '<robot name="r">\n<material name="red"><color rgba="1 0 0"/></material></robot>',
+        "number-count", 2, ("'red'",),
+    ),
+    # physics
+    "zero axis": (arm(joint='<axis xyz="0 0 0"/>'), "axis-zero", 9, ("'turn'",)),
+    "zero axis of a plane": (
+        arm(joint='<axis xyz="0 -0 0"/>', kind="planar"), "axis-zero", 9, ("'turn'",),
+    ),
+    "negative mass": (arm(inertial("-1e-3")), "mass-negative", 6, ("'tip'", "-0.001")),
+    **{
+        f"inertia {values}": (
+            arm(inertial(inertia=moments(**values))), "inertia-not-psd", 7, ("'tip'",),
+        )
+        for values in (
+            {"ixx": "-1", "iyy": "1", "izz": "1"},
+            {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "1.00001"},
+            {"ixx": "1e-6", "iyy": "1e-6", "izz": "1e-6", "iyz": "-2e-6"},
+            {"ixx": "1", "iyy": "1", "izz": "-1e-8"},
+            {"ixy": "1"},
+            # positive diagonal and 2x2 minors, negative determinant
+            {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "0.9", "ixz": "-0.9", "iyz": "0.9"},
+            {"ixx": "1e200", "iyy": "1e200", "izz": "1e200", "ixy": "2e200"},
+            {"ixx": "-1", "iyy": "-1", "izz": "-1"},
+        )
+    },
+    # mimic
+    "mimic of nothing": (mimics("b>x"), "mimic-unknown", 3, ("'b'", "'x'")),
+    "mimic of itself": (mimics("b>b"), "mimic-loop", 3, ("'b'",)),
+    "mimic in a circle": (mimics("a>b", "b>c", "c>a"), "mimic-loop", 2, ("'a'", "'b'", "'c'")),
+    "mimic into a circle": (mimics("a>b", "b>c", "c>b"), "mimic-loop", 3, ("'b'", "'c'")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_error_that_says_where(tmp_path: Path, name: str) -> None:
+    text, code, line, words = BAD[name]
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, text)
+    error = caught.value
+    assert error.code == code, str(error)
+    assert error.file == str(tmp_path / "robot.urdf")
+    if line is not None:
+        assert error.line == line, str(error)
+    for word in words:
+        assert word in error.message
+    assert error.exit_code == 1
+    assert len(str(error)) < 1000
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        (arm(kind="revolut"), "did you mean 'revolute'?"),
+        (tree("b>c", "arm>b", links="abc").replace('name="a"', 'name="arms"'), "'arms'"),
+        (arm(joint='<origin xyz="0,5 0 0"/>'), "point"),
+        ('<robot name="r">\n<link name="${p}a"/></robot>', ".xacro"),
+        ('<robot name="r">\n<macro name="m"/></robot>', "xmlns:xacro"),
+        (mimics("b>cc"), "did you mean 'c'?"),
+        ('<robot name="a&b">\n</robot>', "&amp;"),
+    ],
+)
+def test_the_hint_says_what_to_do(tmp_path: Path, text: str, hint: str) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, text)
+    assert hint in (caught.value.hint or "")
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    (tmp_path / "robot.urdf").touch()
+    for path, code in (
+        (tmp_path / "robt.urdf", "file-not-found"),
+        (tmp_path / "robot.urdf" / "below", "file-unreadable"),
+        (tmp_path / "nowhere" / "robot.xacro", "file-not-found"),
+        (tmp_path, "file-is-directory"),
+        (Path("a\0b"), "file-unreadable"),
+    ):
+        with pytest.raises(ConversionError) as caught:
+            read_robot(path, Packages({}, tmp_path), {})
+        assert caught.value.code == code
+        assert caught.value.file == str(path)
+        if path.name == "robt.urdf":
+            assert caught.value.hint == "did you mean 'robot.urdf'?"
+
+
+def test_everything_of_the_model_is_filled(tmp_path: Path) -> None:
+    robot, diagnostics = read(
+        tmp_path,
+        """<?xml version="1.0"?>
+<robot name="full" version="1.0">
+  <material name="red"><color rgba="1 0 0 0.5"/></material>
+  <material name="wood"><texture filename="package://p/wood.png"/></material>
+  <link name="base">
+    <inertial>
+      <origin xyz="1 2 3" rpy="0.1 0.2 0.3"/>
+      <mass value="4"/>
+      <inertia ixx="3" ixy="0.1" ixz="0.2" iyy="4" iyz="0.3" izz="5"/>
+    </inertial>
+    <visual name="v"><origin xyz="0 0 1"/><geometry><box size="1 2 3"/></geometry>
+      <material name="red"/></visual>
+    <visual><geometry><cylinder radius="0.5" length="2"/></geometry>
+      <material name="blue"><color rgba="0 0 1 1"/></material></visual>
+    <collision name="c"><origin rpy="0 0 1"/><geometry><sphere radius="0.5"/></geometry></collision>
+    <collision><geometry><mesh filename="package://p/m.stl" scale="1 -1 2"/></geometry></collision>
+  </link>
+  <link name="tip"/>
+  <link name="leaf"/>
+  <joint name="turn" type="revolute">
+    <origin xyz="0 0 1" rpy="0 0 0.5"/><parent link="base"/><child link="tip"/>
+    <axis xyz="0 2 0"/>
+    <limit lower="-1" upper="2" effort="10" velocity="3"/>
+    <dynamics damping="0.7" friction="0.1"/>
+    <safety_controller k_velocity="10" k_position="20" soft_lower_limit="-2" soft_upper_limit="2"/>
+    <calibration rising="0.5"/>
+  </joint>
+  <joint name="follow" type="prismatic">
+    <parent link="tip"/><child link="leaf"/><limit effort="1" velocity="1" upper="1"/>
+    <mimic joint="turn" multiplier="-2" offset="0.1"/>
+  </joint>
+  <gazebo reference="tip"><mu1>0.2</mu1></gazebo>
+  <transmission name="t"><joint name="turn"/></transmission>
+</robot>
+""",
+    )
+    assert diagnostics == []
+    assert (robot.name, robot.file) == ("full", str(tmp_path / "robot.urdf"))
+    assert list(robot.links) == ["base", "tip", "leaf"]
+    assert list(robot.joints) == ["turn", "follow"]
+    assert robot.root() == "base"
+    base = robot.links["base"]
+    assert base.line == 5
+    assert base.inertial == Inertial(
+        4.0, (3.0, 0.1, 0.2, 4.0, 0.3, 5.0), Origin((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    )
+    blue = Material("blue", (0.0, 0.0, 1.0, 1.0))
+    assert base.visuals == [
+        Visual(Box((1.0, 2.0, 3.0)), Origin((0.0, 0.0, 1.0)), Material("red"), "v", 11),
+        Visual(Cylinder(0.5, 2.0), Origin(), blue, None, 13),
+    ]
+    assert base.collisions == [
+        Collision(Sphere(0.5), Origin(rpy=(0.0, 0.0, 1.0)), "c", 15),
+        Collision(Mesh("package://p/m.stl", (1.0, -1.0, 2.0)), Origin(), None, 16),
+    ]
+    assert robot.materials == {
+        "red": Material("red", (1.0, 0.0, 0.0, 0.5)),
+        "wood": Material("wood", None, "package://p/wood.png"),
+        "blue": blue,
+    }
+    turn, follow = robot.joints.values()
+    assert (turn.type, turn.parent, turn.child, turn.line) == ("revolute", "base", "tip", 20)
+    assert turn.origin == Origin((0.0, 0.0, 1.0), (0.0, 0.0, 0.5))
+    assert turn.axis == (0.0, 2.0, 0.0)
+    assert turn.limit == Limit(-1.0, 2.0, 10.0, 3.0)
+    assert turn.dynamics == Dynamics(0.7, 0.1)
+    assert turn.safety_controller == SafetyController(10.0, 20.0, -2.0, 2.0)
+    assert turn.calibration == Calibration(0.5, None)
+    assert turn.mimic is None
+    assert follow.limit == Limit(0.0, 1.0, 1.0, 1.0)
+    assert follow.mimic == Mimic("turn", -2.0, 0.1)
+    assert follow.axis == (1.0, 0.0, 0.0)
+    gazebo, transmission = robot.extensions
+    assert (gazebo.tag, gazebo.reference, gazebo.line) == ("gazebo", "tip", 32)
+    assert gazebo.xml == '<gazebo reference="tip"><mu1>0.2</mu1></gazebo>'
+    assert (transmission.tag, transmission.reference) == ("transmission", None)
+
+
+def test_what_may_be_left_out(tmp_path: Path) -> None:
+    robot, diagnostics = read(tmp_path, arm(f"<inertial>{inertial()[10:]}"))
+    assert diagnostics == []
+    turn = robot.joints["turn"]
+    assert turn.origin == Origin()
+    assert turn.axis == (1.0, 0.0, 0.0)
+    assert turn.limit is None
+    inertial_ = robot.links["tip"].inertial
+    assert inertial_ is not None
+    assert inertial_.origin == Origin()
+    assert robot.links["base"].massless
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("1e-3", 1e-3), ("+1", 1.0), (".5", 0.5), ("5.", 5.0), ("-0", 0.0), ("1E+2", 100.0),
+        ("007", 7.0), ("1.7976931348623157e308", 1.7976931348623157e308), ("1e-400", 0.0),
+        ("0.1234567890123456789", 0.1234567890123456789),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("around", ["{}", " {}", "{}\n", "\t {}\r\n "])
+def test_forms_of_numbers(tmp_path: Path, text: str, number: float, around: str) -> None:
+    word = around.format(text)
+    robot, _ = read(tmp_path, arm(f'<inertial><mass value="{word}"/></inertial>',
+                                  f'<origin xyz="{word} 1\n2"/>'))  # fmt: skip
+    part = robot.links["tip"].inertial
+    assert part is not None
+    assert part.mass == number
+    assert robot.joints["turn"].origin.xyz == (number, 1.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b'\xef\xbb\xbf<?xml version="1.0"?><robot name="r"><link name="\xc3\xa4"/></robot>',
+        b'<?xml version="1.0" encoding="iso-8859-1"?><robot name="r"><link name="\xe4"/></robot>',
+        '<?xml version="1.0"?><robot name="r"><link name="ä"/></robot>'.encode("utf-16"),
+        b'<robot name="r"><link name="&#228;"/></robot>',
+        '<!DOCTYPE robot><!-- - --><?pi?><robot name="r"><!-- --><link name="ä"/></robot>'.encode(),
+        '<robot xmlns="http://ros.org/urdf" name="r"><link name="ä"/></robot>'.encode(),
+        '<u:robot xmlns:u="http://ros.org/urdf" name="r"><u:link name="ä"/></u:robot>'.encode(),
+        '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r"><link name="ä"/></robot>'.encode(),
+        '<robot xmlns:g="urn:g" g:a="1" name="r"><link name="ä"/></robot>'.encode(),
+        '<robot name="r">\r\n<link name="ä"/>\r\n</robot>\r\n'.encode(),
+    ],
+)  # fmt: skip
+def test_forms_of_files(tmp_path: Path, text: bytes) -> None:
+    robot, diagnostics = read(tmp_path, text)
+    assert (robot.name, list(robot.links)) == ("r", ["ä"])
+    assert diagnostics == []
+
+
+def test_comments_and_instructions_anywhere(tmp_path: Path) -> None:
+    noise = "<!-- <mass value='9'/> --><?pi <axis/> ?>"
+    text = arm(
+        f'<inertial>{noise}<mass value="2">{noise}</mass>{UNIT}</inertial>{noise}<visual>{noise}'
+        f'<geometry>{noise}<sphere radius="1"/></geometry></visual>',
+        f'{noise}<axis xyz="0 1 0">{noise}</axis>',
+    )
+    robot, diagnostics = read(tmp_path, text)
+    assert diagnostics == []
+    assert robot.joints["turn"].axis == (0.0, 1.0, 0.0)
+    assert len(robot.links["tip"].visuals) == 1
+
+
+def test_a_namespace_is_read_to_the_leaves(tmp_path: Path) -> None:
+    text = arm(inertial(), '<axis xyz="0 1 0"/>', robot=' xmlns="http://ros.org/urdf"')
+    robot, diagnostics = read(tmp_path, text.replace("</robot>", "<gazebo><a/></gazebo></robot>"))
+    assert diagnostics == []
+    assert robot.joints["turn"].axis == (0.0, 1.0, 0.0)
+    assert not robot.links["tip"].massless
+    assert [extension.tag for extension in robot.extensions] == ["gazebo"]
+
+
+def test_undeclared_prefixes_of_other_programs(tmp_path: Path) -> None:
+    text = arm().replace("</robot>", "<gazebo>\n<sensor:camera/></gazebo></robot>")
+    robot, diagnostics = read(tmp_path, text)
+    assert "<sensor:camera/>" in robot.extensions[0].xml
+    assert [(one.code, one.line) for one in diagnostics] == [("xml-namespace", 12)]
+
+
+def test_joints_of_other_elements_are_not_the_robots(tmp_path: Path) -> None:
+    text = arm().replace(
+        "</robot>",
+        '<transmission><joint name="turn"/></transmission><gazebo><joint/><link/></gazebo>'
+        '<ros2_control><joint name="turn"/></ros2_control></robot>',
+    )
+    robot, diagnostics = read(tmp_path, text)
+    assert list(robot.joints) == ["turn"]
+    assert diagnostics == []
+    assert [one.tag for one in robot.extensions] == ["transmission", "gazebo", "ros2_control"]
+
+
+#: name: text, code, line, words of the message, link, joint
+WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]] = {
+    "empty inertial": (arm("<inertial/>"), "inertial-incomplete", 5, ("mass",), "tip", None),
+    "inertial without a tensor": (
+        arm('<inertial><mass value="1"/></inertial>'),
+        "inertial-incomplete", 5, ("without <inertia>",), "tip", None,
+    ),
+    "blank in a name": (
+        tree("a >b", links="ab").replace('name="a"', 'name="a "'),
+        "name-blank", 2, (), "a ", None,
+    ),
+    "no limit": (arm(kind="revolute"), "joint-limit-missing", 7, ("revolute",), None, "turn"),
+    "no limit on a slider": (arm(kind="prismatic"), "joint-limit-missing", 7, (), None, "turn"),
+    "limits crossed": (
+        arm(joint='<limit lower="1" upper="-1" effort="1" velocity="1"/>', kind="revolute"),
+        "limit-order", 9, ("1.0", "-1.0"), None, "turn",
+    ),
+    "two inertials": (
+        arm(f"{inertial('1')}\n{inertial('2')}"), "doubled-element", 8, ("inertial",), "tip", None,
+    ),
+    "two origins": (
+        arm(joint='<origin/>\n<origin xyz="1 1 1"/>'),
+        "doubled-element", 10, ("origin",), None, "turn",
+    ),
+    "no geometry": (arm("<visual/>"), "geometry-unknown", 5, ("visual",), "tip", None),
+    "empty geometry": (
+        arm("<collision><geometry/></collision>"),
+        "geometry-unknown", 5, ("collision",), "tip", None,
+    ),
+    "capsule": (
+        arm('<visual><geometry><capsule radius="1" length="1"/></geometry></visual>'),
+        "geometry-unknown", 5, ("capsule",), "tip", None,
+    ),
+    "mesh without a file": (
+        arm("<visual><geometry><mesh/></geometry></visual>"),
+        "geometry-unknown", 5, ("mesh",), "tip", None,
+    ),
+    "negative size": (
+        arm('<visual><geometry><box size="1 1 -1"/></geometry></visual>'),
+        "geometry-size", 5, ("box",), "tip", None,
+    ),
+    "zero size": (
+        arm('<visual><geometry><sphere radius="0"/></geometry></visual>'),
+        "geometry-size", 5, ("sphere",), "tip", None,
+    ),
+    "unknown attribute": (
+        arm(joint='<axis xyz="1 0 0" rpy="0 0 0"/>'),
+        "unknown-attribute", 9, ("'rpy'", "<axis>"), None, "turn",
+    ),
+    "quaternion in an old file": (
+        arm(joint='<origin quat_xyzw="0 0 0 1"/>'),
+        "unknown-attribute", 9, ("quat_xyzw",), None, "turn",
+    ),
+    "unknown child of a link": (
+        arm("<contact><a/></contact>"), "unknown-element", 5, ("<contact>", "<link>"), "tip", None,
+    ),
+    "unknown child of a joint": (
+        arm(joint='<limits lower="1"/>'), "unknown-element", 9, ("<limits>",), None, "turn",
+    ),
+    "unknown child of the robot": (
+        arm(robot="").replace("</robot>", "<jiont/></robot>"),
+        "unknown-element", 11, ("<jiont>",), None, None,
+    ),
+    "undefined material": (
+        arm('<visual><geometry><box size="1 1 1"/></geometry><material name="re"/></visual>'),
+        "material-undefined", 5, ("'re'",), "tip", None,
+    ),
+    "colour of 255": (
+        arm('<visual><geometry><box size="1 1 1"/></geometry>'
+            '<material name="a"><color rgba="255 0 0 1"/></material></visual>'),
+        "color-range", 6 - 1, (), "tip", None,
+    ),
+    "triangle": (
+        arm(inertial(inertia=moments(ixx="1", iyy="1", izz="2.001"))),
+        "inertia-triangle", 7, ("2.001",), "tip", None,
+    ),
+    "turned triangle": (
+        arm(inertial(inertia=moments(ixx="2", iyy="2", izz="1", ixy="1.5"))),
+        "inertia-triangle", 7, ("0.5, 1, 3.5",), "tip", None,
+    ),
+    "inertia without mass": (arm(inertial("0")), "inertia-without-mass", 5, (), "tip", None),
+    "mass without inertia": (
+        arm(inertial(inertia=moments())), "mass-without-inertia", 5, (), "tip", None,
+    ),
+    "robot without a name": (
+        arm().replace(' name="arm"', ""), "robot-unnamed", 2, (), None, None,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WARNED)
+def test_what_is_only_warned_of(tmp_path: Path, name: str) -> None:
+    text, code, line, words, link, joint = WARNED[name]
+    _, diagnostics = read(tmp_path, text)
+    assert [one.code for one in diagnostics] == [code]
+    (one,) = diagnostics
+    assert (one.line, one.link, one.joint) == (line, link, joint)
+    assert one.file == str(tmp_path / "robot.urdf")
+    assert one.level == ("note" if code == "mass-without-inertia" else "warning")
+    for word in (*words, link or "", joint or ""):
+        assert word in one.message
+
+
+def test_the_first_of_two_elements_counts(tmp_path: Path) -> None:
+    robot, _ = read(tmp_path, arm(inertial("1") + inertial("2"), '<axis xyz="0 1 0"/><axis/>'))
+    assert robot.links["tip"].inertial == Inertial(1.0, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
+    assert robot.joints["turn"].axis == (0.0, 1.0, 0.0)
+
+
+def test_incomplete_inertials_are_read_as_ros_reads_them(tmp_path: Path) -> None:
+    robot, _ = read(tmp_path, arm('<inertial><origin xyz="1 0 0"/><mass value="2"/></inertial>'))
+    assert robot.links["tip"].inertial == Inertial(2.0, origin=Origin((1.0, 0.0, 0.0)))
+    robot, _ = read(tmp_path, arm(f"<inertial>{UNIT}</inertial>"))
+    assert robot.links["tip"].inertial is None
+
+
+def test_the_same_warning_is_said_once(tmp_path: Path) -> None:
+    links = "".join(f'<link name="l{n}"><contact/><contact/></link>' for n in range(9))
+    joints = "".join(
+        f'<joint name="j{n}" type="fixed"><parent link="l0"/><child link="l{n}"/></joint>'
+        for n in range(1, 9)
+    )
+    _, diagnostics = read(tmp_path, f'<robot name="r">{links}{joints}</robot>')
+    (one,) = diagnostics
+    assert one.message.endswith("link 'l0', link 'l1', link 'l2', link 'l3' and 5 more (18 times)")
+    assert one.link is None
+
+
+@pytest.mark.parametrize("kind", ["fixed", "floating"])
+@pytest.mark.parametrize("axis", ['<axis xyz="0 0 0"/>', "<axis/>"])
+def test_an_axis_that_means_nothing(tmp_path: Path, kind: str, axis: str) -> None:
+    assert read(tmp_path, arm(joint=axis, kind=kind))[1] == []
+
+
+def test_materials_defined_in_place_are_known_by_name(tmp_path: Path) -> None:
+    def link(name: str, material: str) -> str:
+        return (
+            f'<link name="{name}"><visual><geometry><sphere radius="1"/></geometry>'
+            f"{material}</visual></link>"
+        )
+
+    robot, diagnostics = read(
+        tmp_path,
+        '<robot name="r">'
+        + link("early", '<material name="red"/>')
+        + link("here", '<material name="red"><color rgba="1 0 0 1"/></material>')
+        + link("other", '<material name="red"><color rgba="0.5 0 0 1"/></material>')
+        + link("nameless", '<material name=""><color rgba="0 1 0 1"/></material>')
+        + link("none", '<material name=""/>')
+        + "".join(
+            f'<joint name="{n}" type="fixed"><parent link="early"/><child link="{n}"/></joint>'
+            for n in ("here", "other", "nameless", "none")
+        )
+        + "</robot>",
+    )
+    assert diagnostics == []
+    assert robot.materials == {"red": Material("red", (1.0, 0.0, 0.0, 1.0))}
+    assert robot.links["early"].visuals[0].material == Material("red")
+    assert robot.links["other"].visuals[0].material == Material("red", (0.5, 0.0, 0.0, 1.0))
+    assert robot.links["nameless"].visuals[0].material == Material("", (0.0, 1.0, 0.0, 1.0))
+    assert robot.links["none"].visuals[0].material is None
+
+
+def test_materials_of_the_robot(tmp_path: Path) -> None:
+    robot, diagnostics = read(
+        tmp_path,
+        arm().replace(
+            "</robot>",
+            '<material><color rgba="0 0 0 1"/></material>\n'
+            '<material name="a"><color rgba="0 0 0 1"/></material>\n'
+            '<material name="a"><color rgba="1 1 1 1"/></material></robot>',
+        ),
+    )
+    assert robot.materials == {"a": Material("a", (0.0, 0.0, 0.0, 1.0))}
+    assert [(one.code, one.line) for one in diagnostics] == [
+        ("material-unnamed", 11), ("doubled-element", 13),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"ixx": "1", "iyy": "1", "izz": "2"},
+        {"ixx": "1", "iyy": "1"},
+        {"ixx": "1e-9", "iyy": "2e-9", "izz": "2.9e-9"},
+        {"ixx": "1e150", "iyy": "1e150", "izz": "1e150"},
+        # a rod along (1, 1, 0): rounding alone may make a moment negative
+        {"ixx": "0.5", "iyy": "0.5", "izz": "1", "ixy": "-0.5"},
+        {"ixx": "0.1", "iyy": "0.1", "izz": "0.2", "ixy": "-0.1"},
+        {"ixx": "2", "iyy": "3", "izz": "4", "ixy": "0.1", "ixz": "-0.2", "iyz": "0.3"},
+        # what iCub's generator left of zeros
+        {"ixx": "-5.42101e-20", "iyy": "-5.42101e-20"},
+        {"ixz": "2.40741e-35"},
+        {"ixx": "1", "iyy": "1", "izz": "-1e-12"},
+    ],
+)
+def test_inertias_that_are_all_right(tmp_path: Path, values: dict[str, str]) -> None:
+    _, diagnostics = read(tmp_path, arm(inertial(inertia=moments(**values))))
+    assert [one.code for one in diagnostics if one.code != "inertia-triangle"] == []
+    if values.get("izz") != "-1e-12":
+        assert diagnostics == []
+
+
+def test_quaternions_of_newer_files(tmp_path: Path) -> None:
+    half = 0.5**0.5
+    for text, rpy in (
+        (f"0 0 {half!r} {half!r}", (0.0, 0.0, pi / 2)),
+        ("2 0 0 0", (pi, 0.0, 0.0)),
+        (f"0 {half!r} 0 {half!r}", (0.0, pi / 2, 0.0)),
+    ):
+        robot, diagnostics = read(
+            tmp_path,
+            arm(joint=f'<origin xyz="1 2 3" quat_xyzw="{text}"/>', robot=' version="1.1"'),
+        )
+        assert diagnostics == []
+        assert robot.joints["turn"].origin.xyz == (1.0, 2.0, 3.0)
+        assert robot.joints["turn"].origin.pose.rot == pytest.approx(
+            Origin(rpy=rpy).pose.rot, abs=1e-15
+        )
+    for wrong in ('quat_xyzw="0 0 0 0"', 'quat_xyzw="0 0 0 1" rpy="0 0 0"', 'quat_xyzw="0 0 1"'):
+        with pytest.raises(ConversionError, match="quat_xyzw"):
+            read(tmp_path, arm(joint=f"<origin {wrong}/>", robot=' version="1.2"'))
+
+
+def test_a_robot_without_a_name_is_called_after_its_file(tmp_path: Path) -> None:
+    robot, _ = read(tmp_path, '<robot><link name="a"/></robot>')
+    assert robot.name == "robot"
+
+
+def test_arguments_for_a_plain_file_are_warned_of(tmp_path: Path) -> None:
+    source = tmp_path / "robot.urdf"
+    source.write_text(arm())
+    _, diagnostics = read_robot(source, Packages({}, source), {"b": "1", "a": "2"})
+    assert [one.code for one in diagnostics] == ["xacro-unused-arg"]
+    assert "a, b" in diagnostics[0].message
+
+
+def test_an_error_of_another_file_is_not_remembered(tmp_path: Path) -> None:
+    """libxml2's log of errors is global; a file cut off must not colour the next one."""
+    for text, code in (
+        ('<robot name="r">\n<link', "xml-truncated"),
+        ('<robot name="r">\n<a:b/></robot>', "no-links"),
+        ("<robot>\n<link>\n</joint></robot>", "xml-syntax"),
+    ):
+        with pytest.raises(ConversionError) as caught:
+            read(tmp_path, text)
+        assert caught.value.code == code
+
+
+@pytest.mark.parametrize("chain", [True, False])
+def test_ten_thousand_links(chain: bool) -> None:
+    def text(count: int) -> bytes:
+        parts = ['<robot name="r"><link name="l0"/>']
+        for n in range(1, count):
+            parent = n - 1 if chain else (n - 1) // 2
+            parts.append(
+                f'<link name="l{n}">\n{inertial()}</link>\n<joint name="j{n}" type="continuous">\n'
+                f'<parent link="l{parent}"/>\n<child link="l{n}"/></joint>'
+            )
+        return "".join([*parts, "</robot>"]).encode()
+
+    def calls(data: bytes) -> int:
+        count = 0
+
+        def profile(*_: object) -> None:
+            nonlocal count
+            count += 1
+
+        sys.setprofile(profile)
+        try:
+            parse(data, "r")
+        finally:
+            sys.setprofile(None)
+        return count
+
+    robot, diagnostics = parse(text(10_000), "r")
+    assert (len(robot.links), diagnostics) == (10_000, [])
+    assert calls(text(10_000)) < 11 * calls(text(1_000))
+
+
+def test_loops_and_roots_among_ten_thousand_links() -> None:
+    names = [f"l{n}" for n in range(10_000)]
+    chain = [f"{a}>{b}" for a, b in pairwise(names)]
+
+    def text(joints: list[str]) -> bytes:
+        lines = [f'<link name="{name}"/>' for name in names]
+        for joint in joints:
+            parent, child = joint.split(">")
+            lines.append(
+                f'<joint name="{parent}_{child}" type="fixed"><parent link="{parent}"/>'
+                f'<child link="{child}"/></joint>'
+            )
+        return ('<robot name="r">' + "".join(lines) + "</robot>").encode()
+
+    for joints, code in (([*chain, "l9999>l0"], "loop"), (chain[::2], "several-roots")):
+        with pytest.raises(ConversionError) as caught:
+            parse(text(joints), "r")
+        assert caught.value.code == code
+        assert len(caught.value.message) < 500
+
+
+def test_lines_that_libxml2_cannot_tell_are_not_given() -> None:
+    text = '<robot name="r">\n<link name="a"/>' + "\n" * 70_000 + "<link/><link/></robot>"
+    with pytest.raises(ConversionError) as caught:
+        parse(text.encode(), "r")
+    assert (caught.value.code, caught.value.line) == ("name-missing", None)
