@@ -146,9 +146,7 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
             )  # fmt: skip
     # one word where a list is wanted is a list of one
     data = {
-        key: [value]
-        if isinstance(value, str) and isinstance(fields[key].type, msgspec.inspect.ListType)
-        else value
+        key: [value] if isinstance(value, str) and _is_list(fields[key].type) else value
         for key, value in data.items()
     }
     try:
@@ -178,6 +176,12 @@ def word(text: str) -> Any:
 def _fields(kind: type) -> tuple[Any, ...]:
     info: Any = msgspec.inspect.type_info(kind)
     return tuple(info.fields)
+
+
+def _is_list(kind: Any) -> bool:
+    if isinstance(kind, msgspec.inspect.Metadata):
+        kind = kind.type
+    return isinstance(kind, msgspec.inspect.ListType)
 
 
 def _dotted(at: Key) -> str:

@@ -1,0 +1,130 @@
+"""Every built-in pass can be replaced by a plugin that gives the same thing; only if asked to."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.cli import main
+from urdf2mbs.config import Lines, preset
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.testing import TINY, convert_text
+
+BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
+#: The nine of the method, and check.
+BUILT_IN = preset("faithful", Lines())[0]
+
+STAND_IN = """
+from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs import passes
+
+original = next(one for one in passes.urdf2mbs_passes() if one.name == "{name}")
+
+def run(conversion, options):
+    original.run(conversion, options)
+    conversion.note("stand-in", "this was the stand-in")
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Pass("{name}", run, original.options, original.needs, original.gives)]
+"""
+
+
+@pytest.fixture(scope="module")
+def plain() -> bytes:
+    return convert(BIPED).data
+
+
+def test_the_preset_has_the_nine() -> None:
+    assert len(BUILT_IN) >= 9
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_each_built_in_pass_can_be_replaced(name: str, plain: bytes, tmp_path: Path) -> None:
+    plugin = tmp_path / "stand_in.py"
+    plugin.write_text(STAND_IN.format(name=name))
+    result = convert(BIPED, plugins=[plugin], swap={name: "stand_in"})
+    assert result.data == plain
+    assert [d.code for d in result.diagnostics].count("stand-in") == 1
+
+    without = convert(BIPED, plugins=[plugin])
+    assert without.data == plain
+    assert "stand-in" not in [d.code for d in without.diagnostics]
+
+
+def test_all_of_them_at_once(plain: bytes, tmp_path: Path) -> None:
+    swap, plugins = {}, []
+    for number, name in enumerate(BUILT_IN):
+        plugin = tmp_path / f"stand_in_{number}.py"
+        plugin.write_text(STAND_IN.format(name=name))
+        plugins.append(plugin)
+        swap[name] = plugin.stem
+    result = convert(BIPED, plugins=plugins, swap=swap)
+    assert result.data == plain
+    assert [d.code for d in result.diagnostics].count("stand-in") == len(BUILT_IN)
+
+
+def explained(folder: Path, capsys: Any, config: str) -> str:
+    (folder / "tiny.urdf").write_text(TINY)
+    for name in ("mine", "other"):
+        (folder / f"{name}.py").write_text(STAND_IN.format(name="layout"))
+    (folder / "c.yaml").write_text(f"source: tiny.urdf\n{config}")
+    assert main(["explain", str(folder / "c.yaml")]) == 0
+    out: str = capsys.readouterr().out
+    return re.split(r"\n\n(?=\d+\. )", out)[1 + BUILT_IN.index("layout")]
+
+
+def test_explain_says_what_stands_in(tmp_path: Path, capsys: Any) -> None:
+    out = explained(tmp_path, capsys, "plugins: [mine.py]\nswap: {layout: mine}\n")
+    assert f"from     mine ({tmp_path}/mine.py), in place of the built-in pass" in out
+    assert " not " not in out
+
+
+def test_explain_says_what_does_not(tmp_path: Path, capsys: Any) -> None:
+    out = explained(tmp_path, capsys, "plugins: [mine.py]\n")
+    assert re.search(r"from     urdf2mbs \S* ?\(.*layout.py\)\n", out)
+    assert f"not      mine ({tmp_path}/mine.py), which brings a 'layout' too" in out
+    assert "'swap: {layout: mine}' takes it" in out
+
+
+def test_two_plugins_with_one_pass(tmp_path: Path, capsys: Any) -> None:
+    for name in ("mine", "other"):
+        (tmp_path / f"{name}.py").write_text(
+            STAND_IN.format(name="layout").replace('Pass("layout"', 'Pass("neat"')
+        )
+    plugins = [tmp_path / "mine.py", tmp_path / "other.py"]
+    with pytest.raises(ConfigError) as caught:
+        convert_text(plugins=plugins, after={"anchors": "neat"})
+    assert caught.value.code == "unknown-pass"
+    with pytest.raises(ConfigError) as caught:
+        convert_text(plugins=plugins, after={"layout": "neat"})
+    assert caught.value.code == "pass-ambiguous"
+    assert "mine and other" in caught.value.message
+    assert caught.value.hint == "say which: 'swap: {neat: mine}'"
+
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "c.yaml").write_text(
+        "source: tiny.urdf\nplugins: [mine.py, other.py]\nswap: {neat: other}\n"
+        f"pipeline: [{', '.join(BUILT_IN).replace('layout', 'neat')}]\n"
+    )
+    assert main(["explain", str(tmp_path / "c.yaml")]) == 0
+    out = capsys.readouterr().out
+    assert f"from     other ({tmp_path}/other.py), in place of mine" in out
+
+
+@pytest.mark.parametrize(
+    ("swap", "code", "hint"),
+    [
+        ({"layout": "urdf3mbs"}, "unknown-plugin", "did you mean 'urdf2mbs'?"),
+        ({"layuot": "x"}, "unknown-pass", "did you mean 'layout'?"),
+        ({"xyzzy": "x"}, "unknown-pass", "'urdf2mbs passes' lists all"),
+    ],
+)
+def test_a_swap_that_cannot_be(swap: dict[str, str], code: str, hint: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        convert_text(swap=swap)
+    assert (caught.value.code, caught.value.hint) == (code, hint)
