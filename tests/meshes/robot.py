@@ -25,15 +25,16 @@ def convert(
     *links: list[Visual],
     packages: dict[str, Path] | None = None,
     options: convert_meshes.Options | None = None,
+    project: bool = True,
 ) -> Conversion:
     """Link n is called ``link{n}`` and has the visuals ``links[n]``; nothing is written."""
-    project = folder / "project"
+    root = folder / "project"
     conversion = Conversion(
         Settings(
             source=folder / "robot.urdf",
-            output=project / "dataR" / "robot.mbs",
+            output=root / "dataR" / "robot.mbs",
             packages=packages or {},
-            project=project,
+            project=root if project else None,
         )
     )
     robot = {f"link{n}": Link(f"link{n}", visuals=visuals) for n, visuals in enumerate(links)}

@@ -31,7 +31,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.meshes import MeshError
-from urdf2mbs.passes.convert_meshes import PASS, Options, vrml_folder
+from urdf2mbs.passes.convert_meshes import PASS, Options
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:
@@ -349,11 +349,10 @@ def test_after_emit_it_is_too_late(tmp_path: Path) -> None:
         PASS.run(conversion, Options())
 
 
-def test_where_the_files_go(tmp_path: Path) -> None:
-    project, output = tmp_path / "project", tmp_path / "robot.mbs"
-    assert vrml_folder(project, output) == project / "animationR" / "vrml"
-    assert vrml_folder(None, output) == tmp_path / "animationR" / "vrml"
-    assert vrml_folder(None, project / "dataR" / "robot.mbs") == project / "animationR" / "vrml"
+def test_only_a_project_gets_its_meshes_converted(tmp_path: Path) -> None:
+    conversion = convert(tmp_path, [visual(stl_ascii(tmp_path))], project=False)
+    assert conversion.files == {}
+    assert [d.code for d in conversion.diagnostics] == ["mesh-not-converted"]
 
 
 def test_progress_names_each_mesh(tmp_path: Path) -> None:

@@ -64,6 +64,14 @@ class Made(msgspec.Struct, omit_defaults=True):
 
 def run(conversion: Conversion, options: Options) -> None:
     settings = conversion.settings
+    if settings.project is None:
+        if conversion.meshes:
+            conversion.note(
+                "mesh-not-converted",
+                f"{len(conversion.meshes)} mesh files are left as they are: the .mbs names the "
+                ".wrl files that 'output: {project: DIR}' makes of them",
+            )
+        return
     if settings.output in conversion.files:
         raise ConfigError(
             "pass-order",
@@ -71,7 +79,7 @@ def run(conversion: Conversion, options: Options) -> None:
             hint="put convert-meshes before emit",
         )
     packages = Packages(settings.packages, settings.source)
-    folder = vrml_folder(settings.project, settings.output)
+    folder = settings.project / "animationR" / "vrml"
     uses = _uses(conversion)
     links = _links(conversion)
     names = _name_files(conversion.meshes, uses)
@@ -132,14 +140,6 @@ def run(conversion: Conversion, options: Options) -> None:
                 shape.scale = (abs(x), abs(y), abs(z))
     _tell(conversion, told, links)
     conversion.report["convert-meshes"] = {"folder": str(folder), **counts}
-
-
-def vrml_folder(project: Path | None, output: Path) -> Path:
-    """Where MBSysPad looks for ``PRJPATH/animationR/vrml``: an .mbs lies in its project's
-    ``dataR``; one that does not gets the folder beside it."""
-    if project is None:
-        project = output.parent.parent if output.parent.name == "dataR" else output.parent
-    return project / "animationR" / "vrml"
 
 
 def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
