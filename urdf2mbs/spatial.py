@@ -180,6 +180,23 @@ def add_inertia(a: Sym, b: Sym) -> Sym:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
 
 
+def lump(parts: list[tuple[float, Vec, Sym]]) -> tuple[float, Vec, Sym]:
+    """Mass (kg), centre (m) and inertia about it (kg m^2) of rigid parts, each given so, all
+    in one frame: Steiner's parallel-axis theorem."""
+    if len(parts) == 1:
+        return parts[0]
+    mass = sum(m for m, _, _ in parts)
+    com = ZERO
+    if mass > 0.0:
+        for m, (x, y, z), _ in parts:
+            com = add(com, (m * x / mass, m * y / mass, m * z / mass))
+    inertia = NO_INERTIA
+    for m, (x, y, z), tensor in parts:
+        arm = (x - com[0], y - com[1], z - com[2])
+        inertia = add_inertia(inertia, add_inertia(tensor, point_mass_inertia(m, arm)))
+    return mass, com, inertia
+
+
 #: Elements of a computed rotation up to this are rounding.
 ROUNDING = 1e-12
 

@@ -11,6 +11,7 @@ from urdf2mbs.passes import (
     convert_visuals,
     decompose_joints,
     emit,
+    estimate_inertia,
     expand,
     insert_base,
     layout,
@@ -25,6 +26,7 @@ from urdf2mbs.passes import (
 def urdf2mbs_passes() -> list[Pass]:
     return [
         expand.PASS,
+        estimate_inertia.PASS,
         insert_base.PASS,
         prune_massless.PASS,
         reframe_inertia.PASS,

@@ -33,7 +33,8 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     turned: list[str] = []
     for segment in conversion.segments.values():
         for link, pose in segment.parts.items():
-            if link != segment.link:
+            # the link that names the body needs a point only where compact moved its frame
+            if link != segment.link or pose.xyz != ZERO:
                 segment.body.points.append(Point(link, pose.xyz))
                 if pose.rot != IDENTITY:
                     turned.append(link)

@@ -57,8 +57,9 @@ def _nothing_left(conversion: Conversion) -> ConversionError:
         f"robot '{conversion.robot.name}' has no link with mass that the base carries: "
         "without its massless links nothing of it would be left",
         file=conversion.robot.file,
-        hint="to keep massless links as bodies, set 'passes: {prune-massless: {keep: [\"*\"]}}' "
-        "in the config, or --set 'prune-massless.keep=*' on the command line",
+        hint="to keep massless links as bodies: 'passes: {prune-massless: {keep: [\"*\"]}}' in the "
+        "config, or --set 'prune-massless.keep=*'; to estimate what they weigh: "
+        "'passes: {estimate-inertia: {total_mass: KG}}'",
     )
 
 

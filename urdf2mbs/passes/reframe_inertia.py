@@ -9,17 +9,7 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.hookspecs import NoOptions, Pass
-from urdf2mbs.spatial import (
-    NO_INERTIA,
-    ZERO,
-    Sym,
-    Vec,
-    add,
-    add_inertia,
-    compose,
-    point_mass_inertia,
-    rotate_inertia,
-)
+from urdf2mbs.spatial import Sym, Vec, compose, lump, rotate_inertia
 from urdf2mbs.urdf.model import Robot
 
 
@@ -43,19 +33,7 @@ def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:
         if inertial is not None and not robot.links[link].massless:
             at = compose(pose, inertial.origin.pose)
             found.append((inertial.mass, at.xyz, rotate_inertia(at.rot, inertial.inertia)))
-    if len(found) < 2:
-        return found[0] if found else None
-
-    mass = sum(m for m, _, _ in found)
-    com = ZERO
-    inertia = NO_INERTIA
-    if mass > 0.0:
-        for m, (x, y, z), _ in found:
-            com = add(com, (m * x / mass, m * y / mass, m * z / mass))
-    for m, (x, y, z), tensor in found:
-        arm = (x - com[0], y - com[1], z - com[2])
-        inertia = add_inertia(inertia, add_inertia(tensor, point_mass_inertia(m, arm)))
-    return mass, com, inertia
+    return lump(found) if found else None
 
 
 PASS = Pass("reframe-inertia", run, needs=("robot", "bodies"), gives=("inertias",))

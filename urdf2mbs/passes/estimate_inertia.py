@@ -1,0 +1,201 @@
+"""Estimate inertia: links without any get one from their geometry, if a density or mass is given.
+
+Beyond the method, which neglects such links.  Off unless ``density`` or ``total_mass`` is set.
+The collision geometry counts (the visual one where there is none): primitives exactly, meshes
+by their enclosed volume (their convex hull's where they do not enclose one; extra ``meshes``).
+Where a mesh cannot be read, the link is taken for rods of ``rod_radius`` from its origin to
+what it carries, or a ball where it carries nothing.  Every link is named in the report.
+"""
+
+from __future__ import annotations
+
+from math import hypot, pi
+from pathlib import Path
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
+from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
+from urdf2mbs.urdf.packages import Packages
+
+#: A solid of density 1 kg/m^3: its volume (m^3), centre (m) and inertia about it (m^5).
+Solid = tuple[float, Vec, Sym]
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    density: float | None = None
+    """kg/m^3 of every link that has no inertia of its own."""
+    total_mass: float | None = None
+    """kg of the whole robot: what its own inertias leave is shared out by volume."""
+    rod_radius: float = 0.05
+    """m; of the rods that stand in for meshes that cannot be read."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    if options.density is None and options.total_mass is None:
+        return
+    if options.density is not None and options.total_mass is not None:
+        raise ConfigError(
+            "estimate-inertia", "estimate-inertia has both a density and a total_mass: give one"
+        )
+    given = options.total_mass if options.density is None else options.density
+    if not (given or 0.0) > 0.0 or not options.rod_radius > 0.0:
+        raise ConfigError(
+            "estimate-inertia", "estimate-inertia: density, total_mass and rod_radius are positive"
+        )
+    solids: dict[str, tuple[Solid, str]] = {}
+    packages = Packages(conversion.settings.packages, conversion.settings.source)
+    children = conversion.robot.children()
+    for link in conversion.robot.links.values():
+        if link.massless and (link.collisions or link.visuals):
+            solid, means = _solid(link, children[link.name], packages, options.rod_radius)
+            if solid[0] > 0.0:
+                solids[link.name] = solid, means
+    if not solids:
+        return
+    density = options.density or _density(conversion, solids, options.total_mass or 0.0)
+    for name, ((volume, centre, tensor), _) in solids.items():
+        xx, xy, xz, yy, yz, zz = (density * c for c in tensor)
+        conversion.robot.links[name].inertial = Inertial(
+            density * volume, (xx, xy, xz, yy, yz, zz), Origin(centre)
+        )
+    _tell(conversion, solids, density)
+
+
+def _density(
+    conversion: Conversion, solids: dict[str, tuple[Solid, str]], total_mass: float
+) -> float:
+    links = conversion.robot.links.values()
+    known = sum(link.inertial.mass for link in links if link.inertial and not link.massless)
+    if known >= total_mass:
+        raise ConfigError(
+            "estimate-inertia",
+            f"estimate-inertia: total_mass is {total_mass} kg, but the links that have a mass "
+            f"already weigh {known:.6g} kg",
+        )
+    return (total_mass - known) / sum(volume for (volume, _, _), _ in solids.values())
+
+
+def _tell(conversion: Conversion, solids: dict[str, tuple[Solid, str]], density: float) -> None:
+    listed = ", ".join(
+        f"{name} {density * volume:.4g} kg ({means})"
+        for name, ((volume, _, _), means) in solids.items()
+    )
+    conversion.warn(
+        "inertia-estimated",
+        f"{len(solids)} links have an inertia estimated at {density:.6g} kg/m^3: {listed}",
+    )
+    conversion.report["estimate-inertia"] = {
+        "density": density,
+        "links": {
+            name: {
+                "from": means,
+                "mass": density * volume,
+                "centre": centre,
+                "inertia": [density * c for c in tensor],
+            }
+            for name, ((volume, centre, tensor), means) in solids.items()
+        },
+    }
+
+
+def _solid(
+    link: Link, onward: list[Joint], packages: Packages, rod_radius: float
+) -> tuple[Solid, str]:
+    shown = link.collisions or link.visuals
+    means = "collision geometry" if link.collisions else "visual geometry"
+    solids: list[Solid] = []
+    for item in shown:
+        made = _of_geometry(item.geometry, packages)
+        if made is None:
+            name = item.geometry.filename if isinstance(item.geometry, Mesh) else "a shape"
+            return _rods(onward, rod_radius), f"rods: {name} cannot be read"
+        solid, how = made
+        solids.append(_placed(solid, item.origin.pose))
+        means = how or means
+    return lump(solids), means
+
+
+def _of_geometry(geometry: Geometry, packages: Packages) -> tuple[Solid, str | None] | None:
+    if isinstance(geometry, Box):
+        return _box(geometry.size), None
+    if isinstance(geometry, Cylinder):
+        return _cylinder(geometry.radius, geometry.length), None
+    if isinstance(geometry, Sphere):
+        return _ball(geometry.radius), None
+    path = packages.resolve(geometry.filename)
+    return None if path is None else _of_mesh(path, geometry.scale)
+
+
+def _box(size: Vec) -> Solid:
+    x, y, z = size
+    v = x * y * z
+    tensor = (v * (y * y + z * z) / 12, 0.0, 0.0, v * (x * x + z * z) / 12, 0.0,
+              v * (x * x + y * y) / 12)  # fmt: skip
+    return v, ZERO, tensor
+
+
+def _cylinder(r: float, h: float) -> Solid:
+    v = pi * r * r * h
+    across = v * (3 * r * r + h * h) / 12
+    return v, ZERO, (across, 0.0, 0.0, across, 0.0, v * r * r / 2)
+
+
+def _ball(r: float) -> Solid:
+    v = 4 / 3 * pi * r**3
+    return v, ZERO, (0.4 * v * r * r, 0.0, 0.0, 0.4 * v * r * r, 0.0, 0.4 * v * r * r)
+
+
+def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
+    """By the divergence theorem over the triangles (trimesh's ``mass_properties``)."""
+    from urdf2mbs.meshes import MeshError, read
+
+    try:
+        mesh = read(path)
+    except MeshError:
+        return None
+    import numpy as np
+    import trimesh
+
+    corners = [part.points[part.triangles] for part in mesh.parts if len(part.triangles)]
+    if not corners:
+        return None
+    triangles = np.concatenate(corners).astype(np.float64) * np.asarray(scale)
+    if np.prod(np.sign(scale)) < 0:
+        triangles = triangles[:, ::-1]
+    surface = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles))  # type: ignore[no-untyped-call]
+    surface.merge_vertices()
+    how = None
+    if not surface.is_volume:
+        surface = surface.convex_hull
+        how = f"convex hull of {path.name}"
+    found = surface.mass_properties
+    x, y, z = found.center_mass.tolist()
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = found.inertia.tolist()
+    return (float(found.volume), (x, y, z), (xx, xy, xz, yy, yz, zz)), how
+
+
+def _rods(joints: list[Joint], radius: float) -> Solid:
+    ends = [joint.origin.xyz for joint in joints if hypot(*joint.origin.xyz) > radius]
+    rods: list[Solid] = []
+    for x, y, z in ends:
+        volume, _, (across, _, _, _, _, along) = _cylinder(radius, hypot(x, y, z))
+        u, v, w = unit((x, y, z))
+        d = along - across
+        tensor = (
+            across + d * u * u, d * u * v, d * u * w, across + d * v * v, d * v * w,
+            across + d * w * w,
+        )  # fmt: skip
+        rods.append((volume, (x / 2, y / 2, z / 2), tensor))
+    return lump(rods) if rods else _ball(radius)
+
+
+def _placed(solid: Solid, pose: Pose) -> Solid:
+    volume, centre, tensor = solid
+    return volume, compose(pose, Pose(centre)).xyz, rotate_inertia(pose.rot, tensor)
+
+
+PASS = Pass("estimate-inertia", run, Options, needs=("robot",), gives=("estimates",))
