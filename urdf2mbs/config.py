@@ -6,6 +6,7 @@ Errors name the file, the line and the key, and offer the nearest known one.
 from __future__ import annotations
 
 import re
+import typing
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -152,17 +153,32 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
     try:
         return msgspec.convert(data, kind, strict=True)
     except msgspec.ValidationError as error:
-        what, _, path = str(error).partition(" - at `$")
-        inner = tuple(
-            int(index) if index else key
-            for key, index in re.findall(r"\.([^.\[`]+)|\[(\d+)\]", path)
-        )
-        where: Key = (*at, *inner)
-        if "[...]" in path:  # msgspec does not say which key of a mapping
-            where = (*at, *inner[: path.count(".")])
+        what, path = _told(error)
+        where: Key = (*at, *path)
+        if path and path[-1] == "...":
+            # msgspec does not say which key of a mapping
+            where = where[:-1]
+            kind_of_value = typing.get_args(typing.get_type_hints(kind)[str(path[0])])[-1]
+            for key, value in data[path[0]].items() if len(path) == 2 else ():
+                try:
+                    msgspec.convert(value, kind_of_value, strict=True)
+                except msgspec.ValidationError as inner:
+                    what, path = _told(inner)
+                    where = (*where, key, *path)
+                    break
         raise lines.error(
             "config-type", f"'{_dotted(where)}': {what[0].lower()}{what[1:]}", where
         ) from None
+
+
+def _told(error: msgspec.ValidationError) -> tuple[str, Key]:
+    """What msgspec says and where, up to the first mapping whose key it leaves open."""
+    what, _, path = str(error).partition(" - at `")
+    words = re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path)
+    keys = [name or (int(index) if index.isdecimal() else index) for name, index in words]
+    if "..." in keys:
+        keys = keys[: keys.index("...") + 1]
+    return what, tuple(keys)
 
 
 def word(text: str) -> Any:
@@ -226,10 +242,13 @@ def _mark(root: yaml.Node, lines: Lines) -> None:
             for key, value in node.value:
                 path = (*at, str(key.value))
                 if path in lines._lines:
+                    lines._lines[path] = key.start_mark.line + 1
                     raise lines.error(
                         "config-key-doubled", f"'{_dotted(path)}' is there twice", path
                     )
                 lines._lines[path] = key.start_mark.line + 1
+                if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
+                    key.tag = "tag:yaml.org,2002:str"  # 'on' and '1' are names, too
                 if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
                     # 'hand: false' and 'mass: 1.50' mean just these words
                     value.tag = "tag:yaml.org,2002:str"
