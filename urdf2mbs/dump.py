@@ -22,6 +22,8 @@ from urdf2mbs.spatial import IDENTITY, Pose
 MARK = "# urdf2mbs, the state after pass "
 #: A word that YAML reads as just this text.
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII).fullmatch
+#: What YAML wants escaped, beside what JSON does.
+_UNPRINTED = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
 _WORDS = frozenset(["y", "n", "yes", "no", "on", "off", "true", "false", "null"])
 
 
@@ -158,7 +160,8 @@ def _scalar(value: Any) -> str:
         return str(value)
     if _PLAIN(value) and value.lower() not in _WORDS:
         return str(value)
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\x7f").replace("\x85", "\\x85")
+    text = json.dumps(value, ensure_ascii=False)
+    return _UNPRINTED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def _unwritable(path: Path, error: OSError) -> ConfigError:

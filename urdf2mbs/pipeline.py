@@ -201,7 +201,10 @@ def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:
             )
             raise _unknown(lines, at, name, known, "", hint)
         if name in names[:index]:
-            raise lines.error("pass-doubled", f"pass '{name}' is in the pipeline twice", at)
+            mine = [key for key in (keys[names.index(name)], at) if key[0] == "after"]
+            raise lines.error(
+                "pass-doubled", f"pass '{name}' is in the pipeline twice", (*mine, at)[0]
+            )
         found = _chosen(name, known[name], config.swap.get(name), lines)
         given = {**options.get(name, {}), **config.passes.get(name, {})}
         filled = typed(found.pass_.options, given, lines, ("passes", name))
