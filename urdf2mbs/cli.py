@@ -18,8 +18,9 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.dump import Dump
 from urdf2mbs.hookspecs import Pass, hookimpl
-from urdf2mbs.pipeline import Bound, Pipeline, report, write_files
+from urdf2mbs.pipeline import Bound, Pipeline, make_project, report, write_files
 from urdf2mbs.plugins import GROUP, Found, Plugins
+from urdf2mbs.verdict import verify
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -119,6 +120,32 @@ def _parser() -> argparse.ArgumentParser:
     schema.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
     schema.set_defaults(command=_schema)
 
+    page = commands.add_parser(
+        "report", parents=[common], help="convert, and write one HTML page to look at instead"
+    )
+    page.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    page.add_argument(
+        "-o", "--output", type=Path, metavar="OUT.html", help="default: beside the output"
+    )
+    page.add_argument("-v", "--verbose", action="store_true", help="show each pass")
+    page.set_defaults(command=_report)
+
+    verify = commands.add_parser(
+        "verify", parents=[common], help="compare a robot with an .mbs file: are they the same?"
+    )
+    verify.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
+    verify.add_argument("model", type=Path, metavar="MODEL.mbs")
+    verify.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
+    verify.add_argument(
+        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
+    )
+    verify.add_argument(
+        "--engine", choices=("own", "pinocchio"), default="own",
+        help="pinocchio also compares mass matrix, gravity forces and inverse dynamics",
+    )  # fmt: skip
+    verify.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
+    verify.set_defaults(command=_verify)
+
     diagram = commands.add_parser(
         "diagram", parents=[common], help="draw the 2D diagram of an .mbs file as an SVG picture"
     )
@@ -160,6 +187,42 @@ def _convert(arguments: argparse.Namespace) -> int:
     return _carry_out(typed(Config, given, lines), lines, arguments)
 
 
+def _verify(arguments: argparse.Namespace) -> int:
+    verdict = verify(
+        arguments.robot,
+        arguments.model,
+        packages=dict(_pairs(arguments.package, "=", "--package", "NAME=DIR")),
+        xacro_args=dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
+        engine=arguments.engine,
+        tolerance=arguments.tolerance,
+    )
+    code = 0 if verdict.same else 3
+    if arguments.json:
+        _print_json({"same": verdict.same, **msgspec.to_builtins(verdict)})
+        return code
+    print(f"{verdict.robot}: {verdict.base} base, {len(verdict.joints)} joints match by name")
+    print(f"  {_proof(verdict.groups, verdict.positions, verdict.largest)}")
+    for title, listed in (
+        ("not the same:", verdict.differences),
+        ("frames that are elsewhere, which by itself is no difference:", verdict.frames),
+    ):
+        if listed:
+            print(title)
+        for difference in listed:
+            print(f"  {difference.size:8.2e}  {difference.message}")
+    for joint, why in verdict.not_compared.items():
+        print(f"not compared: joint '{joint}': {why}")
+    for problem in verdict.schema:
+        print(problem, file=sys.stderr)
+    print("the same robot" if verdict.same else "NOT the same robot")
+    return code
+
+
+def _proof(groups: int, positions: int, largest: dict[str, float]) -> str:
+    found = ", ".join(f"{kind} {off:.1e}" for kind, off in largest.items())
+    return f"{groups} rigid groups at {positions} positions; largest deviations: {found}"
+
+
 def _pairs(words: list[str], sign: str, flag: str, form: str) -> list[tuple[str, str]]:
     pairs = []
     for given in words:
@@ -178,12 +241,14 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
             pipeline.plugins.watch(Dump(arguments.dump))
         conversion = pipeline.run(stop_after=arguments.stop_after)
     write_files(conversion.files)
+    if conversion.settings.project is not None:
+        make_project(conversion.settings.project)
     found = report(conversion)
     if arguments.json:
         _print_json(found)
     else:
         _summarise(conversion, found, arguments)
-    return 0
+    return 0 if conversion.rejected is None else 3
 
 
 class _Progress:
@@ -228,17 +293,24 @@ class _Progress:
 def _summarise(
     conversion: Conversion, found: dict[str, Any], arguments: argparse.Namespace
 ) -> None:
-    output = conversion.settings.output
+    output = conversion.rejected or conversion.settings.output
     if output in conversion.files:
         joints = found["joints"]
         print(f"{found['robot']}: written to {_near(output)}")
         print(f"  {found['links']} links -> {found['bodies']} bodies, mass {found['mass']:.6g} kg")
         print(
             f"  {joints['urdf']} URDF joints -> {joints['mbs']} joints: "
-            f"{joints['independent']} independent, {joints['driven']} driven; {found['base']} base"
+            f"{joints['independent']} independent, {joints['driven']} driven; "
+            f"{joints['per_degree_of_freedom']:.2f} a degree of freedom; {found['base']} base"
         )
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
+    if "check" in found:
+        check = found["check"]
+        verdict = "the same robot" if check["same"] else "NOT THE SAME ROBOT, kept under this name"
+        print(f"  {verdict}: {_proof(check['groups'], check['positions'], check['largest'])}")
+        for difference in check["differences"]:
+            print(f"error[not-the-same]: {difference['message']}", file=sys.stderr)
     warnings = [d for d in conversion.diagnostics if d.level == "warning"]
     notes = [d for d in conversion.diagnostics if d.level == "note"]
     more = "" if arguments.verbose or not notes else " (-v shows them)"
@@ -311,6 +383,43 @@ def _passes(arguments: argparse.Namespace) -> int:
         print(f"{pass_.name:{width}}  {pass_.summary}")
         print(f"{'':{width}}  {trade}; {_origin(one)}")
     return 0
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.page import make
+
+    config, lines = load(arguments.config)
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    with _Progress(arguments.verbose) as progress:
+        pipeline.plugins.watch(progress)
+        conversion = pipeline.run()
+        conversion.progress("the page")
+        page = make(conversion, up_axis=_up_axis(pipeline))
+    output = arguments.output or conversion.settings.output.with_suffix(".html")
+    write_files({output: page.data})
+    check = conversion.report.get("check")
+    if arguments.json:
+        _print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
+    else:
+        sizes = page.sizes
+        verdict = "not checked" if check is None else "same" if check["same"] else "NOT the same"
+        print(f"{conversion.robot.name}: report written to {_near(output)} (robot: {verdict})")
+        print(
+            f"  {sizes['all'] / 1e6:.2f} MB: three.js {sizes['viewer'] / 1e6:.2f}, "
+            f"meshes {sizes['meshes'] / 1e6:.2f}"
+        )
+        if page.missing:
+            print(f"  {_count(page.missing, 'mesh file')} not there; the page names them")
+    return 3 if check is not None and not check["same"] else 0
+
+
+def _up_axis(pipeline: Pipeline) -> bool:
+    """Whether convert-meshes turns COLLADA meshes up; it does unless told otherwise."""
+    return all(
+        getattr(bound.options, "up_axis", "apply") == "apply"
+        for bound in pipeline.passes
+        if bound.found.pass_.name == "convert-meshes"
+    )
 
 
 def _diagram(arguments: argparse.Namespace) -> int:

@@ -21,20 +21,20 @@ STRAIGHT = 50.0
 SLOPE = 0.57735
 
 STYLE = """
-text { font: 12px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #333; text-anchor: middle }
-.body > text { font-weight: bold }
-.label { paint-order: stroke; stroke: #fff; stroke-width: 3px }
-.box { fill: #ffffe8; stroke: #ee82ee }
-.base > .box { fill: #b0b0b0 }
-.wire { fill: none; stroke: #00f }
-.arrow { fill: none; stroke: #800040 }
-.joint > circle { fill: #00f; stroke: #ffc800; stroke-width: 2px }
-.point > circle { fill: #0ff; stroke: #ffc800; stroke-width: 2px }
-.base > circle { fill: #808080; stroke: #000; stroke-width: 3px }
-.cut, .link { fill: none; stroke-width: 1.5px }
-.cut { stroke: #d00000; stroke-dasharray: 6 3 }
-.link { stroke: #008000; stroke-dasharray: 2 2 }
-.mark { font-size: 9px; fill: #800080; text-anchor: start }
+.mbs text { font: 12px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #333; text-anchor: middle }
+.mbs .body > text { font-weight: bold }
+.mbs .label { paint-order: stroke; stroke: #fff; stroke-width: 3px }
+.mbs .box { fill: #ffffe8; stroke: #ee82ee }
+.mbs .base > .box { fill: #b0b0b0 }
+.mbs .wire { fill: none; stroke: #00f }
+.mbs .arrow { fill: none; stroke: #800040 }
+.mbs .joint > circle { fill: #00f; stroke: #ffc800; stroke-width: 2px }
+.mbs .point > circle { fill: #0ff; stroke: #ffc800; stroke-width: 2px }
+.mbs .base > circle { fill: #808080; stroke: #000; stroke-width: 3px }
+.mbs .cut, .mbs .link { fill: none; stroke-width: 1.5px }
+.mbs .cut { stroke: #d00000; stroke-dasharray: 6 3 }
+.mbs .link { stroke: #008000; stroke-dasharray: 2 2 }
+.mbs .mark { font-size: 9px; fill: #800080; text-anchor: start }
 """.strip()
 
 
@@ -50,8 +50,8 @@ def draw(mbs: Mbs) -> str:
     box = f"{_n(x0)} {_n(y0)} {_n(width)} {_n(height)}"
     return "\n".join(
         [
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{_n(width)}" height="{_n(height)}"'
-            f' viewBox="{box}">',
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="mbs" width="{_n(width)}"'
+            f' height="{_n(height)}" viewBox="{box}">',
             f"<title>{_t(mbs.name)}</title>",
             f"<style>{STYLE}</style>",
             f'<rect x="{_n(x0)}" y="{_n(y0)}" width="{_n(width)}" height="{_n(height)}"'
