@@ -65,6 +65,7 @@ def test_a_folder_of_that_name_is_not_enough_where_there_is_a_package(tmp_path: 
 
 def test_without_any_package_xml(tmp_path: Path) -> None:
     packages = Packages({}, source(tmp_path / "iCub" / "robots" / "v2"))
+    (tmp_path / "iCub" / "iCub").mkdir()
     assert packages.find("iCub") == tmp_path / "iCub"
     assert packages.find("robots") == tmp_path / "iCub" / "robots"
     (tmp_path / "meshes").mkdir()

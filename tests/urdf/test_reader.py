@@ -210,6 +210,12 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
             "\N{ARABIC-INDIC DIGIT ONE}", "\N{MINUS SIGN}1", "1\N{NO-BREAK SPACE}", "1,5", "1;",
         )
     },
+    **{
+        f"mass {word!r}": (
+            arm(inertial(word)), "number-invalid", 6, ("'tip'", "mass", repr(word)[1:-1]),
+        )
+        for word in ("nan", "inf", "1e999", "0x10", "1_000", "1,5", "\N{ARABIC-INDIC DIGIT ONE}")
+    },
     "mass in words": (arm(inertial("heavy")), "number-invalid", 6, ("'tip'", "heavy")),
     "bad limit": (arm(joint='<limit lower="x"/>'), "number-invalid", 9, ("'turn'", "lower")),
     "bad scale": (
@@ -240,6 +246,7 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
             {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "0.9", "ixz": "-0.9", "iyz": "0.9"},
             {"ixx": "1e200", "iyy": "1e200", "izz": "1e200", "ixy": "2e200"},
             {"ixx": "-1", "iyy": "-1", "izz": "-1"},
+            {"ixx": "2", "iyy": "2", "izz": "-2"},
         )
     },
     # mimic
@@ -556,6 +563,10 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
         arm(inertial(inertia=moments(ixx="2", iyy="2", izz="1", ixy="1.5"))),
         "inertia-triangle", 7, ("0.5, 1, 3.5",), "tip", None,
     ),
+    "triangle by all three products": (
+        arm(inertial(inertia=moments(ixx="1", iyy="1", izz="1", ixy=".3", ixz=".3", iyz=".3"))),
+        "inertia-triangle", 7, ("0.7, 0.7, 1.6",), "tip", None,
+    ),
     "inertia without mass": (arm(inertial("0")), "inertia-without-mass", 5, (), "tip", None),
     "mass without inertia": (
         arm(inertial(inertia=moments())), "mass-without-inertia", 5, (), "tip", None,
@@ -608,6 +619,13 @@ def test_the_same_warning_is_said_once(tmp_path: Path) -> None:
 @pytest.mark.parametrize("axis", ['<axis xyz="0 0 0"/>', "<axis/>"])
 def test_an_axis_that_means_nothing(tmp_path: Path, kind: str, axis: str) -> None:
     assert read(tmp_path, arm(joint=axis, kind=kind))[1] == []
+
+
+@pytest.mark.parametrize("pairs", [("a>b", "b>c"), ("b>a", "c>b"), ("a>c", "b>c")])
+def test_mimics_of_mimics(tmp_path: Path, pairs: tuple[str, ...]) -> None:
+    robot, diagnostics = read(tmp_path, mimics(*pairs))
+    assert diagnostics == []
+    assert sum(joint.mimic is not None for joint in robot.joints.values()) == 2
 
 
 def test_materials_defined_in_place_are_known_by_name(tmp_path: Path) -> None:

@@ -176,16 +176,14 @@ def test_what_xacro_says_is_kept_and_not_printed(
     )
     said = [(one.level, one.code, one.message, one.file) for one in run(source).warnings]
     sub, main = str(tmp_path / "sub.xacro"), str(source)
-    assert said == [
+    assert said[:4] == [
         ("warning", "xacro-warning", "xacro:property: unknown attribute(s): colour", sub),
         ("warning", "xacro-warning", "low", sub),
         ("warning", "xacro-warning", "high", sub),
         ("note", "xacro-message", "hello", main),
-        (
-            "warning", "xacro-warning",
-            'SyntaxWarning: "is" with a literal. Did you mean "=="?', main,
-        ),
-    ] or (said[:4], said[4][2][:14]) == (said[:4], "SyntaxWarning:")  # fmt: skip
+    ]
+    (python,) = said[4:]  # whose words differ from version to version
+    assert python[2].startswith("SyntaxWarning: ")
     with pytest.raises(ConversionError):
         run(write(tmp_path, "${nothing}"))
     assert capfd.readouterr() == ("", "")
@@ -283,6 +281,11 @@ def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
         assert word in error.message
     assert "Error'>" not in error.message
     assert len(error.message) < 2500
+
+
+def test_no_line_is_given_where_it_could_be_one_of_two(tmp_path: Path) -> None:
+    error = failure(write(tmp_path, '<link name="${x}"/>\n<link name="${x}"/>'))
+    assert (error.file, error.line) == (str(tmp_path / "main.urdf.xacro"), None)
 
 
 def test_an_undefined_argument_says_how_to_give_it(tmp_path: Path) -> None:
@@ -406,8 +409,13 @@ def test_two_at_once(tmp_path: Path) -> None:
             part=f'<link name="{name}_$(arg a)"/>',
         )
     threads = [threading.Thread(target=work, args=(name,)) for name in found]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    finally:
+        sys.setswitchinterval(interval)
     assert found == {name: [[f"{name}_{name}"]] * 20 for name in found}
