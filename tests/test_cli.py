@@ -1,0 +1,218 @@
+"""The commands: what they print, write and return."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs.cli import main
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a tiny robot and its config, which is where we are."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "tiny.yaml").write_text("source: tiny.urdf\n")
+    return tmp_path
+
+
+def test_run(robot: Path, capsys: Any) -> None:
+    assert main(["run", "tiny.yaml"]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("tiny: written to tiny.mbs\n  6 links -> 3 bodies, mass 2.6 kg\n")
+    assert "warning[joint-dynamics]" in said.err
+    assert "note[" not in said.err
+    assert len(read((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
+    assert sorted(file.name for file in robot.iterdir()) == ["tiny.mbs", "tiny.urdf", "tiny.yaml"]
+
+
+def test_run_verbose(robot: Path, capsys: Any) -> None:
+    assert main(["run", "-v", "tiny.yaml"]) == 0
+    err = capsys.readouterr().err
+    assert " ms  decompose-joints\n" in err
+    assert "note[limit]" in err
+
+
+def test_run_json(robot: Path, capsys: Any) -> None:
+    assert main(["run", "--json", "tiny.yaml"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
+    assert report["numbers"]["floating_base_T1"] == 1
+    assert {found["code"] for found in report["diagnostics"]} >= {"limit", "joint-dynamics"}
+
+
+def test_an_error_in_json(robot: Path, capsys: Any) -> None:
+    (robot / "tiny.urdf").write_text("<robot/>")
+    assert main(["run", "--json", "tiny.yaml"]) == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)["error"]["code"] == "no-links"
+    assert "error[no-links]" in said.err
+    assert not (robot / "tiny.mbs").exists()
+
+
+def test_stop_after_writes_nothing(robot: Path, capsys: Any) -> None:
+    assert main(["run", "tiny.yaml", "--stop-after", "layout"]) == 0
+    assert "stopped after 'layout': nothing is written" in capsys.readouterr().out
+    assert not (robot / "tiny.mbs").exists()
+    assert main(["run", "tiny.yaml", "--stop-after", "lay"]) == 2
+
+
+def test_dump(robot: Path, capsys: Any) -> None:
+    assert main(["run", "tiny.yaml", "--dump", "one", "--stop-after", "insert-base"]) == 0
+    names = sorted(file.name for file in (robot / "one").iterdir())
+    assert names[0] == "01-expand.yaml"
+    assert names[-1].endswith("-insert-base.yaml")
+    assert main(["convert", "tiny.urdf", "--dump", "two", "--stop-after", "insert-base"]) == 0
+    for name in names:
+        assert (robot / "one" / name).read_bytes() == (robot / "two" / name).read_bytes()
+    assert main(["run", "tiny.yaml", "--dump", "tiny.urdf"]) == 2
+    assert "cannot write 'tiny.urdf'" in capsys.readouterr().err
+
+
+def test_convert(robot: Path, capsys: Any) -> None:
+    assert main(["convert", "tiny.urdf", "-o", "out/x.mbs", "--base", "fixed"]) == 0
+    assert "fixed base" in capsys.readouterr().out
+    assert (robot / "out" / "x.mbs").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--set", "check=1"], "--set check=1: it reads PASS.OPTION=VALUE"),
+        (["--set", "check.tolerance"], "it reads --set PASS.OPTION=VALUE"),
+        (["--set", "chek.tolerance=1"], "did you mean 'check'?"),
+        (["--set", "check.tolerance=x"], "'passes.check.tolerance': expected `float`, got `str`"),
+        (["--arg", "a=1"], "it reads --arg NAME:=VALUE"),
+        (["--package", "a"], "it reads --package NAME=DIR"),
+        (["--package", "a=nowhere"], "error[package-missing]"),
+        (["--after", "emit"], "it reads --after PASS=NEW"),
+        (["--after", "emit=nosuch"], "there is no pass 'nosuch'"),
+        (["--plugin", "nosuch.py"], "plugin file 'nosuch.py' does not exist"),
+        (["--pipeline", "nosuch"], "there is no preset 'nosuch'"),
+        (["-o", "tiny.urdf"], "the output would overwrite the robot"),
+        (["-o", "."], "is a folder"),
+    ],
+)
+def test_a_wrong_command_line(words: list[str], said: str, robot: Path, capsys: Any) -> None:
+    assert main(["convert", "tiny.urdf", *words]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("error[") == 1
+    assert (robot / "tiny.urdf").read_text() == TINY
+
+
+@pytest.mark.parametrize("words", [[], ["nosuch"], ["run"], ["convert", "x", "--base", "y"]])
+def test_words_that_are_no_command(words: list[str], capsys: Any) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert caught.value.code == 2
+
+
+def test_explain_runs_nothing(robot: Path, capsys: Any) -> None:
+    (robot / "tiny.urdf").unlink()
+    assert main(["explain", "tiny.yaml"]) == 0
+    out = capsys.readouterr().out
+    assert f"source  {robot}/tiny.urdf" in out
+    assert "prune-massless: Prune massless links" in out
+    assert "   needs    robot, base\n   gives    bodies\n   options  keep: []" in out
+    assert main(["explain", "--json", "tiny.yaml"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    prune = next(one for one in told if one["name"] == "prune-massless")
+    assert prune["options"] == {"keep": []}
+    assert prune["gives"] == ["bodies"]
+    assert prune["file"].endswith("prune_massless.py")
+
+
+def test_passes(capsys: Any) -> None:
+    plugin = str(ROOT / "plugins" / "rename_links.py")
+    assert main(["passes", "--no-plugins", "--plugin", plugin]) == 0
+    out = capsys.readouterr().out
+    assert "robot, base -> bodies; urdf2mbs " in out
+    assert f"robot -> -; rename_links ({plugin})" in out
+    assert main(["passes", "--no-plugins", "--json"]) == 0
+    assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
+
+
+def test_schema(capsys: Any) -> None:
+    assert main(["schema", "--no-plugins"]) == 0
+    assert json.loads(capsys.readouterr().out)["required"] == ["source"]
+
+
+def test_new_pass(robot: Path, capsys: Any) -> None:
+    """What it writes runs as it is, by the very lines that it says to add; so does the test."""
+    assert main(["new-pass", "count-links"]) == 0
+    out = capsys.readouterr().out
+    assert out.startswith("wrote count_links.py and test_count_links.py\n")
+    lines = [
+        line[2:] for line in out.splitlines() if line.startswith("  ") and "urdf2mbs" not in line
+    ]
+    (robot / "tiny.yaml").write_text("\n".join(["source: tiny.urdf", *lines[:4]]))
+    assert main(["run", "-v", "tiny.yaml"]) == 0
+    assert "note[heavy-link]: link 'body' has 2.0 kg" in capsys.readouterr().err
+    assert main(["explain", "tiny.yaml"]) == 0
+    assert f"from     count_links ({robot}/count_links.py)" in capsys.readouterr().out
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_count_links.py"],
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    assert "2 passed" in done.stdout
+
+
+def test_new_pass_elsewhere(robot: Path, capsys: Any) -> None:
+    assert main(["new-pass", "a-b", "-o", "new/folder"]) == 0
+    assert "plugins: [new/folder/a_b.py]" in capsys.readouterr().out
+    assert 'Pass("a-b", run' in (robot / "new" / "folder" / "a_b.py").read_text()
+    assert main(["new-pass", "a-b", "-o", "tiny.urdf"]) == 2
+    assert "cannot write in 'tiny.urdf'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("there", ["count_links.py", "test_count_links.py"])
+def test_new_pass_never_overwrites(there: str, robot: Path, capsys: Any) -> None:
+    (robot / there).write_text("mine")
+    before = sorted(robot.iterdir())
+    assert main(["new-pass", "count-links"]) == 2
+    assert f"error[file-exists]: '{there}' is already there" in capsys.readouterr().err
+    assert sorted(robot.iterdir()) == before
+    assert (robot / there).read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("CountLinks", "new-pass count-links"),
+        ("count_links", "new-pass count-links"),
+        ("../evil", "new-pass evil"),
+        ("1st", "new-pass st"),
+        ("", "new-pass my-pass"),
+        ("---a", "new-pass a"),
+        ("emit", "choose another"),
+        ("random", "new-pass random-links"),
+        ("urdf2mbs", "new-pass urdf2mbs-links"),
+    ],
+)
+def test_names_that_will_not_do(name: str, hint: str, robot: Path, capsys: Any) -> None:
+    assert main(["new-pass", "--", name]) == 2
+    err = capsys.readouterr().err
+    assert "error[pass-name]" in err
+    assert hint in err
+    assert not list(robot.glob("*.py"))
+
+
+def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
+    code = (
+        "import sys; from urdf2mbs.cli import main; main(['run', 'tiny.yaml'])\n"
+        "print([m for m in ('numpy', 'xacro', 'pinocchio', 'trimesh') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "[]"
