@@ -15,6 +15,7 @@ A plugin is any module with functions of these names, marked with ``hookimpl``::
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -50,10 +51,11 @@ class Pass(msgspec.Struct, frozen=True):
 
     @property
     def summary(self) -> str:
-        """The first line of the docstring of ``run``, else of its module."""
+        """The first sentence of the docstring of ``run``, else of its module."""
         module = sys.modules.get(self.run.__module__)
         doc = self.run.__doc__ or (module.__doc__ if module else None) or ""
-        return doc.strip().partition("\n")[0]
+        paragraph = " ".join(doc.strip().partition("\n\n")[0].split())
+        return re.split(r"(?<=\.) ", paragraph)[0]
 
 
 @hookspec
