@@ -855,40 +855,27 @@ class _Reader:
                 element.sourceline,
             )
         if "dynamics" in parts:
-            part = parts["dynamics"]
-            joint.dynamics = Dynamics(*self.optional(part, (("damping", 0.0), ("friction", 0.0))))
+            joint.dynamics = Dynamics(**self.known_numbers(parts["dynamics"]))
         if "mimic" in parts:
             part = parts["mimic"]
-            joint.mimic = Mimic(
-                self.text(part, "joint", part.get("joint") or ""),
-                *self.optional(part, (("multiplier", 1.0), ("offset", 0.0))),
-            )
+            leader = self.text(part, "joint", part.get("joint") or "")
+            joint.mimic = Mimic(leader, **self.known_numbers(part))
         if "safety_controller" in parts:
             part = parts["safety_controller"]
-            joint.safety_controller = SafetyController(
-                self.number(part, "k_velocity", part.get("k_velocity")),
-                *self.optional(
-                    part,
-                    (("k_position", 0.0), ("soft_lower_limit", 0.0), ("soft_upper_limit", 0.0)),
-                ),
-            )
+            if part.get("k_velocity") is None:
+                self.bad_number(part, "k_velocity", None, 1)
+            joint.safety_controller = SafetyController(**self.known_numbers(part))
         if "calibration" in parts:
-            part = parts["calibration"]
-            attributes = self.attributes(part)
-            joint.calibration = Calibration(
-                *(
-                    self.number(part, edge, attributes[edge]) if edge in attributes else None
-                    for edge in ("rising", "falling")
-                )
-            )
+            joint.calibration = Calibration(**self.known_numbers(parts["calibration"]))
 
-    def optional(self, element: Any, wanted: tuple[tuple[str, float], ...]) -> list[float]:
-        """Numbers that have a default."""
-        attributes = self.attributes(element)
-        return [
-            self.number(element, name, attributes[name]) if name in attributes else default
-            for name, default in wanted
-        ]
+    def known_numbers(self, element: Any) -> dict[str, float]:
+        """All attributes that are numbers, by their names in the model."""
+        known = ATTRIBUTES[element.tag]
+        return {
+            name: self.number(element, name, text)
+            for name, text in self.attributes(element).items()
+            if name in known and name != "joint"
+        }
 
     def end(self, element: Any, parts: dict[str, Any], which: str) -> str:
         """The name of a joint's ``parent`` or ``child`` link."""
@@ -917,13 +904,7 @@ class _Reader:
             )
 
     def limit(self, joint: Joint, element: Any) -> Limit:
-        get = self.attributes(element).get
-        lower, upper, effort, velocity = (
-            None if text is None else self.number(element, name, text)
-            for name in ("lower", "upper", "effort", "velocity")
-            for text in (get(name),)
-        )
-        limit = Limit(lower or 0.0, upper or 0.0, effort, velocity)
+        limit = Limit(**self.known_numbers(element))
         if limit.lower > limit.upper and joint.type in ("revolute", "prismatic"):
             self.warn(
                 "limit-order",
