@@ -201,6 +201,7 @@ def _verify(arguments: argparse.Namespace) -> int:
         _print_json({"same": verdict.same, **msgspec.to_builtins(verdict)})
         return code
     print(f"{verdict.robot}: {verdict.base} base, {len(verdict.joints)} joints match by name")
+    print(f"  {verdict.mbs_mass:.6g} kg in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
     print(f"  {_proof(verdict.groups, verdict.positions, verdict.largest)}")
     for title, listed in (
         ("not the same:", verdict.differences),

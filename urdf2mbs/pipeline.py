@@ -359,6 +359,7 @@ def report(conversion: Conversion) -> dict[str, Any]:
             "mbs": len(joints),
             "independent": len(joints) - driven,
             "driven": driven,
+            "per_degree_of_freedom": len(joints) / max(len(joints) - driven, 1),
         },
         "mass": sum(body.mass or 0.0 for body in mbs.bodies),
         "gravity": mbs.base.gravity,
@@ -377,6 +378,12 @@ def report(conversion: Conversion) -> dict[str, Any]:
         "diagnostics": [msgspec.to_builtins(found) for found in conversion.diagnostics],
         **conversion.report,
     }
+
+
+def make_project(folder: Path) -> None:
+    """The folders that Robotran expects in a project beside ours; what is there stays."""
+    for name in ("animationR", "dataR", "symbolicR", "userfctR", "workR"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
 
 
 def write_files(files: Mapping[Path, bytes]) -> None:

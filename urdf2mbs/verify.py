@@ -21,7 +21,7 @@ position but differ elsewhere have probability zero.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import atan2, cos, hypot, pi, sin, sqrt
+from math import cos, hypot, pi, sin, sqrt
 from random import Random
 from typing import Any
 
@@ -29,7 +29,8 @@ import msgspec
 
 from urdf2mbs.conversion import LinkFrame
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.spatial import Sym, Vec
+from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.spatial import Pose, Sym, Vec, fewest_turns
 from urdf2mbs.urdf.model import Joint, Robot
 
 #: What a difference must exceed to count, relative to the robot's size, its inertia, ...
@@ -71,11 +72,92 @@ class Comparison(msgspec.Struct):
     largest: dict[str, float]
     """The largest relative deviation of each kind, differences or not."""
     groups: int
+    urdf_mass: float
+    """kg, of all links."""
+    mbs_mass: float
+    """kg, of all bodies."""
     positions: int = POSITIONS
 
     @property
     def same(self) -> bool:
         return not self.differences
+
+
+class Match(msgspec.Struct):
+    """Which .mbs joints and frames are a URDF's, by their names."""
+
+    joints: dict[str, tuple[str, ...]]
+    frames: dict[str, LinkFrame]
+    frozen: dict[str, str]
+
+
+def match(robot: Robot, mbs: Mbs) -> Match:
+    """Match by name a URDF with an .mbs that may have been drawn or edited by hand.
+
+    A joint's name counts as it is, or as the identifier that a conversion makes of it.  The
+    floating base's six joints are known by their types.  A moving link's frame should be that
+    of the body that its joint leads to; a fixed link's that of the body of its name.
+    """
+    owners = {joint.name: body for body in mbs.bodies for joint in body.joints}
+    bodies = {body.name: body for body in mbs.bodies}
+    free = floating_joints(mbs)
+    found = Match({}, {}, {})
+    useful = _carries_mass(robot)
+    for joint in robot.joints.values():
+        if not joint.moves:
+            body = next((bodies[n] for n in _spellings(joint.child, "body") if n in bodies), None)
+            if body is not None:
+                found.frames[joint.child] = LinkFrame(body.name, None, Pose())
+            continue
+        names = _named(joint, owners) or (free if joint.type == "floating" else ())
+        if names:
+            found.joints[joint.name] = names
+            body = owners[names[-1]]
+            moving = [own.name for own in body.joints if own.nature != "driven"]
+            last = not moving or moving[-1] == names[-1]
+            found.frames[joint.child] = LinkFrame(body.name, None if last else names[-1], Pose())
+        elif joint.child not in useful:
+            found.frozen[joint.name] = "nothing that it moves has mass"
+    return found
+
+
+def floating_joints(mbs: Mbs) -> tuple[str, ...]:
+    """The six joints of a floating base, in the order T1 T2 T3 R1 R2 R3; none if it is fixed."""
+    for body in mbs.bodies:
+        first = [joint for joint in body.joints if joint.nature != "driven"][:6]
+        kinds = {joint.type: joint.name for joint in first}
+        if body.parent is None and len(kinds) == 6:
+            return tuple(kinds[kind] for kind in ("T1", "T2", "T3", "R1", "R2", "R3"))
+    return ()
+
+
+def _spellings(name: str, kind: str) -> list[str]:
+    plain = identifiers([name])[0]
+    return [name, plain, f"{plain}_{kind}"]
+
+
+def _named(joint: Joint, owners: Mapping[str, Any]) -> tuple[str, ...]:
+    """The .mbs joints of a URDF joint's name that have its coordinates."""
+    for name in _spellings(joint.name, "joint"):
+        if joint.type == "floating":
+            names = tuple(f"{name}_{kind}" for kind in ("T1", "T2", "T3", "R1", "R2", "R3"))
+        elif joint.type == "planar":
+            k = 1 + max(range(3), key=lambda i: f"{name}_R{i + 1}" in owners)
+            names = (f"{name}_T{k % 3 + 1}", f"{name}_T{(k + 1) % 3 + 1}", f"{name}_R{k}")
+        else:
+            names = (name,)
+        if all(one in owners for one in names):
+            return names
+    return ()
+
+
+def _carries_mass(robot: Robot) -> set[str]:
+    """The links that have mass or carry what has."""
+    useful = {link.name for link in robot.links.values() if not link.massless}
+    for joint in reversed(robot.depth_first()):
+        if joint.child in useful:
+            useful.add(joint.parent)
+    return useful
 
 
 class _Group(msgspec.Struct):
@@ -122,8 +204,8 @@ def compare(
 
     ``joints`` maps each moving URDF joint to the .mbs joints that move with its coordinates
     (one; three of a planar joint: two shifts and the turn; six of a floating one: T1 T2 T3 R1
-    R2 R3).  ``frames`` says where link frames are meant to be; without it only the physics is
-    compared.  ``frozen`` joints are held at zero on the URDF's side.
+    R2 R3).  ``frames`` says where link frames are meant to be, as far as that is known; without
+    it only the physics is compared.  ``frozen`` joints are held at zero on the URDF's side.
     """
     frozen = frozen or {}
     one = _urdf_side(robot, frozen)
@@ -148,14 +230,18 @@ def compare(
     for urdf_name, mbs_name in names.items():
         pairs[one.created[urdf_name]] = two.created[mbs_name]
     size = _size(one)
-    apart = _motion(one, two, names, pairs, size, tolerance, largest, found)
-    if frames is None:
-        turned = []
-    else:
-        turned = _frames(robot, one, two, frames, apart, pairs, size, tolerance, largest)
+    named = _named_frames(one, two, frames or {})
+    turned: list[Difference] = []
+    apart = _motion(
+        one, two, names, pairs, named, size, tolerance, largest, found, turned, _driven(mbs)
+    )
+    if frames is not None:
+        turned += _frames(one, two, named, apart, pairs, size, tolerance, largest)
     _inertias(one, two, apart, pairs, size, tolerance, largest, found)
     found.sort(key=lambda difference: -difference.size)
-    return Comparison(found, turned, largest, len(one.groups))
+    turned.sort(key=lambda difference: -difference.size)
+    masses = [sum(m for group in side.groups for m, _, _ in group.inertias) for side in (one, two)]
+    return Comparison(found, turned, largest, len(one.groups), masses[0], masses[1])
 
 
 def _coordinates(
@@ -202,48 +288,101 @@ def _coordinates(
     return names
 
 
+def _named_frames(
+    one: _Side, two: _Side, frames: Mapping[str, LinkFrame]
+) -> dict[str, tuple[int, Frame]]:
+    """Each link's .mbs group, and the pose in it of the URDF's group as the frames have it."""
+    named: dict[str, tuple[int, Frame]] = {}
+    for link, (_, pose) in one.frames.items():
+        at = frames.get(link)
+        if at is not None:
+            group, anchor = two.frames.get(at.joint or at.body or "", (-1, HERE))
+            theirs = _compose(anchor, (*at.pose.rot, *at.pose.xyz))
+            named[link] = (group, _compose(theirs, _inverse(pose)))
+    return named
+
+
 def _motion(
     one: _Side,
     two: _Side,
     names: Mapping[str, str],
     pairs: Mapping[int, int],
+    named: Mapping[str, tuple[int, Frame]],
     size: float,
     tolerance: float,
     largest: dict[str, float],
     found: list[Difference],
+    turned: list[Difference],
+    driven: Mapping[str, str],
 ) -> dict[int, Frame]:
-    """Compare how the groups move; gives the constant pose of each group in its counterpart."""
+    """Compare how each group moves on the one before it; gives its pose in its counterpart.
+
+    Joint by joint, so that each difference is named where it arises: all poses are products of
+    these, hence equal if they are.
+    """
     random = Random(20)
-    apart: dict[int, Frame] = {}
-    moved: dict[int, float] = {}
+    here, there = [], []
     for position in range(POSITIONS):
         ours = {own: 0.0 if position == 0 else random.uniform(-pi, pi) for own in names}
-        theirs = {names[own]: value for own, value in ours.items()}
-        here, there = one.world(ours), two.world(theirs)
-        for mine, other in pairs.items():
-            frame = _compose(_inverse(there[other]), here[mine])
-            if position == 0:
-                apart[mine] = frame
-            else:
-                off = _distance(frame, apart[mine], size)
-                largest["motion"] = max(largest["motion"], off)
-                if off > tolerance:
-                    moved[mine] = max(moved.get(mine, 0.0), off)
-    for mine, off in moved.items():
+        here.append(one.world(ours))
+        there.append(two.world({names[own]: value for own, value in ours.items()}))
+    leader: dict[int, str] = {}
+    for first, (group, _) in one.frames.items():
+        leader.setdefault(group, first)
+    apart: dict[int, Frame] = {0: HERE}
+    for mine, other in pairs.items():
+        if mine == 0:
+            continue
         parent = _paired(one, mine, pairs)
-        # what hangs on a group that moves wrongly moves wrongly with it
-        if parent not in moved:
-            joint = one.groups[mine].joint
-            link = next(link for link, (group, _) in one.frames.items() if group == mine)
-            behind = sum(_behind(one, other, mine) for other in moved) - 1
-            more = f", and {behind} groups behind it" if behind else ""
+        seen: list[Frame] = []
+        for left, right in zip(here, there, strict=True):
+            ours_on = _compose(apart[parent], _compose(_inverse(left[parent]), left[mine]))
+            theirs_on = _compose(_inverse(right[pairs[parent]]), right[other])
+            seen.append(_compose(_inverse(theirs_on), ours_on))
+        apart[mine] = seen[0]
+        off = max(_distance(frame, seen[0], size) for frame in seen)
+        largest["motion"] = max(largest["motion"], off)
+        link, joint = leader.get(mine), one.groups[mine].joint
+        if off > tolerance:
             found.append(
                 Difference(
-                    "motion", f"link '{link}' moves otherwise than by joint '{joint}'{more}", off,
-                    link=link, joint=joint,
+                    "motion", f"link '{link or joint}' moves otherwise than by joint '{joint}'",
+                    off, link=link, joint=joint,
                 )
             )  # fmt: skip
+        group, meant = named.get(link or "", (-1, HERE))
+        off = _distance(meant, seen[0], size)
+        if group != other or off <= tolerance or link is None:
+            continue
+        # a frame that is elsewhere: either all in it is expressed in it, or nothing is
+        ours_in, theirs_in = _merge(one.groups[mine].inertias), _merge(two.groups[other].inertias)
+        kept = max(_apart(_seen(ours_in, meant), theirs_in, size).values())
+        moved = max(_apart(_seen(ours_in, seen[0]), theirs_in, size).values())
+        told = _told(_compose(_inverse(seen[0]), meant))
+        message = f"link '{link}': its frame is {told}, at joint '{joint}'"
+        if driven.get(two.groups[other].joint):
+            message += f" (driven before it: {driven[two.groups[other].joint]})"
+        if kept < moved:
+            apart[mine] = meant
+            message += ", and what it carries is not turned back"
+        (found if kept < moved else turned).append(
+            Difference("frame", message, off, link=link, joint=joint)
+        )
     return apart
+
+
+def _driven(mbs: Mbs) -> dict[str, str]:
+    """What is driven before each moving joint, in its body."""
+    told: dict[str, str] = {}
+    for body in mbs.bodies:
+        turns: list[str] = []
+        for joint in body.joints:
+            if joint.nature != "driven":
+                told[joint.name] = ", ".join(turns)
+                turns = []
+            elif joint.q:
+                turns.append(f"{joint.type} {joint.q:.6g}")
+    return told
 
 
 def _paired(side: _Side, group: int, pairs: Mapping[int, int]) -> int:
@@ -254,59 +393,32 @@ def _paired(side: _Side, group: int, pairs: Mapping[int, int]) -> int:
     return parent
 
 
-def _behind(side: _Side, group: int, root: int) -> bool:
-    while group > root:
-        group = side.groups[group].parent
-    return group == root
-
-
 def _frames(
-    robot: Robot,
     one: _Side,
     two: _Side,
-    frames: Mapping[str, LinkFrame],
+    named: Mapping[str, tuple[int, Frame]],
     apart: Mapping[int, Frame],
     pairs: Mapping[int, int],
     size: float,
     tolerance: float,
     largest: dict[str, float],
 ) -> list[Difference]:
-    """The links whose frame is not where it is said to be, nor where its parent's error puts it."""
+    """The links whose frame is not where it is said to be in its group."""
     found: list[Difference] = []
-    carried = {joint.child: joint for joint in robot.joints.values()}
-    errors: dict[str, Frame] = {}
-    for link in _parents_first(robot):
-        group, pose = one.frames[link]
-        joint = carried.get(link)
-        at = frames.get(link)
-        if at is None:
-            found.append(Difference("frame-missing", f"link '{link}' has no frame", link=link))
+    leaders: set[int] = set()
+    for link, (group, _) in one.frames.items():
+        if link not in named:
             continue
-        place = two.frames.get(at.joint or at.body or "")
-        other, anchor = place if place else (-1, HERE)
-        if group not in pairs or pairs[group] != other:
-            found.append(
-                Difference("frame", f"link '{link}' moves with another body", 1.0, link=link)
-            )
+        other, meant = named[link]
+        if pairs.get(group) != other:
+            found.append(Difference("frame", f"link '{link}' moves with another body", link=link))
             continue
-        theirs = _compose(anchor, (*at.pose.rot, *at.pose.xyz))
-        ours = _compose(apart[group], pose)
-        off = _distance(ours, theirs, size)
+        off = _distance(apart[group], meant, size)
         largest["frame"] = max(largest["frame"], off)
-        if off <= tolerance:
-            continue
-        error = errors[link] = _compose(_inverse(theirs), ours)
-        before = errors.get(joint.parent) if joint else None
-        if before is not None and joint and _distance(error, before, size) <= tolerance:
-            continue
-        behind = f" (joint '{joint.name}' leads to it)" if joint else ""
-        found.append(
-            Difference(
-                "frame", f"link '{link}': its frame is {_told(error)} off{behind}", off,
-                link=link, joint=joint.name if joint else None,
-                urdf=ours[9:], mbs=theirs[9:],
-            )
-        )  # fmt: skip
+        if off > tolerance and (group == 0 or group in leaders):
+            told = _told(_compose(_inverse(apart[group]), meant))
+            found.append(Difference("frame", f"link '{link}': its frame is {told}", off, link=link))
+        leaders.add(group)
     return found
 
 
@@ -331,29 +443,17 @@ def _inertias(
         ours = _seen(_merge(one.groups[mine].inertias), apart[mine])
         theirs = _merge(two.groups[other].inertias)
         links = members.get(mine, [])
-        who = f"link '{links[0]}'" if len(links) == 1 else f"links {', '.join(links)}"
-        scale = {
-            "mass": abs(ours[0]) or total,
-            "centre": size,
-            "inertia": max(map(abs, (*ours[2], *theirs[2]))) or 1.0,
-        }
-        off = {
-            "mass": abs(ours[0] - theirs[0]) / scale["mass"],
-            "centre": max(abs(a - b) for a, b in zip(ours[1], theirs[1], strict=True)) / size,
-            "inertia": max(abs(a - b) for a, b in zip(ours[2], theirs[2], strict=True))
-            / scale["inertia"],
-        }
-        if ours[0] == theirs[0] == 0.0:
-            off["centre"] = 0.0  # of nothing
-        values = {"mass": 0, "centre": 1, "inertia": 2}
-        for kind, index in values.items():
-            largest[kind] = max(largest[kind], off[kind])
-            if off[kind] > tolerance:
+        who = f"link '{links[0]}'" if links else f"joint '{one.groups[mine].joint}'"
+        if len(links) > 1:
+            who += f" and the {len(links) - 1} fixed to it"
+        for index, (kind, off) in enumerate(_apart(ours, theirs, size).items()):
+            largest[kind] = max(largest[kind], off)
+            if off > tolerance:
                 a, b = ours[index], theirs[index]
+                told = f"{kind} is {_short(b)} in the .mbs, and should be {_short(a)}"
                 found.append(
                     Difference(
-                        kind, f"{who}: {kind} is {b} in the .mbs, and should be {a}", off[kind],
-                        link=links[0] if links else None, joint=one.groups[mine].joint,
+                        kind, f"{who}: {told}", off, link=links[0] if links else None, joint=one.groups[mine].joint,
                         urdf=a, mbs=b,
                     )
                 )  # fmt: skip
@@ -367,6 +467,25 @@ def _inertias(
                     mass / total, joint=unknown.joint, urdf=0.0, mbs=mass,
                 )
             )  # fmt: skip
+
+
+def _apart(ours: Inertia, theirs: Inertia, size: float) -> dict[str, float]:
+    """How far two inertias are apart, each part relative to its own scale."""
+    heaviest = max(abs(ours[0]), abs(theirs[0]))
+    tensor = max(map(abs, (*ours[2], *theirs[2])))
+    centre = max(abs(a - b) for a, b in zip(ours[1], theirs[1], strict=True))
+    turning = max(abs(a - b) for a, b in zip(ours[2], theirs[2], strict=True))
+    return {
+        "mass": abs(ours[0] - theirs[0]) / (heaviest or 1.0),
+        "centre": centre / size if heaviest else 0.0,  # nothing has no centre
+        "inertia": turning / (tensor or 1.0),
+    }
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, tuple):
+        return "(" + ", ".join(f"{c:.9g}" for c in value) + ")"
+    return f"{value:.9g}"
 
 
 # --- the URDF's side: Rodrigues' formula -----------------------------------------------------
@@ -405,8 +524,7 @@ def _moves(joint: Joint) -> list[Callable[[float], Frame]]:
         return [_shift(x), _shift(y), _shift(z), _spin(x), _spin(y), _spin(z)]
     axis = _direction(joint.axis)
     if joint.type == "planar":
-        u = _in_plane(axis)
-        return [_shift(u), _shift(_cross(axis, u)), _spin(axis)]
+        return [*map(_shift, in_plane(axis)), _spin(axis)]
     return [_shift(axis) if joint.type == "prismatic" else _spin(axis)]
 
 
@@ -419,14 +537,16 @@ def _direction(axis: Vec) -> Vec:
     return (x / length, y / length, z / length)
 
 
-def _in_plane(axis: Vec) -> Vec:
-    """The first of the two directions in which a planar joint shifts; URDF leaves it open."""
+def in_plane(axis: Vec) -> tuple[Vec, Vec]:
+    """The two directions in which a planar joint of a unit axis shifts; URDF leaves them open."""
     x, y, z = axis
     if x == 0.0 and y != 0.0:
-        return (0.0, -z, y)
-    if y == 0.0 and z != 0.0:
-        return (z, 0.0, -x)
-    return (-y / hypot(x, y), x / hypot(x, y), 0.0)
+        u = (0.0, -z, y)
+    elif y == 0.0 and z != 0.0:
+        u = (z, 0.0, -x)
+    else:
+        u = (-y / hypot(x, y), x / hypot(x, y), 0.0)
+    return u, _cross(axis, u)
 
 
 def _cross(a: Vec, b: Vec) -> Vec:
@@ -636,21 +756,12 @@ def _size(side: _Side) -> float:
     return max(far, *arms, 1e-3) if side.groups else 1e-3
 
 
-def _parents_first(robot: Robot) -> list[str]:
-    return [robot.root(), *(joint.child for joint in robot.depth_first())]
-
-
-def _told(error: Frame) -> str:
-    """A small frame in words: its turn as a vector (rad) and its shift (m)."""
-    r = error
-    cosine = min(1.0, max(-1.0, (r[0] + r[4] + r[8] - 1.0) / 2.0))
-    w = ((r[7] - r[5]) / 2, (r[2] - r[6]) / 2, (r[3] - r[1]) / 2)
-    sine = hypot(*w)
-    angle = 0.0
-    if sine > 0.0:
-        angle = atan2(sine, cosine)
-        w = (w[0] / sine, w[1] / sine, w[2] / sine)
-    turn = f"turned by {angle:.6g} rad about ({w[0]:.4g}, {w[1]:.4g}, {w[2]:.4g})"
-    shift = f"shifted by ({r[9]:.6g}, {r[10]:.6g}, {r[11]:.6g}) m"
-    parts = [turn] * (angle > 1e-12) + [shift] * (hypot(*r[9:]) > 1e-12)
-    return " and ".join(parts) or "a trace"
+def _told(apart: Frame) -> str:
+    """A frame in words: the turns that lead to it (rad), and its shift (m)."""
+    r = apart[:9]
+    turns = ", ".join(f"{angle:.6g} about {'xyz'[k - 1]}" for k, angle in fewest_turns(r, 1e-7))
+    shift = ", ".join(f"{c:.6g}" for c in apart[9:])
+    parts = [f"turned by {turns}"] * bool(turns) + [f"shifted by ({shift})"] * (
+        max(map(abs, apart[9:])) > 1e-9
+    )
+    return " and ".join(parts) or "slightly off"

@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.verify import TOLERANCE, compare
+from urdf2mbs.verify import TOLERANCE, Difference, compare
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -32,7 +32,14 @@ def run(conversion: Conversion, options: Options) -> None:
         gravity=conversion.settings.gravity,
         tolerance=options.tolerance,
     )
-    differences = sorted(comparison.differences + comparison.frames, key=lambda d: -d.size)
+    lost = [
+        Difference("frame-lost", f"link '{link}' has no place in the .mbs", link=link)
+        for link in conversion.robot.links
+        if link not in conversion.frames
+    ]
+    differences = sorted(
+        lost + comparison.differences + comparison.frames, key=lambda difference: -difference.size
+    )
     conversion.report["check"] = {
         "same": not differences,
         "positions": comparison.positions,
