@@ -113,9 +113,12 @@ def match(robot: Robot, mbs: Mbs) -> Match:
         if names:
             found.joints[joint.name] = names
             body = owners[names[-1]]
-            moving = [own.name for own in body.joints if own.nature != "driven"]
-            last = not moving or moving[-1] == names[-1]
-            found.frames[joint.child] = LinkFrame(body.name, None if last else names[-1], Pose())
+            own = [joint.name for joint in body.joints]
+            end = own.index(names[-1])
+            while end + 1 < len(own) and own[end + 1].startswith(f"{names[-1]}_back_"):
+                end += 1
+            after = None if end == len(own) - 1 else own[end]
+            found.frames[joint.child] = LinkFrame(body.name, after, Pose())
         elif joint.child not in useful:
             found.frozen[joint.name] = "nothing that it moves has mass"
     return found
@@ -334,40 +337,50 @@ def _motion(
         if mine == 0:
             continue
         parent = _paired(one, mine, pairs)
-        seen: list[Frame] = []
-        for left, right in zip(here, there, strict=True):
-            ours_on = _compose(apart[parent], _compose(_inverse(left[parent]), left[mine]))
-            theirs_on = _compose(_inverse(right[pairs[parent]]), right[other])
-            seen.append(_compose(_inverse(theirs_on), ours_on))
-        apart[mine] = seen[0]
-        off = max(_distance(frame, seen[0], size) for frame in seen)
-        largest["motion"] = max(largest["motion"], off)
-        link, joint = leader.get(mine), one.groups[mine].joint
-        if off > tolerance:
+        ours_on = [_compose(_inverse(world[parent]), world[mine]) for world in here]
+        theirs_on = [_compose(_inverse(world[pairs[parent]]), world[other]) for world in there]
+        placed = _compose(_inverse(theirs_on[0]), _compose(apart[parent], ours_on[0]))
+        ours_move = [_compose(_inverse(ours_on[0]), on) for on in ours_on[1:]]
+        theirs_move = [_compose(_inverse(theirs_on[0]), on) for on in theirs_on[1:]]
+        ours_in, theirs_in = _merge(one.groups[mine].inertias), _merge(two.groups[other].inertias)
+
+        def fit(at: Frame) -> tuple[float, float]:
+            """How far motion, and what moves, are apart if the groups are so to each other."""
+            moves = zip(ours_move, theirs_move, strict=True)  # noqa: B023 called at once
+            motion = max(_distance(_compose(at, a), _compose(b, at), size) for a, b in moves)
+            return motion, max(_apart(_seen(ours_in, at), theirs_in, size).values())  # noqa: B023
+
+        apart[mine] = placed
+        link, joint = leader.get(mine, ""), one.groups[mine].joint
+        motion, inertia = fit(placed)
+        group, meant = named.get(link, (-1, HERE))
+        off = _distance(meant, placed, size)
+        if group == other and off > tolerance:
+            # a frame elsewhere: either all in it is expressed in it, or what it has is misplaced
+            motion_meant, inertia_meant = fit(meant)
+            told = _told(_compose(_inverse(placed), meant))
+            message = f"link '{link}': its frame is {told}, at joint '{joint}'"
+            if driven.get(two.groups[other].joint):
+                message += f" (driven before it: {driven[two.groups[other].joint]})"
+            if max(inertia, inertia_meant) > tolerance:
+                misplaced = inertia_meant < inertia
+            else:
+                misplaced = motion_meant < motion
+            if misplaced:
+                apart[mine] = meant
+                motion = min(motion, motion_meant)
+                message += ", and what it has is not expressed in it"
+            (found if misplaced else turned).append(
+                Difference("frame", message, off, link=link, joint=joint)
+            )
+        largest["motion"] = max(largest["motion"], motion)
+        if motion > tolerance:
             found.append(
                 Difference(
                     "motion", f"link '{link or joint}' moves otherwise than by joint '{joint}'",
-                    off, link=link, joint=joint,
+                    motion, link=link or None, joint=joint,
                 )
             )  # fmt: skip
-        group, meant = named.get(link or "", (-1, HERE))
-        off = _distance(meant, seen[0], size)
-        if group != other or off <= tolerance or link is None:
-            continue
-        # a frame that is elsewhere: either all in it is expressed in it, or nothing is
-        ours_in, theirs_in = _merge(one.groups[mine].inertias), _merge(two.groups[other].inertias)
-        kept = max(_apart(_seen(ours_in, meant), theirs_in, size).values())
-        moved = max(_apart(_seen(ours_in, seen[0]), theirs_in, size).values())
-        told = _told(_compose(_inverse(seen[0]), meant))
-        message = f"link '{link}': its frame is {told}, at joint '{joint}'"
-        if driven.get(two.groups[other].joint):
-            message += f" (driven before it: {driven[two.groups[other].joint]})"
-        if kept < moved:
-            apart[mine] = meant
-            message += ", and what it carries is not turned back"
-        (found if kept < moved else turned).append(
-            Difference("frame", message, off, link=link, joint=joint)
-        )
     return apart
 
 
@@ -453,7 +466,8 @@ def _inertias(
                 told = f"{kind} is {_short(b)} in the .mbs, and should be {_short(a)}"
                 found.append(
                     Difference(
-                        kind, f"{who}: {told}", off, link=links[0] if links else None, joint=one.groups[mine].joint,
+                        kind, f"{who}: {told}", off,
+                        link=links[0] if links else None, joint=one.groups[mine].joint,
                         urdf=a, mbs=b,
                     )
                 )  # fmt: skip
@@ -760,7 +774,7 @@ def _told(apart: Frame) -> str:
     """A frame in words: the turns that lead to it (rad), and its shift (m)."""
     r = apart[:9]
     turns = ", ".join(f"{angle:.6g} about {'xyz'[k - 1]}" for k, angle in fewest_turns(r, 1e-7))
-    shift = ", ".join(f"{c:.6g}" for c in apart[9:])
+    shift = ", ".join(f"{c if abs(c) > 1e-12 else 0.0:.6g}" for c in apart[9:])
     parts = [f"turned by {turns}"] * bool(turns) + [f"shifted by ({shift})"] * (
         max(map(abs, apart[9:])) > 1e-9
     )
