@@ -229,9 +229,8 @@ def compare(
         )  # fmt: skip
 
     names = _coordinates(robot, mbs, joints, frozen, two, found)
-    pairs = {0: 0}
-    for urdf_name, mbs_name in names.items():
-        pairs[one.created[urdf_name]] = two.created[mbs_name]
+    found_pairs = ((one.created[own], two.created[name]) for own, name in names.items())
+    pairs = dict(sorted([(0, 0), *found_pairs]))  # parents first
     size = _size(one)
     named = _named_frames(one, two, frames or {})
     turned: list[Difference] = []
