@@ -1,0 +1,382 @@
+"""The documentation is true: its code runs, its tables are complete, nothing in it is stale."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import yaml
+from installed import FOOT_CONTACTS, install
+from lxml import etree
+
+from urdf2mbs import hookspecs
+from urdf2mbs.cli import main
+from urdf2mbs.config import Lines, load, parse, preset
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.dump import state
+from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.pipeline import Pipeline, write_files
+from urdf2mbs.plugins import Plugins
+from urdf2mbs.schema import field_docs
+from urdf2mbs.testing import TINY
+from urdf2mbs.urdf.reader import ATTRIBUTES
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("plugins/*/*.md"))]
+BUILT_IN: dict[str, Pass] = {
+    name: found[0].pass_ for name, found in Plugins(installed=False).passes.items()
+}
+
+
+@dataclass
+class Block:
+    """A fenced block of a page: its language, the words after it, its text."""
+
+    language: str
+    info: list[str]
+    text: str
+    line: int
+
+    @property
+    def file(self) -> str | None:
+        return next((word[5:] for word in self.info if word.startswith("file=")), None)
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    lines = page.read_text().splitlines()
+    start: int | None = None
+    for number, line in enumerate(lines):
+        if line.startswith("```"):
+            if start is None:
+                start = number
+            else:
+                language, *info = lines[start][3:].split()
+                yield Block(language, info, "\n".join(lines[start + 1 : number]) + "\n", start + 1)
+                start = None
+    assert start is None, f"{page}:{start}: a block without an end"
+
+
+# --- code blocks -----------------------------------------------------------------------------
+
+
+class Page:
+    """A page being followed, block by block, in a folder of its own."""
+
+    def __init__(self, folder: Path, capsys: Any) -> None:
+        self.folder = folder
+        self.capsys = capsys
+        self.said = ""
+        self.globals: dict[str, Any] = {"__name__": "docs"}
+        (folder / "tiny.urdf").write_text(TINY)
+        (folder / "tiny.yaml").write_text("source: tiny.urdf\n")
+        shutil.copytree(ROOT / "configs", folder / "configs")
+        shutil.copytree(ROOT / "plugins", folder / "plugins")
+
+    def follow(self, block: Block) -> None:
+        if block.file:
+            file = self.folder / block.file
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(block.text)
+        getattr(self, block.language)(block)
+
+    def python(self, block: Block) -> None:
+        code = compile(block.text, block.file or f"line {block.line}", "exec")
+        if not block.file:
+            exec(code, self.globals)
+
+    def yaml(self, block: Block) -> None:
+        if block.file:
+            Pipeline(*load(self.folder / block.file))
+        elif not {"before", "after"} & set(block.info):
+            text = block.text if "source:" in block.text else f"source: tiny.urdf\n{block.text}"
+            Pipeline(*parse(text, self.folder / "part.yaml"))
+
+    def xml(self, block: Block) -> None:
+        etree.fromstring(block.text if "<robot" in block.text else f"<x>{block.text}</x>")
+
+    def json(self, block: Block) -> None:
+        json.loads(block.text)
+
+    def toml(self, block: Block) -> None:
+        assert block.text in (FOOT_CONTACTS / "pyproject.toml").read_text()
+
+    def sh(self, block: Block) -> None:
+        if block.info and block.info[0] in ("install", "test"):
+            return  # what CI runs
+        wanted = next((int(word[5:]) for word in block.info if word.startswith("exit=")), 0)
+        self.said = ""
+        for line in block.text.splitlines():
+            words = shlex.split(line, comments=True)
+            if not words:
+                continue
+            if words[0] == "urdf2mbs" and ">" not in words:
+                code = main(words[1:])
+                said = self.capsys.readouterr()
+                self.said += said.out + said.err
+            elif words[0] in ("pytest", "diff", "urdf2mbs"):
+                done = subprocess.run(
+                    line.replace("pytest", f"{sys.executable} -m pytest -p no:cacheprovider", 1)
+                    if words[0] == "pytest"
+                    else line.replace("urdf2mbs", f"{sys.executable} -m urdf2mbs.cli", 1),
+                    shell=True, check=False, capture_output=True, text=True, cwd=self.folder,
+                )  # fmt: skip
+                self.said += done.stdout + done.stderr
+                code = 0 if words[0] == "diff" and done.returncode == 1 else done.returncode
+            else:
+                assert words[0] == "pip", line
+                continue
+            assert code == wanted, f"{line}: {code}\n{self.said}"
+
+    def text(self, block: Block) -> None:
+        """What was said last; '...' stands for anything."""
+        said = " ".join(self.said.replace(f"{self.folder}/", "").split())
+        at = 0
+        for part in re.split(r"\.\.\.", block.text):
+            part = " ".join(part.split())
+            found = said.find(part, at)
+            assert found >= 0, f"{part!r} was not said, or not in this order, in:\n{self.said}"
+            at = found + len(part)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_the_code_runs(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.syspath_prepend(install(FOOT_CONTACTS, tmp_path / "site-packages"))
+    monkeypatch.delitem(sys.modules, "urdf2mbs_foot_contacts", raising=False)
+    folder = tmp_path / "robots"
+    folder.mkdir()
+    monkeypatch.chdir(folder)
+    followed = Page(folder, capsys)
+    for block in blocks(page):
+        try:
+            followed.follow(block)
+        except BaseException as error:
+            raise AssertionError(f"{page}:{block.line}: {error}") from error
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text()):
+        if "://" not in target:
+            assert (page.parent / target).exists(), f"{page}: {target}"
+
+
+# --- a page for every built-in pass ----------------------------------------------------------
+
+
+def test_every_pass_has_its_page_and_every_page_its_pass() -> None:
+    pages = {page.stem for page in (DOCS / "passes").glob("*.md")}
+    assert pages == set(BUILT_IN)
+    listed = re.findall(r"\(passes/([a-z-]+)\.md\)", (DOCS / "passes.md").read_text())
+    assert sorted(listed) == sorted(BUILT_IN)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_page_says_what_its_pass_needs_gives_and_takes(name: str) -> None:
+    text = (DOCS / "passes" / f"{name}.md").read_text()
+    pass_ = BUILT_IN[name]
+
+    def words(tokens: tuple[str, ...]) -> str:
+        return ", ".join(f"`{token}`" for token in tokens) or "nothing"
+
+    assert text.startswith(f"# {name}\n")
+    assert f"Needs {words(pass_.needs)}; gives {words(pass_.gives)}." in text
+    assert "**Method**: " in text
+    fields = msgspec.inspect.type_info(pass_.options).fields  # type: ignore[attr-defined]
+    rows = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)` \|", text, re.MULTILINE))
+    assert rows == {
+        field.name: yaml.safe_dump(
+            field.default_factory()
+            if field.default is msgspec.NODEFAULT and not field.required
+            else field.default,
+            default_flow_style=True,
+        ).splitlines()[0]
+        for field in fields
+    }
+    assert set(field_docs(pass_.options)) == set(rows)
+    if not rows:
+        assert "It has no options." in text
+
+
+class Around:
+    """The state before and after one pass."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.before: Any = None
+        self.after: Any = None
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        if pass_.name == self.name:
+            self.before = plain(conversion)
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        if pass_.name == self.name:
+            self.after = plain(conversion)
+
+
+def plain(conversion: Conversion) -> Any:
+    return json.loads(json.dumps(state(conversion)))
+
+
+def holds(part: Any, whole: Any) -> bool:
+    """Whether all that ``part`` says is in ``whole``: keys of mappings, items of lists."""
+    if isinstance(part, dict):
+        return isinstance(whole, dict) and all(
+            key in whole and holds(value, whole[key]) for key, value in part.items()
+        )
+    if isinstance(part, list) and part and isinstance(part[0], dict):
+        rest = iter(whole if isinstance(whole, list) else [])
+        return all(any(holds(item, other) for other in rest) for item in part)
+    if isinstance(part, list):
+        return (
+            isinstance(whole, list)
+            and len(part) == len(whole)
+            and all(holds(a, b) for a, b in zip(part, whole, strict=True))
+        )
+    if isinstance(part, float) and isinstance(whole, (int, float)):
+        return isclose(part, whole, rel_tol=1e-4, abs_tol=1e-12)
+    return bool(part == whole)
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_before_and_after(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the tiny robot, or on the page's own; by the page's config, if it has one."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    config = "source: tiny.urdf\n"
+    told: dict[str, Any] = {}
+    for block in blocks(DOCS / "passes" / f"{name}.md"):
+        if block.file:
+            (tmp_path / block.file).write_text(block.text)
+        elif block.language == "yaml" and block.info:
+            told[block.info[0]] = yaml.safe_load(block.text)
+        elif block.language == "yaml":
+            config = f"source: tiny.urdf\n{block.text}"
+    if "pipeline" not in config and name not in preset("faithful", Lines())[0]:
+        config += "pipeline: compact\n"
+    pipeline = Pipeline(*parse(config, tmp_path / "tiny.yaml"))
+    around = Around(name)
+    pipeline.plugins.watch(around)
+    write_files(pipeline.run().files)
+    assert set(told) == {"before", "after"}
+    assert holds(told["before"], around.before)
+    assert holds(told["after"], around.after)
+    assert not holds(told["after"], around.before), "it shows no change"
+
+
+# --- tables that must be complete ------------------------------------------------------------
+
+
+def test_every_hook_is_documented_with_its_signature() -> None:
+    text = (DOCS / "passes.md").read_text()
+    hooks = {
+        f"{name}({', '.join(inspect.signature(hook).parameters)})"
+        for name, hook in vars(hookspecs).items()
+        if name.startswith("urdf2mbs_")
+    }
+    assert set(re.findall(r"^### `(urdf2mbs_[^`]*)`$", text, re.MULTILINE)) == hooks
+
+
+def test_every_token_is_documented() -> None:
+    text = (DOCS / "passes.md").read_text()
+    rows = re.findall(r"^\| `([a-z-]+)` \| .* \| \[([a-z-]+)\]", text, re.MULTILINE)
+    assert dict(rows) == {token: name for name, one in BUILT_IN.items() for token in one.gives}
+
+
+def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
+    text = (DOCS / "mapping.md").read_text()
+    rows = re.findall(r"^\| `<(\w+)>` \| (?:`(\w+)`)? ?\|", text, re.MULTILINE)
+    wanted = [(tag, name) for tag, names in ATTRIBUTES.items() for name in ("", *names)]
+    assert sorted(rows) == sorted(wanted)
+    gaps = re.findall(r"^\|.*\*\*GAP\*\*.*$", text, re.MULTILINE)
+    assert len(gaps) >= 10
+    for row in gaps:
+        codes = re.findall(r"\[`([a-z-]+)`\]\(diagnostics\.md\)", row)
+        assert codes, f"which warning or note tells of it? {row}"
+        assert set(codes) <= set(source_codes())
+
+
+#: Where the code of an error, a warning, a note or a difference stands among the arguments.
+TAKES_CODE = {
+    "ConversionError": 0, "ConfigError": 0, "Diagnostic": 1, "warn": 0, "note": 0, "fail": 0,
+    "error": 0, "_failed": 0,
+}  # fmt: skip
+
+
+def source_codes() -> set[str]:
+    """Every code in the source, by the calls that say something."""
+    found: set[str] = set()
+    for file in sorted((ROOT / "urdf2mbs").rglob("*.py")):
+        for function in ast.walk(ast.parse(file.read_text())):
+            if not isinstance(function, ast.FunctionDef):
+                continue
+            for call in ast.walk(function):
+                if not isinstance(call, ast.Call):
+                    continue
+                name = getattr(call.func, "attr", getattr(call.func, "id", ""))
+                if name not in TAKES_CODE:
+                    continue
+                at = TAKES_CODE[name]
+                if name == "fail" and not any(strings(call.args[0], function)):
+                    at = 1  # where the element comes first
+                found.update(strings(call.args[at], function))
+    return found
+
+
+def strings(node: ast.expr, function: ast.FunctionDef) -> list[str]:
+    """The strings that an expression may be: of a variable, all that it is given."""
+    if isinstance(node, ast.Constant):
+        return [node.value] if isinstance(node.value, str) else []
+    if isinstance(node, ast.IfExp):
+        return strings(node.body, function) + strings(node.orelse, function)
+    if not isinstance(node, ast.Name):
+        return []
+    given: list[str] = []
+    for other in ast.walk(function):
+        pairs: list[tuple[ast.expr, ast.expr]] = []
+        if isinstance(other, ast.Assign):
+            pairs = [(target, other.value) for target in other.targets]
+        elif isinstance(other, ast.For) and isinstance(other.iter, ast.Tuple):
+            pairs = [(other.target, row) for row in other.iter.elts]
+        for target, value in pairs:
+            if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+                pairs += zip(target.elts, value.elts, strict=False)
+            elif isinstance(target, ast.Name) and target.id == node.id:
+                given += strings(value, function)
+    return given
+
+
+def test_every_code_is_documented_and_no_other() -> None:
+    rows = re.findall(r"^\| `([a-z0-9-]+)` \|", (DOCS / "diagnostics.md").read_text(), re.MULTILINE)
+    assert len(rows) == len(set(rows))
+    documented, said = set(rows), source_codes()
+    assert said - documented == set(), "not in docs/diagnostics.md"
+    assert documented - said == set(), "in docs/diagnostics.md, but nowhere said"
+
+
+def test_every_command_is_in_the_readme_or_the_docs(capsys: Any) -> None:
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    commands = re.findall(r"^    ([a-z-]+) ", capsys.readouterr().out, re.MULTILINE)
+    text = "".join(page.read_text() for page in PAGES)
+    assert len(commands) >= 6
+    for command in commands:
+        assert f"urdf2mbs {command}" in text, command
