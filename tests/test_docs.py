@@ -12,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -323,6 +324,7 @@ TAKES_CODE = {
 }  # fmt: skip
 
 
+@cache
 def source_codes() -> set[str]:
     """Every code in the source, by the calls that say something."""
     found: set[str] = set()
