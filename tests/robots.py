@@ -1,0 +1,108 @@
+"""The real robots beside the checkout, as pytest parameters."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from conftest import SHARED
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from urdf2mbs import Result
+
+FOLDER = SHARED / "robots"
+
+
+@dataclass
+class RealRobot:
+    """``text`` is the file that a reference reads: of an xacro file, the expansion that lies
+    beside it, made by xacro itself and not by ``urdf2mbs``."""
+
+    name: str
+    source: Path
+    text: Path
+    packages: dict[str, Path] = field(default_factory=dict)
+    args: dict[str, str] = field(default_factory=dict)
+
+    def convert(self, **settings: Any) -> Result:
+        from urdf2mbs import convert
+
+        return convert(self.source, packages=self.packages, xacro_args=self.args, **settings)
+
+
+#: What cannot be converted, by the end of its path, and why.
+REFUSED = {
+    "atlas_description/dummy.urdf": "no link",
+    "multisense_sl_description/dummy.urdf": "no link",
+    "bigman_upstream_fails": "a property is used before it is defined",
+    **{
+        f"atlas_description/urdf/{name}.urdf": "a fragment: it names links it does not have"
+        for name in (
+            "atlas",
+            "atlas_simple_shapes",
+            "atlas_v3",
+            "atlas_v3_simple_shapes",
+            "atlas_v3_with_v1_inertia",
+            "atlas_v4_no_wry2_simple_shapes",
+            "atlas_v4_simple_shapes",
+            "atlas_v5",
+            "atlas_v5_simple_shapes",
+        )
+    },
+    "atlas_description/urdf/atlas_v4.urdf": "xacro expressions in what calls itself URDF",
+    "atlas_description/urdf/atlas_v4_no_wry2.urdf": "xacro expressions in what calls itself URDF",
+}
+
+
+def _all() -> list[RealRobot]:
+    if not FOLDER.is_dir():
+        return []
+    found: list[RealRobot] = []
+    for robot in json.loads((FOLDER / "manifest.json").read_text()):
+        folder = FOLDER / robot["robot"]
+        for entry in robot["entries"]:
+            source = folder / entry["file"]
+            text = folder / entry["expanded"] if "expanded" in entry else source
+            name = entry.get("name", source.name.split(".")[0])
+            if name in {"nao", "model"}:
+                name = source.parent.name
+            if source.suffix == ".xacro" and name == robot["robot"]:
+                name = source.name
+            packages = {p: folder / path for p, path in entry.get("package_map", {}).items()}
+            found.append(
+                RealRobot(f"{robot['robot']}-{name}", source, text, packages, entry.get("args", {}))
+            )
+    known = {robot.source for robot in found}
+    for path in sorted(FOLDER.rglob("*")):
+        plain = path.suffix.lower() == ".urdf" and "expanded" not in path.parts
+        if plain and path not in known:
+            inside = path.relative_to(FOLDER)
+            found.append(RealRobot("-".join((*inside.parts[:2], path.name)), path, path))
+    return found
+
+
+def _refused(robot: RealRobot) -> str | None:
+    for end, why in REFUSED.items():
+        if robot.source.as_posix().endswith(end) or robot.name.endswith(end):
+            return why
+    return None
+
+
+def _params(robots: list[RealRobot]) -> list[Any]:
+    names: dict[str, int] = {}
+    for robot in robots:
+        names[robot.name] = names.get(robot.name, 0) + 1
+        if names[robot.name] > 1:
+            robot.name += f"-{names[robot.name]}"
+    return [pytest.param(robot, id=robot.name) for robot in robots]
+
+
+ALL = _params(_all())
+#: Those that convert ...
+CONVERTIBLE = [param for param in ALL if _refused(param.values[0]) is None]
+#: ... and those that must be refused.
+BROKEN = [param for param in ALL if _refused(param.values[0]) is not None]

@@ -1,0 +1,247 @@
+"""Random robots stay the same robots: all joint types, any axis, any angle, any names."""
+
+from __future__ import annotations
+
+import zlib
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from reference import Comparison, Urdf, lost_shapes, structure_faults
+from strategies import robots, snapped
+
+from urdf2mbs import convert
+from urdf2mbs.diagnostics import ConversionError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+#: The same examples each time, so that what is red in one place is red everywhere.
+reproducible = settings(
+    max_examples=250,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=list(HealthCheck),
+)
+TOLERANCE = 1e-11
+KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
+
+IDENTITY = '<origin xyz="0 0 0" rpy="0 0 0"/>'
+SOLID = (
+    '<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
+    '<inertia ixx="0.03" ixy="0.001" ixz="-0.002" iyy="0.04" iyz="0.003" izz="0.05"/></inertial>'
+)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("robots") / "robot.urdf"
+
+
+def check(file: Path, text: bytes, base: str, keep: bool, tolerance: float = TOLERANCE) -> None:
+    """Converts the robot; everything that can be compared must be the same."""
+    file.write_bytes(text)
+    urdf = Urdf.parse(text)
+    floating = urdf.floats(base)
+
+    result = convert(file, base=base, options=KEEP_ALL if keep else {})
+
+    comparison = Comparison(result, urdf, floating=floating)
+    rng = np.random.default_rng(zlib.crc32(text))
+    positions = [{}, comparison.random(rng), comparison.random(rng)]
+    for model in (comparison.reference(), comparison.pinocchio(text)):
+        errors = comparison.errors(model, positions)
+        wrong = {kind: error for kind, error in errors.items() if error > tolerance}
+        assert not wrong, f"against {model.name}: {wrong}"
+    assert structure_faults(comparison) == []
+    assert lost_shapes(comparison) == []
+    assert set(result.frozen) == (set() if keep else urdf.moving_nothing())
+
+
+@reproducible
+@given(robots(), st.sampled_from(("auto", "floating", "fixed")), st.booleans())
+def test_any_robot_is_the_same_robot(file: Path, text: bytes, base: str, keep: bool) -> None:
+    # an axis within 1e-9 rad of a coordinate axis or plane is taken to lie on it; beyond
+    # that, and everywhere else, nothing is rounded
+    check(file, text, base, keep, TOLERANCE + 10.0 * snapped(text))
+
+
+def robot(*elements: str) -> bytes:
+    return f'<robot name="r">{"".join(elements)}</robot>'.encode()
+
+
+def joint(name: str, kind: str, parent: str, child: str, *rest: str) -> str:
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f"{limit}{''.join(rest)}</joint>"
+    )
+
+
+def link(name: str, *content: str) -> str:
+    return f'<link name="{name}">{"".join(content)}</link>'
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "planar"])
+@pytest.mark.parametrize(
+    "axis",
+    [
+        "1 0 0", "0 1 0", "0 0 1", "-1 0 0", "0 -1 0", "0 0 -1", "5 0 0", "0 0 -1e-3",
+        "0 1 1", "0 1 -2", "1 0 1", "-1 0 2", "1 1 0", "-1 1 0", "-2 -1 0", "1 1 1", "-1 -2 3",
+        "1 2 -3", "1e-200 2e-200 0", "1e200 1e200 1e200", "1 2e-9 0", "1 1e-8 -1e-8",
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("keep", [False, True], ids=["pruned", "kept"])
+def test_every_axis(file: Path, axis: str, kind: str, keep: bool) -> None:
+    text = robot(
+        link("a", SOLID),
+        link("b", SOLID),
+        link("c", SOLID),
+        joint("j", kind, "a", "b", f'<axis xyz="{axis}"/>', '<origin xyz="1 2 3" rpy="1 2 3"/>'),
+        joint("k", kind, "b", "c", f'<axis xyz="{axis}"/>'),
+    )
+    check(file, text, "floating", keep)
+
+
+@pytest.mark.parametrize("off", [9.9e-10, 1e-12])
+@pytest.mark.parametrize("axis", ["1 {} 0", "0 -1 {}", "{} {} 1", "1 {} 1"])
+def test_a_nearly_aligned_axis_is_off_by_no_more_than_it_was(
+    file: Path, axis: str, off: float
+) -> None:
+    text = robot(
+        link("a", SOLID),
+        link("b", SOLID),
+        joint("j", "revolute", "a", "b", f'<axis xyz="{axis.format(off, off)}"/>'),
+    )
+    check(file, text, "fixed", False, 1e-14 + 4 * off)
+
+
+@pytest.mark.parametrize(
+    "rpy",
+    [
+        "1.5708 0 0", "0 1.5708 0", "0 0 1.5708", "1.57079632679 1.57079632679 1.57079632679",
+        "0 -1.5707963267948966 0.3", "3.141592653589793 0 -3.141592653589793",
+        "0.5 1.5707963267948966 -0.5", "-3.14159 1e-9 0", "1e-300 0 0",
+    ],
+)  # fmt: skip
+def test_every_turn(file: Path, rpy: str) -> None:
+    turned = f'<origin xyz="0.1 0.2 0.3" rpy="{rpy}"/>'
+    shapes = "".join(
+        f"<visual>{turned}<geometry>{shape}</geometry></visual>"
+        for shape in (
+            '<box size="1 2 3"/>',
+            '<cylinder radius="1" length="2"/>',
+            '<mesh filename="m.stl" scale="1 2 3"/>',
+        )
+    )
+    text = robot(
+        link("a", SOLID, shapes),
+        link("b", SOLID.replace('rpy="0.3 -0.2 0.1"', f'rpy="{rpy}"'), shapes),
+        link("frame", shapes),
+        joint("j", "continuous", "a", "b", turned, '<axis xyz="0 0 1"/>'),
+        joint("f", "fixed", "b", "frame", turned),
+    )
+    check(file, text, "floating", False)
+    check(file, text, "fixed", True)
+
+
+@pytest.mark.parametrize("keep", [False, True], ids=["pruned", "kept"])
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("outer", ["fixed", "revolute", "planar", "floating"])
+@pytest.mark.parametrize("inner", ["fixed", "prismatic", "floating"])
+@pytest.mark.parametrize("shift", ["0 0 0", "0.1 0 0"])
+def test_massless_links_in_a_row(
+    file: Path, inner: str, outer: str, shift: str, base: str, keep: bool
+) -> None:
+    """Root, two frames in a row, a body behind them, and frames that lead nowhere."""
+    turned = f'<origin xyz="{shift}" rpy="0.1 0.2 0.3"/>'
+    axis = '<axis xyz="1 2 3"/>'
+    text = robot(
+        *(link(name) for name in ("root", "one", "two", "side", "tip")),
+        link("body", SOLID),
+        joint("j1", inner, "root", "one", '<origin xyz="1 2 3" rpy="1 2 3"/>', axis),
+        joint("j2", outer, "one", "two", turned, axis),
+        joint("j3", inner, "two", "body", turned, axis),
+        joint("j4", outer, "one", "side", turned, axis),
+        joint("j5", inner, "body", "tip", turned, axis),
+    )
+    check(file, text, base, keep)
+    alone = text.replace(b'<link name="side">', b'<link name="side">' + SOLID.encode())
+    check(file, alone, base, keep)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("hip", "hip_origin_R3"),
+        ("hip", "hip_origin_R1"),
+        ("hip", "hip_axis_R3"),
+        ("hip", "hip_back_R2"),
+        ("hip_origin_R3", "hip"),
+        ("a-b", "a_b"),
+        ("a/b", "a b"),
+        ("floating_base", "floating_base_T1"),
+        ("floating_base_2", "floating_base"),
+        ("third", "third_T1"),
+    ],
+)
+@pytest.mark.parametrize("kind", ["revolute", "planar", "floating"])
+def test_joint_names_that_clash_with_those_of_driven_joints(
+    file: Path, first: str, second: str, kind: str
+) -> None:
+    rest = ('<origin xyz="0 0 1" rpy="0.1 0.2 0.3"/>', '<axis xyz="1 2 3"/>')
+    text = robot(
+        link(second, SOLID),
+        link(first, SOLID),
+        link("last", SOLID),
+        joint(first, kind, second, first, *rest),
+        joint(second, kind, first, "last", *rest),
+    )
+    check(file, text, "floating", False)
+
+
+def test_mass_without_inertia_and_inertia_without_mass(file: Path) -> None:
+    point = '<inertial><mass value="3"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+    flywheel = (
+        '<inertial><mass value="0"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="2"/>'
+    )
+    text = robot(
+        link("a", point, "</inertial>"),
+        link("b", flywheel, "</inertial>"),
+        joint("j", "continuous", "a", "b", '<axis xyz="0 0 1"/>'),
+    )
+    check(file, text, "fixed", False)
+    check(file, text, "floating", False)
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_a_robot_of_any_size(file: Path, scale: float) -> None:
+    small = f"{0.1 * scale!r} {-0.3 * scale!r} {0.2 * scale!r}"
+    inertia = 1e-2 * scale**2
+    text = robot(
+        *(
+            link(
+                name,
+                f'<inertial><origin xyz="{small}"/><mass value="1e-9"/><inertia '
+                f'ixx="{1e-9 * inertia!r}" ixy="0" ixz="0" iyy="{2e-9 * inertia!r}" iyz="0" '
+                f'izz="{2.5e-9 * inertia!r}"/></inertial>',
+            )
+            for name in "abc"
+        ),
+        joint("j", "revolute", "a", "b", f'<origin xyz="{small}" rpy="1 2 3"/>'),
+        joint("k", "prismatic", "b", "c", f'<origin xyz="{small}"/>', '<axis xyz="1 1 1"/>'),
+    )
+    check(file, text, "fixed", False)
+    check(file, text, "floating", False)
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_nothing_but_frames_is_refused(file: Path, base: str) -> None:
+    file.write_bytes(robot(link("a"), link("b"), joint("j", "continuous", "a", "b")))
+    with pytest.raises(ConversionError) as refused:
+        convert(file, base=base)
+    assert refused.value.code == "nothing-left"
+    assert "keep" in str(refused.value)

@@ -1,0 +1,156 @@
+"""The project's trigonometry against numpy and pinocchio."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from urdf2mbs import spatial
+from urdf2mbs.spatial import IDENTITY, NO_INERTIA, ZERO, Pose
+
+pin = pytest.importorskip("pinocchio", reason="the extra 'verify' is not installed")
+
+reproducible = settings(max_examples=200, derandomize=True, deadline=None, database=None)
+
+#: What the exact result may be off by: a few roundings of numbers up to 1.
+EXACT = 1e-15
+RIGHT = pi / 2
+
+angles = st.one_of(
+    st.sampled_from(
+        (0.0, RIGHT, -RIGHT, pi, -pi, 1.5708, 1.57079632679, 3.14159, 1e-12, -1e-300, 100.0)
+    ),
+    st.floats(-2 * pi, 2 * pi),
+)
+triples = st.tuples(angles, angles, angles)
+numbers = st.floats(-10, 10)
+vectors = st.tuples(numbers, numbers, numbers)
+poses = st.builds(Pose, vectors, triples.map(spatial.from_rpy))
+tensors = st.tuples(*[numbers] * 6)
+
+
+def square(rot):
+    return np.array(rot).reshape(3, 3)
+
+
+def full(tensor):
+    xx, xy, xz, yy, yz, zz = tensor
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def homogeneous(pose):
+    out = np.eye(4)
+    out[:3, :3] = square(pose.rot)
+    out[:3, 3] = pose.xyz
+    return out
+
+
+def near(a, b, tolerance):
+    np.testing.assert_allclose(np.array(a, dtype=float), b, rtol=0, atol=tolerance)
+
+
+@reproducible
+@given(triples)
+@example(ZERO)
+def test_from_rpy_is_pinocchio_s(rpy):
+    near(square(spatial.from_rpy(rpy)), pin.rpy.rpyToMatrix(*rpy), EXACT)
+
+
+def test_no_turn_is_exactly_the_identity():
+    assert spatial.from_rpy(ZERO) == IDENTITY
+    assert spatial.from_rpy((-0.0, 0.0, -0.0)) == IDENTITY
+    assert spatial.rpy_turns((0.0, -0.0, 0.0)) == ()
+    assert spatial.from_turns(()) == IDENTITY
+
+
+@reproducible
+@given(st.sampled_from((1, 2, 3)), angles)
+def test_from_turn_turns_about_its_axis(k, angle):
+    wanted = pin.AngleAxis(angle, np.eye(3)[k - 1]).toRotationMatrix()
+    near(square(spatial.from_turn((k, angle))), wanted, EXACT)
+
+
+@reproducible
+@given(triples)
+def test_turns_about_current_axes_are_the_rpy(rpy):
+    turns = spatial.rpy_turns(rpy)
+
+    assert turns == tuple((k, a) for k, a in zip((3, 2, 1), rpy[::-1], strict=True) if a)
+    near(spatial.from_turns(turns), spatial.from_rpy(rpy), EXACT)
+
+
+@reproducible
+@given(triples)
+@example((RIGHT, 0.0, 0.0))
+@example((0.0, RIGHT, 0.0))
+@example((0.3, -RIGHT, 1.1))
+@example((RIGHT, RIGHT, RIGHT))
+@example((1.5708, 1.5708, 1.5708))
+@example((1.57079632679, -1.57079632679, 0.0))
+@example((0.1, RIGHT - 1e-8, 0.2))
+@example((0.1, RIGHT - 1e-15, 0.2))
+def test_xyz_angles_give_the_same_rotation_everywhere(rpy):
+    rot = spatial.from_rpy(rpy)
+
+    angles = spatial.to_xyz_angles(rot)
+
+    x, y, z = (
+        pin.AngleAxis(angle, axis).toRotationMatrix()
+        for angle, axis in zip(angles, np.eye(3), strict=True)
+    )
+    near(x @ y @ z, square(rot), EXACT)
+    assert -RIGHT <= angles[1] <= RIGHT
+
+
+@reproducible
+@given(triples, triples)
+def test_products(a, b):
+    a, b = spatial.from_rpy(a), spatial.from_rpy(b)
+    near(square(spatial.multiply(a, b)), square(a) @ square(b), EXACT)
+    assert (square(spatial.transpose(a)) == square(a).T).all()
+
+
+@reproducible
+@given(triples, vectors, vectors)
+def test_vectors(rpy, u, v):
+    rot = spatial.from_rpy(rpy)
+    near(spatial.rotate(rot, v), square(rot) @ v, 1e-13)
+    assert spatial.add(u, v) == tuple(np.add(u, v))
+
+
+@reproducible
+@given(poses, poses)
+def test_poses(a, b):
+    near(homogeneous(spatial.compose(a, b)), homogeneous(a) @ homogeneous(b), 1e-13)
+    near(homogeneous(spatial.inverse(a)), np.linalg.inv(homogeneous(a)), 1e-13)
+
+
+@reproducible
+@given(triples, tensors)
+def test_rotate_inertia(rpy, tensor):
+    rot = spatial.from_rpy(rpy)
+    wanted = square(rot) @ full(tensor) @ square(rot).T
+    near(full(spatial.rotate_inertia(rot, tensor)), wanted, 1e-13)
+
+
+def test_an_inertia_that_is_not_turned_keeps_every_digit():
+    tensor = (0.1, 0.2, 0.30000000000000004, 0.4, 0.5, 0.6)
+    assert spatial.rotate_inertia(IDENTITY, tensor) == tensor
+
+
+@reproducible
+@given(st.floats(0, 100), vectors)
+def test_steiner_is_pinocchio_s(mass, arm):
+    wanted = pin.Inertia(mass, np.array(arm), np.zeros((3, 3))).matrix()[3:, 3:]
+    near(full(spatial.point_mass_inertia(mass, arm)), wanted, 1e-10)
+
+
+@reproducible
+@given(tensors, tensors)
+def test_add_inertia(a, b):
+    assert spatial.add_inertia(a, b) == tuple(np.add(a, b))
+    assert spatial.add_inertia(a, NO_INERTIA) == a
