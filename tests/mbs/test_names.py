@@ -1,0 +1,149 @@
+"""Names: identifiers that are unique in their name space, changed no more than needed."""
+
+from __future__ import annotations
+
+import re
+from copy import deepcopy
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mbs.models import everything, models
+
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor, UserConstraint
+from urdf2mbs.mbs.names import C_KEYWORDS, identifiers, rename
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+
+names = st.lists(
+    st.text(max_size=6)
+    | st.sampled_from(["a", "a_b", "a-b", "a b", "a_2", "a_b_2", "int", "x_body", "x", "é", "1"])
+)
+
+
+@given(names, names, st.sampled_from(["", "_body"]))
+def test_they_are_identifiers_no_two_alike_and_none_reserved(
+    given_names: list[str], reserved: list[str], suffix: str
+) -> None:
+    out = identifiers(given_names, reserved, suffix)
+    assert len(out) == len(given_names)
+    assert len(set(out)) == len(out)
+    assert not {*out} & {*reserved, *C_KEYWORDS}
+    assert all(re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name, re.ASCII) for name in out)
+
+
+@given(names)
+def test_good_names_keep_themselves_and_a_second_time_changes_nothing(
+    given_names: list[str],
+) -> None:
+    out = identifiers(given_names)
+    for old in {*given_names} - C_KEYWORDS:
+        if re.fullmatch("[A-Za-z][A-Za-z0-9_]*", old, re.ASCII):
+            assert out[given_names.index(old)] == old
+    assert identifiers(out) == out
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("left hip-yaw", "left_hip_yaw"),
+        ("torso/chest.link", "torso_chest_link"),
+        ("1st", "n_1st"),
+        ("_x", "n__x"),
+        ("-", "n__"),
+        ("", "n_"),
+        ("hüfte", "h_fte"),
+        ("٣", "n__"),  # a digit, though not one of C's
+        ("line\n", "line_"),
+        ("double", "double_joint"),
+    ],
+)
+def test_others_are_changed_as_little_as_possible(old: str, new: str) -> None:
+    assert identifiers([old], suffix="_joint") == [new]
+
+
+def test_a_good_name_goes_before_a_changed_one_that_would_be_the_same() -> None:
+    assert identifiers(["a-b", "a_b", "a b"], suffix="_body") == ["a_b_body", "a_b", "a_b_body_2"]
+
+
+def test_ten_thousand_alike_are_numbered_in_one_go() -> None:
+    out = identifiers(["a-b"] * 10_000)
+    assert out[0] == "a_b"
+    assert out[-1] == "a_b_10000"
+
+
+def test_the_shared_name_space() -> None:
+    mbs = Mbs(
+        "m",
+        bodies=[
+            Body("hip", joints=[Joint("hip", "R1"), Joint("base", "R1")],
+                 points=[Point("p", sensor=Sensor("hip"), extforce=Sensor("hip"))]),
+            Body("hip_body", "hip", "p", [Joint("hip body", "R1")]),
+            Body("origin", "hip", None, [Joint("o", "R1")]),
+            Body("floor", "origin", None, [Joint("f", "R1")]),
+        ],
+    )  # fmt: skip
+    mbs.base.name = "floor"
+    bodies, joints = rename(mbs)
+    assert bodies == {
+        "hip": "hip_body_2",
+        "hip_body": "hip_body",
+        "origin": "origin_body",
+        "floor": "floor_body",
+    }
+    assert joints == {
+        "hip": "hip",
+        "base": "base_joint",
+        "hip body": "hip_body_joint",
+        "o": "o",
+        "f": "f",
+    }
+    sensor, force = mbs.bodies[0].points[0].sensor, mbs.bodies[0].points[0].extforce
+    assert (sensor and sensor.name, force and force.name) == ("hip_sensor", "hip_force")
+    assert [body.parent for body in mbs.bodies] == [None, "hip_body_2", "hip_body_2", "origin_body"]
+
+
+def test_a_base_called_base_gets_a_name_of_its_own() -> None:
+    mbs = Mbs("m")
+    mbs.base.name = "base"
+    rename(mbs)
+    assert mbs.base.name == "base_ground"
+
+
+def test_points_have_a_name_space_for_each_body_and_references_follow() -> None:
+    mbs = Mbs(
+        "m",
+        bodies=[
+            Body("a-1", joints=[Joint("j-1", "R1")], points=[Point("p q"), Point("origin")]),
+            Body("b", "a-1", "p q", [Joint("j2", "R1")], points=[Point("p q"), Point("p_q")]),
+            Body("c", "a-1", "origin", [Joint("j3", "R1")]),
+            Body("d", None, "q-r", [Joint("j4", "R1")]),
+        ],
+        cuts=[Connection("ball", "cut", ("b", "p q"), (None, "q-r"))],
+        user_constraints=[UserConstraint("u", ("j-1", "j2"))],
+    )
+    mbs.base.points.append(Point("q-r"))
+    rename(mbs)
+    assert [[point.name for point in body.points] for body in mbs.bodies[:2]] == [
+        ["p_q", "origin_point"],
+        ["p_q_point", "p_q"],
+    ]
+    assert [body.point for body in mbs.bodies] == [None, "p_q", "origin_point", "q_r"]
+    assert mbs.cuts[0].endpoint1 == ("b", "p_q_point")
+    assert mbs.cuts[0].endpoint2 == (None, "q_r")
+    assert mbs.user_constraints[0].joints == ("j_1", "j2")
+
+
+def test_what_is_good_already_stays_as_it_is() -> None:
+    mbs = everything()
+    rename(mbs)
+    assert mbs == everything()
+
+
+@given(models())
+def test_a_renamed_model_can_be_read_and_is_renamed_no_further(mbs: Mbs) -> None:
+    rename(mbs)
+    again = deepcopy(mbs)
+    rename(again)
+    assert again == mbs
+    assert read(write(mbs), "m.mbs") == mbs

@@ -1,0 +1,295 @@
+"""Reading: what is written comes back, what is unknown is kept, what is wrong is one error."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import given
+from lxml import etree
+from mbs.models import everything, models
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
+from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.mbs.writer import write
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+@pytest.fixture(params=["minimal.mbs", "walkman_robotran.mbs"])
+def sample(request: pytest.FixtureRequest, shared: Path) -> bytes:
+    return (shared / "mbs-samples" / request.param).read_bytes()
+
+
+def seen(data: bytes) -> object:
+    """What Robotran sees of a file: no white space, comments or spelling of numbers, and
+    nothing where a missing element means the same as a zero."""
+
+    def canonical(element: etree._Element) -> object:
+        text = (element.text or "").strip()
+        with contextlib.suppress(ValueError):
+            text = repr(float(text) + 0.0)
+        children = [canonical(child) for child in element if isinstance(child.tag, str)]
+        if element.tag == "inertia":
+            children = [child for child in children if child[1] != "0.0"]  # type: ignore[index]
+        return (element.tag, text, sorted(element.items()), children)
+
+    return canonical(etree.fromstring(data, etree.XMLParser(remove_comments=True)))
+
+
+def test_everything_comes_back() -> None:
+    assert read(write(everything()), "m.mbs") == everything()
+
+
+@given(models())
+def test_any_model_comes_back(mbs: Mbs) -> None:
+    assert read(write(mbs), "m.mbs") == mbs
+
+
+def test_writing_a_real_file_again_changes_nothing_that_robotran_sees(sample: bytes) -> None:
+    again = write(read(sample, "sample.mbs"))
+    assert seen(again) == seen(sample)
+    assert write(read(again, "again.mbs")) == again
+
+
+def test_a_real_file(shared: Path) -> None:
+    file = shared / "mbs-samples/walkman_robotran.mbs"
+    mbs = read(file.read_bytes(), str(file))
+    assert (mbs.name, mbs.version) == ("walkman_robotran", "0.0.beta")
+    assert (mbs.base.name, mbs.base.gravity) == ("Body_0", (0.0, 0.0, -9.81))
+    assert len(mbs.bodies) == 35
+    assert len(mbs.numbers()) == 55
+    assert sum(body.mass or 0.0 for body in mbs.bodies) == pytest.approx(117.75424753)
+    waist = mbs.bodies[0]
+    assert [joint.type for joint in waist.joints] == ["T1", "T2", "T3", "R1", "R2", "R3"]
+    assert waist.joints[2].q == 1.011324
+    assert waist.com == (-3.2862932e-5, -5.0930727e-7, -1.2899617e-6)
+    assert (waist.parent, waist.point) == (None, None)
+    sensor = waist.points[-1].sensor
+    assert sensor is not None
+    assert sensor.measures == ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
+    assert sum(body.joints[0].symbols == ("q",) for body in mbs.bodies) > 0
+    [model] = mbs.user_models
+    assert (model.name, len(model.parameters[0].values)) == ("Actuator", 93)
+    assert len(mbs.user_variables) == 14
+    assert mbs.view is not None
+    assert len(mbs.view.lights) == 2
+    assert mbs.extra == []
+    assert mbs.inner == {}
+
+
+TINY = b"""<?xml version='1.0'?>
+<mbsDescR7>
+ <base>
+  <gravity><!-- g --><coordinates><x>0</x><y>0.</y><z>-9.81E0</z></coordinates></gravity>
+  <baseBodyName>ground</baseBodyName>
+  <point><pointname>rail</pointname></point>
+ </base>
+ <bodytree>
+  <body>
+   <bodyname> a </bodyname>
+   <parent><bodyname>base</bodyname><pointname>rail</pointname></parent>
+   <joint><jointname>j</jointname><type>R1</type><nature>driven</nature></joint>
+   <mass> +.5e1 </mass>
+   <point><pointname>p</pointname><coordinates><x>1</x><y>2</y><z>3</z></coordinates></point>
+  </body>
+  <body>
+   <bodyname>b</bodyname>
+   <parent><bodyname>a</bodyname><pointname>p</pointname></parent>
+   <joint><jointname>k</jointname><type>T2</type><nature>independent</nature></joint>
+  </body>
+ </bodytree>
+</mbsDescR7>
+"""
+
+
+def edited(*changes: tuple[str, str]) -> bytes:
+    text = TINY.decode()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text.encode()
+
+
+def test_a_file_by_hand() -> None:
+    mbs = read(TINY, "tiny.mbs")
+    assert (mbs.name, mbs.version, mbs.view) == ("", "", None)
+    assert mbs.base.gravity == (0.0, 0.0, -9.81)
+    assert mbs.bodies == [
+        Body("a", None, "rail", [Joint("j", "R1", "driven")], 5.0,
+             points=[Point("p", (1.0, 2.0, 3.0))]),
+        Body("b", "a", "p", [Joint("k", "T2")]),
+    ]  # fmt: skip
+
+
+def test_unknown_elements_and_attributes_are_kept_where_they_stood() -> None:
+    data = edited(
+        ("<gravity>", '<mine a="1"><b>x</b></mine><gravity unit="m/s2">'),
+        (
+            "</nature>",
+            "</nature><tag/><graphics><x3D><x3D_joint><s>1</s></x3D_joint></x3D></graphics>",
+        ),
+        ("<bodytree>", '<bodytree note="n"><new q="2"/>'),
+        ("</bodytree>", "</bodytree><other>y</other><cuts><spot/></cuts>"),
+    )
+    mbs = read(data, "m.mbs")
+    assert mbs.extra == ["<other>y</other>"]
+    assert mbs.inner == {
+        "bodytree": ['<new q="2"/>'], "bodytree/@note": ["n"], "cuts": ["<spot/>"],
+    }  # fmt: skip
+    assert mbs.base.extra == ['<mine a="1"><b>x</b></mine>']
+    assert mbs.base.inner == {"gravity/@unit": ["m/s2"]}
+    joint = mbs.bodies[0].joints[0]
+    assert joint.extra == ["<tag/>"]
+    assert joint.inner == {"graphics/x3D/x3D_joint": ["<s>1</s>"]}
+    assert read(write(mbs), "m.mbs") == mbs
+    for element in etree.fromstring(data).iter("mine", "tag", "s", "new", "other", "spot"):
+        raw = etree.tostring(element, with_tail=False)
+        assert raw in write(mbs)
+
+
+def test_unknown_elements_in_one_of_several_alike() -> None:
+    data = write(everything()).replace(b"<type>lut1D</type>", b"<type>lut1D</type><unit/>")
+    data = data.replace(b"<name>sun</name>", b"<name>sun</name><far>1</far>")
+    mbs = read(data, "m.mbs")
+    assert mbs.inner == {"user_models/user_model/parameter[2]": ["<unit/>"]}
+    assert mbs.view is not None
+    assert mbs.view.inner == {"lights/directionalLight[1]": ["<far>1</far>"]}
+    assert read(write(mbs), "m.mbs") == mbs
+
+
+@pytest.mark.parametrize(
+    ("data", "code", "line", "words"),
+    [
+        (b"", "not-xml", 1, ""),
+        (b"<mbsDescR7>\n<base>", "not-xml", 2, ""),
+        (b"MBsysPad", "not-xml", 1, ""),
+        (b"<robot/>", "not-mbs", 1, "<robot>"),
+        (b"<mbsDescR7><bodytree/></mbsDescR7>", "mbs-incomplete", 1, "<base>"),
+        (b"<mbsDescR7>\n<base/></mbsDescR7>", "mbs-incomplete", 1, "<bodytree>"),
+        (b"<mbsDescR7>\n<base/>\n<bodytree/></mbsDescR7>", "mbs-incomplete", 2, "gravity"),
+        (b'<!DOCTYPE a [<!ENTITY x "y">]><mbsDescR7/>', "xml-entity", 1, ""),
+    ],
+)
+def test_files_that_are_no_mbs(data: bytes, code: str, line: int, words: str) -> None:
+    fails(data, code, line, words)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "line", "words"),
+    [
+        ("<bodyname> a </bodyname>", "", "name-missing", 9, "body"),
+        ("<jointname>j</jointname>", "<jointname/>", "name-missing", 12, "joint"),
+        ("<jointname>k</jointname>", "<jointname>j</jointname>", "name-doubled", 19, "'j'"),
+        ("<jointname>k</jointname>", "<jointname>a</jointname>", "name-doubled", 19, "body"),
+        ("<bodyname>b<", "<bodyname>j<", "name-doubled", 16, "joint"),
+        ("<bodyname>b<", "<bodyname>ground<", "name-doubled", 16, "base"),
+        ("<bodyname>b<", "<bodyname>base<", "name-doubled", 16, "ground"),
+        ("<pointname>p</pointname><", "<pointname>origin</pointname><", "name-doubled", 14, ""),
+        ("</point>\n  </body>", "</point><point><pointname>p</pointname></point>\n  </body>",
+         "name-doubled", 14, "'p'"),
+        ("<bodyname>a</", "<bodyname>aa</", "parent-unknown", 18, "'aa'"),
+        ("<bodyname>a</", "<bodyname>b</", "parent-order", 18, "'b'"),
+        ("<bodyname>base</", "<bodyname>b</", "parent-order", 11, "'b'"),
+        ("<parent><bodyname>a</bodyname><pointname>p</pointname></parent>", "", "parent-missing",
+         16, "'b'"),
+        ("<pointname>p</pointname></parent>", "<pointname>q</pointname></parent>",
+         "point-unknown", 18, "body 'a'"),
+        ("<pointname>rail</pointname></parent>", "<pointname>p</pointname></parent>",
+         "point-unknown", 11, "the base"),
+        ("<joint><jointname>k</jointname><type>T2</type><nature>independent</nature></joint>", "",
+         "body-without-joint", 16, "'b'"),
+        ("<type>T2</type>", "<type>T4</type>", "joint-type-unknown", 19, "'T4'"),
+        ("<type>T2</type>", "", "joint-type-unknown", 19, "'k'"),
+        (">driven<", ">forced driven<", "joint-nature-unknown", 12, "'forced driven'"),
+        (">driven<", "><", "joint-nature-unknown", 12, "'j'"),
+        (" +.5e1 ", "", "number-invalid", 13, "<mass>"),
+        (" +.5e1 ", "nan", "number-invalid", 13, "'nan'"),
+        (" +.5e1 ", "1_0", "number-invalid", 13, "'1_0'"),
+        (" +.5e1 ", "0x10", "number-invalid", 13, "'0x10'"),
+        (" +.5e1 ", "1,5", "number-invalid", 13, "'1,5'"),
+        (" +.5e1 ", "٣", "number-invalid", 13, ""),
+        ("<y>2</y>", "", "number-missing", 14, "<y>"),
+        ("<y>2</y>", "<y>2</y><y>2</y>", "doubled-element", 14, "<y>"),
+        ("</mass>", "</mass><mass>1</mass>", "doubled-element", 13, "<mass>"),
+        ("</mass>", "</mass><com/>", "mbs-incomplete", 13, "<com>"),
+        ("</coordinates></point>", "</coordinates><sensor/></point>", "name-missing", 14, ""),
+        ("</coordinates></point>", '</coordinates><sensor name="j"/></point>', "name-doubled",
+         14, "sensor"),
+        ("</coordinates></point>", '</coordinates><extforce name="s" Pos="1"/></point>',
+         "value-unknown", 14, "Pos"),
+    ],
+)  # fmt: skip
+def test_faults(old: str, new: str, code: str, line: int, words: str) -> None:
+    fails(edited((old, new)), code, line, words)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "code", "words"),
+    [
+        ("<name>a_ball</name>", "", "name-missing", "ball"),
+        ("<endpoint1>", "<endpoint0>", "mbs-incomplete", "<endpoint1>"),
+        ("<pointname>tip</pointname>\n      </end", "<pointname>tap</pointname>\n      </end",
+         "point-unknown", "'tap'"),
+        ("<jointname>kick</jointname>\n      </joints>", "<jointname>kic</jointname></joints>",
+         "joint-unknown", "'kic'"),
+        ('R="4"', 'R="256"', "number-invalid", "'256'"),
+        ('R="4"', 'R="0.5"', "number-invalid", "'0.5'"),
+        ('R="4"', "", "number-invalid", "''"),
+    ],
+)  # fmt: skip
+def test_faults_outside_the_body_tree(old: str, new: str, code: str, words: str) -> None:
+    text = write(everything()).decode()
+    assert old in text
+    text = text.replace(old, new, 1).replace("</endpoint1>", "</endpoint0>", "endpoint0" in new)
+    fails(text.encode(), code, None, words)
+
+
+def test_an_unknown_name_comes_with_the_nearest_known() -> None:
+    error = fails(edited(("<pointname>p</pointname></pa", "<pointname>pp</pointname></pa")),
+                  "point-unknown", 18, "")  # fmt: skip
+    assert error.hint == "did you mean 'p'?"
+
+
+def test_entities_are_not_expanded() -> None:
+    bomb = b'<!DOCTYPE m [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><mbsDescR7>&b;</mbsDescR7>'
+    fails(bomb, "xml-entity", 1, "entities")
+    outside = b'<!DOCTYPE m [<!ENTITY a SYSTEM "file:///etc/passwd">]><mbsDescR7>&a;</mbsDescR7>'
+    fails(outside, "xml-entity", 1, "entities")
+
+
+def test_ten_thousand_bodies_in_a_row() -> None:
+    bodies = [Body("b0", joints=[Joint("j0", "R1")])]
+    bodies += [Body(f"b{k}", f"b{k - 1}", None, [Joint(f"j{k}", "R1")]) for k in range(1, 10_000)]
+    mbs = Mbs("m", bodies=bodies)
+    assert read(write(mbs), "m.mbs") == mbs
+
+
+def test_the_real_files_are_valid(sample: bytes) -> None:
+    assert validate(sample, "sample.mbs") == []
+
+
+def test_validate_says_what_and_where() -> None:
+    lines = write(everything()).splitlines(keepends=True)
+    line = next(k for k, text in enumerate(lines, start=1) if b"<mass>" in text)
+    lines[line - 1] = b"<mass>5 kg</mass>\n"
+    found = validate(b"".join(lines), "m.mbs")
+    assert {(each.file, each.line, each.code) for each in found} == {("m.mbs", line, "mbs-schema")}
+    assert "mass" in "".join(each.message for each in found)
+    assert str(found[0]).startswith(f"m.mbs:{line}: warning[mbs-schema]: ")
+    with pytest.raises(ConversionError, match="not XML"):
+        validate(b"<", "m.mbs")
+
+
+def fails(data: bytes, code: str, line: int | None, words: str) -> ConversionError:
+    with pytest.raises(ConversionError) as caught:
+        read(data, "m.mbs")
+    error = caught.value
+    assert (error.code, error.file) == (code, "m.mbs")
+    assert error.line is not None
+    assert line is None or error.line == line
+    assert words in error.message
+    return error
