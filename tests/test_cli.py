@@ -158,7 +158,7 @@ def test_new_pass(robot: Path, capsys: Any) -> None:
     ]
     (robot / "tiny.yaml").write_text("\n".join(["source: tiny.urdf", *lines[:4]]))
     assert main(["run", "-v", "tiny.yaml"]) == 0
-    assert "note[heavy-link]: link 'body' has 2.0 kg" in capsys.readouterr().err
+    assert "note[heavy-link]: link 'body' has 2 kg" in capsys.readouterr().err
     assert main(["explain", "tiny.yaml"]) == 0
     assert f"from     count_links ({robot}/count_links.py)" in capsys.readouterr().out
     done = subprocess.run(

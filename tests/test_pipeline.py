@@ -47,7 +47,8 @@ def make(name: str, needs: str = "", gives: str = "") -> Pass:
         ),
         (
             [make("a", needs="x"), make("b", gives="x")],
-            "wrong-order", "pass 'a' needs 'x', which 'b' gives only later", "put 'b' before 'a'",
+            "wrong-order", "pass 'a' needs 'x', which 'b' gives only later",
+            "put it after: 'after: {b: a}'",
         ),
         (
             [make("a", needs="x", gives="x")],
@@ -314,3 +315,18 @@ def test_all_files_or_none(tmp_path: Path) -> None:
     assert not list(tmp_path.rglob("*.part"))
     write_files({tmp_path / "new" / "a.mbs": b"1"})
     assert (tmp_path / "new" / "a.mbs").read_bytes() == b"1"
+
+
+def test_a_wrong_order_by_after_names_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "late.py"
+    file.write_text(
+        "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+        "@hookimpl\ndef urdf2mbs_passes():\n"
+        "    return [Pass('late', lambda c, o: None, needs=('joints',))]\n"
+    )
+    with pytest.raises(ConfigError) as caught:
+        pipeline_of(tmp_path, "plugins: late.py\nafter: {expand: late}\n")
+    assert (caught.value.code, caught.value.line) == ("wrong-order", 3)
+    assert "after: {decompose-joints: late}" in (caught.value.hint or "")
+    idle = pipeline_of(tmp_path, "plugins: late.py\n").run().diagnostics[0]
+    assert "after: {decompose-joints: late}" in (idle.hint or "")

@@ -459,15 +459,17 @@ def _schema(arguments: argparse.Namespace) -> int:
 
 
 def _origin(found: Found) -> str:
+    of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
     version = f" {found.version}" if found.version else ""
-    return f"{found.plugin}{version} ({found.file})"
+    return f"{found.plugin}{of}{version} ({found.file})"
 
 
 def _described(found: Found) -> dict[str, Any]:
     pass_ = found.pass_
     return {
         "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,
-        "version": found.version, "file": found.file, "needs": pass_.needs, "gives": pass_.gives,
+        "package": found.package, "version": found.version, "file": found.file,
+        "needs": pass_.needs, "gives": pass_.gives,
     }  # fmt: skip
 
 

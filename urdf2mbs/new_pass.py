@@ -29,7 +29,7 @@ def run(conversion, options):
     for link in conversion.robot.links.values():
         mass = link.inertial.mass if link.inertial else 0.0
         if mass > options.heavier_than:
-            conversion.note("heavy-link", f"link '{link.name}' has {mass} kg", link=link.name)
+            conversion.note("heavy-link", f"link '{link.name}' has {mass:g} kg", link=link.name)
 
 
 @hookimpl

@@ -27,6 +27,8 @@ class Bound(msgspec.Struct):
     options: Any
     swapped: bool = False
     """Whether it stands in for the built-in pass of its name."""
+    at: Key = ()
+    """Where in the config it is named."""
 
 
 class Pipeline:
@@ -44,7 +46,9 @@ class Pipeline:
         self._files = files
         self.plugins = Plugins(files, installed=installed_plugins)
         self.passes = _resolve(config, lines, self.plugins)
-        check_order([bound.found.pass_ for bound in self.passes])
+        check_order(
+            [bound.found.pass_ for bound in self.passes], lines, [one.at for one in self.passes]
+        )
 
     def run(self, *, stop_after: str | None = None) -> Conversion:
         """Run the passes; raises ConversionError. Nothing is written to disk."""
@@ -60,7 +64,7 @@ class Pipeline:
                 "plugin-idle",
                 f"plugin '{plugin}' does nothing: none of its passes is in the pipeline "
                 f"({', '.join(brought)})",
-                hint=f"put one in, for instance 'after: {{expand: {brought[0]}}}'",
+                hint=f"put one in, such as 'after: {{{self._place(brought[0])}: {brought[0]}}}'",
             )
         ran: list[Found] = []
         for bound in self.passes:
@@ -94,6 +98,12 @@ class Pipeline:
             if file.stem not in used and self.plugins.only_passes(file.stem)
         ]
 
+    def _place(self, name: str) -> str:
+        """After which pass of the pipeline all that a pass needs is given."""
+        needs = set(self.plugins.passes[name][0].pass_.needs)
+        givers = [b.found.pass_.name for b in self.passes if needs & set(b.found.pass_.gives)]
+        return (givers or [self.passes[0].found.pass_.name])[-1]
+
     def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
         """Call a hook of all plugins."""
         try:
@@ -107,34 +117,41 @@ class Pipeline:
             raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
 
 
-def check_order(passes: Sequence[Pass]) -> None:
-    """Every need must be given by an earlier pass, and nothing by two; raises ConfigError."""
+def check_order(
+    passes: Sequence[Pass], lines: Lines | None = None, keys: Sequence[Key] | None = None
+) -> None:
+    """Every need must be given by an earlier pass, and nothing by two; raises ConfigError.
+
+    ``keys`` say where in the config each pass is named.
+    """
+    lines = lines or Lines()
+    keys = keys or [()] * len(passes)
     givers: dict[str, str] = {}
-    for pass_ in passes:
+    for pass_, at in zip(passes, keys, strict=True):
         for token in pass_.gives:
             if token in givers:
-                raise ConfigError(
+                raise lines.error(
                     "given-twice",
                     f"passes '{givers[token]}' and '{pass_.name}' both give '{token}'",
-                    hint="leave one of them out of 'pipeline'",
-                )
+                    at, "leave one of them out of the pipeline",
+                )  # fmt: skip
             givers[token] = pass_.name
     given: set[str] = set()
-    for pass_ in passes:
+    for pass_, at in zip(passes, keys, strict=True):
         for token in pass_.needs:
             if token not in givers:
-                raise ConfigError(
+                raise lines.error(
                     "need-not-given",
                     f"pass '{pass_.name}' needs '{token}', which no pass of this pipeline gives",
-                    hint="'urdf2mbs passes' lists what each pass gives; add one to 'pipeline'",
-                )
+                    at, "'urdf2mbs passes' lists what each pass gives; put one that does before it",
+                )  # fmt: skip
             giver = givers[token]
             if token not in given:
-                raise ConfigError(
+                raise lines.error(
                     "wrong-order",
                     f"pass '{pass_.name}' needs '{token}', which '{giver}' gives only later",
-                    hint=f"put '{giver}' before '{pass_.name}' in 'pipeline'",
-                )
+                    at, f"put it after: 'after: {{{giver}: {pass_.name}}}', or so in 'pipeline'",
+                )  # fmt: skip
         given.update(pass_.gives)
 
 
@@ -208,7 +225,7 @@ def _resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Bound]:
         found = _chosen(name, known[name], config.swap.get(name), lines)
         given = {**options.get(name, {}), **config.passes.get(name, {})}
         filled = typed(found.pass_.options, given, lines, ("passes", name))
-        bound.append(Bound(found, filled, swapped=name in config.swap))
+        bound.append(Bound(found, filled, name in config.swap, at))
     return bound
 
 

@@ -33,6 +33,8 @@ class Found(msgspec.Struct, frozen=True):
 
     pass_: Pass
     plugin: str
+    package: str
+    """What it is installed from; empty for a file."""
     version: str
     file: str
 
@@ -43,9 +45,9 @@ class Plugins:
     def __init__(self, files: Iterable[Path] = (), *, installed: bool = True) -> None:
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
-        self._versions: dict[str, str] = {}
+        self._packages: dict[str, tuple[str, str]] = {}
         self._files: dict[str, str] = {}
-        self._register(passes, GROUP, _version(GROUP), passes.__file__ or "")
+        self._register(passes, GROUP, (GROUP, _version(GROUP)), passes.__file__ or "")
         if installed:
             for entry in metadata.entry_points(group=GROUP):
                 self._load_installed(entry)
@@ -95,7 +97,8 @@ class Plugins:
                 f"{_said(error)}",
                 hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
             ) from error
-        self._register(plugin, entry.name, version, getattr(plugin, "__file__", None) or package)
+        file = getattr(plugin, "__file__", None) or package
+        self._register(plugin, entry.name, (package, version), file)
 
     def _load_file(self, file: Path) -> None:
         if not file.is_file():
@@ -118,9 +121,9 @@ class Plugins:
                 "plugin-broken", f"plugin '{file}' cannot be loaded: {_said(error)}",
                 file=str(file), line=_line_in(file, error), hint=hint,
             ) from error  # fmt: skip
-        self._register(module, file.stem, "", str(file))
+        self._register(module, file.stem, ("", ""), str(file))
 
-    def _register(self, plugin: Any, name: str, version: str, file: str) -> None:
+    def _register(self, plugin: Any, name: str, package: tuple[str, str], file: str) -> None:
         if name in self._files:
             raise ConfigError(
                 "plugin-doubled",
@@ -142,7 +145,7 @@ class Plugins:
                 hint="put '@hookimpl' above 'def urdf2mbs_passes():' "
                 "(from urdf2mbs.hookspecs import hookimpl)",
             )
-        self._versions[name] = version
+        self._packages[name] = package
         self._files[name] = file
 
     def _collect(self, impl: pluggy.HookImpl) -> None:
@@ -169,7 +172,8 @@ class Plugins:
             offered = self.passes.setdefault(pass_.name, [])
             if any(other.plugin == name for other in offered):
                 raise _broken(name, file, f"it brings two passes '{pass_.name}'", "rename one")
-            offered.append(Found(pass_, name, self._versions[name], _source(pass_, name, file)))
+            source = _source(pass_, name, file)
+            offered.append(Found(pass_, name, *self._packages[name], source))
 
 
 def _broken(plugin: str, file: str, what: str, hint: str) -> ConfigError:

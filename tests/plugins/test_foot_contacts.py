@@ -148,7 +148,7 @@ def test_the_biped_from_the_command_line(tmp_path: Path, capsys: Any) -> None:
 def test_explain_says_which_package(tmp_path: Path, capsys: Any) -> None:
     assert main(["passes"]) == 0
     out = capsys.readouterr().out
-    assert "foot-contacts 0.1.0 (" in out
+    assert "foot-contacts of urdf2mbs-foot-contacts 0.1.0 (" in out
     assert "urdf2mbs_foot_contacts.py)" in out
 
 
