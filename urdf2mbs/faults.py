@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType, TracebackType
+
+import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import ConversionError
@@ -44,18 +47,23 @@ def hook_failed(
     )  # fmt: skip
 
 
-def tree_broken(found: Found, robot: Robot) -> ConversionError | None:
-    """The error for a plugin's pass that leaves a robot which is no tree of links and joints."""
-    fault = _tree_fault(robot)
+def check_left(found: Found, conversion: Conversion, known: bool) -> None:
+    """Raise ConversionError if a plugin's pass left something that later passes, or the program,
+    would stumble over, or lose in silence; ``known``: there was a robot before."""
+    robot = conversion.robot
+    code, fault = "plugin-robot-broken", None
+    if known or robot.links:
+        fault = _tree_fault(robot)
     if fault is None:
-        return None
-    return ConversionError(
-        "plugin-robot-broken",
-        f"pass '{found.pass_.name}' of plugin '{found.plugin}' leaves robot '{robot.name}' "
-        f"broken: {fault[0]}",
-        file=found.file,
-        hint=fault[1],
-    )
+        code, fault = "plugin-output-broken", _output_fault(conversion)
+    if fault is not None:
+        raise ConversionError(
+            code,
+            f"pass '{found.pass_.name}' of plugin '{found.plugin}' leaves robot '{robot.name}' "
+            f"broken: {fault[0]}",
+            file=found.file,
+            hint=fault[1],
+        )
 
 
 def _failed(
@@ -64,7 +72,7 @@ def _failed(
     where, line, at = _at_hand(error.__traceback__, file)
     text = " ".join(str(error).split())
     said = type(error).__name__ + (f": {text}" if text else "")
-    robot = conversion.robot.name or conversion.settings.source.name
+    robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
     return ConversionError(
         code, f"{who} failed on robot '{robot}'{at}: {said}", file=where, line=line, hint=hint
     )
@@ -88,14 +96,17 @@ def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None, str]
         return frame.f_code.co_filename, line, ""
     frame, line = found[-1]
     # a helper may have been given a number only: its callers in the file know of which link
-    at = next((text for one, _ in reversed(found) if (text := _elements(one))), "")
+    at = next((text for one, where in reversed(found) if (text := _elements(one, where))), "")
     return frame.f_code.co_filename, line, at
 
 
-def _elements(frame: FrameType) -> str:
+def _elements(frame: FrameType, line: int) -> str:
     """ " at link 'a', joint 'b'": of each kind, what the last local variable of it holds."""
     named: dict[str, str] = {}
-    for value in frame.f_locals.values():
+    stale = _stale(frame.f_code.co_filename, line)
+    for variable, value in frame.f_locals.items():
+        if variable in stale:
+            continue
         if isinstance(value, Link):
             named["link"] = value.name
         elif isinstance(value, Joint):
@@ -112,6 +123,38 @@ def _elements(frame: FrameType) -> str:
         f"{' at' if index == 0 else ','} {kind} '{name}'"
         for index, (kind, name) in enumerate(named.items())
     )
+
+
+def _stale(file: str, line: int) -> set[str]:
+    """The variables of loops that are over at a line of a function."""
+    try:
+        function: ast.AST = ast.parse(Path(file).read_text("utf-8"))
+    except (OSError, SyntaxError, ValueError):
+        return set()
+    for node in ast.walk(function):  # outer functions come before inner ones
+        if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0):
+            function = node
+    running: set[str] = set()
+    over: set[str] = set()
+    for node in ast.walk(function):
+        if isinstance(node, ast.For):
+            names = {n.id for n in ast.walk(node.target) if isinstance(n, ast.Name)}
+            (running if node.lineno <= line <= (node.end_lineno or 0) else over).update(names)
+    return over - running
+
+
+def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
+    for path, data in conversion.files.items():
+        if not isinstance(path, Path) or not isinstance(data, bytes):
+            return (
+                f"conversion.files has {path!r}: {type(data).__name__}",
+                "it maps a pathlib.Path to bytes: conversion.files[path] = text.encode()",
+            )
+    try:
+        msgspec.json.encode(conversion.report)
+    except Exception as error:
+        return f"conversion.report cannot be JSON: {error}", "give it plain data"
+    return None
 
 
 def _tree_fault(robot: Robot) -> tuple[str, str] | None:

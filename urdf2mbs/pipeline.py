@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.config import Config, Key, Lines, Project, preset, presets, typed
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Settings
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
-from urdf2mbs.faults import hook_failed, pass_failed, tree_broken
+from urdf2mbs.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.plugins import FAILURES, GROUP, Found, Plugins
@@ -71,18 +71,17 @@ class Pipeline:
             found = bound.found
             pass_ = found.pass_
             self._call("urdf2mbs_before_pass", pass_, conversion)
+            known = bool(conversion.robot.links)
             start = perf_counter()
             try:
                 pass_.run(conversion, bound.options)
+                seconds = perf_counter() - start
+                if found.plugin != GROUP:
+                    check_left(found, conversion, known)
             except ConversionError:
                 raise
             except FAILURES as error:
                 raise pass_failed(found, conversion, error, ran) from error
-            seconds = perf_counter() - start
-            if found.plugin != GROUP and conversion.robot.links:
-                broken = tree_broken(found, conversion.robot)
-                if broken:
-                    raise broken
             ran.append(found)
             self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
             if pass_.name == stop_after:

@@ -220,6 +220,20 @@ BREAKS = {
 }
 
 
+def test_a_pass_that_leaves_no_robot_at_all(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    for line, code in (
+        ("conversion.robot.links.clear(); conversion.robot.joints.clear()", "plugin-robot-broken"),
+        ("conversion.robot = None", "plugin-failed"),
+        ("conversion.robot.links['arm'] = None", "plugin-failed"),
+    ):
+        file.write_text(HOOKS + f"def run(conversion, options): {line}\n"
+                        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+        with pytest.raises(ConversionError, match="pass 'a' of plugin 'mine'") as caught:
+            run_pass("a", file)
+        assert caught.value.code == code
+
+
 @pytest.mark.parametrize("line", BREAKS)
 def test_a_pass_that_leaves_no_tree_is_told_at_once(line: str, tmp_path: Path) -> None:
     """Else the next pass would stumble over it, or drop half of the robot in silence."""
@@ -260,3 +274,33 @@ def test_an_idle_plugin_is_told(tmp_path: Path) -> None:
     file.write_text(PASS + "[Pass('a', run)]\n@hookimpl\ndef urdf2mbs_before_pass(): pass\n")
     codes = [d.code for d in convert_text(plugins=[file]).diagnostics]
     assert "plugin-idle" not in codes
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("conversion.files['a'] = b''", "conversion.files has 'a': bytes"),
+        ("conversion.files[conversion.settings.output] = ''", "Path.*: str"),
+        ("conversion.report['a'] = object()", "conversion.report cannot be JSON"),
+    ],
+)
+def test_outputs_that_could_not_be_written(line: str, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(HOOKS + f"def run(conversion, options): {line}\n"
+                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+    with pytest.raises(ConversionError, match=said) as caught:
+        run_pass("a", file)
+    assert caught.value.code == "plugin-output-broken"
+
+
+def test_variables_of_a_loop_that_is_over_are_not_at_hand(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(HOOKS + "def run(conversion, options):\n"
+                    "  for link in conversion.robot.links.values(): pass\n"
+                    "  for joint in conversion.robot.joints.values():\n"
+                    "    1 / 0\n"
+                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+    with pytest.raises(ConversionError) as caught:
+        run_pass("a", file)
+    assert "at joint 'shoulder': " in caught.value.message
+    assert "link" not in caught.value.message
