@@ -18,7 +18,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.dump import Dump
 from urdf2mbs.hookspecs import Pass, hookimpl
-from urdf2mbs.pipeline import Bound, Pipeline, make_project, report, write_files
+from urdf2mbs.pipeline import Bound, Pipeline, report, write, write_files
 from urdf2mbs.plugins import GROUP, Found, Plugins
 from urdf2mbs.verdict import verify
 
@@ -241,9 +241,7 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
         if arguments.dump is not None:
             pipeline.plugins.watch(Dump(arguments.dump))
         conversion = pipeline.run(stop_after=arguments.stop_after)
-    write_files(conversion.files)
-    if conversion.settings.project is not None:
-        make_project(conversion.settings.project)
+    write(conversion)
     found = report(conversion)
     if arguments.json:
         _print_json(found)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -396,10 +397,38 @@ def report(conversion: Conversion) -> dict[str, Any]:
     }
 
 
-def make_project(folder: Path) -> None:
-    """The folders that Robotran expects in a project beside ours; what is there stays."""
-    for name in ("animationR", "dataR", "symbolicR", "userfctR", "workR"):
-        (folder / name).mkdir(parents=True, exist_ok=True)
+#: In a project folder, what we wrote there, in the form of ``sha256sum``.
+RECORD = ".urdf2mbs"
+
+
+def write(conversion: Conversion) -> None:
+    """Write what a conversion made, and for a project the folders that Robotran expects.
+
+    An .mbs in a project that was edited since (in MBSysPad, say) is not ours any more and is
+    never overwritten: that is a ConfigError.
+    """
+    settings = conversion.settings
+    files = dict(conversion.files)
+    if settings.project is not None and settings.output in files:
+        record = settings.project / RECORD
+        line = _checksum(settings.project, settings.output, files[settings.output])
+        if settings.output.exists():
+            there = _checksum(settings.project, settings.output, settings.output.read_bytes())
+            if there != line and not (record.exists() and record.read_text("utf-8") == there):
+                raise ConfigError(
+                    "output-not-ours",
+                    f"'{settings.output}' was not written by urdf2mbs, or was edited since",
+                    hint="move it away, or convert into another project",
+                )
+        files[record] = line.encode()
+    write_files(files)
+    if settings.project is not None:
+        for name in ("animationR", "dataR", "symbolicR", "userfctR", "workR"):
+            (settings.project / name).mkdir(exist_ok=True)
+
+
+def _checksum(folder: Path, file: Path, data: bytes) -> str:
+    return f"{sha256(data).hexdigest()}  {file.relative_to(folder).as_posix()}\n"
 
 
 def write_files(files: Mapping[Path, bytes]) -> None:

@@ -92,8 +92,7 @@ def _tell_mimic(conversion: Conversion) -> None:
         )
         conversion.warn(
             "mimic",
-            f"{len(mimics)} joints follow others, which .mbs cannot hold; they are independent "
-            f"joints in it: {rules}",
+            f"joints that follow others are independent in .mbs, which cannot hold this: {rules}",
             hint="to couple them, make them dependent and write these constraints in the "
             "project's user_cons_hJ",
         )

@@ -1,0 +1,71 @@
+"""The Robotran project folder: what is written, and what is never touched."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs.cli import main
+
+ROBOT = """<robot name="one">
+  <link name="body"><inertial><mass value="1"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+</robot>"""
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    (tmp_path / "one.urdf").write_text(ROBOT)
+    config = tmp_path / "one.yaml"
+    config.write_text("source: one.urdf\noutput: {project: robot}\n")
+    return config
+
+
+def test_a_project_has_the_folders_that_robotran_expects(config: Path) -> None:
+    assert main(["run", str(config)]) == 0
+    project = config.parent / "robot"
+    found = sorted(path.relative_to(project).as_posix() for path in project.rglob("*"))
+    assert found == [
+        ".urdf2mbs", "animationR", "dataR", "dataR/robot.mbs", "symbolicR", "userfctR", "workR",
+    ]  # fmt: skip
+    data = (project / "dataR" / "robot.mbs").read_bytes()
+    record = (project / ".urdf2mbs").read_text()
+    assert record == f"{sha256(data).hexdigest()}  dataR/robot.mbs\n"
+
+
+def test_what_is_there_stays(config: Path) -> None:
+    project = config.parent / "robot"
+    for name in ("userfctR/user_JointForces.c", "workR/notes.txt", "animationR/vrml/mine.wrl"):
+        (project / name).parent.mkdir(parents=True)
+        (project / name).write_text("mine")
+    assert main(["run", str(config)]) == 0
+    assert (project / "userfctR" / "user_JointForces.c").read_text() == "mine"
+    assert (project / "workR" / "notes.txt").read_text() == "mine"
+    assert (project / "animationR" / "vrml" / "mine.wrl").read_text() == "mine"
+
+
+def test_our_own_model_is_written_anew(config: Path) -> None:
+    assert main(["run", str(config)]) == 0
+    model = config.parent / "robot" / "dataR" / "robot.mbs"
+    before = model.read_bytes()
+    (config.parent / "one.urdf").write_text(ROBOT.replace('mass value="1"', 'mass value="2"'))
+    assert main(["run", str(config)]) == 0
+    assert b"<mass>2.0</mass>" in model.read_bytes()
+    assert b"<mass>1.0</mass>" in before
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_model_that_was_edited_is_never_overwritten(
+    config: Path, known: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = config.parent / "robot" / "dataR" / "robot.mbs"
+    if known:
+        assert main(["run", str(config)]) == 0
+        capsys.readouterr()
+    model.parent.mkdir(parents=True, exist_ok=True)
+    model.write_text("edited")
+    assert main(["run", str(config)]) == 2
+    assert model.read_text() == "edited"
+    assert "error[output-not-ours]" in capsys.readouterr().err
