@@ -461,7 +461,7 @@ function build() {
 // --- the two sides compared --------------------------------------------------------------------
 
 const frames = new Map(data.frames);
-let poses = null, differing = new Set(), largest = 0, compared = 0;
+let poses = null, differing = new Set(), largest = 0, farthest = 0, compared = 0;
 
 function apart(a, b) {
   let turn = 0, along = 0;
@@ -470,22 +470,23 @@ function apart(a, b) {
     if (k >= 12) along = Math.max(along, off);
     else turn = Math.max(turn, off);
   }
-  return Math.max(turn, along / size);
+  return [Math.max(turn, along / size), along];
 }
 
 function evaluate() {
   const mbs = mbsPoses(q), links = urdfPoses(q);
   poses = {mbs, links};
   differing = new Set();
-  largest = compared = 0;
+  largest = farthest = compared = 0;
   for (const [link, pose] of links) {
     const at = frames.get(link);
     if (!at) continue;
     const held = (at.joint === null ? mbs.bodies.get(at.body) : mbs.joints.get(at.joint))
       .clone().multiply(rowMajor(at.pose));
-    const off = apart(pose, held);
+    const [off, along] = apart(pose, held);
     compared++;
     largest = Math.max(largest, off);
+    farthest = Math.max(farthest, along);
     if (!(off <= 1e-6)) differing.add(link);
   }
 }
@@ -594,7 +595,7 @@ function show() {
   if (differing.size || wrong.length) {
     const names = [...differing].slice(0, 6).join(", ") + (differing.size > 6 ? ", ..." : "");
     const places = differing.size
-      ? `${differing.size} of ${compared} link frames are elsewhere (${names}), by up to ${largest.toExponential(1)}. ` : "";
+      ? `${differing.size} of ${compared} link frames are elsewhere or turned (${names}), by up to ${+farthest.toPrecision(3)} m. ` : "";
     const forms = ["in form or place", "in colour"].map((how) => {
       const which = [...new Set(wrong.filter((one) => one.differs === how).map((one) => one.about))];
       const shown = which.slice(0, 6).join(", ") + (which.length > 6 ? ", ..." : "");
@@ -602,7 +603,7 @@ function show() {
     });
     say("no", places + forms.join(""));
   } else {
-    say("yes", `URDF and .mbs agree here: ${compared} link frames${shapes}, apart by at most ${largest.toExponential(1)}`);
+    say("yes", `URDF and .mbs agree here: ${compared} link frames${shapes}, apart by at most ${farthest.toExponential(1)} m`);
   }
   needsRender = true;
 }
@@ -618,10 +619,7 @@ const bodyOfDrawn = (one) => one.side === "mbs" ? one.owner
   : frames.has(one.owner) ? frames.get(one.owner).body : undefined;
 
 setInterval(() => {
-  if (ready && drawn.some(differs)) {
-    blink = !blink;
-    show();
-  }
+  if (ready && drawn.some(differs)) window.urdf2mbs.blink();
 }, 600);
 
 const grid = new THREE.Group();
@@ -823,7 +821,11 @@ function makeSliders() {
       settle();
       point(joint);
     };
-    range.addEventListener("input", () => change(+range.value));
+    range.addEventListener("input", () => {
+      // at its ends a slider gives the limits but for their last digits
+      const end = [low, high].find((limit) => Math.abs(range.value - limit) < 1e-9 * (high - low));
+      change(end === undefined ? +range.value : end);
+    });
     box.addEventListener("change", () => change(+box.value / factor()));
     row.addEventListener("pointerenter", () => point(joint));
     row.addEventListener("pointerleave", () => point(null));
@@ -965,7 +967,12 @@ window.urdf2mbs = {
     shapesDiffering: drawn.filter((one) => one.differs)
       .map((one) => [one.side, one.about, one.differs])}),
   counts: () => ({mbs: drawn.filter((one) => one.side === "mbs").length,
-    urdf: drawn.filter((one) => one.side === "urdf").length, missing: [...new Set(missing)]}),
+    urdf: drawn.filter((one) => one.side === "urdf").length, lost: missing.length}),
+  limits: (name) => limits.get(name),
+  lit: (link) => drawn.filter((one) => one.group.visible && bodyOfDrawn(one) === frames.get(link).body)
+    .map((one) => one.side),
+  picture,
+  blink: () => { blink = !blink; show(); },
   bounds: (side, name) => {
     scene.updateMatrixWorld(true);
     const box = new THREE.Box3();
@@ -979,6 +986,11 @@ paper();
 tables();
 settle();
 for (const input of document.querySelectorAll(".view .bar input")) input.onchange = show;
+
+function picture() {
+  renderer.render(scene, camera);
+  return renderer.domElement.toDataURL();
+}
 
 async function open() {
   if (data.meshes.length) array = await unpack();
@@ -1005,10 +1017,7 @@ async function open() {
     view.append(renderer.domElement);
     steer(renderer.domElement);
     byId("fit").onclick = fit;
-    byId("picture").onclick = () => {
-      renderer.render(scene, camera);
-      save(renderer.domElement.toDataURL(), `${data.name}.png`);
-    };
+    byId("picture").onclick = () => save(picture(), `${data.name}.png`);
     camera.aspect = view.clientWidth / Math.max(view.clientHeight, 1);
     fit();
     frame();

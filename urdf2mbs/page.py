@@ -313,6 +313,8 @@ def _names(conversion: Conversion) -> str:
         why = conversion.frozen.get(name)
         if why is not None:
             became = f"left out, held at 0: {why}"
+        elif not became:
+            became = f"none: '{joint.child}' is rigid with the body that carries it"
         joints.append(("", [escape(name), joint.type, escape(became)]))
     return (
         "<h3>Links</h3>"

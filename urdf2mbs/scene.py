@@ -405,6 +405,9 @@ def _shape(node: Node, pose: NDArray[np.float64]) -> Part | None:
     points = points @ pose[:3, :3].T + pose[:3, 3]
     index = np.asarray(faces["coordIndex"]).astype(np.int64)
     corners, face = _triangulate(index)
+    named = index[corners]
+    if named.size and not 0 <= named.min() <= named.max() < len(points):
+        raise ValueError("a face names a point that is not there")
     colors = uv = None
     if faces.get("color"):
         palette = np.round(255 * np.asarray(faces["color"]["color"], float).reshape(-1, 3))
@@ -424,7 +427,7 @@ def _shape(node: Node, pose: NDArray[np.float64]) -> Part | None:
         texture=texture,
     )
     smooth = float(faces.get("creaseAngle", [0.0])[0]) > 0.0
-    return Part(points, index[corners], material, smooth, colors, uv)
+    return Part(points, named, material, smooth, colors, uv)
 
 
 def _triangulate(index: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -1,0 +1,408 @@
+"""The report in a real browser: Debian's Chromium, driven by Playwright.
+
+Wants the Python package ``playwright`` and a Chromium on the PATH; skips without.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from random import Random
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from conftest import SHARED
+from evaluator import Evaluator
+from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.page import make
+from urdf2mbs.testing import TINY
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
+
+CHROMIUM = (
+    shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+)
+#: Quiet, and with WebGL on a machine that has no graphics card.
+FLAGS = [
+    "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    if CHROMIUM is None:
+        pytest.skip("no Chromium: apt-get install chromium")
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="no Python package playwright: pip install playwright"
+    )
+    with playwright.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield started
+        started.close()
+
+
+@dataclass
+class Opened:
+    """A report in the browser."""
+
+    page: Page
+    conversion: Conversion
+    said: list[str] = field(default_factory=list)
+    """What the console said, errors, and every request that is not the page itself."""
+
+    def ask(self, expression: str, argument: Any = None) -> Any:
+        return self.page.evaluate(expression, argument)
+
+    def pose(self, side: str, name: str | None) -> Any:
+        """(4, 4): where the browser draws a body ("mbs") or a link ("urdf")."""
+        return np.array(self.ask("([s, n]) => urdf2mbs.seen(s, n)", [side, name]))
+
+    def slide(self, joint: str, value: float) -> None:
+        slider = self.page.locator(f'input[type=range][data-joint="{joint}"]')
+        slider.evaluate(
+            """(slider, value) => {
+              slider.value = value;
+              slider.dispatchEvent(new Event("input"));
+            }""",
+            value,
+        )
+
+    def position(self, joint: str) -> float:
+        return float(self.ask("(name) => urdf2mbs.position(name)", joint))
+
+
+Open = Callable[..., Opened]
+
+
+def open_report(
+    browser: Browser, folder: Path, conversion: Conversion, init: str | None = None
+) -> Opened:
+    """The report of a conversion in a new tab, ready; ``init`` is run before the page's own."""
+    file = folder / "report.html"
+    file.write_bytes(make(conversion).data)
+    page = browser.new_page(viewport={"width": 1100, "height": 760})
+    one = Opened(page, conversion)
+
+    def requested(url: str) -> None:
+        if url != file.as_uri() and not url.startswith(("data:", "blob:")):
+            one.said.append(f"request: {url}")
+
+    def said(kind: str, text: str) -> None:
+        if "GPU stall due to ReadPixels" not in text:  # what a screenshot costs in software
+            one.said.append(f"{kind}: {text}")
+
+    page.on("console", lambda message: said(message.type, message.text))
+    page.on("pageerror", lambda error: said("error", str(error)))
+    page.on("request", lambda request: requested(request.url))
+    if init:
+        page.add_init_script(init)
+    page.goto(file.as_uri())
+    page.evaluate("urdf2mbs.ready")
+    return one
+
+
+@pytest.fixture
+def opened(browser: Browser, tmp_path: Path) -> Iterator[Open]:
+    """Opens reports for one test."""
+    tabs: list[Opened] = []
+
+    def open_(conversion: Conversion, *, init: str | None = None) -> Opened:
+        tabs.append(open_report(browser, tmp_path, conversion, init))
+        return tabs[-1]
+
+    yield open_
+    for tab in tabs:
+        tab.page.close()
+
+
+@pytest.fixture(scope="module", params=SHOWN)
+def report(
+    request: pytest.FixtureRequest, browser: Browser, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Opened]:
+    """The report of each robot, one after the other."""
+    if request.param != "biped" and not SHARED.is_dir():
+        pytest.skip(f"the real robots are not here: {SHARED} does not exist")
+    folder = tmp_path_factory.mktemp(request.param)
+    tab = open_report(browser, folder, shown(request.param, folder))
+    yield tab
+    tab.page.close()
+
+
+def link_poses(conversion: Conversion, q: dict[str, float]) -> dict[str, Any]:
+    """(4, 4) of each URDF link's frame, as the .mbs file has it."""
+    evaluator = Evaluator(data(conversion))
+    poses = evaluator.positions(q)
+    out = {}
+    for link, at in conversion.frames.items():
+        here = np.eye(4)
+        here[:3, :3] = np.reshape(at.pose.rot, (3, 3))
+        here[:3, 3] = at.pose.xyz
+        holder = poses.joint(at.joint) if at.joint else poses.body(at.body or "base")
+        out[link] = holder @ here
+    return out
+
+
+def test_opens_without_a_word_and_without_the_network(report: Opened) -> None:
+    assert report.said == []
+
+
+def test_sliders_move_everything_where_the_file_says(report: Opened) -> None:
+    evaluator = Evaluator(data(report.conversion))
+    report.ask("document.getElementById('mimic').checked = false")
+    report.page.locator("#zero").click()
+    random = Random(7)
+    for joint in random.sample(evaluator.moving, min(8, len(evaluator.moving))):
+        before = report.position(joint)
+        low, high = report.ask("(name) => urdf2mbs.limits(name)", joint)
+        report.slide(joint, low + (high - low) * random.uniform(0.1, 0.9))
+        assert report.position(joint) != before
+    q = {joint: report.position(joint) for joint in evaluator.moving}
+    poses = evaluator.positions(q)
+    for body in evaluator.bodies:
+        if body != "base":
+            np.testing.assert_allclose(report.pose("mbs", body), poses.body(body), atol=1e-12)
+    for link, pose in link_poses(report.conversion, q).items():
+        np.testing.assert_allclose(report.pose("urdf", link), pose, atol=1e-12)
+
+
+def test_one_slider_moves_what_it_carries_and_nothing_else(report: Opened) -> None:
+    evaluator = Evaluator(data(report.conversion))
+    report.ask("document.getElementById('mimic').checked = false")
+    report.page.locator("#zero").click()
+    joint = evaluator.moving[-1]
+    carried = {
+        body
+        for body in evaluator.bodies
+        if joint in _way(evaluator, body)
+    }  # fmt: skip
+    before = {body: report.pose("mbs", body) for body in evaluator.bodies if body != "base"}
+    low, high = report.ask("(name) => urdf2mbs.limits(name)", joint)
+    report.slide(joint, high if high > -low else low)
+    moved = {
+        body for body, pose in before.items() if not np.array_equal(pose, report.pose("mbs", body))
+    }
+    assert moved == carried != set()
+
+
+def _way(evaluator: Evaluator, body: str) -> set[str]:
+    joints: set[str] = set()
+    at: str | None = body
+    while at and at != "base":
+        joints.update(evaluator.bodies[at].joints)
+        at = evaluator.bodies[at].parent
+    return joints
+
+
+def test_limits_are_the_urdf_s(report: Opened) -> None:
+    conversion = report.conversion
+    report.ask("document.getElementById('mimic').checked = false")
+    limited = 0
+    for joint in conversion.robot.joints.values():
+        names = conversion.names.coordinates.get(joint.name, [])
+        if joint.type not in ("revolute", "prismatic") or not joint.limit or not names:
+            continue
+        limited += 1
+        report.slide(names[0], 1e3)
+        assert report.position(names[0]) == joint.limit.upper
+        report.slide(names[0], -1e3)
+        assert report.position(names[0]) == joint.limit.lower
+    report.page.locator("#zero").click()
+    assert limited or conversion.robot.name == "leo"
+
+
+def test_urdf_and_mbs_agree_everywhere(report: Opened) -> None:
+    for _ in range(3):
+        report.page.locator("#random").click()
+        found = report.ask("urdf2mbs.agreement()")
+        assert found["differing"] == []
+        assert found["largest"] < 1e-12
+        assert found["compared"] == len(report.conversion.robot.links)
+    counts = report.ask("urdf2mbs.counts()")
+    visuals = sum(len(link.visuals) for link in report.conversion.robot.links.values())
+    assert counts["mbs"] == counts["urdf"] == found["shapes"]
+    assert counts["mbs"] + counts["lost"] / 2 == visuals
+    forms = [what for what in found["shapesDiffering"] if what[2] != "in colour"]
+    assert forms == []
+    report.page.locator("#zero").click()
+
+
+def test_no_boxes_of_the_diagram_overlap(report: Opened) -> None:
+    boxes = report.ask(
+        """() => [...document.querySelectorAll("#paper .box")].map((box) => {
+          const {left, top, right, bottom} = box.getBoundingClientRect();
+          return [left, top, right, bottom];
+        })"""
+    )
+    assert len(boxes) == len(report.conversion.mbs.bodies) + 1
+    boxes = np.array(boxes)
+    inside = (boxes[:, None, :2] < boxes[None, :, 2:] - 1e-6).all(axis=2)
+    both = inside & inside.T
+    np.fill_diagonal(both, False)
+    assert not both.any()
+
+
+def test_names_fit_into_their_boxes(report: Opened) -> None:
+    too_wide = report.ask(
+        """() => [...document.querySelectorAll("#paper g.body")].filter((body) =>
+          body.querySelector("text").getBoundingClientRect().width
+            > body.querySelector(".box").getBoundingClientRect().width
+        ).map((body) => body.dataset.body)"""
+    )
+    assert too_wide == []
+
+
+def test_switches_change_the_picture(report: Opened) -> None:
+    seen = {report.ask("urdf2mbs.picture()")}
+    for switch in ("frames", "coms", "skeleton", "grid"):
+        report.page.locator(f"#show-{switch}").click()
+        picture = report.ask("urdf2mbs.picture()")
+        assert picture not in seen, switch
+        seen.add(picture)
+
+
+def test_nothing_was_said_in_the_end(report: Opened) -> None:
+    assert report.said == []
+
+
+# --- special pages ---------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Conversion:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY)
+    return run(source, tmp_path / "p", base="fixed")
+
+
+def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
+    output = tiny.settings.output
+    text = tiny.files[output].decode()
+    tiny.files[output] = text.replace("<q>0.5</q>", "<q>0.6</q>").encode()
+    assert tiny.files[output] != text.encode()
+    report = opened(tiny)
+    found = report.ask("urdf2mbs.agreement()")
+    assert "arm" in found["differing"]
+    assert "body" not in found["differing"]
+    assert "elsewhere or turned" in report.page.locator("#agreement").inner_text()
+    lit = set()
+    for _ in range(2):
+        lit.add(tuple(report.ask("urdf2mbs.lit('arm')")))
+        report.ask("urdf2mbs.blink()")
+    assert lit == {("mbs",), ("urdf",)}
+
+
+def test_a_shape_elsewhere_is_found(opened: Open, tiny: Conversion) -> None:
+    output = tiny.settings.output
+    text = tiny.files[output].decode()
+    head, _, tail = text.partition("<cylinder>")
+    tiny.files[output] = (
+        f"{head}<cylinder>{tail.replace('<radius>0.03', '<radius>0.031', 1)}".encode()
+    )
+    found = opened(tiny).ask("urdf2mbs.agreement()")
+    assert found["differing"] == []
+    assert found["shapesDiffering"] == [
+        ["mbs", "arm", "in form or place"], ["urdf", "arm", "in form or place"]
+    ]  # fmt: skip
+
+
+def test_followers_follow(opened: Open, tiny: Conversion, shared: Path, tmp_path: Path) -> None:
+    assert opened(tiny).page.locator("#mimic-label").is_hidden()
+    source, base, packages = SHOWN["leo"]
+    sim = source.with_name("leo_sim.urdf.xacro")
+    report = opened(run(sim, tmp_path / "leo", base=base, packages=packages))
+    report.slide("rocker_L_joint", 0.2)
+    assert report.position("rocker_R_joint") == 0.2
+    follower = report.page.locator('input[type=range][data-joint="rocker_R_joint"]')
+    assert follower.is_disabled()
+    report.page.locator("#mimic").click()
+    report.slide("rocker_L_joint", -0.1)
+    assert report.position("rocker_R_joint") == 0.2
+
+
+def test_planar_and_floating_joints(opened: Open, tmp_path: Path) -> None:
+    inertial = (
+        '<inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    source = tmp_path / "odd.urdf"
+    source.write_text(
+        f"""<robot name="odd"><link name="world"/>
+        <joint name="p" type="planar"><parent link="world"/><child link="a"/>
+          <origin xyz="1 2 3" rpy="0.1 0.2 0.3"/><axis xyz="1 -2 0.5"/></joint>
+        <link name="a">{inertial}</link>
+        <joint name="f" type="floating"><parent link="a"/><child link="b"/>
+          <origin xyz="0 1 0" rpy="1.5707963 0 -0.7"/></joint>
+        <link name="b">{inertial}</link></robot>"""
+    )
+    report = opened(run(source, tmp_path / "p"))
+    for _ in range(3):
+        for joint in Evaluator(data(report.conversion)).moving:
+            report.slide(joint, Random(joint).uniform(-1, 1))
+        assert report.ask("urdf2mbs.agreement()")["largest"] < 1e-12
+
+
+def test_hostile_names_do_nothing(opened: Open, tmp_path: Path) -> None:
+    source = tmp_path / "evil.urdf"
+    source.write_text(HOSTILE)
+    report = opened(run(source, tmp_path / "p"))
+    assert report.ask("window.hacked") is None
+    assert report.said == []
+    assert EVIL in report.page.locator("#names").inner_text()
+    assert report.page.locator("h1").inner_text() == EVIL
+
+
+def test_without_webgl_all_else_works(opened: Open, tiny: Conversion) -> None:
+    report = opened(
+        tiny,
+        init="""HTMLCanvasElement.prototype.getContext = () => null;""",
+    )
+    assert "no WebGL" in report.page.locator("#view").inner_text()
+    report.slide("shoulder", 0.5)
+    poses = Evaluator(data(tiny)).positions({"shoulder": 0.5})
+    np.testing.assert_allclose(report.pose("mbs", "arm"), poses.body("arm"), atol=1e-12)
+
+
+def test_a_click_on_a_box_chooses_the_body(opened: Open, tiny: Conversion) -> None:
+    report = opened(tiny)
+    report.page.locator('#paper g.body[data-body="arm"] .box').click(position={"x": 5, "y": 5})
+    assert report.page.locator("#picked").inner_text().startswith("arm")
+    assert report.page.locator("tr.chosen").first.get_attribute("data-body") == "arm"
+
+
+def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
+    report = opened(tiny)
+    svg = report.page.locator("#paper > svg")
+    svg.scroll_into_view_if_needed()
+    box = svg.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+    def seen() -> list[float]:
+        return [float(n) for n in (svg.get_attribute("viewBox") or "").split()]
+
+    whole = seen()
+    report.page.mouse.move(x, y)
+    report.page.mouse.wheel(0, -100)
+    report.page.wait_for_function(
+        "before => document.querySelector('#paper > svg').getAttribute('viewBox') !== before",
+        arg=" ".join(f"{n:g}" for n in whole),
+    )
+    assert seen()[2] < whole[2]
+    before = seen()
+    report.page.mouse.down()
+    report.page.mouse.move(x + 60, y + 30, steps=3)
+    report.page.mouse.up()
+    assert seen()[0] < before[0]
+    assert seen()[1] < before[1]
+    report.page.locator("#diagram-fit").click()
+    assert seen() == whole

@@ -1,0 +1,246 @@
+"""The report as a file: self-contained, honest, safe with any name, the same every time."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+from evaluator import Evaluator
+from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
+
+from urdf2mbs import page
+from urdf2mbs.cli import main
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.page import make
+from urdf2mbs.testing import TINY
+
+pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
+
+
+class Html(HTMLParser):
+    """Elements, their attributes, and the text of each."""
+
+    def __init__(self, text: bytes) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str]]] = []
+        self.texts: dict[str, str] = {}
+        self._open: list[str] = []
+        self.words: list[str] = []
+        self.feed(text.decode())
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {key: value or "" for key, value in attrs}
+        self.elements.append((tag, given))
+        self._open.append(given.get("id", tag))
+
+    def handle_endtag(self, tag: str) -> None:
+        self._open.pop() if self._open else None
+
+    def handle_data(self, text: str) -> None:
+        if self._open and self._open[-1] in ("data", "arrays", "script", "style"):
+            self.texts[self._open[-1]] = self.texts.get(self._open[-1], "") + text
+        else:
+            self.words.append(text)
+
+    @property
+    def island(self) -> Any:
+        return json.loads(self.texts["data"])
+
+    @property
+    def visible(self) -> str:
+        return " ".join(self.words)
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Path:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY)
+    return source
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_nothing_is_loaded_from_anywhere(shared: Path, tmp_path: Path, name: str) -> None:
+    html = Html(make(shown(name, tmp_path)).data)
+    for tag, attributes in html.elements:
+        assert tag not in {"iframe", "object", "embed", "base"}
+        for key in ("src", "href", "action", "poster", "srcset", "xlink:href"):
+            if key in attributes:
+                assert attributes[key].startswith(("#", "data:")), (tag, attributes)
+    assert "url(" not in html.texts["style"]
+    assert "@import" not in html.texts["style"]
+    policy = next(a["content"] for t, a in html.elements if t == "meta" and "content" in a)
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+    assert "connect-src" not in policy
+
+
+def test_the_page_shows_the_file_and_not_our_intention(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    output = conversion.settings.output
+    text = conversion.files[output].decode()
+    conversion.files[output] = text.replace("<mass>0.5</mass>", "<mass>0.625</mass>").encode()
+    assert conversion.files[output] != text.encode()
+    html = Html(make(conversion).data)
+    masses = {body["name"]: body["mass"] for body in html.island["mbs"]["bodies"]}
+    assert masses["arm"] == 0.625
+    assert "0.625" in html.visible
+
+
+def test_tables_hold_numbers_types_and_masses(tmp_path: Path) -> None:
+    conversion = shown("biped", tmp_path)
+    html = Html(make(conversion).data)
+    evaluator = Evaluator(data(conversion))
+    assert f"{evaluator.total_mass():.6g} kg" in html.visible
+    rows = re.findall(
+        r'<tr class="(\w+)" data-joint="(\w+)"><td class=n>q(\d+)</td><td>\w+</td><td>(\w+)</td>',
+        make(conversion).data.decode(),
+    )
+    expected = [
+        (joint.nature, joint.name, str(number), joint.type)
+        for number, joint in enumerate(evaluator.joints.values(), start=1)
+    ]
+    assert rows == expected
+    for body in evaluator.bodies:
+        assert body == "base" or f'<tr data-body="{body}">' in make(conversion).data.decode()
+    for link in conversion.robot.links:
+        assert link in html.visible
+
+
+def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    html = Html(make(conversion).data)
+    assert "the same robot" in html.visible
+    for kind in conversion.report["check"]["largest"]:
+        assert kind in html.visible
+    conversion.report["check"]["same"] = False
+    conversion.report["check"]["differences"] = [
+        {"kind": "mass", "message": "link 'arm': mass is 2 <kg>", "size": 3.0}
+    ]
+    html = Html(make(conversion).data)
+    assert "NOT the same robot" in html.visible
+    assert "mass is 2 <kg>" in html.visible
+    del conversion.report["check"]
+    assert "not checked" in Html(make(conversion).data).visible
+
+
+def test_every_message_is_there(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    html = Html(make(conversion).data)
+    assert conversion.diagnostics
+    for said in conversion.diagnostics:
+        assert said.code in html.visible
+        assert said.message in html.visible
+
+
+def test_names_cannot_break_out(tmp_path: Path) -> None:
+    source = tmp_path / "evil.urdf"
+    source.write_text(HOSTILE)
+    text = make(run(source, tmp_path / "p")).data
+    html = Html(text)
+    assert "img" not in {tag for tag, _ in html.elements}
+    assert text.count(b"</script>") == 4
+    assert EVIL in html.visible
+    assert EVIL in {link["name"] for link in html.island["urdf"]["links"]}
+
+
+def test_same_input_same_bytes(tmp_path: Path) -> None:
+    one = make(shown("biped", tmp_path / "a" / "biped")).data
+    two = make(shown("biped", tmp_path / "b" / "biped")).data
+    assert one == two
+    assert str(tmp_path).encode() not in one
+
+
+def test_sizes_are_stated(tiny: Path, tmp_path: Path) -> None:
+    made = make(run(tiny, tmp_path / "p"))
+    assert made.sizes["all"] == len(made.data)
+    assert made.sizes["viewer"] < made.sizes["all"] < made.sizes["viewer"] + 200_000
+    assert f"three.js {made.sizes['viewer'] / 1e6:.2f} MB" in Html(made.data).visible
+
+
+def test_licences_of_the_viewer_come_with_it(tiny: Path, tmp_path: Path) -> None:
+    html = Html(make(run(tiny, tmp_path / "p")).data)
+    assert "Robin Deits" in html.visible
+    assert "three.js authors" in html.visible.lower()
+
+
+def test_a_script_cannot_end_early() -> None:
+    assert page._script("a </script> </SCRIPT > <!-- b") == "a <\\/script> <\\/SCRIPT > <\\!-- b"
+
+
+def test_missing_meshes_are_named(shared: Path, tmp_path: Path) -> None:
+    made = make(shown("nao", tmp_path))
+    assert any(name.endswith("/Torso.dae") for name in made.missing)
+    assert "small frame" in Html(made.data).visible
+
+
+def test_without_a_drawing_all_else_is_there(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    output = conversion.settings.output
+    text = conversion.files[output].decode()
+    conversion.files[output] = re.sub(
+        r"(</initialvalue>|</nature>)(.{0,400}?)<x2D>.*?</x2D>", r"\1\2", text, flags=re.S
+    ).encode()
+    html = Html(make(conversion).data)
+    assert "does not say where in the diagram" in html.visible
+    assert html.island["mbs"]["bodies"]
+
+
+def test_a_missing_extra_names_itself(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    monkeypatch.setattr(page, "find_spec", lambda name: None)
+    with pytest.raises(ConfigError) as caught:
+        make(conversion)
+    assert caught.value.code == "extra-missing"
+    assert caught.value.hint == "pip install 'urdf2mbs[report]'"
+
+
+def config(folder: Path, more: str = "") -> Path:
+    (folder / "tiny.urdf").write_text(TINY)
+    file = folder / "tiny.yaml"
+    file.write_text(f"source: tiny.urdf\noutput: out/robot.mbs\n{more}")
+    return file
+
+
+def test_the_command_writes_the_page_and_nothing_else(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = config(tmp_path)
+    assert main(["report", str(file)]) == 0
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["robot.html"]
+    out = capsys.readouterr().out
+    size = (tmp_path / "out" / "robot.html").stat().st_size
+    assert "robot.html" in out
+    assert f"{size / 1e6:.2f} MB" in out
+    assert main(["report", str(file), "--json", "-o", str(tmp_path / "my.html")]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["sizes"]["all"] == size
+    assert (tmp_path / "my.html").read_bytes() == (tmp_path / "out" / "robot.html").read_bytes()
+
+
+HEAVIER = """
+from urdf2mbs.hookspecs import Pass, hookimpl
+
+def run(conversion, options):
+    conversion.mbs.bodies[-1].mass *= 2
+
+@hookimpl
+def urdf2mbs_passes():
+    from urdf2mbs.hookspecs import NoOptions
+    return [Pass("heavier", run, NoOptions, needs=("inertias",), gives=("heavier",))]
+"""
+
+
+def test_the_command_says_when_it_is_another_robot(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "heavier.py").write_text(HEAVIER)
+    file = config(tmp_path, "plugins: [heavier.py]\nafter: {reframe-inertia: heavier}\n")
+    assert main(["report", str(file)]) == 3
+    assert "NOT the same" in capsys.readouterr().out
+    assert b"NOT the same robot" in (tmp_path / "out" / "robot.html").read_bytes()
