@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import count
 from typing import Any
 
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from urdf2mbs.mbs.model import (
@@ -111,6 +112,9 @@ def everything() -> Mbs:
         ),
     )  # fmt: skip
 
+
+#: The same examples every time, however slow the machine.
+few = settings(max_examples=40, deadline=None, derandomize=True, database=None)
 
 numbers = st.floats(allow_nan=False, allow_infinity=False).map(lambda value: value + 0.0)
 vectors = st.tuples(numbers, numbers, numbers)

@@ -8,7 +8,7 @@ from copy import deepcopy
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mbs.models import everything, models
+from mbs.models import everything, few, models
 
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor, UserConstraint
 from urdf2mbs.mbs.names import C_KEYWORDS, identifiers, rename
@@ -21,6 +21,7 @@ names = st.lists(
 )
 
 
+@few
 @given(names, names, st.sampled_from(["", "_body"]))
 def test_they_are_identifiers_no_two_alike_and_none_reserved(
     given_names: list[str], reserved: list[str], suffix: str
@@ -32,6 +33,7 @@ def test_they_are_identifiers_no_two_alike_and_none_reserved(
     assert all(re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name, re.ASCII) for name in out)
 
 
+@few
 @given(names)
 def test_good_names_keep_themselves_and_a_second_time_changes_nothing(
     given_names: list[str],
@@ -140,6 +142,7 @@ def test_what_is_good_already_stays_as_it_is() -> None:
     assert mbs == everything()
 
 
+@few
 @given(models())
 def test_a_renamed_model_can_be_read_and_is_renamed_no_further(mbs: Mbs) -> None:
     rename(mbs)

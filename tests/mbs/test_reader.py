@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import given
 from lxml import etree
-from mbs.models import everything, models
+from mbs.models import everything, few, models
 
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
@@ -44,6 +44,7 @@ def test_everything_comes_back() -> None:
     assert read(write(everything()), "m.mbs") == everything()
 
 
+@few
 @given(models())
 def test_any_model_comes_back(mbs: Mbs) -> None:
     assert read(write(mbs), "m.mbs") == mbs

@@ -8,7 +8,7 @@ from copy import deepcopy
 import pytest
 from hypothesis import given
 from lxml import etree
-from mbs.models import everything, models
+from mbs.models import everything, few, models
 
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import validate
@@ -21,6 +21,7 @@ def test_a_model_with_everything_is_valid() -> None:
     assert validate(FILE.encode(), "m.mbs") == []
 
 
+@few
 @given(models(drawn=True))
 def test_every_file_we_write_is_valid(mbs: Mbs) -> None:
     assert validate(write(mbs), "m.mbs") == []

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
-from mbs.models import everything, models
+from mbs.models import everything, few, models
 
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor, Shape
 from urdf2mbs.mbs.writer import write
@@ -63,6 +63,7 @@ def test_it_is_utf_8_with_a_declaration_and_indented_as_robotran_does() -> None:
     assert data.endswith(b"</mbsDescR7>\n")
 
 
+@few
 @given(models())
 def test_every_line_is_indented_by_its_depth(mbs: Mbs) -> None:
     depth = 0
@@ -239,6 +240,7 @@ EMPTY = {
 }  # fmt: skip
 
 
+@few
 @given(models())
 def test_no_empty_element_that_robotran_cannot_read(mbs: Mbs) -> None:
     for element in tree(mbs).iter():
@@ -250,6 +252,7 @@ def test_no_empty_element_that_robotran_cannot_read(mbs: Mbs) -> None:
                 assert parent.tag == "symbols"
 
 
+@few
 @given(models())
 def test_names_come_first(mbs: Mbs) -> None:
     root = tree(mbs)
@@ -261,6 +264,7 @@ def test_names_come_first(mbs: Mbs) -> None:
         assert element[0].tag == "jointname"
 
 
+@few
 @given(st.floats(allow_nan=False, allow_infinity=False))
 def test_numbers_are_never_rounded_and_zero_has_no_sign(value: float) -> None:
     root = tree(Mbs("m", bodies=[Body("b", joints=[Joint("j", "R1", q=value)], mass=value)]))
