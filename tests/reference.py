@@ -482,8 +482,11 @@ class Comparison:
     ``M_ii`` is a small difference of large numbers.
     """
 
-    def __init__(self, result: Result, urdf: Urdf, *, floating: bool) -> None:
+    def __init__(
+        self, result: Result, urdf: Urdf, *, floating: bool, ground_has_mass: bool = True
+    ) -> None:
         self.result = result
+        self.ground_has_mass = ground_has_mass
         self.urdf = urdf
         self.mbs = Evaluator(result.data)
         self.floating = floating
@@ -635,6 +638,8 @@ class Comparison:
             inertia = self.mbs.bodies[name].inertia
             assert inertia.mass == 0.0, f"{name} cannot move"
             assert not inertia.tensor.any(), f"{name} cannot move"
+        if not self.ground_has_mass:
+            groups.pop(None, None)
         for key, (link, wanted) in groups.items():
             back = np.linalg.inv(link_at[link])
             ours = lump(
@@ -738,9 +743,9 @@ def _is_identifier(name: str) -> bool:
     return re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) is not None
 
 
-def structure_faults(comparison: Comparison) -> list[str]:
-    """What the faithful .mbs must hold besides its equations: names, anchors, quiet joints,
-    gravity, and every number of the URDF to its last digit."""
+def structure_faults(comparison: Comparison, *, faithful: bool = True) -> list[str]:
+    """What the .mbs must hold besides its equations: names, anchors, quiet joints, gravity;
+    the faithful one, every angle and mass of the URDF to its last digit too."""
     result, urdf, mbs = comparison.result, comparison.urdf, comparison.mbs
     faults: list[str] = []
     if tuple(mbs.gravity) != GRAVITY:
@@ -766,6 +771,8 @@ def structure_faults(comparison: Comparison) -> list[str]:
         usable = _is_identifier(joint.name) and joint.name not in {*KEYWORDS, mbs.base_name}
         if len(real) == 1 and usable and joint.name not in mbs.moving:
             faults.append(f"{joint.name} is called {real[0]}")
+        if not faithful:
+            continue
         r, p, y = joint.rpy
         wanted = [turn for turn in (("R3", y), ("R2", p), ("R1", r)) if turn[1]]
         found = [(mbs.joints[name].type, mbs.joints[name].q) for name in names[: len(wanted)]]
@@ -776,9 +783,11 @@ def structure_faults(comparison: Comparison) -> list[str]:
         body = mbs.bodies["base" if frame.body is None else frame.body]
         own = result.names.bodies.get(link)
         inertia = urdf.inertias[link]
-        if own is None and not urdf.massless(link):
+        if faithful and own is None and not urdf.massless(link):
             faults.append(f"{link} has mass, but no body")
-        elif own is not None and body.inertia.mass != (inertia.mass if inertia else 0.0):
+        elif (
+            faithful and own is not None and body.inertia.mass != (inertia.mass if inertia else 0.0)
+        ):
             faults.append(f"{link} has another mass than body {own}, if by a rounding only")
         elif own is not None and (frame.body, frame.joint) != (own, None):
             faults.append(f"{link} is body {own}, but its frame is said to be in {frame.body}")

@@ -41,32 +41,47 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("robots") / "robot.urdf"
 
 
-def check(file: Path, text: bytes, base: str, keep: bool, tolerance: float = TOLERANCE) -> None:
+def check(
+    file: Path,
+    text: bytes,
+    base: str,
+    keep: bool,
+    tolerance: float = TOLERANCE,
+    pipeline: str = "faithful",
+) -> None:
     """Converts the robot; everything that can be compared must be the same."""
     file.write_bytes(text)
     urdf = Urdf.parse(text)
     floating = urdf.floats(base)
 
-    result = convert(file, base=base, options=KEEP_ALL if keep else {})
+    result = convert(file, base=base, options=KEEP_ALL if keep else {}, pipeline=pipeline)
 
-    comparison = Comparison(result, urdf, floating=floating)
+    comparison = Comparison(result, urdf, floating=floating, ground_has_mass=pipeline == "faithful")
     rng = np.random.default_rng(zlib.crc32(text))
     positions = [{}, comparison.random(rng), comparison.random(rng)]
     for model in (comparison.reference(), comparison.pinocchio(text)):
         errors = comparison.errors(model, positions)
         wrong = {kind: error for kind, error in errors.items() if error > tolerance}
         assert not wrong, f"against {model.name}: {wrong}"
-    assert structure_faults(comparison) == []
+    assert structure_faults(comparison, faithful=pipeline == "faithful") == []
     assert lost_shapes(comparison) == []
     assert set(result.frozen) == (set() if keep else urdf.moving_nothing())
 
 
 @reproducible
-@given(robots(), st.sampled_from(("auto", "floating", "fixed")), st.booleans())
-def test_any_robot_is_the_same_robot(file: Path, text: bytes, base: str, keep: bool) -> None:
-    # an axis within 1e-9 rad of a coordinate axis or plane is taken to lie on it; beyond
-    # that, and everywhere else, nothing is rounded
-    check(file, text, base, keep, TOLERANCE + 10.0 * snapped(text))
+@given(
+    robots(),
+    st.sampled_from(("auto", "floating", "fixed")),
+    st.booleans(),
+    st.sampled_from(("faithful", "compact")),
+)
+def test_any_robot_is_the_same_robot(
+    file: Path, text: bytes, base: str, keep: bool, pipeline: str
+) -> None:
+    # an axis within 1e-9 rad of a coordinate axis or plane is taken to lie on it (by the compact
+    # one in frames of its own choice); beyond that, and everywhere else, nothing is rounded
+    tolerance = TOLERANCE + 10.0 * snapped(text) if pipeline == "faithful" else 3e-8
+    check(file, text, base, keep, tolerance, pipeline)
 
 
 def robot(*elements: str) -> bytes:
