@@ -294,3 +294,16 @@ def fails(data: bytes, code: str, line: int | None, words: str) -> ConversionErr
     assert line is None or error.line == line
     assert words in error.message
     return error
+
+
+def test_mechanics_only_passes_over_graphics(shared: Path) -> None:
+    data = (shared / "mbs-samples" / "minimal.mbs").read_bytes()
+    whole, mechanics = read(data, "minimal.mbs"), read(data, "minimal.mbs", mechanics_only=True)
+    assert [body.shapes for body in mechanics.bodies] == [[]] * 4
+    for body in whole.bodies:
+        body.shapes, body.drawing = [], None
+        body.inner, body.extra = {}, []
+        for part in (*body.joints, *body.points):
+            part.position = None
+            part.inner = {}
+    assert mechanics.bodies == whole.bodies

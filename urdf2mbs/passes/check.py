@@ -25,7 +25,7 @@ def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
     comparison = compare(
         conversion.robot,
-        read(conversion.files[output], str(output)),
+        read(conversion.files[output], str(output), mechanics_only=True),
         {name: tuple(joints) for name, joints in conversion.names.coordinates.items()},
         frames=conversion.frames,
         frozen=conversion.frozen,
