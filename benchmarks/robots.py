@@ -1,0 +1,71 @@
+"""The robots that the benchmarks convert: real ones without their meshes, and generated ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lxml import etree
+
+ROBOTS = Path(__file__).resolve().parents[2] / "shared" / "robots"
+REAL = {
+    "cassie": "cassie/cassie_description/urdf/cassie_v4.urdf",
+    "atlas": "atlas/expanded/atlas_v5.urdf",
+    "nao": "nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf",
+    "walkman": "walkman/robotran_edu_2017/bigman.urdf",
+    "icub": "icub/iCub/robots/iCubGazeboV2_5/model.urdf",
+}
+
+LINK = """\
+  <link name="link_{i}">
+    <inertial>
+      <origin xyz="0.01 0.02 0.1" rpy="0.1 0.2 0.3"/>
+      <mass value="1.5"/>
+      <inertia ixx="0.011" ixy="0.001" ixz="0.0005" iyy="0.012" iyz="0.0004" izz="0.013"/>
+    </inertial>
+    <visual>
+      <origin xyz="0 0 0.1" rpy="0 0 0"/>
+      <geometry><box size="0.05 0.05 0.2"/></geometry>
+      <material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>
+    </visual>
+  </link>
+"""
+JOINT = """\
+  <joint name="joint_{i}" type="revolute">
+    <origin xyz="0 0.01 0.2" rpy="{rpy}"/>
+    <parent link="link_{parent}"/>
+    <child link="link_{i}"/>
+    <axis xyz="{axis}"/>
+    <limit lower="-1.5" upper="1.5" effort="100" velocity="2"/>
+  </joint>
+"""
+AXES = ("1 0 0", "0 1 0", "0 0 1", "0 -1 0", "0 0.6 0.8")
+RPYS = ("0 0 0", "0 0 0", "1.5708 0 0", "0.1 0.2 0.3")
+
+
+def generated(shape: str, links: int) -> bytes:
+    """A ``chain``, or a ``tree`` in which every link carries three others."""
+    parts = [f'<?xml version="1.0"?>\n<robot name="{shape}">\n']
+    for i in range(links):
+        parts.append(LINK.format(i=i))
+        if i:
+            parent = i - 1 if shape == "chain" else (i - 1) // 3
+            axis, rpy = AXES[i % len(AXES)], RPYS[i % len(RPYS)]
+            parts.append(JOINT.format(i=i, parent=parent, axis=axis, rpy=rpy))
+    parts.append("</robot>\n")
+    return "".join(parts).encode()
+
+
+def without_meshes(source: Path) -> bytes:
+    """The URDF less its visuals and collisions that need a mesh file."""
+    root = etree.fromstring(source.read_bytes())
+    for mesh in root.findall(".//mesh"):
+        shown = mesh.getparent().getparent()
+        if shown.getparent() is not None:
+            shown.getparent().remove(shown)
+    return etree.tostring(root, xml_declaration=True, encoding="utf-8")
+
+
+def real() -> dict[str, bytes]:
+    """By name; those that are here."""
+    paths = {name: ROBOTS / path for name, path in REAL.items()}
+    return {name: without_meshes(path) for name, path in paths.items() if path.is_file()}
