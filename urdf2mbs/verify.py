@@ -22,6 +22,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import cos, hypot, pi, sin, sqrt
+from operator import sub
 from random import Random
 from typing import Any
 
@@ -323,11 +324,8 @@ def _motion(
     these, hence equal if they are.
     """
     random = Random(20)
-    here, there = [], []
-    for position in range(POSITIONS):
-        ours = {own: 0.0 if position == 0 else random.uniform(-pi, pi) for own in names}
-        here.append(one.world(ours))
-        there.append(two.world({names[own]: value for own, value in ours.items()}))
+    positions = {own: [random.uniform(-pi, pi) for _ in range(POSITIONS - 1)] for own in names}
+    counterparts = {other: mine for mine, other in pairs.items()}
     leader: dict[int, str] = {}
     for first, (group, _) in one.frames.items():
         leader.setdefault(group, first)
@@ -335,28 +333,37 @@ def _motion(
     for mine, other in pairs.items():
         if mine == 0:
             continue
-        parent = _paired(one, mine, pairs)
-        ours_on = [_compose(_inverse(world[parent]), world[mine]) for world in here]
-        theirs_on = [_compose(_inverse(world[pairs[parent]]), world[other]) for world in there]
-        placed = _compose(_inverse(theirs_on[0]), _compose(apart[parent], ours_on[0]))
-        ours_move = [_compose(_inverse(ours_on[0]), on) for on in ours_on[1:]]
-        theirs_move = [_compose(_inverse(theirs_on[0]), on) for on in theirs_on[1:]]
-        ours_in, theirs_in = _merge(one.groups[mine].inertias), _merge(two.groups[other].inertias)
-
-        def fit(at: Frame) -> tuple[float, float]:
-            """How far motion, and what moves, are apart if the groups are so to each other."""
-            moves = zip(ours_move, theirs_move, strict=True)  # noqa: B023 called at once
-            motion = max(_distance(_compose(at, a), _compose(b, at), size) for a, b in moves)
-            return motion, max(_apart(_seen(ours_in, at), theirs_in, size).values())  # noqa: B023
-
+        ours, theirs = one.groups[mine], two.groups[other]
+        parent, ours_on = _on(one, mine, pairs)
+        theirs_parent, theirs_on = _on(two, other, counterparts)
+        link, joint = leader.get(mine, ""), ours.joint
+        if pairs[parent] != theirs_parent:
+            before = one.groups[parent].joint or "the ground"
+            instead = two.groups[theirs_parent].joint or "the ground"
+            found.append(
+                Difference(
+                    "parent", f"joint '{joint}' hangs on '{instead}', and should on '{before}'",
+                    link=link or None, joint=joint,
+                )
+            )  # fmt: skip
+        placed = _compose(_inverse(theirs_on), _compose(apart[parent], ours_on))
+        values = positions[ours.coordinate]
+        moves = [(ours.move(value), theirs.move(value)) for value in values]
+        ours_in, theirs_in = _merge(ours.inertias), _merge(theirs.inertias)
+        motion = _unlike(placed, moves, size)
         apart[mine] = placed
-        link, joint = leader.get(mine, ""), one.groups[mine].joint
-        motion, inertia = fit(placed)
         group, meant = named.get(link, (-1, HERE))
         off = _distance(meant, placed, size)
-        if group == other and off > tolerance:
+        if group == other:
+            largest["frame"] = max(largest["frame"], off)
+        if group == other and off <= tolerance:
+            apart[mine] = meant  # so that rounding does not add up along the chain
+        elif group == other:
             # a frame elsewhere: either all in it is expressed in it, or what it has is misplaced
-            motion_meant, inertia_meant = fit(meant)
+            motion_meant = _unlike(meant, moves, size)
+            inertia, inertia_meant = (
+                max(_apart(_seen(ours_in, at), theirs_in, size).values()) for at in (placed, meant)
+            )
             told = _told(_compose(_inverse(placed), meant))
             message = f"link '{link}': its frame is {told}, at joint '{joint}'"
             if driven.get(two.groups[other].joint):
@@ -397,12 +404,20 @@ def _driven(mbs: Mbs) -> dict[str, str]:
     return told
 
 
-def _paired(side: _Side, group: int, pairs: Mapping[int, int]) -> int:
-    """The next group towards the ground that has a counterpart."""
+def _on(side: _Side, group: int, known: Mapping[int, int]) -> tuple[int, Frame]:
+    """The next group towards the ground that has a counterpart, and the pose in it of a group's
+    joint, the groups between held at zero."""
+    at = side.groups[group].before
     parent = side.groups[group].parent
-    while parent not in pairs:
+    while parent not in known:
+        at = _compose(side.groups[parent].before, at)
         parent = side.groups[parent].parent
-    return parent
+    return parent, at
+
+
+def _unlike(at: Frame, moves: list[tuple[Frame, Frame]], size: float) -> float:
+    """How far two groups, one of which stands ``at`` in the other, move apart."""
+    return max(_distance(_compose(at, a), _compose(b, at), size) for a, b in moves)
 
 
 def _frames(
@@ -711,8 +726,8 @@ def _inverse(a: Frame) -> Frame:
 
 def _distance(a: Frame, b: Frame, size: float) -> float:
     """How far two frames are apart: the larger of the turn (rad) and the shift over ``size``."""
-    turn = max(abs(p - q) for p, q in zip(a[:9], b[:9], strict=True))
-    shift = max(abs(p - q) for p, q in zip(a[9:], b[9:], strict=True))
+    turn: float = max(map(abs, map(sub, a[:9], b[:9])))
+    shift: float = max(map(abs, map(sub, a[9:], b[9:])))
     return max(turn, shift / size)
 
 
