@@ -593,13 +593,12 @@ function show() {
   const shapes = ready && shapesCompared ? ` and ${shapesCompared} shapes` : "";
   const wrong = drawn.filter((one) => one.differs);
   if (differing.size || wrong.length) {
-    const names = [...differing].slice(0, 6).join(", ") + (differing.size > 6 ? ", ..." : "");
+    const names = some([...differing]);
     const places = differing.size
       ? `${differing.size} of ${compared} link frames are elsewhere or turned (${names}), by up to ${+farthest.toPrecision(3)} m. ` : "";
     const forms = ["in form or place", "in colour"].map((how) => {
       const which = [...new Set(wrong.filter((one) => one.differs === how).map((one) => one.about))];
-      const shown = which.slice(0, 6).join(", ") + (which.length > 6 ? ", ..." : "");
-      return which.length ? `Shapes differ ${how}: ${shown}. ` : "";
+      return which.length ? `Shapes differ ${how}: ${some(which)}. ` : "";
     });
     say("no", places + forms.join(""));
   } else {
@@ -607,6 +606,9 @@ function show() {
   }
   needsRender = true;
 }
+
+const some = (names) => names.slice(0, 6).join(", ")
+  + (names.length > 6 ? ` and ${names.length - 6} more` : "");
 
 function tint(object, one, off) {
   const m = object.material;

@@ -71,12 +71,12 @@ def test_transforms_names_and_comments() -> None:
     text = HEAD + b"""# a comment with { and "
     DEF A Transform { translation 1 2 3 rotation 0 0 1 1.5707963267948966 scale 2 2 2
       children [ # nested
-        DEF S Shape { geometry IndexedFaceSet { %s } } Group { children USE S } ] }
+        DEF S Shape { geometry IndexedFaceSet { %s } } Group { children USE S }
+        Transform { translation 5 0 0 children [ USE S ] } ] }
     """ % SQUARE  # fmt: skip
     parts = read_vrml(text)
-    assert len(parts) == 2
-    for part in parts:
-        np.testing.assert_allclose(part.points[1], [1, 4, 3], atol=1e-15)
+    places = [part.points[1] for part in parts]
+    np.testing.assert_allclose(places, [[1, 4, 3], [1, 4, 3], [1, 14, 3]], atol=1e-14)
 
 
 @pytest.mark.parametrize(
