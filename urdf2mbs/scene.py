@@ -72,7 +72,7 @@ class Store:
     def _read_wrl(self, url: str, fetch: Fetch) -> tuple[list[Part], Fetch]:
         data = fetch(url)
         if data is None:
-            raise meshes.MeshError("the .wrl is not there")
+            raise meshes.MeshError("the .wrl is not there ('output: {project: DIR}' makes it)")
         folder = PurePosixPath(url).parent
         return read_vrml(data), lambda name: fetch(str(folder / name))
 
