@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -102,18 +103,25 @@ def _plain(value: Any) -> Any:
 def _fields(struct: msgspec.Struct, *without: str) -> dict[str, Any]:
     tag = struct.__struct_config__.tag
     fields = {} if tag is None else {"kind": tag}
-    for field in msgspec.structs.fields(struct):
-        value = getattr(struct, field.name)
-        if field.name in without or (not field.required and value == _default(field)):
-            continue
-        fields[field.name] = _plain(value)
+    for name, default in _defaults(type(struct)):
+        value = getattr(struct, name)
+        if value != default and name not in without:
+            fields[name] = _plain(value)
     return fields
 
 
-def _default(field: msgspec.structs.FieldInfo) -> Any:
-    if field.default_factory is not msgspec.NODEFAULT:
-        return field.default_factory()
-    return field.default
+@cache  # msgspec looks all up anew each time
+def _defaults(kind: type[msgspec.Struct]) -> list[tuple[str, Any]]:
+    """The fields of a class, and the default of each; NODEFAULT where there is none."""
+    return [
+        (
+            field.name,
+            field.default
+            if field.default_factory is msgspec.NODEFAULT
+            else field.default_factory(),
+        )
+        for field in msgspec.structs.fields(kind)
+    ]
 
 
 def to_yaml(data: dict[str, Any]) -> str:
