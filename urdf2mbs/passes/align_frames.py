@@ -3,18 +3,23 @@
 Beyond the method, whose Table A.2 turns the frame before a joint and turns it back after.
 Anything constant in a body can be expressed in any frame, so turning back is never needed:
 centre, inertia, points, visuals and the joints that follow are expressed in the frame that the
-joint leaves.  The turns ``D`` before a joint must bring a coordinate axis ``e_k`` onto the
-joint's direction ``u``: none if u is +x, +y or +z; one if u has a zero component or is a
-negative axis; two otherwise.  Which k, and a turn about u itself, are free.  They are chosen
-for the whole tree, so that a body's choice serves all that it carries: candidate frames from
-the base outwards, their costs from the tips back (dynamic programming).  The joint's
-coordinate stays the URDF's: same zero, same sign.
+joint leaves.  The turns before a joint must bring a coordinate axis onto the joint's direction
+``u``: none if u is +x, +y or +z; one if u has a zero component or is a negative axis; two
+otherwise.  The joint's coordinate stays the URDF's: same zero, same sign.
+
+What is free is the frame's turn about the joint's own axis.  It matters where it puts the body's
+frame in line with something: with the axis of the joint before, which makes the own turns the
+fewest; with the axes of joints that the body carries, straight away or beyond joints parallel to
+its own; or with the other axes of the frame before.  These are the frames considered, each in
+its four quarter turns, and the cheapest choice for the whole tree is found by dynamic
+programming, from the tips back.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import atan2, hypot, pi
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import msgspec
 
@@ -30,77 +35,121 @@ from urdf2mbs.spatial import (
     axis_turns,
     direction,
     fewest_turns,
-    from_turn,
     from_turns,
     multiply,
     rotate,
     transpose,
+    unit,
 )
-from urdf2mbs.urdf.model import Joint
 
-AXES: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-#: How many turns more than the fewest a joint may take for the sake of what it carries.
-EXTRA = 1
+X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     axes: Literal["x", "y", "z", "any"] = "any"
     """The coordinate axis that joints act about or along."""
     candidates: int = 6
-    """How many frames are considered for each body; more may find fewer joints."""
+    """How many frames, quarter turns not counted, are considered for each body."""
     tolerance: float = ROUNDING
     """Up to this (rad) a direction off a coordinate axis or plane counts as on it.  The default
     is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off each is."""
 
 
-class _Choice(NamedTuple):
-    """One way to place a joint: the turns before it, the axis it then acts on (1, 2, 3), and
-    the rotation of the old frame (the link's) in the one that is left after."""
-
-    turns: tuple[Turn, ...]
-    k: int
-    old: Rot
-    after: tuple[Turn, ...] = ()
-    """Turns after the joint: only after a floating one, whose own frame is not free."""
-
-    @property
-    def cost(self) -> int:
-        return len(self.turns) + len(self.after)
-
-
 class _Node:
-    """A step of the tree, and the frames considered for it."""
+    """A joint that moves (of a tree whose node 0 is the ground), and the frames considered for
+    the link behind it.  Frames are rotations in that link's frame."""
 
-    def __init__(self, step: Step, parent: int) -> None:
+    def __init__(self, step: Step | None, parent: int, rot: Rot) -> None:
         self.step = step
         self.parent = parent
-        self.children: list[int] = []
-        self.rot = from_turns(step.turns)
-        self.axis = direction(step.axis) if step.joint.moves else AXES[0]
-        self.frames: list[Rot] = []
-        """Rotations of the link's frame in the frames considered."""
-        self.choices: list[dict[int, _Choice]] = []
-        """For each frame of the parent: which of the own frames can follow, and how."""
-        self.reach: list[int] = []
-        """The fewest turns from the base to each frame, this branch alone."""
+        self.rot = rot
+        """The link's frame in that of the parent node's link, at zero."""
+        self.kind = step.joint.type if step is not None else "ground"
+        self.axis = direction(step.axis) if step is not None else X
+        self.children: list[_Node] = []
+        self.wanted: list[tuple[Vec, int]] = []
+        """Directions across the axis that joints further out would have on a coordinate axis,
+        and how many would."""
+        self.across: list[Vec] = []
+        """Directions across the axis that the frames considered have on a coordinate axis."""
+        self.frames: list[list[Rot]] = []
+        """For each of these directions, the frames (which differ by quarter turns)."""
+        self.costs: list[list[int]] = []
+        """For each frame, the fewest turns of all joints further out."""
+        self.picks: list[list[tuple[int, int]]] = []
+        """For each frame of the parent, the own one that goes with it; none at a tip."""
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether its frame may be turned about its axis at will."""
+        return self.kind not in ("ground", "floating", "planar")
+
+    @property
+    def is_tip(self) -> bool:
+        return self.turns_freely and not self.children
+
+
+class _Search:
+    """What the options make of the search.
+
+    With any axis allowed, frames that differ by a cyclic exchange of x, y and z are as good as
+    one another for all that follows.  So only those are considered that have the joint's axis
+    first, and the turns before it are counted up to an exchange.
+    """
+
+    def __init__(self, options: Options) -> None:
+        self.small = options.tolerance
+        self.any = options.axes == "any"
+        self.ks = (1, 2, 3) if self.any else ("xyz".index(options.axes) + 1,)
+        self.candidates = max(options.candidates, 1)
+
+    def turns(self, rot: Rot) -> int:
+        """How many turns a rotation takes; with any axis allowed, up to an exchange of axes."""
+        if not self.any:
+            return len(fewest_turns(rot, self.small))
+        # two turns leave some element zero, one turn some element one
+        zero = [abs(c) <= self.small for c in rot]
+        if True not in zero:
+            return 3
+        ones = sum(rot[i] > 0.0 and zero[j] and zero[k] for i, j, k in _ROWS)
+        return (2, 1, 1, 0)[ones]
+
+    def turns_in_all_quarters(self, rot: Rot) -> int | None:
+        """The same, if it does not change with quarter turns before and after; else None."""
+        zeros = sum(abs(c) <= self.small for c in rot)
+        return 3 if zeros == 0 else 2 if zeros == 1 and self.any else None
+
+    def fewest(self, rot: Rot) -> tuple[tuple[Turn, ...], int]:
+        """The turns themselves, and the axis (1, 2, 3) that ends up on the joint's."""
+        ways = ((fewest_turns(_exchange(rot, k - self.ks[0]), self.small), k) for k in self.ks)
+        return min(ways, key=lambda way: len(way[0]))
+
+
+_ROWS = [
+    (3 * row + i, 3 * row + (i + 1) % 3, 3 * row + (i + 2) % 3)
+    for row in range(3)
+    for i in range(3)
+]
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    nodes = _nodes(conversion)
-    ks = (1, 2, 3) if options.axes == "any" else ("xyz".index(options.axes) + 1,)
-    for node in nodes[1:]:
-        _consider(node, nodes, ks, options)
-    chosen = _cheapest(nodes)
-    for node, frame in zip(nodes[1:], chosen[1:], strict=True):
-        before = chosen[node.parent]
-        choice = node.choices[before][frame]
-        step = node.step
-        _tell(conversion, node, choice, nodes[node.parent].frames[before])
-        step.xyz = rotate(nodes[node.parent].frames[before], step.xyz)
-        step.turns, step.after = choice.turns, choice.after
-        step.axis = AXES[choice.k - 1]
-        step.frames = _turned(choice.old, step.frames)
-    last = {id(node.step): node.frames[frame] for node, frame in zip(nodes, chosen, strict=True)}
+    search = _Search(options)
+    nodes, steps = _tree(conversion)
+    for node in reversed(nodes):
+        _collect_wanted(node, search)
+    for node in nodes:
+        _consider(node, nodes[node.parent], search)
+    for node in reversed(nodes[1:]):
+        _count(node, nodes[node.parent], search)
+    old = _choose(conversion, nodes, search)
+
+    last: dict[int, Rot] = {}
+    for step, here, offset, before, offset_before in steps:
+        step.xyz = rotate(multiply(old[before], offset_before), step.xyz)
+        if not step.joint.moves:
+            step.turns = ()
+        last[id(step)] = multiply(old[here], offset)
+        step.frames = _turned(last[id(step)], step.frames)
     for segment in conversion.segments.values():
         if segment.steps:
             segment.parts = _turned(last[id(segment.steps[-1])], segment.parts)
@@ -112,168 +161,288 @@ def _turned(rot: Rot, frames: dict[str, Pose]) -> dict[str, Pose]:
     }
 
 
-def _tell(conversion: Conversion, node: _Node, choice: _Choice, old: Rot) -> None:
-    if node.step.joint.type in ("fixed", "floating", "planar"):
-        return
-    meant = rotate(multiply(old, node.rot), node.axis)
-    got = rotate(from_turns(choice.turns), AXES[choice.k - 1])
-    off = max(abs(a - b) for a, b in zip(meant, got, strict=True))
-    if off > ROUNDING:
-        conversion.note(
-            "axis-aligned",
-            f"joint '{node.step.joint.name}': its axis is {off:.1e} rad off a coordinate "
-            "axis or plane of its body, and is taken to lie on it",
-            joint=node.step.joint.name,
-        )
-
-
-def _nodes(conversion: Conversion) -> list[_Node]:
-    """All steps, parents first; node 0 is the ground, whose frame is its link's."""
-    ground = _Node(Step.of(Joint("", "fixed", "", "")), -1)
-    ground.frames, ground.reach = [IDENTITY], [0]
-    nodes = [ground]
-    ends = {conversion.ground.link: 0}
+def _tree(conversion: Conversion) -> tuple[list[_Node], list[tuple[Step, int, Rot, int, Rot]]]:
+    """All joints that move, parents first.  And all steps, each with the node whose frame its
+    own link is in and the link's rotation in it, then the same of the link before."""
+    nodes = [_Node(None, 0, IDENTITY)]
+    steps: list[tuple[Step, int, Rot, int, Rot]] = []
+    ends = {conversion.ground.link: (0, IDENTITY)}
     for segment in conversion.segments.values():
         if segment.parent is None:
             continue
-        at = ends[segment.parent]
+        at, offset = ends[segment.parent]
         for step in segment.steps:
-            nodes.append(_Node(step, at))
-            nodes[at].children.append(len(nodes) - 1)
-            at = len(nodes) - 1
-        ends[segment.link] = at
-    return nodes
+            before = at, offset
+            offset = multiply(offset, from_turns(step.turns))
+            if step.joint.moves:
+                nodes.append(_Node(step, at, offset))
+                nodes[at].children.append(nodes[-1])
+                at, offset = len(nodes) - 1, IDENTITY
+            steps.append((step, at, offset, *before))
+        ends[segment.link] = at, offset
+    return nodes, steps
 
 
-def _consider(node: _Node, nodes: list[_Node], ks: tuple[int, ...], options: Options) -> None:
-    """Fill a node's candidate frames and how each follows from the parent's."""
-    parent = nodes[node.parent]
-    carried = [nodes[child] for child in node.children]
-    found: dict[tuple[int, ...], int] = {}
-    frames: list[Rot] = []
-    reach: list[int] = []
-    best: list[int] = []
-    rows: list[dict[int, _Choice]] = []
-    for before, old in zip(parent.reach, parent.frames, strict=True):
-        row: dict[int, _Choice] = {}
-        for choice in _ways(node, old, carried, ks, options.tolerance):
-            key = tuple(round(c * 1e9) for c in choice.old)
-            index = found.setdefault(key, len(frames))
-            if index == len(frames):
-                frames.append(choice.old)
-                reach.append(before + choice.cost)
-            reach[index] = min(reach[index], before + choice.cost)
-            # a frame reached in two ways is the same only to the rounding of the key
-            if index not in row or choice.cost < row[index].cost:
-                row[index] = choice
-        rows.append(row)
-        best.append(min(row, key=lambda index: row[index].cost))
-    if len(frames) > options.candidates:
-        # what a frame costs so far and one generation ahead; every frame of the parent keeps one
-        ahead = [
-            reach[index] + sum(_fewest(rotate(multiply(frame, c.rot), c.axis)) for c in carried)
-            for index, frame in enumerate(frames)
-        ]
-        order = sorted(range(len(frames)), key=lambda index: ahead[index])
-        kept = sorted({*best, *order[: options.candidates]})
-        place = {index: new for new, index in enumerate(kept)}
-        frames = [frames[index] for index in kept]
-        reach = [reach[index] for index in kept]
-        rows = [{place[i]: c for i, c in row.items() if i in place} for row in rows]
-    node.frames, node.reach, node.choices = frames, reach, rows
+def _collect_wanted(node: _Node, search: _Search) -> None:
+    if not node.turns_freely or not node.children:
+        return
+    found = _Directions(node.axis, search.small)
+    for child in node.children:
+        if child.kind == "floating":
+            continue
+        across = _across(rotate(child.rot, child.axis), node.axis, search.small)
+        if across is not None:
+            found.add(across, 1)
+        else:
+            for wanted, count in child.wanted:
+                found.add(rotate(child.rot, wanted), count)
+    node.wanted = found.most(search.candidates)
 
 
-def _fewest(u: Vec) -> int:
+def _consider(node: _Node, parent: _Node, search: _Search) -> None:
+    """Fill a node's frames."""
+    if node.kind == "ground":
+        node.frames = [[IDENTITY]]
+    elif node.kind == "floating":
+        node.frames = [[frame] for frame in _free_frames(node, search)]
+    elif node.kind == "planar":  # its coordinates name axes
+        turns, k = axis_turns(node.axis)
+        node.frames = [[_exchange(from_turns(turns), search.ks[0] - k)]]
+    elif node.children:
+        node.across = _considered(node, parent, search)
+        node.frames = [_quarters(search.ks[0], node.axis, across) for across in node.across]
+    node.costs = [[0] * len(frames) for frames in node.frames]
+
+
+def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
+    back = transpose(node.rot)
+    found = _Directions(node.axis, search.small)
+
+    def add(directions: Iterable[Vec]) -> None:
+        for seen in directions:
+            across = _across(rotate(back, seen), node.axis, search.small)
+            if across is not None:
+                found.add(across)
+
+    room = search.candidates
+    if parent.turns_freely:
+        add([parent.axis])
+        if not found.vectors:  # parallel
+            add(parent.across)
+    else:
+        add(_axes(parent))
+        room = max(room, len(found.vectors))
+    for wanted, _ in node.wanted:
+        found.add(wanted)
+    if len(found.vectors) < room:
+        add(_axes(parent))
+    return found.vectors[:room]
+
+
+def _axes(node: _Node) -> list[Vec]:
+    """The coordinate axes of the frames considered."""
+    return [
+        (frames[0][i], frames[0][i + 3], frames[0][i + 6])
+        for frames in node.frames
+        for i in range(3)
+    ]
+
+
+def _free_frames(node: _Node, search: _Search) -> list[Rot]:
+    """Frames for what a floating joint carries.  Its coordinates name axes, so its frame is not
+    free, but turns after it make up for what they save several joints."""
+    seen: dict[tuple[int, ...], tuple[Vec, int]] = {}
+    for child in node.children:
+        if child.kind != "floating":
+            u = rotate(child.rot, child.axis)
+            key = tuple(round(c * 1e9) for c in u)
+            seen[key] = u, seen.get(key, (u, 0))[1] + 1
+    most = sorted(seen.values(), key=lambda found: -found[1])[: search.candidates]
+    ways: list[tuple[Turn, ...]] = [()]
+    for (x, y, z), _ in most:
+        for k, p, q in ((1, y, z), (2, z, x), (3, x, y)):
+            if hypot(p, q) > search.small:
+                ways += [((k, atan2(q, p) + quarter * pi / 2),) for quarter in range(-2, 2)]
+        ways += [axis_turns((x, y, z))[0], axis_turns((-x, -y, -z))[0]]
+    frames = {turns: from_turns(turns) for turns in ways}
+    costs = {
+        turns: len(turns)
+        + sum(count * _least(rotate(transpose(frame), u), search.small) for u, count in most)
+        for turns, frame in frames.items()
+    }
+    worth = [turns for turns in frames if costs[turns] <= costs[()]]
+    worth.sort(key=lambda turns: costs[turns])
+    return [frames[turns] for turns in {**dict.fromkeys(worth[: search.candidates]), (): None}]
+
+
+def _count(node: _Node, parent: _Node, search: _Search) -> None:
+    """Add to each frame of the parent the fewest turns of this branch."""
+    tip = node.is_tip and search.any
+    lows = [min(costs) for costs in node.costs]
+    for group, frames in enumerate(parent.frames):
+        before = [multiply(transpose(frame), node.rot) for frame in frames]
+        best = [99] * len(frames)
+        pick = [(0, 0)] * len(frames)
+        if tip:
+            best = [_least(rotate(rot, node.axis), search.small) for rot in before]
+        elif node.kind == "floating":
+            for row, rot in enumerate(before):
+                own = len(fewest_turns(rot))
+                best[row], pick[row] = min(
+                    (own + len(fewest_turns(frame)) + node.costs[number][0], (number, 0))
+                    for number, (frame,) in enumerate(node.frames)
+                )
+        else:
+            for number, own_frames in enumerate(node.frames):
+                costs, low = node.costs[number], lows[number]
+                same = search.turns_in_all_quarters(multiply(before[0], own_frames[0]))
+                if same is not None:
+                    for row, least in enumerate(best):
+                        if same + low < least:
+                            best[row], pick[row] = same + low, (number, costs.index(low))
+                    continue
+                for row, rot in enumerate(before):
+                    for quarter, frame in enumerate(own_frames):
+                        if costs[quarter] < best[row]:
+                            total = costs[quarter] + search.turns(multiply(rot, frame))
+                            if total < best[row]:
+                                best[row], pick[row] = total, (number, quarter)
+        node.picks.append([] if tip else pick)
+        parent.costs[group] = [a + b for a, b in zip(parent.costs[group], best, strict=True)]
+
+
+def _choose(conversion: Conversion, nodes: list[_Node], search: _Search) -> list[Rot]:
+    """Give each step its turns, from the base outwards; the result is the rotation of each
+    node's link in its body's new frame."""
+    old = [IDENTITY]
+    chosen = [(0, 0)]
+    for node in nodes[1:]:
+        rot = multiply(old[node.parent], node.rot)
+        group, row = chosen[node.parent]
+        pick = node.picks[group][row] if node.picks[group] else None
+        step = node.step
+        assert step is not None
+        if node.kind == "floating":
+            assert pick is not None
+            step.turns, k = fewest_turns(rot), 1
+            step.after = fewest_turns(node.frames[pick[0]][0])
+        elif pick is None:
+            step.turns, k = _last_turns(node, rot, search)
+        else:
+            step.turns, k = search.fewest(multiply(rot, node.frames[pick[0]][pick[1]]))
+        chosen.append(pick or (0, 0))
+        held = multiply(transpose(from_turns(step.turns)), rot)
+        _tell(conversion, step, held, AXES[k - 1])
+        step.axis = AXES[k - 1]
+        old.append(multiply(transpose(from_turns(step.after)), held) if step.after else held)
+    return old
+
+
+def _last_turns(node: _Node, rot: Rot, search: _Search) -> tuple[tuple[Turn, ...], int]:
+    """The turns before a joint that carries no other."""
+    least = _least(rotate(rot, node.axis), search.small)
+    found: tuple[tuple[Turn, ...], int] | None = None
+    back = transpose(rot)
+    for seen in AXES:
+        across = _across(rotate(back, seen), node.axis, search.small)
+        if across is not None:
+            for frame in _quarters(1, node.axis, across):
+                way = search.fewest(multiply(rot, frame))
+                if found is None or len(way[0]) < len(found[0]):
+                    found = way
+                    if len(way[0]) <= least:
+                        return found
+    assert found is not None
+    return found
+
+
+def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
+    if step.joint.type == "floating":
+        return
+    meant = rotate(held, unit(step.axis))
+    off = max(abs(a - b) for a, b in zip(meant, axis, strict=True))
+    if off > ROUNDING:
+        conversion.note(
+            "axis-aligned",
+            f"joint '{step.joint.name}': its axis is {off:.1e} rad off a coordinate "
+            "axis or plane of its body, and is taken to lie on it",
+            joint=step.joint.name,
+        )
+
+
+class _Directions:
+    """Directions across an axis, those a quarter turn apart counting as one."""
+
+    def __init__(self, axis: Vec, small: float) -> None:
+        # ten times what the directions' own components may be off
+        self._quarter = max(round(pi / 2 / (10 * small)), 1)
+        x, y, z = map(abs, axis)
+        smallest = X if x <= y and x <= z else Y if y <= z else Z
+        self._one = _cross(axis, smallest)
+        self._two = _cross(axis, self._one)
+        self._counts: dict[int, int] = {}
+        self.vectors: list[Vec] = []
+
+    def add(self, across: Vec, count: int = 1) -> None:
+        angle = atan2(_dot(across, self._two), _dot(across, self._one))
+        key = round(angle / (pi / 2) * self._quarter) % self._quarter
+        if key not in self._counts:
+            self.vectors.append(across)
+        self._counts[key] = self._counts.get(key, 0) + count
+
+    def most(self, number: int) -> list[tuple[Vec, int]]:
+        """Those that were added most often, and how often."""
+        found = zip(self.vectors, self._counts.values(), strict=True)
+        return sorted(found, key=lambda pair: -pair[1])[:number]
+
+
+def _least(u: Vec, small: float) -> int:
     """The fewest turns that bring a coordinate axis onto a direction."""
-    zeros = sum(abs(c) <= ROUNDING for c in u)
+    zeros = sum(abs(c) <= small for c in u)
     return 2 - zeros if zeros < 2 else int(sum(u) < 0.0)
 
 
-def _ways(
-    node: _Node, old: Rot, carried: list[_Node], ks: tuple[int, ...], small: float
-) -> list[_Choice]:
-    """How to place a joint after a frame in which the parent link's frame is ``old``."""
-    rot = multiply(old, node.rot)
-    kind = node.step.joint.type
-    if kind == "fixed":
-        return [_Choice((), 1, rot)]
-    if kind == "planar":  # its coordinates name axes, so its frame is not free
-        turns, k = axis_turns(node.axis)
-        before = fewest_turns(multiply(rot, from_turns(turns)))
-        return [_Choice(before, k, multiply(transpose(from_turns(before)), rot))]
-    seen = [rotate(child.rot, child.axis) for child in carried if child.step.joint.moves]
-    if kind == "floating":
-        before = fewest_turns(rot)
-        held = multiply(transpose(from_turns(before)), rot)
-        ways = {
-            turn: _Choice(before, 1, multiply(transpose(from_turn(turn)), held), (turn,))
-            for k in (1, 2, 3)
-            for w in seen
-            for turn in _quarters(k, w[k % 3], w[(k + 1) % 3])
-        }
-        return [_Choice(before, 1, held), *ways.values()]
-
-    u = rotate(rot, node.axis)
-    across, up = _across(u)
-    seen = [*AXES, *(rotate(rot, w) for w in seen)]
-    found: dict[tuple[tuple[int, int], ...], _Choice] = {}
-    for k in ks:
-        placed = _columns(k, u, across, up)
-        for w in seen:
-            p = w[0] * across[0] + w[1] * across[1] + w[2] * across[2]
-            q = w[0] * up[0] + w[1] * up[1] + w[2] * up[2]
-            for turn in _quarters(k, p, q):
-                turns = fewest_turns(multiply(placed, from_turn(turn)), small)
-                key = tuple((axis, round(angle * 1e9)) for axis, angle in turns)
-                if key not in found:
-                    found[key] = _Choice(turns, k, multiply(transpose(from_turns(turns)), rot))
-    ways_by_cost = sorted(found.values(), key=lambda choice: choice.cost)
-    if not carried:
-        return ways_by_cost[:1]
-    return [choice for choice in ways_by_cost if choice.cost <= ways_by_cost[0].cost + EXTRA]
+def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
+    """The direction of what of v is across the axis; None if v is along it."""
+    along = _dot(v, axis)
+    x, y, z = (c - along * a for c, a in zip(v, axis, strict=True))
+    length = hypot(x, y, z)
+    return None if length <= small else (x / length, y / length, z / length)
 
 
-def _quarters(k: int, p: float, q: float) -> list[Turn]:
-    """The turns about axis k that put a direction (p, q) across it onto a coordinate axis."""
-    if hypot(p, q) <= ROUNDING:
-        return []
-    return [(k, atan2(q, p) + quarter * pi / 2) for quarter in range(-2, 2)]
+def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
+    """The frames with axis k along ``axis`` and another axis on the line ``across`` it."""
+    x, y, z = across
+    u, v, w = _cross(axis, across)
+    back, left = (-x, -y, -z), (-u, -v, -w)
+    pairs = ((across, (u, v, w)), ((u, v, w), back), (back, left), (left, across))
+    return [_exchange(_columns(axis, one, two), k - 1) for one, two in pairs]
 
 
-def _across(u: Vec) -> tuple[Vec, Vec]:
-    """Two directions that make a right-handed frame (u, across, up) with u."""
-    x, y, z = u
-    if abs(x) <= abs(y) and abs(x) <= abs(z):
-        across = (0.0, -z, y)
-    elif abs(y) <= abs(z):
-        across = (z, 0.0, -x)
-    else:
-        across = (-y, x, 0.0)
-    length = hypot(*across)
-    a, b, c = across[0] / length, across[1] / length, across[2] / length
-    return (a, b, c), (y * c - z * b, z * a - x * c, x * b - y * a)
-
-
-def _columns(k: int, u: Vec, one: Vec, two: Vec) -> Rot:
-    """The rotation that takes e_k to u, and the two axes after it to the other two."""
-    x, y, z = ((u, one, two), (two, u, one), (one, two, u))[k - 1]
+def _columns(x: Vec, y: Vec, z: Vec) -> Rot:
     return (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 
 
-def _cheapest(nodes: list[_Node]) -> list[int]:
-    """For each node the frame that makes the whole tree cheapest."""
-    cost: list[list[float]] = [[0.0] * len(node.frames) for node in nodes]
-    pick: list[list[int]] = [[] for _ in nodes]
-    for number in range(len(nodes) - 1, 0, -1):
-        node = nodes[number]
-        for row, choices in enumerate(node.choices):
-            frame = min(choices, key=lambda f: choices[f].cost + cost[number][f])
-            pick[number].append(frame)
-            cost[node.parent][row] += choices[frame].cost + cost[number][frame]
-    chosen = [0] * len(nodes)
-    for number in range(1, len(nodes)):
-        chosen[number] = pick[number][chosen[nodes[number].parent]]
-    return chosen
+def _exchange(rot: Rot, by: int) -> Rot:
+    """The frame whose axes are the same ones, their numbers higher by so many (cyclically)."""
+    a, b, c, d, e, f, g, h, i = rot
+    if by % 3 == 1:
+        return (c, a, b, f, d, e, i, g, h)
+    if by % 3 == 2:
+        return (b, c, a, e, f, d, h, i, g)
+    return rot
+
+
+def _dot(a: Vec, b: Vec) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Vec, b: Vec) -> Vec:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
 
 
 PASS = Pass("align-frames", run, Options, needs=("bodies",), gives=("aligned",))
