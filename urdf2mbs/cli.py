@@ -20,7 +20,6 @@ from urdf2mbs.dump import Dump
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.pipeline import Bound, Pipeline, report, write, write_files
 from urdf2mbs.plugins import GROUP, Found, Plugins
-from urdf2mbs.verdict import verify
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -143,6 +142,10 @@ def _parser() -> argparse.ArgumentParser:
         "--engine", choices=("own", "pinocchio"), default="own",
         help="pinocchio also compares mass matrix, gravity forces and inverse dynamics",
     )  # fmt: skip
+    verify.add_argument(
+        "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
+        help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
+    )  # fmt: skip
     verify.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
     verify.set_defaults(command=_verify)
 
@@ -188,35 +191,45 @@ def _convert(arguments: argparse.Namespace) -> int:
 
 
 def _verify(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.verdict import verify
+
     verdict = verify(
         arguments.robot,
         arguments.model,
         packages=dict(_pairs(arguments.package, "=", "--package", "NAME=DIR")),
         xacro_args=dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
         engine=arguments.engine,
+        gravity=tuple(arguments.gravity),
         tolerance=arguments.tolerance,
     )
     code = 0 if verdict.same else 3
     if arguments.json:
         _print_json({"same": verdict.same, **msgspec.to_builtins(verdict)})
         return code
-    print(f"{verdict.robot}: {verdict.base} base, {len(verdict.joints)} joints match by name")
-    print(f"  {verdict.mbs_mass:.6g} kg in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
+    base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
+    print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
+    print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
     print(f"  {_proof(verdict.groups, verdict.positions, verdict.largest)}")
-    for title, listed in (
-        ("not the same:", verdict.differences),
-        ("frames that are elsewhere, which by itself is no difference:", verdict.frames),
-    ):
-        if listed:
-            print(title)
-        for difference in listed:
-            print(f"  {difference.size:8.2e}  {difference.message}")
-    for joint, why in verdict.not_compared.items():
-        print(f"not compared: joint '{joint}': {why}")
+    if verdict.differences:
+        print("not the same, by relative size:")
+    for difference in verdict.differences:
+        print(f"  {difference.size:8.2e}  {difference.message}")
+    if verdict.frames:
+        print("frames that are elsewhere, which by itself is no difference:")
+    for difference in verdict.frames[:SHOWN]:
+        print(f"  {difference.size:8.2e}  {difference.message}")
+    if len(verdict.frames) > SHOWN:
+        print(f"  and {len(verdict.frames) - SHOWN} more, which --json lists")
+    for what, why in verdict.not_compared.items():
+        print(f"not compared: {what}: {why}")
     for problem in verdict.schema:
         print(problem, file=sys.stderr)
     print("the same robot" if verdict.same else "NOT the same robot")
     return code
+
+
+#: So many frames that are elsewhere are told; a compact model has moved nearly all.
+SHOWN = 10
 
 
 def _proof(groups: int, positions: int, largest: dict[str, float]) -> str:

@@ -10,10 +10,10 @@ from typing import Any
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.spatial import direction
-from urdf2mbs.verify import POSITIONS, Difference, in_plane
+from urdf2mbs.spatial import Vec, direction
+from urdf2mbs.verify import AXES, POSITIONS, SIX, Difference, in_plane
 
 
 def to_pinocchio(mbs: Mbs) -> Any:
@@ -72,8 +72,8 @@ def compare_dynamics(
     urdf: bytes,
     mbs: Mbs,
     joints: Mapping[str, tuple[str, ...]],
-    frozen: Mapping[str, str],
     *,
+    orders: Mapping[str, tuple[str, ...]] | None = None,
     floating_base: tuple[str, ...] = (),
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
     tolerance: float = 1e-9,
@@ -81,21 +81,23 @@ def compare_dynamics(
     """Compare mass matrix, gravity forces and inverse dynamics of a URDF's text (read by
     Pinocchio's own parser) and an .mbs at random positions, velocities and accelerations.
 
-    ``joints`` and ``frozen`` are as for ``verify.compare``; ``floating_base`` names the six .mbs
+    ``joints`` and ``orders`` are as for ``verify.compare``; ``floating_base`` names the six .mbs
     joints of a base that the URDF does not have itself.  Gives the differences and the largest
-    deviation of each kind, relative to the largest element.
+    deviation of each kind: an element over the square root of what its joints move (the
+    diagonal of the mass matrix), relative to the largest such element.
     """
     pin = _pinocchio()
     import numpy as np
 
-    text, order = _elementary_urdf(urdf, joints, frozen, floating_base)
-    one = pin.buildModelFromXML(text)
+    text, order = _elementary_urdf(urdf, joints, orders or {}, floating_base)
+    one = _from_urdf(text)
     two = to_pinocchio(mbs)
     one.gravity = pin.Motion(np.asarray(gravity), np.zeros(3))
     missing = [name for name in order if not two.existJointName(name)]
     if missing or one.nv != two.nv:
         names = ", ".join(missing) or f"{two.nv} degrees of freedom instead of {one.nv}"
-        return [Difference("joint-missing", f"the .mbs has other joints: {names}")], {}
+        told = f"the equations of motion cannot be compared: the .mbs has other joints: {names}"
+        return [Difference("joint-missing", told)], {}
     first = [one.joints[one.getJointId(name)] for name in order]
     second = [two.joints[two.getJointId(name)] for name in order]
     here = [joint.idx_v for joint in first]
@@ -104,7 +106,7 @@ def compare_dynamics(
     random = np.random.default_rng(20)
     largest = {"mass matrix": 0.0, "gravity forces": 0.0, "inverse dynamics": 0.0}
     worst = dict.fromkeys(largest, "")
-    for _ in range(POSITIONS):
+    for _ in range(POSITIONS if order else 0):
         q, v, a = random.uniform(-np.pi, np.pi, (3, len(order)))
         q1, q2 = np.zeros(one.nq), np.zeros(two.nq)
         for value, joint in zip(q, first, strict=True):
@@ -123,14 +125,20 @@ def compare_dynamics(
             "inverse dynamics": (pin.rnea(one, data_one, q1, v1, a1)[here],
                                  pin.rnea(two, data_two, q2, v2, a2)[there]),
         }  # fmt: skip
+        # what a joint moves weighs sqrt(M_ii) to it: so a finger counts beside the trunk
+        own = np.sqrt(np.abs(np.diag(pairs["mass matrix"][0])))
+        own = np.maximum(own, 1e-9 * (own.max() or 1.0))
         for kind, (ours, theirs) in pairs.items():
-            apart = np.abs(ours - theirs)
-            off = float(apart.max(initial=0.0) / (np.abs(ours).max(initial=0.0) or 1.0))
+            unit = np.outer(own, own) if ours.ndim == 2 else own
+            apart = np.abs(ours - theirs) / unit
+            off = float(apart.max() / (np.abs(ours / unit).max() or 1.0))
             if off > largest[kind]:
                 largest[kind] = off
                 worst[kind] = order[int(np.unravel_index(apart.argmax(), apart.shape)[0])]
     found = [
-        Difference(kind, f"{kind}: {off:.3g} relative, most at joint '{worst[kind]}'", off)
+        Difference(
+            kind, f"{kind}: {off:.3g} relative, most at joint '{worst[kind]}'", min(off, 1.0)
+        )
         for kind, off in largest.items()
         if off > tolerance
     ]
@@ -147,14 +155,16 @@ def _full(matrix: Any) -> Any:
 def _elementary_urdf(
     urdf: bytes,
     joints: Mapping[str, tuple[str, ...]],
-    frozen: Mapping[str, str],
+    orders: Mapping[str, tuple[str, ...]],
     floating_base: tuple[str, ...],
 ) -> tuple[str, list[str]]:
-    """The URDF with only one-axis joints, under the names that they have in the .mbs.
+    """The URDF with only one-axis joints, under the names that they have in the .mbs; also
+    these names.
 
     Floating and planar joints become chains over massless links, since Pinocchio has other
-    coordinates for them and ignores a planar joint's axis.  Numbers are stripped, since
-    urdfdom drops an inertial whose number has a trailing newline.
+    coordinates for them and ignores a planar joint's axis.  Joints that the .mbs does not have
+    are held at zero.  Numbers are stripped, since urdfdom drops an inertial whose number has a
+    trailing newline.
     """
     root = etree.fromstring(urdf, etree.XMLParser(remove_comments=True, resolve_entities=False))
     for element in root.iter():
@@ -163,66 +173,72 @@ def _elementary_urdf(
     for tag in ("visual", "collision"):
         for element in root.findall(f"link/{tag}"):
             element.getparent().remove(element)  # type: ignore[union-attr]
-    found = [e for e in root.findall("joint") if e.get("type") is not None]
-    order: list[str] = []
-    x, y, z = "1 0 0", "0 1 0", "0 0 1"
-    six = [("prismatic", x), ("prismatic", y), ("prismatic", z),
-           ("revolute", x), ("revolute", y), ("revolute", z)]  # fmt: skip
-    for element in found:
-        name, kind = element.get("name", ""), element.get("type")
-        for mimic in element.findall("mimic"):
-            element.remove(mimic)
-        if name in frozen:
-            element.set("type", "fixed")
-        elif kind == "floating":
-            order += _chain(root, element, joints[name], six)
-        elif kind == "planar":
-            axis = element.find("axis")
-            words = (axis.get("xyz", x) if axis is not None else x).split()
-            order += _chain(root, element, joints[name], _in_plane([float(w) for w in words]))
-        elif kind != "fixed":
-            order += joints[name]
-            element.set("name", joints[name][0])
+    own = "_"
+    while any(e.get("name", "").startswith(own) for e in root):
+        own += "_"
     if floating_base:
         children = {e.get("link") for e in root.findall("joint/child")}
         old = next(e.get("name") for e in root.findall("link") if e.get("name") not in children)
-        etree.SubElement(root, "link", name="_ground")
-        above = etree.SubElement(root, "joint", name="_floating", type="floating")
-        etree.SubElement(above, "parent", link="_ground")
+        etree.SubElement(root, "link", name=own)
+        above = etree.SubElement(root, "joint", name=own, type="floating")
+        etree.SubElement(above, "parent", link=own)
         etree.SubElement(above, "child", link=old or "")
-        order += _chain(root, above, floating_base, six)
+        joints = {**joints, own: floating_base}
+    order: list[str] = []
+    for number, element in enumerate(root.findall("joint")):
+        name, kind = element.get("name", ""), element.get("type")
+        for mimic in element.findall("mimic"):
+            element.remove(mimic)
+        if kind == "fixed" or name not in joints:
+            element.set("type", "fixed")
+            element.set("name", f"{own}{number}")
+            continue
+        axis = element.find("axis")
+        xyz = axis.get("xyz", "1 0 0") if axis is not None else "1 0 0"
+        u = direction(tuple(float(word) for word in xyz.split()))  # type: ignore[arg-type]
+        if kind == "floating":
+            moves = [(k[0], AXES[int(k[1]) - 1]) for k in orders.get(name, SIX)]
+        elif kind == "planar":
+            moves = list(zip("TTR", (*in_plane(u), u), strict=True))
+        else:
+            moves = [("T" if kind == "prismatic" else "R", u)]
+        _chain(root, element, joints[name], moves, own)
+        order += joints[name]
     return etree.tostring(root, encoding="unicode"), order
 
 
-def _in_plane(axis: list[float]) -> list[tuple[str, str]]:
-    """A planar joint's shifts and turn, as ``verify`` has them."""
-    n = direction((axis[0], axis[1], axis[2]))
-    u, v = in_plane(n)
-    words = [" ".join(repr(c) for c in w) for w in (u, v, n)]
-    return [("prismatic", words[0]), ("prismatic", words[1]), ("revolute", words[2])]
-
-
 def _chain(
-    root: Any, joint: Any, names: tuple[str, ...], kinds: list[tuple[str, str]]
-) -> tuple[str, ...]:
+    root: Any, joint: Any, names: tuple[str, ...], moves: list[tuple[str, Vec]], own: str
+) -> None:
     """Put one-axis joints over massless links in the place of a joint."""
     before, after = joint.find("parent").get("link"), joint.find("child").get("link")
     origin = joint.find("origin")
     root.remove(joint)
-    for number, (name, (kind, axis)) in enumerate(zip(names, kinds, strict=True)):
-        last = number == len(names) - 1
-        onto = after if last else f"_{name}"
+    for name, (kind, axis) in zip(names, moves, strict=True):
+        last = name == names[-1]
+        onto = after if last else f"{own}{name}"
         if not last:
             etree.SubElement(root, "link", name=onto)
+        kind = "prismatic" if kind == "T" else "continuous"
         element = etree.SubElement(root, "joint", name=name, type=kind)
-        if number == 0 and origin is not None:
+        if name == names[0] and origin is not None:
             element.append(origin)
         etree.SubElement(element, "parent", link=before)
         etree.SubElement(element, "child", link=onto)
-        etree.SubElement(element, "axis", xyz=axis)
-        etree.SubElement(element, "limit", lower="-9", upper="9", effort="1", velocity="1")
+        etree.SubElement(element, "axis", xyz=" ".join(map(repr, axis)))
+        if kind == "prismatic":
+            etree.SubElement(element, "limit", lower="-9", upper="9", effort="1", velocity="1")
         before = onto
-    return names
+
+
+def _from_urdf(text: str) -> Any:
+    try:
+        return _pinocchio().buildModelFromXML(text)
+    except (ValueError, RuntimeError) as error:
+        raise ConversionError(
+            "pinocchio-refused", f"Pinocchio cannot read this robot: {error}",
+            hint="compare without '--engine pinocchio'",
+        ) from None  # fmt: skip
 
 
 def _pinocchio() -> Any:
