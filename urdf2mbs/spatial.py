@@ -135,6 +135,14 @@ def add(a: Vec, b: Vec) -> Vec:
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
+def dot(a: Vec, b: Vec) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Vec, b: Vec) -> Vec:
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
 def compose(outer: Pose, inner: Pose) -> Pose:
     """The frame ``inner``, given in ``outer``, seen from where ``outer`` is given."""
     return Pose(add(outer.xyz, rotate(outer.rot, inner.xyz)), multiply(outer.rot, inner.rot))

@@ -33,7 +33,9 @@ from urdf2mbs.spatial import (
     Turn,
     Vec,
     axis_turns,
+    cross,
     direction,
+    dot,
     fewest_turns,
     from_turns,
     multiply,
@@ -378,13 +380,13 @@ class _Directions:
         self._quarter = max(round(pi / 2 / (10 * small)), 1)
         x, y, z = map(abs, axis)
         smallest = X if x <= y and x <= z else Y if y <= z else Z
-        self._one = _cross(axis, smallest)
-        self._two = _cross(axis, self._one)
+        self._one = cross(axis, smallest)
+        self._two = cross(axis, self._one)
         self._counts: dict[int, int] = {}
         self.vectors: list[Vec] = []
 
     def add(self, across: Vec, count: int = 1) -> None:
-        angle = atan2(_dot(across, self._two), _dot(across, self._one))
+        angle = atan2(dot(across, self._two), dot(across, self._one))
         key = round(angle / (pi / 2) * self._quarter) % self._quarter
         if key not in self._counts:
             self.vectors.append(across)
@@ -404,7 +406,7 @@ def _least(u: Vec, small: float) -> int:
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
     """The direction of what of v is across the axis; None if v is along it."""
-    along = _dot(v, axis)
+    along = dot(v, axis)
     x, y, z = (c - along * a for c, a in zip(v, axis, strict=True))
     length = hypot(x, y, z)
     return None if length <= small else (x / length, y / length, z / length)
@@ -413,7 +415,7 @@ def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
 def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
     """The frames with axis k along ``axis`` and another axis on the line ``across`` it."""
     x, y, z = across
-    u, v, w = _cross(axis, across)
+    u, v, w = cross(axis, across)
     back, left = (-x, -y, -z), (-u, -v, -w)
     pairs = ((across, (u, v, w)), ((u, v, w), back), (back, left), (left, across))
     return [_exchange(_columns(axis, one, two), k - 1) for one, two in pairs]
@@ -431,18 +433,6 @@ def _exchange(rot: Rot, by: int) -> Rot:
     if by % 3 == 2:
         return (b, c, a, e, f, d, h, i, g)
     return rot
-
-
-def _dot(a: Vec, b: Vec) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Vec, b: Vec) -> Vec:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
 
 
 PASS = Pass("align-frames", run, Options, needs=("bodies",), gives=("aligned",))

@@ -3,7 +3,7 @@
 Beyond the method, whose Table A.1 makes every fixed joint a T3 driven at 0.  Mass, centre and
 inertia add up by the parallel-axis theorem; the frames of the links that are lumped stay, as
 anchor points under their names; their visuals move along.  What is fixed to the ground becomes
-part of the ground.
+part of the ground, except where nothing at all moves, since an .mbs wants a body.
 """
 
 from __future__ import annotations
@@ -26,6 +26,9 @@ def run(conversion: Conversion, options: Options) -> None:
     kept: dict[str, Segment] = {}
     moved: dict[str, tuple[Segment, Pose]] = {}
     """Where each old segment's frame is now."""
+    still = not any(
+        s.joint.moves for segment in conversion.segments.values() for s in segment.steps
+    )
     for segment in conversion.segments.values():
         if segment.parent is None:
             kept[segment.link] = segment
@@ -36,7 +39,8 @@ def run(conversion: Conversion, options: Options) -> None:
         for step in segment.steps:
             pose = compose(offset, Pose(step.xyz, from_turns(step.turns)))
             carried = {link: compose(pose, at) for link, at in step.frames.items()}
-            stays = step is segment.steps[-1] and _matches(segment.link, options.keep)
+            needed = not steps and step is segment.steps[-1]
+            stays = needed and (_matches(segment.link, options.keep) or (still and len(kept) == 1))
             if step.joint.moves or stays:
                 if offset is not HERE:
                     step.xyz, step.turns = pose.xyz, fewest_turns(pose.rot)

@@ -9,16 +9,19 @@ whose frame then no longer stands where the link's does (the report says where).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.spatial import (
-    HERE,
     ROUNDING,
     ZERO,
     Pose,
     Vec,
     add,
+    cross,
     direction,
+    dot,
     from_turns,
     rotate,
     transpose,
@@ -26,21 +29,21 @@ from urdf2mbs.spatial import (
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
-    children: dict[str, list[Segment]] = {}
+    children: dict[str, dict[str, Segment]] = {link: {} for link in conversion.segments}
     for segment in conversion.segments.values():
         if segment.parent is not None:
-            children.setdefault(segment.parent, []).append(segment)
+            children[segment.parent][segment.link] = segment
     gone: set[str] = set()
-    # from the tips back: a body takes the joints of the massless one before it, and so on
-    for segment in reversed(list(conversion.segments.values())):
-        behind = children.get(segment.link, [])
-        if segment.parent is None or len(behind) != 1 or not _bare(segment, conversion):
+    # from the base outwards: a body takes the joints of the massless one before it, and so on
+    for segment in conversion.segments.values():
+        if segment.parent is None or len(children[segment.link]) != 1:
             continue
-        body = behind[0]
-        if _join(segment, body, children.get(body.link, [])):
-            body.parent = segment.parent
+        (body,) = children[segment.link].values()
+        if _bare(segment, conversion) and _join(segment, body, children[body.link]):
             siblings = children[segment.parent]
-            siblings[siblings.index(segment)] = body
+            del siblings[segment.link]
+            siblings[body.link] = body
+            body.parent = segment.parent
             gone.add(segment.link)
     if gone:
         conversion.segments = {
@@ -57,61 +60,68 @@ def _bare(segment: Segment, conversion: Conversion) -> bool:
     return list(segment.parts) == [segment.link] and link.massless and not link.visuals
 
 
-def _join(segment: Segment, body: Segment, carried: list[Segment]) -> bool:
+def _join(segment: Segment, body: Segment, carried: dict[str, Segment]) -> bool:
     """Put the segment's joints before the body's, if all that lies between can be moved."""
     last, first = segment.steps[-1], body.steps[0]
     if not (last.joint.moves and first.joint.moves):
         return False
-    after: Vec = ZERO
+    before, after = ZERO, ZERO
     if first.xyz != ZERO:
-        parted = _part(last, first)
-        # only into the body itself, and only out to the anchor point
-        if parted is None:
+        for before, after in _splits(last, first):
+            # only out to the anchor point, and only into the body itself
+            if (before == ZERO or len(segment.steps) == 1) and (
+                after == ZERO or len(body.steps) == 1
+            ):
+                break
+        else:
             return False
-        before, after = parted
-        if before != ZERO and len(segment.steps) > 1:
-            return False
-        if after != ZERO and len(body.steps) > 1:
-            return False
+    if before != ZERO:
         last.xyz = add(last.xyz, rotate(from_turns(last.turns), before))
-        first.xyz = ZERO
-        if after != ZERO:
-            shift = rotate(transpose(from_turns(first.turns)), after)
-            body.parts = {
-                link: Pose(add(shift, pose.xyz), pose.rot) for link, pose in body.parts.items()
-            }
-            for child in carried:
-                child.steps[0].xyz = add(shift, child.steps[0].xyz)
-        back = Pose((-before[0], -before[1], -before[2]))
-    else:
-        back = HERE
-    last.frames = {segment.link: back}
-    body.steps = segment.steps + body.steps
+    if after != ZERO:
+        shift = rotate(transpose(from_turns(first.turns)), after)
+        body.parts = {
+            link: Pose(add(shift, pose.xyz), pose.rot) for link, pose in body.parts.items()
+        }
+        for child in carried.values():
+            child.steps[0].xyz = add(shift, child.steps[0].xyz)
+    first.xyz = ZERO
+    # where the link's frame is in the frame after its joint, which `before` has displaced
+    (pose,) = segment.parts.values()
+    x, y, z = add(pose.xyz, (-before[0], -before[1], -before[2]))
+    last.frames = {segment.link: Pose((x, y, z), pose.rot)}
+    segment.steps.extend(body.steps)
+    body.steps = segment.steps
     return True
 
 
-def _part(last: Step, first: Step) -> tuple[Vec, Vec] | None:
-    """The shift between two joints as one that commutes with the first of them and one that
-    commutes with the second, both in the frame between; None where it is no such sum."""
+def _splits(last: Step, first: Step) -> Iterator[tuple[Vec, Vec]]:
+    """The ways to have the shift between two joints as one that commutes with the first of
+    them plus one that commutes with the second, both in the frame between."""
     shift = first.xyz
-    if last.joint.type == "prismatic":
-        return shift, ZERO
-    if first.joint.type == "prismatic":
-        return ZERO, shift
-    if {last.joint.type, first.joint.type} & {"floating", "planar"}:
-        return None
     u = direction(last.axis)
     v = rotate(from_turns(first.turns), direction(first.axis))
+    if _commutes(shift, first, v):
+        yield ZERO, shift
+    if _commutes(shift, last, u):
+        yield shift, ZERO
+    if {last.joint.type, first.joint.type} & {"prismatic", "floating"}:
+        return
     # least squares for shift = a u + b v
-    uv = sum(p * q for p, q in zip(u, v, strict=True))
-    su = sum(p * q for p, q in zip(shift, u, strict=True))
-    sv = sum(p * q for p, q in zip(shift, v, strict=True))
+    uv, su, sv = dot(u, v), dot(shift, u), dot(shift, v)
     det = 1.0 - uv * uv
-    a, b = ((su - uv * sv) / det, (sv - uv * su) / det) if det > 1e-6 else (su, 0.0)
+    if det < 1e-6:
+        return
+    a, b = (su - uv * sv) / det, (sv - uv * su) / det
     x, y, z = (s - a * p - b * q for s, p, q in zip(shift, u, v, strict=True))
-    if max(abs(x), abs(y), abs(z)) > ROUNDING * max(map(abs, shift)):
-        return None
-    return (a * u[0], a * u[1], a * u[2]), (b * v[0], b * v[1], b * v[2])
+    if max(abs(x), abs(y), abs(z)) <= ROUNDING * max(map(abs, shift)):
+        yield (a * u[0], a * u[1], a * u[2]), (b * v[0], b * v[1], b * v[2])
+
+
+def _commutes(shift: Vec, step: Step, axis: Vec) -> bool:
+    """Whether a shift before the joint's motion is the same as one after it."""
+    if step.joint.type in ("prismatic", "floating"):
+        return step.joint.type == "prismatic"
+    return max(map(abs, cross(shift, axis))) <= ROUNDING * max(map(abs, shift))
 
 
 PASS = Pass("merge-massless", run, needs=("bodies",), gives=("merged",))
