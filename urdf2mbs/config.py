@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import typing
-from importlib import resources
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,6 +18,9 @@ from msgspec import Meta
 from urdf2mbs.diagnostics import ConfigError, nearest
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+#: The presets lie there, a config file each.
+PRESETS = Path(__file__).with_name("presets")
 
 #: Where in a config a value stands: the keys (and list positions) that lead to it.
 Key = tuple[str | int, ...]
@@ -107,8 +110,7 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
 
 def preset(name: str, lines: Lines) -> tuple[list[str], dict[str, dict[str, Any]]]:
     """The passes of a preset and the options that it sets."""
-    folder = resources.files("urdf2mbs.presets")
-    file = folder / f"{name}.yaml"
+    file = PRESETS / f"{name}.yaml"
     if not file.is_file():
         known = presets()
         raise lines.error(
@@ -121,8 +123,7 @@ def preset(name: str, lines: Lines) -> tuple[list[str], dict[str, dict[str, Any]
 
 def presets() -> list[str]:
     """The names of all presets."""
-    files = resources.files("urdf2mbs.presets").iterdir()
-    return sorted(file.name[:-5] for file in files if file.name.endswith(".yaml"))
+    return sorted(file.stem for file in PRESETS.glob("*.yaml"))
 
 
 def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
@@ -189,6 +190,7 @@ def word(text: str) -> Any:
         return text
 
 
+@cache
 def _fields(kind: type) -> tuple[Any, ...]:
     info: Any = msgspec.inspect.type_info(kind)
     return tuple(info.fields)

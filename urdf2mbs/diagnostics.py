@@ -5,7 +5,6 @@ Each has a stable code, says where (file and line, link or joint) and what to do
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Literal
 
 import msgspec
@@ -73,5 +72,7 @@ def render(
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """A sentence that offers the known name most like a wrong one, if any is like it."""
+    from difflib import get_close_matches
+
     close = get_close_matches(name, list(known), n=1, cutoff=0.5)
     return f"did you mean '{close[0]}'?" if close else None

@@ -7,8 +7,8 @@ MBSysPad leaves to a click is in the tooltips: joint and point names, nature, co
 from __future__ import annotations
 
 from collections.abc import Iterator
+from html import escape
 from math import hypot
-from xml.sax.saxutils import escape
 
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs.model import XY, Body, Connection, Drawing, Joint, Mbs, Point
@@ -291,7 +291,7 @@ def _text(text: str, at: XY, kind: str = "") -> str:
 
 
 def _t(text: str) -> str:
-    return escape(text, {'"': "&quot;"})
+    return escape(text)
 
 
 def _n(value: float) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from hashlib import sha256
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -428,6 +427,8 @@ def write(conversion: Conversion) -> None:
 
 
 def _checksum(folder: Path, file: Path, data: bytes) -> str:
+    from hashlib import sha256
+
     return f"{sha256(data).hexdigest()}  {file.relative_to(folder).as_posix()}\n"
 
 

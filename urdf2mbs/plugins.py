@@ -9,6 +9,7 @@ import sys
 import traceback
 import zlib
 from collections.abc import Iterable
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from types import TracebackType
@@ -26,6 +27,13 @@ GROUP = "urdf2mbs"
 
 #: What a plugin's code may throw at us: ``sys.exit()`` too must not end us without a word.
 FAILURES = (Exception, SystemExit)
+
+
+@cache
+def _installed(path: tuple[str, ...]) -> tuple[metadata.EntryPoint, ...]:
+    """The plugins of the packages on ``path``, which is ``sys.path``: looking costs more than
+    converting a small robot."""
+    return tuple(metadata.entry_points(group=GROUP))
 
 
 class Found(msgspec.Struct, frozen=True):
@@ -49,7 +57,7 @@ class Plugins:
         self._files: dict[str, str] = {}
         self._register(passes, GROUP, (GROUP, _version(GROUP)), passes.__file__ or "")
         if installed:
-            for entry in metadata.entry_points(group=GROUP):
+            for entry in _installed(tuple(sys.path)):
                 self._load_installed(entry)
         for file in files:
             self._load_file(file)

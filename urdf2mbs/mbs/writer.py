@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from html import escape
 from math import isfinite
-from xml.sax.saxutils import escape
 
 from urdf2mbs.mbs.model import (
     BASE,
@@ -57,7 +57,7 @@ class _Texts(dict[str, str]):
         if not _PLAIN(value):
             if _NOT_XML(value):
                 raise ValueError(f"an .mbs file cannot hold the name {value!r}")
-            text = escape(value, {'"': "&quot;", "\r": "&#13;"})
+            text = escape(value).replace("\r", "&#13;")
         self[value] = text
         return text
 
