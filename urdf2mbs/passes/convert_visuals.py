@@ -36,7 +36,7 @@ def run(conversion: Conversion, options: NoOptions) -> None:
                 rot = multiply(at.rot, Y_ONTO_Z) if shape.kind == "cylinder" else at.rot
                 shape.position = at.xyz
                 shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
-                _colour(shape, visual.material)
+                _colour(shape, visual.material, conversion.robot.materials)
                 segment.body.shapes.append(shape)
     _tell(conversion)
 
@@ -67,7 +67,10 @@ def _stem(filename: str, taken: set[str]) -> str:
     return stem
 
 
-def _colour(shape: Shape, material: Material | None) -> None:
+def _colour(shape: Shape, material: Material | None, known: dict[str, Material]) -> None:
+    """The visual's own colour, else that of the material of its name, else grey."""
+    if material is not None and material.color is None:
+        material = known.get(material.name)
     if material is None or material.color is None:
         shape.color = GREY
         return

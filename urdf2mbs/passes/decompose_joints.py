@@ -83,7 +83,7 @@ def _tell_mimic(conversion: Conversion) -> None:
     mimics = {
         joint.name: joint.mimic
         for joint in conversion.robot.joints.values()
-        if joint.mimic is not None and joint.name not in conversion.frozen
+        if joint.mimic is not None and joint.moves and joint.name not in conversion.frozen
     }
     if mimics:
         rules = ", ".join(

@@ -1,0 +1,55 @@
+"""Colours and shapes of the visuals; their poses are proven in test_random_robots.py."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.mbs.model import GREY, Shape
+
+ROBOT = """<robot name="coloured">
+  <material name="blue"><color rgba="0 0.2 1 0.25"/></material>
+  <link name="body">
+    <inertial><mass value="1"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <visual name="shown"><geometry><sphere radius="0.1"/></geometry>{material}</visual>
+    <visual name="other"><geometry><box size="1 2 3"/></geometry>
+      <material name="red"><color rgba="1 0 0 1"/></material></visual>
+  </link>
+</robot>"""
+
+
+def shape(folder: Path, material: str) -> Shape:
+    robot = folder / "robot.urdf"
+    robot.write_text(ROBOT.format(material=material))
+    return convert(robot).mbs.bodies[0].shapes[0]
+
+
+@pytest.mark.parametrize(
+    ("material", "color", "transparency"),
+    [
+        ("", GREY, 0.0),
+        ('<material name="blue"/>', (0, 51, 255), 0.75),  # a global one, by name
+        ('<material name="red"/>', (255, 0, 0), 0.0),  # defined in place elsewhere
+        ('<material name="own"><color rgba="0 1 0 1"/></material>', (0, 255, 0), 0.0),
+        ('<material name="blue"><color rgba="1 1 1 1"/></material>', (255, 255, 255), 0.0),
+        ('<material name=""><color rgba="2 -1 0 5"/></material>', (255, 0, 0), 0.0),
+        ('<material name="nowhere"/>', GREY, 0.0),
+    ],
+)
+def test_colour(
+    tmp_path: Path, material: str, color: tuple[int, int, int], transparency: float
+) -> None:
+    found = shape(tmp_path, material)
+    assert found.color == color
+    assert found.transparency == transparency
+
+
+def test_the_sizes_are_full_lengths(tmp_path: Path) -> None:
+    robot = tmp_path / "robot.urdf"
+    robot.write_text(ROBOT.format(material=""))
+    sphere, box = convert(robot).mbs.bodies[0].shapes
+    assert (sphere.kind, sphere.radius) == ("sphere", 0.1)
+    assert (box.kind, box.size) == ("box", (1.0, 2.0, 3.0))
