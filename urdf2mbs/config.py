@@ -167,9 +167,12 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
                     what, path = _told(inner)
                     where = (*where, key, *path)
                     break
+        type_ = fields[str(path[0])].type if len(path) == 1 else None
+        words = getattr(type_, "values", ())  # of a Literal
         raise lines.error(
-            "config-type", f"'{_dotted(where)}': {what[0].lower()}{what[1:]}", where
-        ) from None
+            "config-type", f"'{_dotted(where)}': {what[0].lower()}{what[1:]}", where,
+            f"it is one of: {', '.join(words)}" if words else None,
+        ) from None  # fmt: skip
 
 
 def _told(error: msgspec.ValidationError) -> tuple[str, Key]:

@@ -13,6 +13,9 @@ from urdf2mbs.mbs import model as mbs
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
+#: Why prune-massless leaves a moving joint out (see ``Conversion.frozen``).
+NOTHING_HEAVY = "nothing that it moves has mass"
+
 
 class Settings(msgspec.Struct):
     """What the user asked for, with absolute paths."""
@@ -117,6 +120,8 @@ class Conversion:
         self.settings = settings
         self.robot: Robot = Robot(name="")
         self.floating = False
+        self.inserted: str | None = None
+        """The joint, and with it the link above it, that insert-base added to the robot."""
         self.segments: dict[str, Segment] = {}
         self.mbs = mbs.Mbs(name="")
         self.names = Names()

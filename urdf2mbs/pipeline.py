@@ -363,15 +363,16 @@ def report(conversion: Conversion) -> dict[str, Any]:
     mbs, robot = conversion.mbs, conversion.robot
     joints = [joint for body in mbs.bodies for joint in body.joints]
     driven = sum(joint.nature == "driven" for joint in joints)
+    inserted = 1 if conversion.inserted else 0
     return {
         "robot": robot.name,
         "source": str(conversion.settings.source),
         "output": str(conversion.settings.output),
         "base": "floating" if conversion.floating else "fixed",
-        "links": len(robot.links),
+        "links": len(robot.links) - inserted,
         "bodies": len(mbs.bodies),
         "joints": {
-            "urdf": len(robot.joints),
+            "urdf": len(robot.joints) - inserted,
             "mbs": len(joints),
             "independent": len(joints) - driven,
             "driven": driven,

@@ -32,7 +32,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import LinkFrame
+from urdf2mbs.conversion import NOTHING_HEAVY, LinkFrame
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.spatial import Sym, Vec, fewest_turns
@@ -296,11 +296,12 @@ class _Comparing:
             self._differ("gravity", told, off, urdf=gravity, mbs=own)
 
     def _left_out(self, frozen: Mapping[str, str]) -> None:
-        """What was given up on purpose must be nothing that weighs."""
+        """What is left out as weighing nothing must weigh nothing; a pass that has another
+        reason for it (joints locked on purpose, say) answers for it itself."""
         useful = carriers(self.robot) if frozen else set()
-        for name in frozen:
+        for name, why in frozen.items():
             joint = self.robot.joints[name]
-            if joint.child in useful:
+            if why == NOTHING_HEAVY and joint.child in useful:
                 self._differ(
                     "joint-missing",
                     f"joint '{name}' is left out, and it moves what has mass",

@@ -42,6 +42,7 @@ def run(conversion: Conversion, options: NoOptions) -> None:
             name=_unused(f"{kind}_base", robot), type=kind,
             parent=ground, child=root,
         )  # fmt: skip
+        conversion.inserted = joint.name
         conversion.robot = msgspec.structs.replace(
             robot,
             links={ground: Link(ground), **robot.links},

@@ -15,7 +15,7 @@ from fnmatch import fnmatchcase
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Segment, Step
+from urdf2mbs.conversion import NOTHING_HEAVY, Conversion, Segment, Step
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
@@ -144,7 +144,7 @@ def _attach_frames(
         segment.parts[joint.child] = at
         holder[joint.child] = (segment, at)
         if joint.moves:
-            conversion.frozen[joint.name] = "nothing that it moves has mass"
+            conversion.frozen[joint.name] = NOTHING_HEAVY
             conversion.warn(
                 "massless-leaf",
                 f"joint '{joint.name}' ({joint.type}) moves nothing that has mass: its degree "
