@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from urdf2mbs import Result
 
 GRAVITY = (0.0, 0.0, -9.81)
+#: What has no colour.
+GREY = (128 / 255, 128 / 255, 128 / 255, 1.0)
 X, Y, Z = np.eye(3)
 FLOATING_BASE = "<the base that floats>"
 
@@ -45,12 +47,15 @@ class UrdfJoint:
 
 @dataclass
 class UrdfShape:
-    """A visual: 4x4 pose in the link frame; ``size`` as the evaluator's ``Shape`` has it."""
+    """A visual: 4x4 pose in the link frame; ``size`` as the evaluator's ``Shape`` has it; colour
+    r g b a, each 0 to 1, None where files that define a material twice leave it open."""
 
     kind: str
     pose: Array
     size: tuple[float, ...] = ()
     scale: tuple[float, ...] = (1.0, 1.0, 1.0)
+    mesh: str | None = None
+    color: tuple[float, ...] | None = None
 
 
 @dataclass
@@ -66,8 +71,12 @@ class Urdf:
     def parse(cls, text: bytes) -> Urdf:
         root = etree.fromstring(text)
         inertias = {link.get("name", ""): _inertia(link) for link in root.findall("link")}
+        colors: dict[str, set[tuple[float, ...]]] = {}
+        for color in root.iterfind(".//material/color"):
+            name = color.getparent().get("name", "")
+            colors.setdefault(name, set()).add(tuple(_numbers(color, "rgba", "")))
         shapes = {
-            link.get("name", ""): [_shape(visual) for visual in link.findall("visual")]
+            link.get("name", ""): [_shape(visual, colors) for visual in link.findall("visual")]
             for link in root.findall("link")
         }
         joints = {joint.get("name", ""): _joint(joint) for joint in root.findall("joint")}
@@ -146,8 +155,20 @@ def _inertia(link: etree._Element) -> Inertia | None:
     return at_com.seen_from(_origin(inertial))
 
 
-def _shape(visual: etree._Element) -> UrdfShape:
-    pose = _origin(visual)
+def _shape(visual: etree._Element, colors: dict[str, set[tuple[float, ...]]]) -> UrdfShape:
+    shape = _geometry(visual, _origin(visual))
+    material = visual.find("material")
+    if material is None:
+        shape.color = GREY
+    elif not material.get("name") and (color := material.find("color")) is not None:
+        shape.color = tuple(_numbers(color, "rgba", ""))
+    else:
+        known = colors.get(material.get("name", ""), {GREY})
+        shape.color = next(iter(known)) if len(known) == 1 else None
+    return shape
+
+
+def _geometry(visual: etree._Element, pose: Array) -> UrdfShape:
     (element,) = [e for e in visual.find("geometry") if isinstance(e.tag, str)]
     if element.tag == "box":
         return UrdfShape("box", pose, tuple(_numbers(element, "size", "")))
@@ -156,7 +177,8 @@ def _shape(visual: etree._Element) -> UrdfShape:
     if element.tag == "cylinder":
         size = *_numbers(element, "radius", ""), *_numbers(element, "length", "")
         return UrdfShape("cylinder", pose, size)
-    return UrdfShape("inline", pose, scale=tuple(_numbers(element, "scale", "1 1 1")))
+    scale = tuple(_numbers(element, "scale", "1 1 1"))
+    return UrdfShape("inline", pose, scale=scale, mesh=element.get("filename", ""))
 
 
 def _joint(element: etree._Element) -> UrdfJoint:
@@ -651,7 +673,8 @@ class Comparison:
             worth = np.abs(wanted.tensor).max() + wanted.mass * arm * arm
             for kind, difference, unit in (
                 ("mass", ours.mass - wanted.mass, wanted.mass),
-                ("com", ours.com - wanted.com, self.size),
+                # what has inertia but no mass has no centre
+                ("com", (ours.com - wanted.com) * (wanted.mass != 0.0), self.size),
                 ("inertia", ours.tensor - wanted.tensor, worth),
             ):
                 largest = float(np.abs(difference).max())
@@ -702,6 +725,7 @@ def lost_shapes(comparison: Comparison, tolerance: float = 1e-12) -> list[str]:
     result, urdf = comparison.result, comparison.urdf
     left = {name: list(body.shapes) for name, body in comparison.mbs.bodies.items()}
     lost: list[str] = []
+    pairs: set[tuple[str, str]] = set()
     for link, visuals in urdf.shapes.items():
         frame = result.frames[link]
         if visuals and frame.joint is not None:
@@ -714,15 +738,26 @@ def lost_shapes(comparison: Comparison, tolerance: float = 1e-12) -> list[str]:
             match = [s for s in there if _same(s, visual, at @ visual.pose, tolerance)]
             if match:
                 there.remove(match[0])
+                if visual.mesh is not None:
+                    pairs.add((visual.mesh, str(match[0].url).lower()))
             else:
                 lost.append(f"{link}: {visual.kind} {visual.size}")
     lost += [f"{name}: {s.kind} {s.name} is of no link" for name in left for s in left[name]]
+    # one file for each mesh, also where letter case does not count
+    if not len(pairs) == len({mesh for mesh, _ in pairs}) == len({url for _, url in pairs}):
+        lost.append(f"meshes are mixed up: {sorted(pairs)}")
     return lost
 
 
 def _same(shape: Shape, visual: UrdfShape, at: Array, tolerance: float) -> bool:
     if (shape.kind, shape.size, shape.scale) != (visual.kind, visual.size, visual.scale):
         return False
+    if visual.color is not None:
+        *color, alpha = np.clip(visual.color, 0.0, 1.0)
+        if np.abs(np.array(shape.color) - 255 * np.array(color)).max() > 0.5:
+            return False
+        if abs(shape.transparency - (1.0 - alpha)) > 1e-12:
+            return False
     ours, wanted = shape.pose[:3, :3], at[:3, :3]
     if shape.kind == "sphere":
         turned = 0.0

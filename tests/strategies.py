@@ -147,6 +147,14 @@ def robots(draw: Draw, most: int = 7) -> bytes:
                 visual.set("name", draw(st.sampled_from(("v", "w x"))))
             origin(visual)
             _geometry(draw, etree.SubElement(visual, "geometry"), text)
+            look = draw(st.sampled_from((None, "red", "own", "both")))
+            if look is not None:
+                material = etree.SubElement(visual, "material")
+                if look != "own":
+                    material.set("name", "red")
+                if look != "red":
+                    rgba = (0.9, 0.1, 0.2, 0.75) if look == "both" else (0.2, 0.4, 0.6, 0.5)
+                    etree.SubElement(material, "color", rgba=text(rgba))
         elements.append(link)
     for i, name in enumerate(joints, start=1):
         kind = draw(st.sampled_from(("fixed", "revolute", *MOVING)))
@@ -165,6 +173,9 @@ def robots(draw: Draw, most: int = 7) -> bytes:
         for part in draw(st.permutations(parts)):
             joint.append(part)
         elements.append(joint)
+    red = etree.Element("material", name="red")
+    etree.SubElement(red, "color", rgba=text((0.9, 0.1, 0.2, 0.75)))
+    elements.append(red)
     root = etree.Element("robot", name=draw(st.sampled_from(("r", "my robot", "base"))))
     if draw(st.booleans()):
         root.append(etree.Comment(" drawn by hypothesis "))
