@@ -283,3 +283,17 @@ def test_a_plugins_options_are_in_the_schema() -> None:
     assert fault(yaml.safe_load(good.replace("{links", "{lnks")), whole, whole) is not None
     rules = whole["$defs"]["rename-links.rename_links.Options"]["properties"]
     assert rules["links"]["description"] == "Link: its new name."
+
+
+def test_options_that_are_a_dataclass_are_closed_too(tmp_path: Path) -> None:
+    file = tmp_path / "plain.py"
+    file.write_text(
+        "from dataclasses import dataclass\n"
+        "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+        "@dataclass\nclass Size:\n  size: float = 1.0\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('plain', lambda c, o: None, Size)]\n"
+    )
+    whole = schema(Plugins([file], installed=False))
+    for options, good in (("size: 2", True), ("sze: 2", False), ("size: big", False)):
+        text = f"source: x\npasses: {{plain: {{{options}}}}}"
+        assert (fault(yaml.safe_load(text), whole, whole) is None) == good

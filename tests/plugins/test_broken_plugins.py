@@ -11,6 +11,7 @@ import pytest
 
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.plugins import Plugins
 from urdf2mbs.testing import TINY, convert_text, run_pass
 
 HOOKS = "from urdf2mbs.hookspecs import Pass, hookimpl\nimport msgspec\n"
@@ -125,6 +126,28 @@ def test_files_of_one_name_do_not_mix_in_one_process(tmp_path: Path) -> None:
         )
     for folder in ("one", "two", "one"):
         assert run_pass("name", tmp_path / folder / "mine.py").robot.name == folder
+
+
+def test_each_of_two_files_of_one_name_keeps_its_docstring(tmp_path: Path) -> None:
+    found = []
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+        file = tmp_path / folder / "mine.py"
+        file.write_text(f'"""{folder}."""\n{PASS}[Pass("a", run)]\n')
+        found.append(Plugins([file], installed=False).passes["a"][0])
+    assert [one.pass_.summary for one in found] == ["one.", "two."]
+    assert [Path(one.file).parent.name for one in found] == ["one", "two"]
+
+
+def test_a_helper_that_knows_no_link_is_named_by_its_caller(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(HOOKS + "def half(mass): return mass / 0\n"
+                    "def run(conversion, options):\n"
+                    "  for link in conversion.robot.links.values(): half(link.inertial.mass)\n"
+                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+    with pytest.raises(ConversionError, match="at link 'body': ZeroDivisionError") as caught:
+        run_pass("a", file)
+    assert caught.value.line == 3
 
 
 FAIL = """

@@ -87,6 +87,16 @@ def test_a_turned_box() -> None:
     assert first == pytest.approx(expected)
 
 
+def test_a_box_upside_down() -> None:
+    """Its face that looks down is the one that it calls up."""
+    text = TINY.replace(
+        '<origin xyz="0 0 0.05"/>\n      <geometry><box',
+        '<origin xyz="0 0 0.05" rpy="3.141592653589793 0 0"/>\n      <geometry><box',
+    )
+    points = added(contacts(text, links=["hand"]), "hand")
+    assert [point.coordinates[2] for point in points] == pytest.approx([0.0] * 4)
+
+
 def test_given_corners_on_a_massless_link_move_to_its_body() -> None:
     """``tool`` is fixed to ``hand``, 0.1 m up and pitched by 90 degrees."""
     result = contacts(links=["tool"], corners=[[0.02, 0.0, 0.0], [0.0, 0.01, 0.0]])

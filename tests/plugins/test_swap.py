@@ -12,6 +12,7 @@ from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.config import Lines, preset
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.plugins import Plugins
 from urdf2mbs.testing import TINY, convert_text
 
 BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
@@ -89,6 +90,16 @@ def test_explain_says_what_does_not(tmp_path: Path, capsys: Any) -> None:
     assert re.search(r"from     urdf2mbs \S* ?\(.*layout.py\)\n", out)
     assert f"not      mine ({tmp_path}/mine.py), which brings a 'layout' too" in out
     assert "'swap: {layout: mine}' takes it" in out
+
+
+def test_a_plugin_that_lends_our_function_is_still_the_source(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+        "from urdf2mbs.passes import layout\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('mine', layout.run)]\n"
+    )
+    assert Plugins([file], installed=False).passes["mine"][0].file == str(file)
 
 
 def test_two_plugins_with_one_pass(tmp_path: Path, capsys: Any) -> None:
