@@ -23,6 +23,7 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.diagram import draw
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.pipeline import report
 from urdf2mbs.scene import Store, lookup, mbs_side, urdf_side
 from urdf2mbs.urdf.packages import Packages
 
@@ -85,7 +86,7 @@ def make(conversion: Conversion, *, up_axis: bool = True) -> Page:
         "arrays": arrays,
         "diagram": _diagram(model),
         "verdict": _verdict(conversion),
-        "facts": _facts(conversion, model),
+        "facts": _facts(conversion),
         "notes": _notes(store.missing),
         "joints": _joints(conversion, model),
         "bodies": _bodies(conversion, model),
@@ -153,18 +154,16 @@ def _verdict(conversion: Conversion) -> str:
     return '<span class="verdict other">NOT the same robot</span>'
 
 
-def _facts(conversion: Conversion, model: Mbs) -> str:
-    natures = [joint.nature for body in model.bodies for joint in body.joints]
-    driven = natures.count("driven")
-    kind = "floating" if conversion.floating else "fixed"
-    mass = sum(body.mass or 0.0 for body in model.bodies)
+def _facts(conversion: Conversion) -> str:
+    found = report(conversion)
+    joints = found["joints"]
     warnings = sum(d.level == "warning" for d in conversion.diagnostics)
     facts = [
-        f"{len(conversion.robot.links)} links → {len(model.bodies)} bodies",
-        f"{len(conversion.robot.joints)} URDF joints → {len(natures)} joints: "
-        f"{len(natures) - driven} moving, {driven} driven",
-        f"{mass:.6g} kg",
-        f"{kind} base",
+        f"{found['links']} links → {found['bodies']} bodies",
+        f"{joints['urdf']} URDF joints → {joints['mbs']} joints: "
+        f"{joints['independent']} independent, {joints['driven']} driven",
+        f"{found['mass']:.6g} kg",
+        f"{found['base']} base",
         f"{warnings} warning{'' if warnings == 1 else 's'}",
     ]
     return " · ".join(facts)
