@@ -29,7 +29,8 @@ from urdf2mbs.config import Lines, load, parse, preset
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.dump import state
 from urdf2mbs.hookspecs import Pass, hookimpl
-from urdf2mbs.pipeline import Pipeline, write_files
+from urdf2mbs.output import write_files
+from urdf2mbs.pipeline import Pipeline
 from urdf2mbs.plugins import Plugins
 from urdf2mbs.schema import field_docs
 from urdf2mbs.testing import TINY

@@ -19,7 +19,8 @@ from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.dump import Dump, state, to_yaml
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.pipeline import Pipeline, check_order, write_files
+from urdf2mbs.output import write_files
+from urdf2mbs.pipeline import Pipeline, check_order
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 from urdf2mbs.urdf.model import Robot
 

@@ -18,8 +18,10 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.dump import Dump
 from urdf2mbs.hookspecs import Pass, hookimpl
-from urdf2mbs.pipeline import Bound, Pipeline, report, write, write_files
+from urdf2mbs.output import write, write_files
+from urdf2mbs.pipeline import Bound, Pipeline
 from urdf2mbs.plugins import GROUP, Found, Plugins
+from urdf2mbs.result import report
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -23,7 +23,7 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.diagram import draw
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.pipeline import report
+from urdf2mbs.result import report
 from urdf2mbs.scene import Store, lookup, mbs_side, urdf_side
 from urdf2mbs.urdf.packages import Packages
 

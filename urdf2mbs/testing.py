@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.pipeline import Result, convert
+from urdf2mbs.result import Result, convert
 from urdf2mbs.verify import compare
 
 #: A robot with a bit of all that robots have: a root with mass, a turned joint, an axis between
