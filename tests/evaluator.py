@@ -240,7 +240,7 @@ class Joint:
     symbols: tuple[str, ...] | None
 
 
-@dataclass
+@dataclass(eq=False)
 class Shape:
     """One 3D shape: 4x4 pose in the body frame (``T Rx Ry Rz``), then scale (3,).
 
