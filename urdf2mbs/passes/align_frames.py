@@ -210,7 +210,7 @@ def _consider(node: _Node, parent: _Node, search: _Search) -> None:
     elif node.kind == "planar":  # its coordinates name axes
         turns, k = axis_turns(node.axis)
         node.frames = [[_exchange(from_turns(turns), search.ks[0] - k)]]
-    elif node.children:
+    elif node.children or not search.any:
         node.across = _considered(node, parent, search)
         node.frames = [_quarters(search.ks[0], node.axis, across) for across in node.across]
     node.costs = [[0] * len(frames) for frames in node.frames]
@@ -279,7 +279,7 @@ def _free_frames(node: _Node, search: _Search) -> list[Rot]:
 
 def _count(node: _Node, parent: _Node, search: _Search) -> None:
     """Add to each frame of the parent the fewest turns of this branch."""
-    tip = node.is_tip and search.any
+    tip = search.any and node.is_tip
     lows = [min(costs) for costs in node.costs]
     for group, frames in enumerate(parent.frames):
         before = [multiply(transpose(frame), node.rot) for frame in frames]
@@ -406,10 +406,14 @@ def _least(u: Vec, small: float) -> int:
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
     """The direction of what of v is across the axis; None if v is along it."""
-    along = dot(v, axis)
-    x, y, z = (c - along * a for c, a in zip(v, axis, strict=True))
-    length = hypot(x, y, z)
-    return None if length <= small else (x / length, y / length, z / length)
+    for _ in range(2):  # the second time removes the rounding of the first, if v is nearly along
+        along = dot(v, axis)
+        x, y, z = (c - along * a for c, a in zip(v, axis, strict=True))
+        length = hypot(x, y, z)
+        if length <= small:
+            return None
+        v = (x / length, y / length, z / length)
+    return v
 
 
 def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:

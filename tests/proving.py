@@ -1,0 +1,100 @@
+"""Short robots in URDF, and the proof that a conversion of one is the same robot."""
+
+from __future__ import annotations
+
+import zlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from lxml import etree
+from reference import Comparison, Urdf, lost_shapes, structure_faults
+
+from urdf2mbs.testing import convert_text
+
+if TYPE_CHECKING:
+    from urdf2mbs import Result
+
+SOLID = (
+    '<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
+    '<inertia ixx="0.03" ixy="0.001" ixz="-0.002" iyy="0.04" iyz="0.003" izz="0.05"/></inertial>'
+)
+BOX = (
+    '<visual><origin xyz="0.1 0 0.2" rpy="0.1 0.2 0.3"/>'
+    '<geometry><box size="1 2 3"/></geometry></visual>'
+)
+#: What of a robot's mass is found in the wrong place, relative; all that is found is rounding.
+TOLERANCE = 1e-12
+
+
+def robot(*elements: str) -> str:
+    return f'<robot name="r">{"".join(elements)}</robot>'
+
+
+def link(name: str, *content: str) -> str:
+    return f'<link name="{name}">{"".join(content)}</link>'
+
+
+def joint(
+    parent: str,
+    child: str,
+    kind: str = "continuous",
+    *,
+    xyz: str = "0 0 0",
+    rpy: str = "0 0 0",
+    axis: str = "0 0 1",
+    name: str = "",
+) -> str:
+    """A joint called ``PARENT_to_CHILD``, if nothing else."""
+    return (
+        f'<joint name="{name or f"{parent}_to_{child}"}" type="{kind}"><parent link="{parent}"/>'
+        f'<child link="{child}"/><origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
+    )
+
+
+def prove(text: str | bytes, *, tolerance: float = TOLERANCE, **settings: Any) -> Result:
+    """Convert by ``compact`` and compare with pinocchio and with Rodrigues' formula on the URDF,
+    at zero and at a random position: the pose of every link, each rigid group's mass, centre and
+    inertia, mass matrix, gravity forces, inverse dynamics, shapes."""
+    data = text.encode() if isinstance(text, str) else text
+    settings.setdefault("pipeline", "compact")
+    result = convert_text(data.decode(), **settings)
+    assert_same(result, data, settings.get("base", "auto"), tolerance)
+    return result
+
+
+def assert_same(result: Result, text: bytes, base: str, tolerance: float) -> dict[str, float]:
+    """The largest error of each kind."""
+    # the ground has no inertia in an .mbs
+    root = etree.fromstring(text)
+    for element in root.findall("link"):
+        if result.frames[element.get("name", "")].body is None:
+            for inertial in element.findall("inertial"):
+                element.remove(inertial)
+    text = etree.tostring(root)
+    urdf = Urdf.parse(text)
+    comparison = Comparison(result, urdf, floating=urdf.floats(base))
+    positions = [{}, comparison.random(np.random.default_rng(zlib.crc32(text)))]
+    largest: dict[str, float] = {}
+    for model in (comparison.reference(), comparison.pinocchio(text)):
+        errors = comparison.errors(model, positions)
+        wrong = {kind: error for kind, error in errors.items() if error > tolerance}
+        assert not wrong, f"against {model.name}: {wrong}"
+        largest = {kind: max(error, largest.get(kind, 0.0)) for kind, error in errors.items()}
+    assert structure_faults(comparison, faithful=False) == []
+    assert lost_shapes(comparison) == []
+    return largest
+
+
+def chains(result: Result) -> dict[str, list[str]]:
+    """Each body's joints: the type, in lower case if it is driven."""
+    return {
+        body.name: [
+            joint.type.lower() if joint.nature == "driven" else joint.type for joint in body.joints
+        ]
+        for body in result.mbs.bodies
+    }
+
+
+def driven(result: Result) -> int:
+    return sum(joint.nature == "driven" for body in result.mbs.bodies for joint in body.joints)

@@ -1,0 +1,180 @@
+"""The preset ``compact``: the same robot, to rounding, with far fewer joints."""
+
+from __future__ import annotations
+
+import re
+import time
+from functools import cache
+from typing import TYPE_CHECKING
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from proving import SOLID, assert_same, driven, joint, link, prove, robot
+from reference import Urdf
+from robots import CONVERTIBLE, RealRobot
+from strategies import LINK_NAMES, robots, snapped
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.testing import convert_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+reproducible = settings(
+    max_examples=120,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    phases=(Phase.explicit, Phase.generate),
+    suppress_health_check=list(HealthCheck),
+)
+KEEP_ALL = {"prune-massless": {"keep": ["*"]}}
+ROBOTS = {param.id: param.values[0] for param in CONVERTIBLE}
+
+
+@cache
+def urdf_of(text: Path) -> Urdf:
+    return Urdf.parse(text.read_bytes())
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize("robot", CONVERTIBLE)
+def test_real_robots_are_the_same(robot: RealRobot, base: str, shared: Path) -> None:
+    urdf = urdf_of(robot.text)
+    if all(urdf.massless(link) for link in urdf.inertias):
+        with pytest.raises(ConversionError) as refused:
+            robot.convert(base=base, pipeline="compact")
+        assert refused.value.code == "nothing-left"
+        return
+
+    result = robot.convert(base=base, pipeline="compact")
+
+    # 1e-10 is promised; what is found is 1.4e-12 with Atlas, angles of which are 5e-13 off,
+    # and 1e-13 with all others
+    tolerance = 3e-12 if "atlas" in robot.name else 1e-12
+    assert_same(result, robot.text.read_bytes(), base, tolerance)
+    assert result.report["check"]["same"]
+
+
+#: Moving joints, and driven ones, with all massless links kept.  The issue's numbers are these,
+#: but for NAO (14) and the UR arms (1), which take directions for aligned that are 1.4e-7 and
+#: 2e-10 off; see docs/compact.md.
+FEWEST = {
+    "icub-iCubGazeboV2_5": (32, 14),
+    "icub-iCubGenova02": (32, 16),
+    "icub-iCubLisboa01": (32, 43),
+    "icub-iCubNancy01": (32, 45),
+    "nao-naoV50_generated_urdf": (42, 16),
+    "walkman-bigman": (31, 8),
+    "atlas-atlas_v5": (31, 1),
+    "atlas-atlas_v3": (29, 4),
+    "ur-ur5": (6, 3),
+    "franka-fr3_nohand": (7, 2),
+    "cassie-cassie_v4": (16, 6),
+    "solo12-solo12.urdf.xacro": (12, 0),
+    "t12-T12": (36, 36),
+}
+
+
+@pytest.mark.parametrize("name", FEWEST)
+def test_so_few_joints_are_enough(name: str, shared: Path) -> None:
+    result = ROBOTS[name].convert(base="fixed", pipeline="compact", options=KEEP_ALL)
+
+    joints = result.report["joints"]
+    assert (joints["independent"], joints["driven"]) == FEWEST[name]
+    # one body for each that moves, at most
+    assert result.report["bodies"] <= joints["independent"]
+
+
+@pytest.mark.parametrize(("name", "fewest"), [("nao-naoV50_generated_urdf", 14), ("ur-ur5", 1)])
+def test_a_tolerance_takes_more_for_aligned_and_says_so(
+    name: str, fewest: int, shared: Path
+) -> None:
+    options = {**KEEP_ALL, "align-frames": {"tolerance": 1e-6}, "check": {"tolerance": 1e-6}}
+
+    result = ROBOTS[name].convert(base="fixed", pipeline="compact", options=options)
+
+    assert result.report["joints"]["driven"] == fewest
+    told = [d for d in result.diagnostics if d.code == "axis-aligned"]
+    off = max(float(re.search(r"its axis is (\S+) rad off", d.message)[1]) for d in told)
+    found = max(result.report["check"]["largest"].values())
+    # more than is promised of the default, and about what is said
+    assert 1e-10 < found < 5 * off < 1e-6
+    assert {d.joint for d in told} <= result.robot.joints.keys()
+
+
+@reproducible
+@given(
+    robots(most=9),
+    st.sampled_from(("auto", "floating", "fixed")),
+    st.booleans(),
+    st.lists(st.sampled_from(("*", "b*", "*foot", *LINK_NAMES)), max_size=3),
+    st.sampled_from(("any", "any", "x", "y", "z")),
+)
+def test_random_robots_are_the_same(
+    text: bytes, base: str, keep: bool, keep_fixed: list[str], axes: str
+) -> None:
+    options = {
+        **(KEEP_ALL if keep else {}),
+        "lump-fixed": {"keep": keep_fixed},
+        "align-frames": {"axes": axes},
+    }
+
+    # an axis within 1e-9 rad of a coordinate axis or plane of its link is taken to lie on it
+    result = prove(text, tolerance=3e-11 + 10.0 * snapped(text), base=base, options=options)
+
+    types = [j.type for body in result.mbs.bodies for j in body.joints if j.nature != "driven"]
+    kinds = {joint.type for joint in result.robot.joints.values()}
+    if axes != "any" and kinds <= {"fixed", "revolute", "continuous"}:
+        assert set(types) <= {f"R{'xyz'.index(axes) + 1}"}
+    faithful = convert_text(text.decode(), base=base, options=KEEP_ALL if keep else {})
+    if axes == "any":
+        assert driven(result) <= driven(faithful)
+
+
+def test_an_axis_that_is_nearly_aligned_is_told_of() -> None:
+    text = robot(link("a", SOLID), link("b", SOLID), joint("a", "b", axis="5e-10 0 1"))
+    result = prove(text, tolerance=3e-9, base="floating")
+    assert driven(result) == 0
+    assert "5.0e-10 rad off" in str([d for d in result.diagnostics if d.code == "axis-aligned"])
+
+
+def seconds(text: str, name: str) -> float:
+    start = time.process_time()
+    result = convert_text(text, base="floating", pipeline="compact")
+    assert result.report["check"]["same"], name
+    return time.process_time() - start
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind", "rpy"),
+    [
+        ("chain", "continuous", "0.1 0.2 0.3"),
+        ("chain", "continuous", "0 0 0.3"),
+        ("chain", "fixed", "0.1 0.2 0.3"),
+        ("hub", "continuous", "0.1 0.2 0.3"),
+        ("hub", "fixed", "0.1 0.2 0.3"),
+    ],
+)
+def test_time_is_linear_in_the_number_of_links(shape: str, kind: str, rpy: str) -> None:
+    def text(count: int) -> str:
+        """Links in a row, or all on the first; every fifth is massless, with a shift along z."""
+        links = [link(f"l{i}", *([] if i % 5 == 2 else [SOLID])) for i in range(count)]
+        joints = [
+            joint(
+                f"l{i - 1 if shape == 'chain' else 0}",
+                f"l{i}",
+                kind,
+                rpy=f"{rpy}{i}",
+                xyz="0 0 0.1",
+                axis="0 0 1" if i % 2 else "0 0.6 0.8",
+            )
+            for i in range(1, count)
+        ]
+        return robot(*links, *joints)
+
+    few, many = text(250), text(1000)
+    seconds(few, "warm")
+    # four times as many take four times as long, not sixteen
+    assert min(seconds(many, "many") for _ in "12") < 9 * min(seconds(few, "few") for _ in "123")
