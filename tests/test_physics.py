@@ -85,7 +85,7 @@ def test_is_the_same_robot(
     errors = largest_errors(comparison, robot)
     for model, by_kind in errors.items():
         for kind, error in by_kind.items():
-            record_property(f"{model} {kind}", error)
+            record_property(f"{model} {kind}", float(error))
     assert not too_large(errors, TOLERANCE)
     assert structure_faults(comparison) == []
     assert lost_shapes(comparison) == []
@@ -111,7 +111,7 @@ def test_the_compact_one_is_the_same_robot(
     errors = largest_errors(comparison, robot)
     for model, by_kind in errors.items():
         for kind, error in by_kind.items():
-            record_property(f"{model} {kind}", error)
+            record_property(f"{model} {kind}", float(error))
     assert not too_large(errors, COMPACT_TOLERANCE)
     assert structure_faults(comparison, faithful=False) == []
     assert lost_shapes(comparison) == []
