@@ -24,10 +24,14 @@ ROUNDING = 1e-15
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
+    taken = set(conversion.robot.joints)
     for segment in conversion.segments.values():
         joints: list[Joint] = []
         for step in segment.steps:
             decompose(step)
+            for joint in step.joints:
+                if joint.name != step.joint.name:
+                    _name_apart(joint, taken)
             joints += step.joints
             _tell_axis(conversion, step)
         segment.body.joints = joints
@@ -59,6 +63,15 @@ def decompose(step: Step) -> None:
     turned_back = [(k, -angle) for k, angle in reversed(turns)]
     back = [_driven(f"{name}_back_R{k}", k, angle) for k, angle in (*turned_back, *step.after)]
     step.joints = [*origin, *there, *step.coordinates, *back]
+
+
+def _name_apart(joint: Joint, taken: set[str]) -> None:
+    """A URDF joint may already be called as we would name one of ours; it keeps its name."""
+    name, number = joint.name, 1
+    while joint.name in taken:
+        number += 1
+        joint.name = f"{name}_{number}"
+    taken.add(joint.name)
 
 
 def _driven(name: str, k: int, angle: float) -> Joint:
