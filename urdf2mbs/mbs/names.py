@@ -58,9 +58,11 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     ]
     final = iter(_assign(named, (BASE, ORIGIN, mbs.base.name)))
 
-    joint_names = {joint.name: next(final) for joint in joints}
+    joint_names: dict[str, str] = {}
     for joint in joints:
-        joint.name = joint_names[joint.name]
+        name = next(final)
+        joint_names.setdefault(joint.name, name)
+        joint.name = name
     sensor: Sensor
     for sensor in (*sensors, *forces):
         sensor.name = next(final)

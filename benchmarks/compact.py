@@ -1,0 +1,110 @@
+"""What `compact` saves: joints, joints a degree of freedom, and the time of the equations.
+
+    pip install -e ".[verify]"
+    python benchmarks/compact.py [FOLDER OF ROBOTS]
+
+Massless links are kept (prune-massless: {keep: ["*"]}), the joints of a floating base are not
+counted.  The time is that of Pinocchio's mass matrix and bias (crba, nonLinearEffects) on a
+model in which every joint of the file is one of the model, driven ones too, as in Robotran's
+equations.  The deviation is the largest of mass matrix, gravity forces and inverse dynamics
+from Pinocchio's own reading of the URDF, relative to the largest element.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import msgspec
+import numpy as np
+import pinocchio as pin
+
+from urdf2mbs import convert
+from urdf2mbs.dynamics import to_pinocchio
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.verdict import verify
+
+SHARED = Path(__file__).resolve().parents[2] / "shared" / "robots"
+
+#: Humanoids, arms and legs: file, and whether the base floats.
+ROBOTS = {
+    "iCub V2.5": ("icub/iCub/robots/iCubGazeboV2_5/model.urdf", True),
+    "iCub Genova02": ("icub/iCub/robots/iCubGenova02/model.urdf", True),
+    "iCub Lisboa01": ("icub/iCub/robots/iCubLisboa01/model.urdf", True),
+    "NAO V50": ("nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf", True),
+    "NAO V40": ("nao/nao_description/urdf/naoV40_generated_urdf/nao.urdf", True),
+    "WalkMan": ("walkman/robotran_edu_2017/bigman.urdf", True),
+    "Atlas v5": ("atlas/expanded/atlas_v5.urdf", True),
+    "Atlas v3": ("atlas/expanded/atlas_v3.urdf", True),
+    "Cassie": ("cassie/cassie_description/urdf/cassie_v4.urdf", True),
+    "Solo12": ("solo12/expanded/solo12.urdf", True),
+    "T12": ("t12/T12/urdf/T12.URDF", True),
+    "UR5": ("ur/expanded/ur5.urdf", False),
+    "UR10e": ("ur/expanded/ur10e.urdf", False),
+    "FR3": ("franka/expanded/fr3.urdf", False),
+    "FER": ("franka/expanded/fer.urdf", False),
+}
+KEEP = {"prune-massless": {"keep": ["*"]}}
+
+
+def joints(mbs: Mbs, floating: bool) -> int:
+    return sum(len(body.joints) for body in mbs.bodies) - (6 if floating else 0)
+
+
+def equations(mbs: Mbs) -> float:
+    """Microseconds of mass matrix and bias, every joint of the file being one of the model."""
+    everything = msgspec.convert(msgspec.to_builtins(mbs), Mbs)
+    for body in everything.bodies:
+        for joint in body.joints:
+            joint.nature = "independent"
+    model = to_pinocchio(everything)
+    data = model.createData()
+    q, v = np.full(model.nq, 0.3), np.full(model.nv, 0.2)
+    best = float("inf")
+    for _ in range(7):
+        start = perf_counter()
+        for _ in range(200):
+            pin.crba(model, data, q)
+            pin.nonLinearEffects(model, data, q, v)
+        best = min(best, (perf_counter() - start) / 200)
+    return best * 1e6
+
+
+def deviation(source: Path, data: bytes) -> float:
+    with tempfile.TemporaryDirectory() as folder:
+        model = Path(folder) / "robot.mbs"
+        model.write_bytes(data)
+        largest = verify(str(source), model, engine="pinocchio").largest
+    return max(largest[kind] for kind in ("mass matrix", "gravity forces", "inverse dynamics"))
+
+
+def row(name: str, source: Path, floating: bool) -> tuple[Any, ...]:
+    base = "floating" if floating else "fixed"
+    plain = convert(source, base=base, options=KEEP)
+    compact = convert(source, base=base, options=KEEP, pipeline="compact")
+    dof = compact.report["joints"]["independent"] - (6 if floating else 0)
+    return (
+        name, dof, joints(plain.mbs, floating), joints(compact.mbs, floating),
+        equations(plain.mbs), equations(compact.mbs), deviation(source, compact.data),
+    )  # fmt: skip
+
+
+def main() -> None:
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else SHARED
+    print("| robot | dof | faithful | compact | per dof | equations, µs | ratio | deviation |")
+    print("|---|---|---|---|---|---|---|---|")
+    rows = [row(name, folder / file, floating) for name, (file, floating) in ROBOTS.items()]
+    for name, dof, plain, compact, slow, fast, off in rows:
+        print(
+            f"| {name} | {dof} | {plain} | {compact} | {compact / dof:.2f} | "
+            f"{slow:.1f} / {fast:.1f} | {slow / fast:.1f} | {off:.0e} |"
+        )
+    dof, plain, compact = (sum(r[k] for r in rows) for k in (1, 2, 3))
+    print(f"| all | {dof} | {plain} | {compact} | {compact / dof:.2f} | | | |")
+
+
+if __name__ == "__main__":
+    main()
