@@ -3,14 +3,16 @@
 Beyond the method, which neglects such links.  Off unless ``density`` or ``total_mass`` is set.
 The collision geometry counts (the visual one where there is none): primitives exactly, meshes
 by their enclosed volume (their convex hull's where they do not enclose one; extra ``meshes``).
-Where a mesh cannot be read, the link is taken for rods of ``rod_radius`` from its origin to
-what it carries, or a ball where it carries nothing.  Every link is named in the report.
+Where a mesh is not there, cannot be read or is flat, the link is taken for rods of ``rod_radius``
+from its origin to what it carries, or a ball where it carries nothing.  Every link is named in
+the report.
 """
 
 from __future__ import annotations
 
-from math import hypot, pi
+from math import hypot, isfinite, pi
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -42,7 +44,7 @@ def run(conversion: Conversion, options: Options) -> None:
             "estimate-inertia", "estimate-inertia has both a density and a total_mass: give one"
         )
     given = options.total_mass if options.density is None else options.density
-    if not (given or 0.0) > 0.0 or not options.rod_radius > 0.0:
+    if not (isfinite(given or 0.0) and (given or 0.0) > 0.0 and options.rod_radius > 0.0):
         raise ConfigError(
             "estimate-inertia", "estimate-inertia: density, total_mass and rod_radius are positive"
         )
@@ -112,7 +114,8 @@ def _solid(
         made = _of_geometry(item.geometry, packages)
         if made is None:
             name = item.geometry.filename if isinstance(item.geometry, Mesh) else "a shape"
-            return _rods(onward, rod_radius), f"rods: {name} cannot be read"
+            rods, kind = _rods(onward, rod_radius)
+            return rods, f"{kind}: {name} gives no volume"
         solid, how = made
         solids.append(_placed(solid, item.origin.pose))
         means = how or means
@@ -160,25 +163,48 @@ def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
     import numpy as np
     import trimesh
 
-    corners = [part.points[part.triangles] for part in mesh.parts if len(part.triangles)]
-    if not corners:
-        return None
-    triangles = np.concatenate(corners).astype(np.float64) * np.asarray(scale)
-    if np.prod(np.sign(scale)) < 0:
-        triangles = triangles[:, ::-1]
-    surface = trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles))  # type: ignore[no-untyped-call]
+    corners = np.concatenate([part.points[part.triangles] for part in mesh.parts])
+    surface = trimesh.Trimesh(**trimesh.triangles.to_kwargs(corners * np.asarray(scale)))  # type: ignore[no-untyped-call]
     surface.merge_vertices()
-    how = None
-    if not surface.is_volume:
-        surface = surface.convex_hull
-        how = f"convex hull of {path.name}"
-    found = surface.mass_properties
+    surface.update_faces(surface.nondegenerate_faces())
+    triangles, how = surface.triangles, None
+    if not (surface.is_watertight and surface.is_winding_consistent):
+        triangles, how = _convex_hull(surface.vertices), f"convex hull of {path.name}"
+        if triangles is None:
+            return None
+    with np.errstate(all="ignore"):  # what is flat has no centre
+        found: Any = trimesh.triangles.mass_properties(triangles)  # type: ignore[no-untyped-call]
+        if found.volume < 0.0:  # inside out, or mirrored by its scale
+            found = trimesh.triangles.mass_properties(triangles[:, ::-1])  # type: ignore[no-untyped-call]
+    if not found.volume > 0.0:
+        return None
     x, y, z = found.center_mass.tolist()
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = found.inertia.tolist()
     return (float(found.volume), (x, y, z), (xx, xy, xz, yy, yz, zz)), how
 
 
-def _rods(joints: list[Joint], radius: float) -> Solid:
+def _convex_hull(points: Any) -> Any:
+    """The triangles (n, 3, 3) round points (n, 3), outward; None where all lie in a plane."""
+    import numpy as np
+
+    try:
+        from scipy.spatial import ConvexHull, QhullError
+    except ImportError as error:
+        from urdf2mbs.meshes import missing_extra
+
+        raise missing_extra(error) from None
+    try:
+        hull = ConvexHull(points)
+    except (QhullError, ValueError):
+        return None
+    triangles = points[hull.simplices]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    inward = (normals * hull.equations[:, :3]).sum(axis=1) < 0.0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return triangles
+
+
+def _rods(joints: list[Joint], radius: float) -> tuple[Solid, str]:
     ends = [joint.origin.xyz for joint in joints if hypot(*joint.origin.xyz) > radius]
     rods: list[Solid] = []
     for x, y, z in ends:
@@ -190,7 +216,7 @@ def _rods(joints: list[Joint], radius: float) -> Solid:
             across + d * w * w,
         )  # fmt: skip
         rods.append((volume, (x / 2, y / 2, z / 2), tensor))
-    return lump(rods) if rods else _ball(radius)
+    return (lump(rods), "rods") if rods else (_ball(radius), "a ball")
 
 
 def _placed(solid: Solid, pose: Pose) -> Solid:

@@ -1,0 +1,380 @@
+"""Estimate inertia: closed forms, meshes, and nothing in silence."""
+
+from __future__ import annotations
+
+import struct
+from itertools import product
+from math import pi, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from evaluator import Inertia, lump, rotation, translation
+from proving import SOLID, joint, link, prove, robot
+from robots import CONVERTIBLE
+
+from urdf2mbs import convert
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.testing import convert_text
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from evaluator import Array
+
+    from urdf2mbs import Result
+
+ROBOTS = {param.id: param.values[0] for param in CONVERTIBLE}
+
+
+def shape(tag: str, geometry: str, origin: str = "") -> str:
+    return f"<{tag}>{origin}<geometry>{geometry}</geometry></{tag}>"
+
+
+def estimated(*content: str, more: str = "", **options: Any) -> Result:
+    """One link ``a`` with this content, and no .mbs yet."""
+    return convert_text(
+        robot(link("a", *content), more),
+        pipeline=["expand", "estimate-inertia"],
+        options={"estimate-inertia": options or {"density": 1000}},
+    )
+
+
+def inertia_of(result: Result, name: str = "a") -> Inertia:
+    """In link axes."""
+    inertial = result.robot.links[name].inertial
+    assert inertial is not None
+    xx, xy, xz, yy, yz, zz = inertial.inertia
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    assert inertial.origin.rpy == (0.0, 0.0, 0.0)
+    return Inertia(inertial.mass, np.array(inertial.origin.xyz), tensor)
+
+
+def assert_near(found: Inertia, wanted: Inertia, relative: float = 1e-12) -> None:
+    assert found.mass == pytest.approx(wanted.mass, rel=relative)
+    size = sqrt(np.abs(wanted.tensor).max() / wanted.mass)
+    np.testing.assert_allclose(found.com, wanted.com, atol=relative * size)
+    np.testing.assert_allclose(found.tensor, wanted.tensor, atol=relative * size**2 * wanted.mass)
+
+
+def integrated(low: Array, high: Array, inside: Any, density: float, count: int) -> Inertia:
+    """The sum over the small boxes whose middle is inside."""
+    steps = (high - low) / count
+    middles = [low[k] + (np.arange(count) + 0.5) * steps[k] for k in range(3)]
+    points = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 3)
+    points = points[inside(points)]
+    each = density * float(steps.prod())
+    com = points.mean(axis=0)
+    d = points - com
+    tensor = each * ((d * d).sum() * np.eye(3) - d.T @ d)
+    return Inertia(each * len(points), com, tensor)
+
+
+@pytest.mark.parametrize(
+    ("geometry", "mass", "diagonal"),
+    [
+        ('<box size="0.2 0.3 0.5"/>', 30.0, (0.34 / 12, 0.29 / 12, 0.13 / 12)),
+        (
+            '<cylinder radius="0.1" length="0.4"/>',
+            4 * pi,
+            (0.01 / 4 + 0.16 / 12, 0.01 / 4 + 0.16 / 12, 0.01 / 2),
+        ),
+        ('<sphere radius="0.1"/>', 4 / 3 * pi, (0.004, 0.004, 0.004)),
+    ],
+)
+def test_primitives_by_their_formulas(
+    geometry: str, mass: float, diagonal: tuple[float, ...]
+) -> None:
+    wanted = Inertia(mass, np.zeros(3), mass * np.diag(diagonal))
+    found = inertia_of(estimated(shape("collision", geometry)))
+    assert_near(found, wanted, 1e-14)
+
+
+@pytest.mark.parametrize(
+    ("geometry", "inside"),
+    [
+        ('<box size="0.2 0.3 0.5"/>', lambda p: (np.abs(p) <= (0.1, 0.15, 0.25)).all(axis=1)),
+        (
+            '<cylinder radius="0.1" length="0.4"/>',
+            lambda p: (np.hypot(p[:, 0], p[:, 1]) <= 0.1) & (np.abs(p[:, 2]) <= 0.2),
+        ),
+        ('<sphere radius="0.1"/>', lambda p: np.linalg.norm(p, axis=1) <= 0.1),
+    ],
+)
+def test_primitives_by_numeric_integration(geometry: str, inside: Any) -> None:
+    high = np.array([0.1, 0.15, 0.25])
+    wanted = integrated(-high, high, inside, 1000, 120)
+    assert_near(inertia_of(estimated(shape("visual", geometry))), wanted, 5e-3)
+
+
+def test_several_shapes_where_their_origins_are() -> None:
+    origin = '<origin xyz="0.1 -0.2 0.3" rpy="0.3 0.2 0.1"/>'
+    found = inertia_of(
+        estimated(
+            shape("collision", '<box size="0.2 0.3 0.5"/>', origin),
+            shape("collision", '<sphere radius="0.1"/>'),
+        )
+    )
+    pose = translation((0.1, -0.2, 0.3))
+    pose[:3, :3] = rotation((0, 0, 1), 0.1) @ rotation((0, 1, 0), 0.2) @ rotation((1, 0, 0), 0.3)
+    box = Inertia(30.0, np.zeros(3), 30 * np.diag((0.34 / 12, 0.29 / 12, 0.13 / 12)))
+    ball = Inertia(4 / 3 * pi, np.zeros(3), 4 / 3 * pi * 0.004 * np.eye(3))
+    assert_near(found, lump([box.seen_from(pose), ball]))
+
+
+def test_collision_geometry_comes_first() -> None:
+    visual, collision = (
+        shape("visual", '<box size="1 1 1"/>'),
+        shape("collision", '<box size="1 1 2"/>'),
+    )
+    both, seen = estimated(visual, collision), estimated(visual)
+    assert inertia_of(both).mass == pytest.approx(2000)
+    assert both.report["estimate-inertia"]["links"]["a"]["from"] == "collision geometry"
+    assert inertia_of(seen).mass == pytest.approx(1000)
+    assert seen.report["estimate-inertia"]["links"]["a"]["from"] == "visual geometry"
+
+
+def test_what_has_an_inertia_keeps_it_and_what_has_no_shape_gets_none() -> None:
+    box = shape("collision", '<box size="1 1 1"/>')
+    more = link("b") + joint("a", "b") + link("c", box) + joint("a", "c")
+    result = estimated(SOLID, box, more=more)
+    assert result.robot.links["a"].inertial.mass == 2.0
+    assert result.robot.links["b"].inertial is None
+    assert inertia_of(result, "c").mass == pytest.approx(1000)
+    assert list(result.report["estimate-inertia"]["links"]) == ["c"]
+
+
+def test_a_total_mass_is_shared_out_by_volume() -> None:
+    small, large = (shape("collision", f'<box size="1 1 {size}"/>') for size in (1, 3))
+    more = link("b", large) + joint("a", "b") + link("c", SOLID) + joint("a", "c")
+    result = estimated(small, more=more, total_mass=10)
+    assert [result.robot.links[name].inertial.mass for name in "abc"] == pytest.approx([2, 6, 2])
+    assert result.report["estimate-inertia"]["density"] == pytest.approx(2.0)
+
+
+def test_each_link_is_named_in_a_warning() -> None:
+    box = shape("collision", '<box size="0.1 0.1 0.1"/>')
+    result = estimated(box, more=link("b", box) + joint("a", "b"))
+    (told,) = [d for d in result.diagnostics if d.code == "inertia-estimated"]
+    assert told.level == "warning"
+    assert "2 links" in told.message
+    assert "a 1 kg (collision geometry), b 1 kg (collision geometry)" in told.message
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_off_by_default(pipeline: str) -> None:
+    text = robot(
+        link("a", SOLID), link("b", shape("collision", '<box size="1 1 1"/>')), joint("a", "b")
+    )
+    result = convert_text(text, pipeline=pipeline)
+    assert result.report["mass"] == 2.0
+    assert "estimate-inertia" not in result.report
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"density": 0}, {"density": -1}, {"density": float("nan")}, {"density": float("inf")},
+        {"total_mass": 0}, {"total_mass": 1.5}, {"density": 1, "total_mass": 1},
+        {"density": 1, "rod_radius": 0},
+    ],
+)  # fmt: skip
+def test_options_that_contradict_the_robot_or_each_other(options: dict[str, float]) -> None:
+    box = shape("collision", '<box size="1 1 1"/>')
+    with pytest.raises(ConfigError) as refused:
+        estimated(SOLID, more=link("b", box) + joint("a", "b"), **options)
+    assert refused.value.code == "estimate-inertia"
+
+
+# -- meshes -----------------------------------------------------------------------------------
+
+
+def box_triangles(size: tuple[float, float, float], at: tuple[float, float, float]) -> Array:
+    """(12, 3, 3), outward by the right-hand rule."""
+    found = []
+    for axis, side in product(range(3), (-0.5, 0.5)):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        square = np.full((4, 3), side)
+        square[:, u], square[:, v] = (-0.5, 0.5, 0.5, -0.5), (-0.5, -0.5, 0.5, 0.5)
+        if side < 0:
+            square = square[::-1]
+        found += [square[[0, 1, 2]], square[[0, 2, 3]]]
+    return np.array(found) * size + at
+
+
+def ball_triangles(radius: float, count: int) -> Array:
+    """A ball of ``count`` parallels and twice as many meridians."""
+    polar = np.linspace(0, pi, count + 1)
+    around = np.linspace(0, 2 * pi, 2 * count + 1)
+
+    def at(i: int, k: int) -> Array:
+        s = 0.0 if i in (0, count) else np.sin(polar[i])
+        angle = around[k % (2 * count)]
+        return radius * np.array((s * np.cos(angle), s * np.sin(angle), np.cos(polar[i])))
+
+    found = []
+    for i, k in product(range(count), range(2 * count)):
+        a, b, c, d = at(i, k), at(i + 1, k), at(i + 1, k + 1), at(i, k + 1)
+        found += [(a, b, c)] * (i < count - 1) + [(a, c, d)] * (i > 0)
+    return np.array(found)
+
+
+def stl(path: Path, triangles: Array) -> Path:
+    data = b"".join(struct.pack("<12fH", 0, 0, 0, *t.ravel(), 0) for t in triangles)
+    path.write_bytes(bytes(80) + struct.pack("<I", len(triangles)) + data)
+    return path
+
+
+def of_mesh(folder: Path, triangles: Array, scale: str = "1 1 1") -> tuple[Inertia, str]:
+    pytest.importorskip("trimesh", reason="the extra 'meshes' is not installed")
+    stl(folder / "part.stl", triangles)
+    source = folder / "robot.urdf"
+    mesh = f'<mesh filename="part.stl" scale="{scale}"/>'
+    source.write_text(robot(link("a", shape("collision", mesh))))
+    result = convert(
+        source,
+        pipeline=["expand", "estimate-inertia"],
+        options={"estimate-inertia": {"density": 1000}},
+    )
+    return inertia_of(result), result.report["estimate-inertia"]["links"]["a"]["from"]
+
+
+#: 1000 kg/m^3, 0.2 x 0.3 x 0.5 m; STL holds single precision.
+BOX = Inertia(30.0, np.array((0.5, -0.25, 1.0)), 30 * np.diag((0.34 / 12, 0.29 / 12, 0.13 / 12)))
+SINGLE = 1e-6
+
+
+def test_a_box_as_a_mesh(tmp_path: Path) -> None:
+    found, means = of_mesh(tmp_path, box_triangles((0.2, 0.3, 0.5), (0.5, -0.25, 1.0)))
+    assert_near(found, BOX, SINGLE)
+    assert means == "collision geometry"
+
+
+@pytest.mark.parametrize(
+    ("scale", "wanted"),
+    [
+        ("0.001 0.001 0.001", 1e-9),
+        ("2 1 1", 2),
+        ("-1 1 1", 1),
+        ("-1 -1 -1", 1),
+        ("1 -2 -0.5", 1),
+    ],
+)
+def test_a_mesh_is_scaled_and_mirrored(tmp_path: Path, scale: str, wanted: float) -> None:
+    factor = np.array([float(word) for word in scale.split()])
+    found, _ = of_mesh(tmp_path, box_triangles((0.2, 0.3, 0.5), (0.5, -0.25, 1.0)), scale)
+    x, y, z = np.array((0.2, 0.3, 0.5)) * np.abs(factor)
+    mass = 1000 * x * y * z
+    assert mass == pytest.approx(30 * wanted)
+    tensor = mass / 12 * np.diag((y * y + z * z, x * x + z * z, x * x + y * y))
+    assert_near(found, Inertia(mass, BOX.com * factor, tensor), SINGLE)
+
+
+def test_a_mesh_that_is_inside_out(tmp_path: Path) -> None:
+    triangles = box_triangles((0.2, 0.3, 0.5), (0.5, -0.25, 1.0))[:, ::-1]
+    found, means = of_mesh(tmp_path, triangles)
+    assert_near(found, BOX, SINGLE)
+    assert means == "collision geometry"
+
+
+def test_a_ball_as_a_mesh(tmp_path: Path) -> None:
+    found, means = of_mesh(tmp_path, ball_triangles(0.1, 40))
+    mass = 4 / 3 * pi
+    assert_near(found, Inertia(mass, np.zeros(3), mass * 0.004 * np.eye(3)), 0.01)
+    assert means == "collision geometry"
+
+
+def test_two_bodies_in_one_mesh(tmp_path: Path) -> None:
+    two = (box_triangles((0.2, 0.3, 0.5), (0.5, -0.25, 1.0)), box_triangles((1, 1, 1), (3, 0, 0)))
+    found, _ = of_mesh(tmp_path, np.concatenate(two))
+    other = Inertia(1000.0, np.array((3.0, 0.0, 0.0)), 1000 / 6 * np.eye(3))
+    assert_near(found, lump([BOX, other]), SINGLE)
+
+
+def test_a_mesh_with_a_hole_counts_as_its_convex_hull(tmp_path: Path) -> None:
+    pytest.importorskip("scipy", reason="the extra 'meshes' is not installed")
+    found, means = of_mesh(tmp_path, box_triangles((0.2, 0.3, 0.5), (0.5, -0.25, 1.0))[:-1])
+    assert_near(found, BOX, SINGLE)
+    assert means == "convex hull of part.stl"
+
+
+@pytest.mark.parametrize("faces", [slice(None), slice(8, 10), slice(0, 2)])
+def test_a_flat_mesh_gives_no_volume(tmp_path: Path, faces: slice) -> None:
+    """Closed, open, and nothing but edges."""
+    pytest.importorskip("scipy", reason="the extra 'meshes' is not installed")
+    _, means = of_mesh(tmp_path, box_triangles((1, 1, 0), (0, 0, 0))[faces])
+    assert means == "a ball: part.stl gives no volume"
+
+
+@pytest.mark.parametrize("content", [None, b"not a mesh"])
+def test_where_a_mesh_cannot_be_read_rods_stand_in(tmp_path: Path, content: bytes | None) -> None:
+    if content is not None:
+        (tmp_path / "part.stl").write_bytes(content)
+    mesh = shape("visual", '<mesh filename="part.stl"/>')
+    source = tmp_path / "robot.urdf"
+    source.write_text(
+        robot(
+            link("a", mesh),
+            link("b", mesh),
+            link("c", mesh),
+            joint("a", "b", xyz="0 0 0.6"),
+            joint("a", "c", xyz="0.3 0.4 0"),
+        )
+    )
+    result = convert(
+        source,
+        pipeline=["expand", "estimate-inertia"],
+        options={"estimate-inertia": {"density": 1000, "rod_radius": 0.1}},
+    )
+
+    def rod(length: float) -> Inertia:
+        mass = 1000 * pi * 0.01 * length
+        across = mass * (0.01 / 4 + length**2 / 12)
+        return Inertia(mass, np.array((0, 0, length / 2)), np.diag((across, across, mass * 0.005)))
+
+    aside = np.eye(4)
+    aside[:3, :3] = np.column_stack(((0.8, -0.6, 0), (0, 0, -1), (0.6, 0.8, 0)))
+    assert_near(inertia_of(result), lump([rod(0.6), rod(0.5).seen_from(aside)]))
+    assert inertia_of(result, "b").mass == pytest.approx(1000 * 4 / 3 * pi * 0.001)
+    (told,) = [d for d in result.diagnostics if d.code == "inertia-estimated"]
+    assert told.message.count("rods: part.stl gives no volume") == 1
+    assert told.message.count("a ball: part.stl gives no volume") == 2
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize(
+    "name", ["abb_irb2400-irb2400", "abb_irb2400-irb2400-2", "abb_irb2400-irb2400_12_155"]
+)
+def test_arms_without_any_inertia_convert(name: str, pipeline: str, shared: Path) -> None:
+    """Their meshes are not there: rods stand in, and each is said to."""
+    result = ROBOTS[name].convert(
+        base="fixed", pipeline=pipeline, options={"estimate-inertia": {"total_mass": 380}}
+    )
+    assert result.report["check"]["same"]
+    estimates = result.report["estimate-inertia"]["links"]
+    assert sum(one["mass"] for one in estimates.values()) == pytest.approx(380)
+    moving = {joint.child for joint in result.robot.joints.values() if joint.moves}
+    assert estimates.keys() >= {name for name in moving if result.robot.links[name].visuals}
+    (told,) = [d for d in result.diagnostics if d.code == "inertia-estimated"]
+    for link_, one in estimates.items():
+        assert f"{link_} {one['mass']:.4g} kg ({one['from']})" in told.message
+        assert "gives no volume" in one["from"]
+
+
+def test_estimates_make_the_same_robot_as_stated_inertias() -> None:
+    box = shape("collision", '<box size="0.2 0.3 0.5"/>', '<origin xyz="1 2 3" rpy="1 2 3"/>')
+    links = "abc"
+    text = robot(
+        *(link(name, box) for name in links),
+        joint("a", "b", xyz="0 0 1", axis="0 1 1"), joint("b", "c", "fixed", xyz="0 0 1"),
+    )  # fmt: skip
+    guessed = convert_text(text, options={"estimate-inertia": {"density": 1000}})
+    stated = '<inertial><origin xyz="1 2 3" rpy="1 2 3"/><mass value="30"/><inertia ixx="0.85" '
+    stated += 'ixy="0" ixz="0" iyy="0.725" iyz="0" izz="0.325"/></inertial>'
+    for name in links:
+        text = text.replace(f'<link name="{name}">', f'<link name="{name}">{stated}')
+    given = prove(text, pipeline="faithful")
+    for one, two in zip(guessed.mbs.bodies, given.mbs.bodies, strict=True):
+        assert one.mass == pytest.approx(two.mass)
+        assert one.com == pytest.approx(two.com)
+        assert one.inertia == pytest.approx(two.inertia, abs=1e-12)
