@@ -173,9 +173,9 @@ def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
         if triangles is None:
             return None
     with np.errstate(all="ignore"):  # what is flat has no centre
-        found: Any = trimesh.triangles.mass_properties(triangles)  # type: ignore[no-untyped-call]
+        found: Any = trimesh.triangles.mass_properties(triangles)
         if found.volume < 0.0:  # inside out, or mirrored by its scale
-            found = trimesh.triangles.mass_properties(triangles[:, ::-1])  # type: ignore[no-untyped-call]
+            found = trimesh.triangles.mass_properties(triangles[:, ::-1])
     if not found.volume > 0.0:
         return None
     x, y, z = found.center_mass.tolist()
