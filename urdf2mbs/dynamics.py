@@ -85,8 +85,8 @@ def compare_dynamics(
 
     ``joints`` and ``orders`` are as for ``verify.compare``; ``floating_base`` names the six .mbs
     joints of a base that the URDF does not have itself.  Gives the differences and the largest
-    deviation of each kind: an element over the square root of what its joints move (the
-    diagonal of the mass matrix), relative to the largest such element.
+    deviation of each kind: an element over the square root of the mass, or the inertia, that its
+    joints move, relative to the largest such element.
     """
     pin = _pinocchio()
     import numpy as np
@@ -105,6 +105,9 @@ def compare_dynamics(
     here = [joint.idx_v for joint in first]
     there = [joint.idx_v for joint in second]
     data_one, data_two = one.createData(), two.createData()
+    local = pin.Convention.LOCAL
+    # no gravity force is more than this on the scale of its joint
+    weight = float(np.linalg.norm(gravity) * np.sqrt(pin.computeTotalMass(one)))
     random = np.random.default_rng(20)
     largest = {"mass matrix": 0.0, "gravity forces": 0.0, "inverse dynamics": 0.0}
     worst = dict.fromkeys(largest, "")
@@ -120,20 +123,21 @@ def compare_dynamics(
         v1, v2, a1, a2 = np.zeros(one.nv), np.zeros(two.nv), np.zeros(one.nv), np.zeros(two.nv)
         v1[here], v2[there], a1[here], a2[there] = v, v, a, a
         pairs = {
-            "mass matrix": (_full(pin.crba(one, data_one, q1))[np.ix_(here, here)],
-                            _full(pin.crba(two, data_two, q2))[np.ix_(there, there)]),
+            "mass matrix": (_full(pin.crba(one, data_one, q1, local))[np.ix_(here, here)],
+                            _full(pin.crba(two, data_two, q2, local))[np.ix_(there, there)]),
             "gravity forces": (pin.computeGeneralizedGravity(one, data_one, q1)[here],
                                pin.computeGeneralizedGravity(two, data_two, q2)[there]),
             "inverse dynamics": (pin.rnea(one, data_one, q1, v1, a1)[here],
                                  pin.rnea(two, data_two, q2, v2, a2)[there]),
         }  # fmt: skip
-        # what a joint moves weighs sqrt(M_ii) to it: so a finger counts beside the trunk
-        own = np.sqrt(np.abs(np.diag(pairs["mass matrix"][0])))
-        own = np.maximum(own, 1e-9 * (own.max() or 1.0))
+        # on the scale of what each joint moves, so that a finger counts beside the trunk
+        own = np.array([_moved(data_two.Ycrb[j.id], j.shortname()) for j in second])
+        own = np.maximum(own, 1e-6 * (own.max() or 1.0))
         for kind, (ours, theirs) in pairs.items():
             unit = np.outer(own, own) if ours.ndim == 2 else own
             apart = np.abs(ours - theirs) / unit
-            off = float(apart.max() / (np.abs(ours / unit).max() or 1.0))
+            scale = max(np.abs(ours / unit).max(), weight if ours.ndim == 1 else 0.0)
+            off = float(apart.max() / (scale or 1.0))
             if off > largest[kind]:
                 largest[kind] = off
                 worst[kind] = order[int(np.unravel_index(apart.argmax(), apart.shape)[0])]
@@ -145,6 +149,16 @@ def compare_dynamics(
         if off > tolerance
     ]
     return found, largest
+
+
+def _moved(carried: Any, joint: str) -> float:
+    """The square root of the mass, or the inertia about the joint, that a joint moves."""
+    import numpy as np
+
+    if joint.startswith("JointModelP"):
+        return float(np.sqrt(carried.mass))
+    arm = float(carried.mass * carried.lever @ carried.lever)
+    return float(np.sqrt(abs(float(np.trace(carried.inertia))) + arm))
 
 
 def _full(matrix: Any) -> Any:
@@ -165,13 +179,14 @@ def _elementary_urdf(
 
     Floating and planar joints become chains over massless links, since Pinocchio has other
     coordinates for them and ignores a planar joint's axis.  Joints that the .mbs does not have
-    are held at zero.  Numbers are stripped, since urdfdom drops an inertial whose number has a
-    trailing newline.
+    are held at zero.  Numbers are parted by single blanks, since urdfdom drops an
+    inertial whose numbers are parted by newlines.
     """
     root = etree.fromstring(urdf, etree.XMLParser(remove_comments=True, resolve_entities=False))
     for element in root.iter():
         for name, value in element.attrib.items():
-            element.set(name, value.strip())
+            if name not in ("name", "link"):
+                element.set(name, " ".join(str(value).split()))
     for tag in ("visual", "collision"):
         for element in root.findall(f"link/{tag}"):
             element.getparent().remove(element)  # type: ignore[union-attr]

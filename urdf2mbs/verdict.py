@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,11 +11,11 @@ import msgspec
 from urdf2mbs.config import Config, Lines, typed
 from urdf2mbs.conversion import LinkFrame, Settings
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.pipeline import Pipeline
-from urdf2mbs.spatial import Pose, Vec
+from urdf2mbs.spatial import ZERO, Pose, Vec, axis_turns
 from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
@@ -166,36 +167,62 @@ def match(robot: Robot, mbs: Mbs) -> Match:
     of the body that its joint leads to; a fixed link's that of the body of its name.
     """
     owners = {joint.name: (body, joint) for body in mbs.bodies for joint in body.joints}
-    free = floating_joints(mbs)
-    found = Match()
-    taken: set[str] = set()
     useful = carriers(robot)
-    for exact in (True, False):  # a name that is right as it is goes first
-        for joint in robot.joints.values():
-            if joint.moves and joint.name not in found.joints:
-                names = _named(joint, owners, taken, exact)
-                if names:
-                    found.joints[joint.name] = names
-                    taken.update(names)
-    for joint in robot.joints.values():
-        if not joint.moves or joint.name in found.joints:
-            continue
-        if joint.type == "floating" and free and taken.isdisjoint(free):
+    found = Match()
+    # names that are alike as identifiers go in the order of the file, unless that leaves one out
+    written = [joint for joint in _as_written(robot) if joint.moves]
+    for order in (written, sorted(written, key=lambda joint: joint.child not in useful)):
+        found.joints = _named_joints(order, owners, useful)
+        if all(j.name in found.joints for j in written if j.child in useful):
+            break
+    free = floating_joints(mbs)
+    for joint in written:
+        named = set(found.joints.get(joint.name, free))
+        if joint.type == "floating" and free and named == set(free):
+            kinds = tuple(owners[name][1].type for name in free)
+            if set(kinds) == set(SIX):
+                found.orders[joint.name] = kinds
             found.joints[joint.name] = free
-            found.orders[joint.name] = tuple(owners[name][1].type for name in free)
-            taken.update(free)
-        elif joint.child not in useful:
+            free = ()
+        elif joint.name not in found.joints and joint.child not in useful:
             found.frozen[joint.name] = "nothing that it moves has mass"
     found.joints = {name: found.joints[name] for name in robot.joints if name in found.joints}
     _match_frames(robot, mbs, found)
     return found
 
 
+def _named_joints(
+    order: list[UrdfJoint], owners: Mapping[str, tuple[Body, Joint]], useful: set[str]
+) -> dict[str, tuple[str, ...]]:
+    found: dict[str, tuple[str, ...]] = {}
+    taken: set[str] = set()
+    for exact in (True, False):  # a name that is right as it is goes first
+        for joint in order:
+            if joint.name in found:
+                continue
+            names = _named(joint, owners, taken, exact)
+            driven = any(owners[name][1].nature == "driven" for name in names)
+            if names and (joint.child in useful or not driven):
+                found[joint.name] = names
+                taken.update(names)
+    return found
+
+
+def _as_written(robot: Robot) -> list[UrdfJoint]:
+    """The joints in the order in which a conversion writes and names them: depth first, what
+    stands at the base's own origin before the rest."""
+    order = robot.depth_first()
+    branch: dict[str, UrdfJoint] = {}
+    for joint in order:
+        branch[joint.child] = branch.get(joint.parent, joint)
+    return sorted(order, key=lambda joint: branch[joint.child].origin.xyz != ZERO)
+
+
 def floating_joints(mbs: Mbs) -> tuple[str, ...]:
     """The six joints of a floating base, in the order of the file; none if it is fixed."""
     for body in mbs.bodies:
         first = [joint for joint in body.joints if joint.nature != "driven"][:6]
-        if body.parent is None and {joint.type for joint in first} == set(SIX):
+        if body.parent is None and sorted(j.type[0] for j in first) == list("RRRTTT"):
             return tuple(joint.name for joint in first)
     return ()
 
@@ -203,32 +230,38 @@ def floating_joints(mbs: Mbs) -> tuple[str, ...]:
 def _named(
     joint: UrdfJoint, owners: Mapping[str, tuple[Body, Joint]], taken: set[str], exact: bool
 ) -> tuple[str, ...]:
-    """The .mbs joints of a URDF joint's name that have its coordinates: those that move in the
-    right way, else those of the name."""
-    of_name: list[tuple[str, ...]] = []
-    for name in [joint.name] if exact else _spellings(joint.name, "joint"):
-        if joint.type == "floating":
-            candidates = [tuple(f"{name}_{kind}" for kind in SIX)]
-        elif joint.type == "planar":
-            candidates = [
-                (f"{name}_T{k % 3 + 1}", f"{name}_T{(k + 1) % 3 + 1}", f"{name}_R{k}")
-                for k in (1, 2, 3)
-            ]
-        else:
-            candidates = [(name,)]
-        of_name += [c for c in candidates if all(n in owners and n not in taken for n in c)]
-    kinds = {"floating": "TTTRRR", "planar": "TTR", "prismatic": "T"}.get(joint.type, "R")
-    for names in of_name:
-        joints = [owners[name][1] for name in names]
-        if all(j.nature != "driven" and j.type[0] == k for j, k in zip(joints, kinds, strict=True)):
-            return names
-    return of_name[0] if of_name and not exact else ()
+    """The .mbs joints of a URDF joint's name that have its coordinates, all in one body; none if
+    one lacks."""
+    kinds = _kinds(joint)
+    known: dict[str, list[list[str]]] = {}
+    for index, (suffix, kind) in enumerate(kinds):
+        name = joint.name + suffix
+        spelt = [name] if exact else _spellings(name, "joint")
+        there = [n for n in spelt if n in owners and n not in taken]
+        # those that move in the right way, else those of the name
+        good = [n for n in there if owners[n][1].nature != "driven"]
+        good = [n for n in good if owners[n][1].type[0] == kind] or ([] if exact else there)
+        for n in good:
+            known.setdefault(owners[n][0].name, [[] for _ in kinds])[index].append(n)
+    return next(
+        (tuple(names[0] for names in of_body) for of_body in known.values() if all(of_body)), ()
+    )
+
+
+def _kinds(joint: UrdfJoint) -> list[tuple[str, str]]:
+    """A URDF joint's coordinates in an .mbs: what follows its name, and T or R."""
+    if joint.type == "floating":
+        return [(f"_{kind}", kind[0]) for kind in SIX]
+    if joint.type == "planar":
+        _, k = axis_turns(joint.axis)
+        return [(f"_T{k % 3 + 1}", "T"), (f"_T{(k + 1) % 3 + 1}", "T"), (f"_R{k}", "R")]
+    return [("", "T" if joint.type == "prismatic" else "R")]
 
 
 def _spellings(name: str, kind: str) -> list[str]:
     """What a conversion may have made of a name."""
-    plain = identifiers([name])[0]
-    more = f"{plain}_{kind}"
+    plain = identifiers([name], (BASE, ORIGIN), f"_{kind}")[0]
+    more = plain if plain.endswith(f"_{kind}") else f"{plain}_{kind}"
     return [name, plain, more, *(f"{more}_{number}" for number in range(2, 6))]
 
 
@@ -241,17 +274,29 @@ def _match_frames(robot: Robot, mbs: Mbs, found: Match) -> None:
         if not joint.moves
         for name in _spellings(joint.name, "joint")
     }
+    taken: set[str] = set()
     for joint in robot.joints.values():
         names = found.joints.get(joint.name)
         if names is not None:
             body = owners[names[-1]]
             after = _last_of(body, names[-1], fixed)
             found.frames[joint.child] = LinkFrame(body.name, after, Pose())
-        elif not joint.moves:
-            for name in _spellings(joint.child, "body"):
-                if name in bodies:
-                    found.frames[joint.child] = LinkFrame(name, None, Pose())
+            if after is None:
+                taken.add(body.name)
+    still = [j.child for j in _as_written(robot) if not j.moves]
+    for exact in (True, False):
+        for link in still:
+            if link in found.frames:
+                continue
+            for name in [link] if exact else _spellings(link, "body"):
+                if name in bodies and name not in taken:
+                    found.frames[link] = LinkFrame(name, None, Pose())
+                    taken.add(name)
                     break
+
+
+#: What a conversion drives before a joint.
+_BEFORE = re.compile(r"_(origin|axis)_R[123](_joint(_\d+)?)?$").search
 
 
 def _last_of(body: Body, name: str, fixed: set[str]) -> str | None:
@@ -260,7 +305,7 @@ def _last_of(body: Body, name: str, fixed: set[str]) -> str | None:
     own = [joint.name for joint in body.joints]
     end = own.index(name)
     for joint in body.joints[end + 1 :]:
-        if joint.nature != "driven" or joint.name in fixed or "_origin_R" in joint.name:
+        if joint.nature != "driven" or joint.name in fixed or _BEFORE(joint.name):
             return own[end]
         end += 1
     return None

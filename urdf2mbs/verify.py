@@ -272,7 +272,8 @@ class _Comparing:
         for own, number in one.created.items():
             self.pairs[number] = two.created[names[own]]
         size = max(group.reach for side in (one, two) for group in side.groups)
-        self.floor = 1e-6 * size or 1.0
+        #: m; a joint at the very place of the one before it has the rounding of what is there.
+        self.floor = 1e-4 * size or 1.0
         #: Each group's pose in its counterpart.
         self.apart: dict[int, Frame] = {0: HERE}
         self._groups()
@@ -395,14 +396,14 @@ class _Comparing:
             )  # fmt: skip
             link = leader.get(mine)
             if mine in hangs:
-                self._differ(
-                    "parent", f"joint '{ours.joint}' stands after another joint in the .mbs",
-                    link=link or self.robot.joints[ours.joint].child, joint=ours.joint,
-                )  # fmt: skip
-            self.apart[mine] = self._place(pair, mine, other, link, mine in hangs)
-            self._inertia(pair, self.apart[mine], mine, link)
+                told = f"joint '{ours.joint}' stands after another joint in the .mbs"
+                child = self.robot.joints[ours.joint].child
+                if not self.found or self.found[-1].message != told:  # once for all coordinates
+                    self._differ("parent", told, link=child, joint=ours.joint)
+            self.apart[mine] = self._place(pair, other, link, mine in hangs)
+            self._inertia(pair, self.apart[mine])
 
-    def _place(self, pair: _Pair, mine: int, other: int, link: str | None, hangs: bool) -> Frame:
+    def _place(self, pair: _Pair, other: int, link: str | None, hangs: bool) -> Frame:
         """The constant pose of a group in its counterpart; tells what of the motion differs."""
         at = self.frames.get(link) if link is not None else None
         meant: Frame | None = None
@@ -424,15 +425,13 @@ class _Comparing:
             motion = 0.0 if hangs else pair.motion(place)
         self.largest["motion"] = max(self.largest["motion"], motion)
         if motion > self.tolerance:
-            self._tell_motion(pair, placed, place, motion, link)
+            self._tell_motion(pair, placed, place, motion)
         return place
 
-    def _tell_motion(
-        self, pair: _Pair, placed: Frame, place: Frame, motion: float, link: str | None
-    ) -> None:
+    def _tell_motion(self, pair: _Pair, placed: Frame, place: Frame, motion: float) -> None:
         """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
         ours, theirs, name = pair.ours, pair.theirs, pair.ours.joint
-        link = link or self.robot.joints[name].child
+        link = self.robot.joints[name].child
         where: dict[str, Any] = {"link": link, "joint": name}
         off = _distance(placed, place, pair.scale)
         a, b = _turned(pair.their_before, theirs.axis), _turned(pair.our_before, ours.axis)
@@ -486,7 +485,7 @@ class _Comparing:
                     told.append(f"{joint.type} {joint.q:.6g}")
         return ""
 
-    def _inertia(self, pair: _Pair, place: Frame, mine: int, link: str | None) -> None:
+    def _inertia(self, pair: _Pair, place: Frame) -> None:
         """Compare what a pair of groups weighs, where, and how it resists turning."""
         apart = pair.inertia(place)
         worst = 0.0
@@ -496,6 +495,7 @@ class _Comparing:
         if worst <= self.tolerance:
             return
         joint = pair.ours.joint
+        link = self.robot.joints[joint].child
         lost = self._lost(pair)
         for name in lost:
             mass = dict(pair.ours.inertias)[name][0]
@@ -507,16 +507,15 @@ class _Comparing:
         before = len(self.found)
         for names, ours, theirs in self._parts(pair, lost):
             ours = _seen(ours, place)
-            who = " + ".join(f"'{name}'" for name in names[:3])
-            who = f"link{'s' * (len(names) > 1)} {who or repr(link)}"
+            names = names or [link]
+            who = f"link{'s' * (len(names) > 1)} " + " + ".join(f"'{name}'" for name in names[:3])
             if len(names) > 3:
                 who += f" and {len(names) - 3} more"
             for index, (kind, off) in enumerate(_apart(ours, theirs, pair.scale).items()):
                 if off > self.tolerance:
                     a, b = ours[index], theirs[index]
                     told = f"{who}: {kind} is {_short(b)} in the .mbs, and should be {_short(a)}"
-                    first = names[0] if names else link
-                    self._differ(kind, told, off, link=first, joint=joint, urdf=a, mbs=b)
+                    self._differ(kind, told, off, link=names[0], joint=joint, urdf=a, mbs=b)
         if not lost and len(self.found) == before:  # only in sum, as where two were exchanged
             self._differ("inertia", f"link '{link}': inertia", worst, link=link, joint=joint)
 
