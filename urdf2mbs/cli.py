@@ -13,7 +13,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config import Config, Lines, load, typed, word
+from urdf2mbs.config import Config, Lines, load, preset, presets, typed, word
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.dump import Dump
@@ -102,6 +102,10 @@ def _parser() -> argparse.ArgumentParser:
         "explain", parents=[common], help="show the passes of a config, without running them"
     )
     explain.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    explain.add_argument(
+        "--cost", action="store_true",
+        help="convert after all, by each preset too, to count the joints; nothing is written",
+    )  # fmt: skip
     explain.set_defaults(command=_explain)
 
     passes = commands.add_parser("passes", parents=[common], help="list every known pass")
@@ -312,11 +316,7 @@ def _summarise(
         joints = found["joints"]
         print(f"{found['robot']}: written to {_near(output)}")
         print(f"  {found['links']} links -> {found['bodies']} bodies, mass {found['mass']:.6g} kg")
-        print(
-            f"  {joints['urdf']} URDF joints -> {joints['mbs']} joints: "
-            f"{joints['independent']} independent, {joints['driven']} driven; "
-            f"{joints['per_degree_of_freedom']:.2f} a degree of freedom; {found['base']} base"
-        )
+        print(f"  {joints['urdf']} URDF joints -> {_joints(joints)}; {found['base']} base")
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
     if "check" in found:
@@ -345,12 +345,12 @@ def _explain(arguments: argparse.Namespace) -> int:
     config, lines = load(arguments.config)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     if arguments.json:
-        _print_json(
-            [
-                {**_described(bound.found), "swapped": bound.swapped, "options": bound.options}
-                for bound in pipeline.passes
-            ]
-        )
+        described = [
+            {**_described(bound.found), "swapped": bound.swapped, "options": bound.options}
+            for bound in pipeline.passes
+        ]
+        cost = _cost(config, lines, pipeline, arguments) if arguments.cost else None
+        _print_json(described if cost is None else {"passes": described, "cost": cost})
         return 0
     settings = pipeline.settings
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.base}")
@@ -372,7 +372,43 @@ def _explain(arguments: argparse.Namespace) -> int:
         print(f"   gives    {', '.join(pass_.gives) or '-'}")
         options = msgspec.to_builtins(bound.options)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
+    if arguments.cost:
+        print("\ncost")
+        for name, joints in _cost(config, lines, pipeline, arguments).items():
+            print(f"   {name:13}  {_joints(joints)}")
     return 0
+
+
+def _cost(
+    config: Config, lines: Lines, pipeline: Pipeline, arguments: argparse.Namespace
+) -> dict[str, dict[str, Any]]:
+    """The joints of the config as it is, and of it by each other preset."""
+    pipelines = {"this config": pipeline}
+    for name in presets():
+        if name == config.pipeline:
+            continue
+        after = {key: new for key, new in config.after.items() if key in preset(name, lines)[0]}
+        added = [
+            new for news in after.values() for new in ([news] if isinstance(news, str) else news)
+        ]
+        there = {*preset(name, lines)[0], *added}
+        other = msgspec.structs.replace(
+            config, pipeline=name, after=after,
+            swap={key: value for key, value in config.swap.items() if key in there},
+            passes={key: value for key, value in config.passes.items() if key in there},
+        )  # fmt: skip
+        pipelines[name] = Pipeline(other, lines, installed_plugins=not arguments.no_plugins)
+    with _Progress(verbose=False) as progress:
+        for each in pipelines.values():
+            each.plugins.watch(progress)
+        return {name: report(each.run())["joints"] for name, each in pipelines.items()}
+
+
+def _joints(joints: dict[str, Any]) -> str:
+    return (
+        f"{joints['mbs']} joints: {joints['independent']} independent, {joints['driven']} driven; "
+        f"{joints['per_degree_of_freedom']:.2f} a degree of freedom"
+    )
 
 
 def _instead(bound: Bound, plugins: Plugins) -> str:
