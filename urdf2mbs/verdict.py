@@ -176,9 +176,9 @@ def match(robot: Robot, mbs: Mbs) -> Match:
         if all(j.name in found.joints for j in written if j.child in useful):
             break
     free = floating_joints(mbs)
+    owner = next((n for n, names in found.joints.items() if not set(free).isdisjoint(names)), None)
     for joint in written:
-        named = set(found.joints.get(joint.name, free))
-        if joint.type == "floating" and free and named == set(free):
+        if joint.type == "floating" and free and owner in (None, joint.name):
             kinds = tuple(owners[name][1].type for name in free)
             if set(kinds) == set(SIX):
                 found.orders[joint.name] = kinds
@@ -232,30 +232,34 @@ def _named(
 ) -> tuple[str, ...]:
     """The .mbs joints of a URDF joint's name that have its coordinates, all in one body; none if
     one lacks."""
-    kinds = _kinds(joint)
-    known: dict[str, list[list[str]]] = {}
-    for index, (suffix, kind) in enumerate(kinds):
-        name = joint.name + suffix
-        spelt = [name] if exact else _spellings(name, "joint")
-        there = [n for n in spelt if n in owners and n not in taken]
-        # those that move in the right way, else those of the name
-        good = [n for n in there if owners[n][1].nature != "driven"]
-        good = [n for n in good if owners[n][1].type[0] == kind] or ([] if exact else there)
-        for n in good:
-            known.setdefault(owners[n][0].name, [[] for _ in kinds])[index].append(n)
-    return next(
-        (tuple(names[0] for names in of_body) for of_body in known.values() if all(of_body)), ()
-    )
+    for kinds in _kinds(joint):
+        known: dict[str, list[list[str]]] = {}
+        for index, (suffix, kind) in enumerate(kinds):
+            name = joint.name + suffix
+            spelt = [name] if exact else _spellings(name, "joint")
+            there = [n for n in spelt if n in owners and n not in taken]
+            # those that move in the right way, else those of the name
+            good = [n for n in there if owners[n][1].nature != "driven"]
+            good = [n for n in good if owners[n][1].type[0] == kind] or ([] if exact else there)
+            for n in good:
+                known.setdefault(owners[n][0].name, [[] for _ in kinds])[index].append(n)
+        for of_body in known.values():
+            if all(of_body):
+                return tuple(names[0] for names in of_body)
+    return ()
 
 
-def _kinds(joint: UrdfJoint) -> list[tuple[str, str]]:
-    """A URDF joint's coordinates in an .mbs: what follows its name, and T or R."""
+def _kinds(joint: UrdfJoint) -> list[list[tuple[str, str]]]:
+    """A URDF joint's coordinates in an .mbs: what follows its name, and T or R; all the ways."""
     if joint.type == "floating":
-        return [(f"_{kind}", kind[0]) for kind in SIX]
+        return [[(f"_{kind}", kind[0]) for kind in SIX]]
     if joint.type == "planar":
-        _, k = axis_turns(joint.axis)
-        return [(f"_T{k % 3 + 1}", "T"), (f"_T{(k + 1) % 3 + 1}", "T"), (f"_R{k}", "R")]
-    return [("", "T" if joint.type == "prismatic" else "R")]
+        _, first = axis_turns(joint.axis)
+        return [
+            [(f"_T{k % 3 + 1}", "T"), (f"_T{(k + 1) % 3 + 1}", "T"), (f"_R{k}", "R")]
+            for k in sorted((1, 2, 3), key=lambda k: k != first)
+        ]
+    return [[("", "T" if joint.type == "prismatic" else "R")]]
 
 
 def _spellings(name: str, kind: str) -> list[str]:
