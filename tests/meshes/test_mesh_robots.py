@@ -140,9 +140,11 @@ def test_every_mesh_of_every_robot(shared: Path) -> None:
 )
 def test_links_have_the_size_of_links(shared: Path, name: str, length: float) -> None:
     """A missed unit would be a factor of 100 or more."""
+    robot = shared / "robots" / name
     sizes = [
         np.ptp(np.concatenate([part.points for part in read(path).parts]), axis=0).max()
-        for path in (robots := shared / "robots" / name).rglob("*.dae")
-        if "tmp" not in path.relative_to(robots).parts  # Atlas keeps a copy there that is 100 times as small
+        for path in robot.rglob("*.dae")
+        # Atlas keeps a copy in a folder tmp that is 100 times as small
+        if "tmp" not in path.relative_to(robot).parts
     ]
     assert length / 3 < max(sizes) < length * 3
