@@ -95,14 +95,20 @@ def test_a_frame_serves_all_that_its_body_carries() -> None:
 
 
 def test_a_frame_serves_those_beyond_parallel_joints() -> None:
-    links = [link(name, SOLID) for name in ("a", "b", "one", "two", "three")]
-    joints = [
-        joint("world", "a"),
-        joint("a", "b", xyz="0 0 1"),
-        *(joint("b", end, axis="1 1 0") for end in ("one", "two", "three")),
-    ]
+    links = [link(name, SOLID) for name in ("a", "b1", "b2", "b3", "c1", "c2", "c3")]
+    joints = [joint("world", "a")]
+    for i in "123":
+        joints += [joint("a", f"b{i}", xyz="0 0 1"), joint(f"b{i}", f"c{i}", axis="1 1 0")]
     result = prove(robot(link("world"), *links, *joints), base="fixed")
     assert driven(result) == 1
+    assert chains(result)["a"] == ["r3", "R3"]
+
+
+@pytest.mark.parametrize("axes", ["any", "x"])
+@pytest.mark.parametrize("axis", ["1 2e-9 0", "1 -1e-8 3e-9", "-1 1e-6 1e-8"])
+def test_an_axis_nearly_along_another_is_exact(axis: str, axes: str) -> None:
+    options = {"align-frames": {"axes": axes}}
+    prove(arm("1 0 0", axis, "1 0 0", "0 1 0"), base="fixed", options=options)
 
 
 def test_a_floating_base_is_turned_if_it_pays() -> None:

@@ -72,10 +72,8 @@ class _Node:
         self.wanted: list[tuple[Vec, int]] = []
         """Directions across the axis that joints further out would have on a coordinate axis,
         and how many would."""
-        self.across: list[Vec] = []
-        """Directions across the axis that the frames considered have on a coordinate axis."""
         self.frames: list[list[Rot]] = []
-        """For each of these directions, the frames (which differ by quarter turns)."""
+        """The frames considered, those together that differ by quarter turns about the axis."""
         self.costs: list[list[int]] = []
         """For each frame, the fewest turns of all joints further out."""
         self.picks: list[list[tuple[int, int]]] = []
@@ -211,12 +209,15 @@ def _consider(node: _Node, parent: _Node, search: _Search) -> None:
         turns, k = axis_turns(node.axis)
         node.frames = [[_exchange(from_turns(turns), search.ks[0] - k)]]
     elif node.children or not search.any:
-        node.across = _considered(node, parent, search)
-        node.frames = [_quarters(search.ks[0], node.axis, across) for across in node.across]
+        node.frames = [
+            _quarters(search.ks[0], node.axis, across)
+            for across in _considered(node, parent, search)
+        ]
     node.costs = [[0] * len(frames) for frames in node.frames]
 
 
 def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
+    """The directions across the axis that the frames considered have on a coordinate axis."""
     back = transpose(node.rot)
     found = _Directions(node.axis, search.small)
 
@@ -230,7 +231,7 @@ def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
     if parent.turns_freely:
         add([parent.axis])
         if not found.vectors:  # parallel
-            add(parent.across)
+            add(_axes(parent))
     else:
         add(_axes(parent))
         room = max(room, len(found.vectors))
