@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -172,6 +173,12 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
             f"the output '{output}' is a folder",
             ("output",),
             "name the .mbs file",
+        )
+    if not all(map(isfinite, config.gravity)):
+        raise lines.error(
+            "gravity-infinite",
+            f"gravity is {list(config.gravity)}: each part must be a finite number, in m/s^2",
+            ("gravity",),
         )
     packages = {}
     for name, directory in config.packages.items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 import msgspec
@@ -83,6 +84,15 @@ def verify(
     is what the .mbs should have, since a URDF has none.  ``engine`` is ``own`` or ``pinocchio``,
     which compares the equations of motion too.  Raises ConversionError.
     """
+    if not (isfinite(tolerance) and tolerance > 0.0):
+        raise ConfigError(
+            "tolerance-invalid", f"the tolerance is {tolerance}", hint=f"such as {TOLERANCE}"
+        )
+    if not all(map(isfinite, gravity)):
+        raise ConfigError(
+            "gravity-infinite",
+            f"gravity is {list(gravity)}: each part must be a finite number, in m/s^2",
+        )
     try:
         data = model.read_bytes()
     except OSError as error:

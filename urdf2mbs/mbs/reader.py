@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -605,7 +606,13 @@ class _Reader:
                     element, "number-invalid", f"'{text or ''}' in <{element.tag}> is no number",
                     "write it as 0.5 or 5e-1",
                 )  # fmt: skip
-            value = self.numbers[text] = float(text)
+            value = float(text)
+            if isinf(value):
+                self.fail(
+                    element, "number-infinite", f"'{text}' in <{element.tag}> is too large a number",
+                    "a double goes up to 1.8e308",
+                )  # fmt: skip
+            self.numbers[text] = value
         return value
 
     def name(self, element: _Element, kids: Children, tag: str, kind: str) -> str:

@@ -8,6 +8,8 @@ of every rigid group.  A file that differs never takes the place of a good one.
 
 from __future__ import annotations
 
+from math import isfinite
+
 import msgspec
 
 from urdf2mbs.conversion import Conversion
@@ -19,6 +21,10 @@ from urdf2mbs.verify import TOLERANCE, Difference, compare
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     tolerance: float = TOLERANCE
     """The largest deviation that is no difference, relative to the robot's size or inertia."""
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.tolerance) and self.tolerance > 0.0):
+            raise ValueError(f"{self.tolerance} is no tolerance: such as {TOLERANCE}")
 
 
 def run(conversion: Conversion, options: Options) -> None:
