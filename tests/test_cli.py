@@ -138,7 +138,7 @@ def test_passes(capsys: Any) -> None:
     assert main(["passes", "--no-plugins", "--plugin", plugin]) == 0
     out = capsys.readouterr().out
     assert "robot, base -> bodies; urdf2mbs " in out
-    assert f"robot -> -; rename_links ({plugin})" in out
+    assert f"- -> robot (changed); rename_links ({plugin})" in out
     assert main(["passes", "--no-plugins", "--json"]) == 0
     assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
 

@@ -21,7 +21,7 @@ from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.output import write, write_files
 from urdf2mbs.pipeline import Bound, Pipeline
 from urdf2mbs.plugins import GROUP, Found, Plugins
-from urdf2mbs.result import report
+from urdf2mbs.result import Joints, Report, report
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -152,6 +152,10 @@ def _parser() -> argparse.ArgumentParser:
         "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
         help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
     )  # fmt: skip
+    verify.add_argument(
+        "--frames", action="store_true",
+        help="a link's frame that is elsewhere in the .mbs is a difference, too",
+    )  # fmt: skip
     verify.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
     verify.set_defaults(command=_verify)
 
@@ -198,6 +202,7 @@ def _convert(arguments: argparse.Namespace) -> int:
 
 def _verify(arguments: argparse.Namespace) -> int:
     from urdf2mbs.verdict import verify
+    from urdf2mbs.verify import SIX
 
     verdict = verify(
         arguments.robot,
@@ -205,6 +210,7 @@ def _verify(arguments: argparse.Namespace) -> int:
         packages=dict(_pairs(arguments.package, "=", "--package", "NAME=DIR")),
         xacro_args=dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
         engine=arguments.engine,
+        frames=arguments.frames,
         gravity=tuple(arguments.gravity),
         tolerance=arguments.tolerance,
     )
@@ -212,7 +218,10 @@ def _verify(arguments: argparse.Namespace) -> int:
     if arguments.json:
         _print_json({"same": verdict.same, **msgspec.to_builtins(verdict)})
         return code
+    own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == len(SIX)]
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
+    if own:
+        base = f", {', '.join(own)} floats"
     print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
     print(f"  {_proof(verdict.groups, verdict.positions, verdict.largest)}")
@@ -308,23 +317,21 @@ class _Progress:
             print(f"{1000 * seconds:9.2f} ms  {pass_.name}", file=sys.stderr)
 
 
-def _summarise(
-    conversion: Conversion, found: dict[str, Any], arguments: argparse.Namespace
-) -> None:
+def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namespace) -> None:
     output = conversion.rejected or conversion.settings.output
     if output in conversion.files:
-        joints = found["joints"]
-        print(f"{found['robot']}: written to {_near(output)}")
-        print(f"  {found['links']} links -> {found['bodies']} bodies, mass {found['mass']:.6g} kg")
-        print(f"  {joints['urdf']} URDF joints -> {_joints(joints)}; {found['base']} base")
+        print(f"{found.robot}: written to {_near(output)}")
+        print(f"  {found.links} links -> {found.bodies} bodies, mass {found.mass:.6g} kg")
+        joints = found.joints
+        print(f"  {joints.urdf} URDF joints -> {_joints(joints)}; {found.base_in_words}")
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
-    if "check" in found:
-        check = found["check"]
-        verdict = "the same robot" if check["same"] else "NOT THE SAME ROBOT, kept under this name"
-        print(f"  {verdict}: {_proof(check['groups'], check['positions'], check['largest'])}")
-        for difference in check["differences"]:
-            print(f"error[not-the-same]: {difference['message']}", file=sys.stderr)
+    if found.proof is not None:
+        proof = found.proof
+        verdict = found.verdict if proof.same else "NOT THE SAME ROBOT, kept under this name"
+        print(f"  {verdict}: {_proof(proof.groups, proof.positions, proof.largest)}")
+        for difference in proof.differences:
+            print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
     warnings = [d for d in conversion.diagnostics if d.level == "warning"]
     notes = [d for d in conversion.diagnostics if d.level == "note"]
     more = "" if arguments.verbose or not notes else " (-v shows them)"
@@ -369,6 +376,8 @@ def _explain(arguments: argparse.Namespace) -> int:
                     f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
                 )
         print(f"   needs    {', '.join(pass_.needs) or '-'}")
+        if pass_.changes:
+            print(f"   changes  {', '.join(pass_.changes)}")
         print(f"   gives    {', '.join(pass_.gives) or '-'}")
         options = msgspec.to_builtins(bound.options)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
@@ -381,7 +390,7 @@ def _explain(arguments: argparse.Namespace) -> int:
 
 def _cost(
     config: Config, lines: Lines, pipeline: Pipeline, arguments: argparse.Namespace
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, Joints]:
     """The joints of the config as it is, and of it by each other preset."""
     pipelines = {"this config": pipeline}
     for name in presets():
@@ -401,14 +410,11 @@ def _cost(
     with _Progress(verbose=False) as progress:
         for each in pipelines.values():
             each.plugins.watch(progress)
-        return {name: report(each.run())["joints"] for name, each in pipelines.items()}
+        return {name: report(each.run()).joints for name, each in pipelines.items()}
 
 
-def _joints(joints: dict[str, Any]) -> str:
-    return (
-        f"{joints['mbs']} joints: {joints['independent']} independent, {joints['driven']} driven; "
-        f"{joints['per_degree_of_freedom']:.2f} a degree of freedom"
-    )
+def _joints(joints: Joints) -> str:
+    return f"{joints}; {joints.per_degree_of_freedom:.2f} a degree of freedom"
 
 
 def _instead(bound: Bound, plugins: Plugins) -> str:
@@ -429,7 +435,8 @@ def _passes(arguments: argparse.Namespace) -> int:
     width = max(len(one.pass_.name) for one in found)
     for one in found:
         pass_ = one.pass_
-        trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(pass_.gives) or '-'}"
+        out = [*(f"{token} (changed)" for token in pass_.changes), *pass_.gives]
+        trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(out) or '-'}"
         print(f"{pass_.name:{width}}  {pass_.summary}")
         print(f"{'':{width}}  {trade}; {_origin(one)}")
     return 0
@@ -447,20 +454,19 @@ def _report(arguments: argparse.Namespace) -> int:
         page = make(conversion, up_axis=_up_axis(pipeline))
     output = arguments.output or conversion.settings.output.with_suffix(".html")
     write_files({output: page.data})
-    check = conversion.report.get("check")
+    found = report(conversion)
     if arguments.json:
         _print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
     else:
         sizes = page.sizes
-        verdict = "not checked" if check is None else "same" if check["same"] else "NOT the same"
-        print(f"{conversion.robot.name}: report written to {_near(output)} (robot: {verdict})")
+        print(f"{found.robot}: report written to {_near(output)} ({found.verdict})")
         print(
             f"  {sizes['all'] / 1e6:.2f} MB: three.js {sizes['viewer'] / 1e6:.2f}, "
             f"meshes {sizes['meshes'] / 1e6:.2f}"
         )
         if page.missing:
             print(f"  {_count(page.missing, 'mesh file')} not there; the page names them")
-    return 3 if check is not None and not check["same"] else 0
+    return 0 if conversion.rejected is None else 3
 
 
 def _up_axis(pipeline: Pipeline) -> bool:
@@ -518,7 +524,7 @@ def _described(found: Found) -> dict[str, Any]:
     return {
         "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,
         "package": found.package, "version": found.version, "file": found.file,
-        "needs": pass_.needs, "gives": pass_.gives,
+        "needs": pass_.needs, "changes": pass_.changes, "gives": pass_.gives,
     }  # fmt: skip
 
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.diagnostics import ConfigError, ConversionError, Difference
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.spatial import Vec, direction
-from urdf2mbs.verify import AXES, POSITIONS, SIX, Difference, in_plane, worst
+from urdf2mbs.verify import AXES, POSITIONS, SIX, in_plane, worst
 
 
 def to_pinocchio(mbs: Mbs) -> Any:
@@ -142,9 +142,7 @@ def compare_dynamics(
                 largest[kind] = off
                 at[kind] = order[int(np.unravel_index(apart.argmax(), apart.shape)[0])]
     found = [
-        Difference(
-            kind, f"{kind}: {off:.3g} relative, most at joint '{at[kind]}'", min(off, 1.0)
-        )
+        Difference(kind, f"{kind}: {off:.3g} relative, most at joint '{at[kind]}'", min(off, 1.0))
         for kind, off in largest.items()
         if not off <= tolerance
     ]

@@ -82,6 +82,12 @@ class Plugins:
                         return plugin, self._files[plugin]
         return None
 
+    def hooked(self, hook: str) -> list[str]:
+        """The plugins, ours apart, that have a hook."""
+        callers = getattr(self.hook, hook).get_hookimpls()
+        names = [impl.plugin_name for impl in callers]
+        return [name for name in names if name in self._files and name != GROUP]
+
     def only_passes(self, plugin: str) -> list[str]:
         """The passes that a plugin brings; none if it has other hooks too."""
         callers = self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or []
@@ -224,7 +230,7 @@ def _fault(pass_: Pass) -> tuple[str, str] | None:
         inspect.signature(pass_.run).bind(None, None)
     except (TypeError, ValueError):
         return "its 'run' cannot be called with two arguments", "def run(conversion, options):"
-    for field in ("needs", "gives"):
+    for field in ("needs", "gives", "changes"):
         tokens = getattr(pass_, field)
         if not isinstance(tokens, (tuple, list)) or not all(isinstance(t, str) for t in tokens):
             return f"'{field}' is {tokens!r}", f"write it as {field}=('robot',), with the comma"

@@ -34,6 +34,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import NOTHING_HEAVY, LinkFrame
+from urdf2mbs.diagnostics import Difference
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.spatial import Sym, Vec, fewest_turns
@@ -58,19 +59,6 @@ Inertia = tuple[float, Vec, Sym]
 HERE: Frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 ORIGIN: Vec = (0.0, 0.0, 0.0)
 X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-class Difference(msgspec.Struct, omit_defaults=True):
-    """One thing that is not the same."""
-
-    kind: str
-    message: str
-    size: float = 1.0
-    """Relative, at most 1, and 1 where there is no measure."""
-    link: str | None = None
-    joint: str | None = None
-    urdf: Any = None
-    mbs: Any = None
 
 
 class Comparison(msgspec.Struct):

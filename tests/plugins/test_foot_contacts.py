@@ -135,7 +135,7 @@ def test_a_link_without_a_body_is_an_error() -> None:
 
 
 def test_too_late_is_an_error() -> None:
-    with pytest.raises(ConfigError, match="already laid out"):
+    with pytest.raises(ConfigError, match=r"'layout' made from 'anchors'.*'foot-contacts' changed"):
         run_pass("foot-contacts", after="layout", options={"links": ["hand"]})
 
 
@@ -147,12 +147,12 @@ def test_the_biped_from_the_command_line(tmp_path: Path, capsys: Any) -> None:
     ]  # fmt: skip
     assert main(command) == 0
     report = json.loads(capsys.readouterr().out)
-    assert list(report["foot-contacts"]) == ["left_foot", "right_foot"]
+    assert list(report["passes"]["foot-contacts"]) == ["left_foot", "right_foot"]
     names = {p.name for b in read(output.read_bytes(), "").bodies for p in b.points}
-    told = [p["name"] for points in report["foot-contacts"].values() for p in points]
+    told = [p["name"] for points in report["passes"]["foot-contacts"].values() for p in points]
     assert len(told) == 8
     assert names.issuperset(told)
-    assert report["check"]["same"] is True
+    assert report["proof"]["same"] is True
 
 
 def test_explain_says_which_package(tmp_path: Path, capsys: Any) -> None:

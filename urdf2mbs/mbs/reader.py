@@ -609,7 +609,7 @@ class _Reader:
             value = float(text)
             if isinf(value):
                 self.fail(
-                    element, "number-infinite", f"'{text}' in <{element.tag}> is too large a number",
+                    element, "number-invalid", f"'{text}' in <{element.tag}> is too large",
                     "a double goes up to 1.8e308",
                 )  # fmt: skip
             self.numbers[text] = value

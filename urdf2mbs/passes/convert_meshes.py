@@ -269,4 +269,4 @@ def _digest(data: bytes | None) -> str | None:
     return None if data is None else hashlib.sha256(data).hexdigest()
 
 
-PASS = Pass("convert-meshes", run, Options, needs=("robot", "shapes"), gives=("meshes",))
+PASS = Pass("convert-meshes", run, Options, needs=("robot",), changes=("shapes",))

@@ -35,7 +35,6 @@ def run(conversion: Conversion, options: NoOptions) -> None:
             joints += step.joints
             _tell_axis(conversion, step)
         segment.body.joints = joints
-    _tell_mimic(conversion)
 
 
 def decompose(step: Step) -> None:
@@ -92,23 +91,4 @@ def _tell_axis(conversion: Conversion, step: Step) -> None:
         )
 
 
-def _tell_mimic(conversion: Conversion) -> None:
-    mimics = {
-        joint.name: joint.mimic
-        for joint in conversion.robot.joints.values()
-        if joint.mimic is not None and joint.moves and joint.name not in conversion.frozen
-    }
-    if mimics:
-        rules = ", ".join(
-            f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
-            for name, mimic in mimics.items()
-        )
-        conversion.warn(
-            "mimic",
-            f"joints that follow others are independent in .mbs, which cannot hold this: {rules}",
-            hint="to couple them, make them dependent and write these constraints in the "
-            "project's user_cons_hJ",
-        )
-
-
-PASS = Pass("decompose-joints", run, needs=("bodies",), gives=("joints",))
+PASS = Pass("decompose-joints", run, needs=("robot", "bodies"), gives=("joints",))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import hypot
 
 from urdf2mbs.conversion import Conversion, LinkFrame
+from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.mbs.names import identifiers, rename
@@ -32,7 +33,13 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     mbs.view = fit_view(conversion)
     conversion.frames = _frames(conversion)
     _tell(conversion)
-    conversion.files[conversion.settings.output] = write(mbs)
+    try:
+        conversion.files[conversion.settings.output] = write(mbs)
+    except ValueError as error:
+        raise ConversionError(
+            "mbs-unwritable", f"robot '{robot.name}': {error}", file=robot.file,
+            hint="look for huge numbers in the URDF, and for what a plugin's pass has put in",
+        ) from None  # fmt: skip
 
 
 def _frames(conversion: Conversion) -> dict[str, LinkFrame]:
@@ -108,6 +115,7 @@ def _short(value: float) -> float:
 
 def _tell(conversion: Conversion) -> None:
     """Name what .mbs has no place for."""
+    _tell_mimic(conversion)
     joints = conversion.robot.joints.values()
     lossy = [j for j in joints if j.dynamics and (j.dynamics.damping or j.dynamics.friction)]
     if lossy:
@@ -129,6 +137,29 @@ def _tell(conversion: Conversion) -> None:
     if tags:
         listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
         conversion.note("extension", f".mbs has no place for {listed}; left out")
+
+
+def _tell_mimic(conversion: Conversion) -> None:
+    """Name the joints that follow others in the URDF, and are independent in the .mbs."""
+    free = {
+        joint.name
+        for body in conversion.mbs.bodies
+        for joint in body.joints
+        if joint.nature == "independent"
+    }
+    rules = [
+        f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
+        for name, names in conversion.names.coordinates.items()
+        if (mimic := conversion.robot.joints[name].mimic) is not None and free.issuperset(names)
+    ]
+    if rules:
+        conversion.warn(
+            "mimic",
+            "joints that follow others are independent in .mbs, which cannot hold this: "
+            f"{', '.join(rules)}",
+            hint="to couple them, make them dependent and write these constraints in the "
+            "project's user_cons_hJ",
+        )
 
 
 def _some(joints: list[Joint]) -> str:

@@ -80,4 +80,4 @@ def _tell_ground(conversion: Conversion) -> None:
         )
 
 
-PASS = Pass("lump-fixed", run, Options, needs=("bodies",), gives=("lumped",))
+PASS = Pass("lump-fixed", run, Options, needs=("robot",), changes=("bodies",))
