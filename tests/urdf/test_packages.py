@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,8 @@ def test_src_of_a_workspace_that_was_never_built(tmp_path: Path, folder: str) ->
 def test_a_package_beside_the_workspace_holds_no_code_for_us(
     tmp_path: Path, folder: str, mark: str | None
 ) -> None:
+    if (folder, mark) == ("ws/hand", "package.xml"):
+        folder = "ws/stack/hand"  # directly beside, it belongs to it
     robot = source(tmp_path / "ws" / "arm" / "urdf")
     if mark is not None:
         (tmp_path / "ws" / "arm" / mark).touch()
@@ -88,6 +91,18 @@ def test_a_package_beside_the_workspace_holds_no_code_for_us(
     assert f"--package hand={stranger}" in (caught.value.hint or "")
     # a mesh is data
     assert packages.resolve("package://hand/m.stl") == stranger / "m.stl"
+
+
+@pytest.mark.parametrize("name", ["hand", "other"])
+def test_packages_side_by_side(tmp_path: Path, name: str) -> None:
+    """As in an archive: no checkout, no workspace."""
+    arm = package(tmp_path / "arm")
+    hand = package(tmp_path / name, "hand")
+    assert Packages({}, source(arm / "urdf")).find("hand") == hand
+    if os.name == "posix":
+        tmp_path.chmod(0o1777)  # anybody may put a package there
+        with pytest.raises(ConversionError):
+            Packages({}, source(arm / "urdf")).find("hand")
 
 
 def test_a_stranger_is_not_expanded(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import os
 import re
 from itertools import chain
 from pathlib import Path
+from stat import S_IWOTH
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
@@ -51,6 +52,17 @@ def workspace(source: Path) -> Path:
             root = folder
         inner = marked
     return root
+
+
+def _neighbours(root: Path) -> list[Path]:
+    """The folders beside the root where that is no checkout or workspace: as in an archive,
+    packages may be unpacked side by side.  Not where anybody may put one, as in /tmp."""
+    holder = root.parent
+    alone = root.name == "src" or any((root / mark).exists() for mark in _ROOTS)
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 which raises nothing
+    if alone or holder in (home, holder.parent) or holder.stat().st_mode & S_IWOTH:
+        return []
+    return _subfolders(holder)
 
 
 def _marked(folder: Path) -> bool:
@@ -111,7 +123,8 @@ class Packages:
         known = ", ".join(self.table) or "empty"
         return [
             f"the table of packages ({known})",
-            f"{self.source.parent} and the folders above it; beside them up to {self.root}",
+            f"{self.source.parent} and the folders above it; what is in {self.root} or, "
+            "unless that is a checkout or workspace, beside it",
             *(
                 f"{variable}={os.environ.get(variable) or '(not set)'}"
                 for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
@@ -174,6 +187,7 @@ class Packages:
             yield ancestor
             if ancestor.is_relative_to(self.root):
                 yield from _below(ancestor, name)
+        yield from _neighbours(self.root)
         # a folder may have another name than its package
         for folder in _subfolders(self.root):
             yield folder
