@@ -58,9 +58,9 @@ def _neighbours(root: Path) -> list[Path]:
     """The folders beside the root where that is no checkout or workspace: as in an archive,
     packages may be unpacked side by side.  Not where anybody may put one, as in /tmp."""
     holder = root.parent
-    alone = root.name == "src" or any((root / mark).exists() for mark in _ROOTS)
+    closed = root.name == "src" or any((root / mark).exists() for mark in _ROOTS)
     home = Path(os.path.expanduser("~"))  # noqa: PTH111 which raises nothing
-    if alone or holder in (home, holder.parent) or holder.stat().st_mode & S_IWOTH:
+    if closed or holder in (home, holder.parent) or holder.stat().st_mode & S_IWOTH:
         return []
     return _subfolders(holder)
 
