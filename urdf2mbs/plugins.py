@@ -254,7 +254,9 @@ def _fault(pass_: Pass) -> tuple[str, str] | None:
         return "its name is not a word", "call it something like 'my-pass'"
     try:
         inspect.signature(pass_.run).bind(None, None)
-    except (TypeError, ValueError):
+    except ValueError:
+        pass  # Python does not know how some built-in functions are called
+    except TypeError:
         return "its 'run' cannot be called with two arguments", "def run(conversion, options):"
     for field in ("needs", "gives"):
         tokens = getattr(pass_, field)
