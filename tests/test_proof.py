@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,6 +12,7 @@ from urdf2mbs import Result
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.verdict import match, verify
 from urdf2mbs.verify import Comparison, compare
 
 
@@ -229,3 +231,45 @@ def test_a_fingers_error_counts_on_a_crane() -> None:
     x, y, z = body(mbs, "c").com
     body(mbs, "c").com = (x + 2e-9, y, z)
     assert kinds(compared(result, mbs)) == {"centre"}
+
+
+@pytest.mark.parametrize(("nature", "matched"), [("driven", False), ("independent", True)])
+def test_a_joint_that_moves_nothing_may_be_held_by_hand(nature: str, matched: bool) -> None:
+    text = TINY.replace("</robot>", f"{link('tip')}{joint('hand', 'tip', name='tip')}</robot>")
+    result, mbs = pieces(text, options={"prune-massless": {"keep": ["tip"]}})
+    own_joint(mbs, "tip").nature = nature
+    found = match(result.robot, mbs)
+    assert ("tip" in found.joints) is matched
+    assert ("tip" in found.frozen) is not matched
+    assert kinds(compare(result.robot, mbs, found.joints, frozen=found.frozen)) == set()
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_verify_reads_off_the_model_whether_it_floats(tmp_path: Path, base: str) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "tiny.mbs").write_bytes(convert_text(base=base).data)
+    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs")
+    assert found.differences == []
+    assert found.base == base
+
+
+@pytest.mark.parametrize(("tolerance", "same"), [(1e-3, True), (1e-9, False)])
+def test_verify_takes_its_tolerance(tmp_path: Path, tolerance: float, same: bool) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    heavier = convert_text().data.replace(b"<mass>0.5</mass>", b"<mass>0.50001</mass>")
+    (tmp_path / "tiny.mbs").write_bytes(heavier)
+    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs", tolerance=tolerance)
+    assert (found.differences == []) is same
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_a_link_whose_mass_is_lost_is_named(pipeline: str) -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b", SOLID.replace('"2"', '"3"')),
+        joint("world", "a"), joint("a", "b", "fixed", xyz="1 0 0"),
+    )  # fmt: skip
+    result, _ = pieces(text, pipeline=pipeline)
+    alone, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a")))
+    frames = {**alone.frames, "b": result.frames["b"]}
+    found = compared(result, mbs, frames=frames).differences
+    assert any("link 'b': its 3 kg are not in the .mbs" in d.message for d in found)

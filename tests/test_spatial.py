@@ -175,3 +175,14 @@ def test_a_direction_is_a_unit_vector_after_what_is_small_is_taken_off() -> None
     assert abs(x * x + y * y - 1.0) <= 2.3e-16
     assert direction((1.0, 0.0, 5e-10)) == (1.0, 0.0, 0.0)
     assert direction((1.0, 0.0, 2e-9))[2] == pytest.approx(2e-9)
+
+
+def test_no_turn_is_made_for_nothing() -> None:
+    assert spatial.fewest_turns(IDENTITY) == ()
+    for k in (1, 2, 3):
+        assert spatial.fewest_turns(spatial.from_turn((k, 0.5))) == ((k, 0.5),)
+
+
+@pytest.mark.parametrize("c", [5e-324, 1e-310, 1.7e308])
+def test_an_axis_at_the_ends_of_a_doubles_range(c: float) -> None:
+    assert unit((c, 0.0, -c)) == pytest.approx((0.5**0.5, 0.0, -(0.5**0.5)), rel=1e-15)

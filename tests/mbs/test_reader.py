@@ -307,3 +307,10 @@ def test_mechanics_only_passes_over_graphics(shared: Path) -> None:
             part.position = None
             part.inner = {}
     assert mechanics.bodies == whole.bodies
+
+
+def test_a_body_that_is_its_own_parent() -> None:
+    data = write(Mbs("m", bodies=[Body("arm", joints=[Joint("j", "R1")])]))
+    own = data.replace(b"<bodyname>base</bodyname>", b"<bodyname>arm</bodyname>")
+    with pytest.raises(ConversionError, match="body 'arm' is its own parent"):
+        read(own, "m.mbs")

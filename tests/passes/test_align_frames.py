@@ -259,3 +259,13 @@ def test_what_is_across_an_axis_is_so_to_the_last_digit(off: float) -> None:
     across = _across((x, y, z), axis, 1e-12)
     assert across is not None
     assert abs(dot(across, axis)) <= 3e-16
+
+
+@pytest.mark.parametrize("axis", ["0 1 1", "1 2 3", "0 0 -1"])
+def test_a_frame_in_the_middle_of_a_chain_stays_known(axis: str) -> None:
+    text = robot(
+        link("world"), link("middle"), link("tip", SOLID),
+        joint("world", "middle", axis=axis, rpy="0.1 0.2 0.3"),
+        joint("middle", "tip", axis="3 -1 2", rpy="0.3 0.2 0.1"),
+    )  # fmt: skip
+    assert prove(text).frames["middle"].joint == "world_to_middle"

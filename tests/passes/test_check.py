@@ -86,3 +86,9 @@ def test_the_tolerance_is_the_options(spoiled: Spoil) -> None:
         "<mass>0.5</mass>", "<mass>0.50000000001</mass>", options={"check": {"tolerance": 1e-12}}
     )
     assert tight.report["check"]["same"] is False
+
+
+def test_a_frame_that_is_elsewhere_counts_though_no_mass_is(spoiled: Spoil) -> None:
+    found = spoiled("<z>0.1</z>", "<z>0.2</z>").report["check"]  # the point of the massless tool
+    assert [(d["kind"], d["link"]) for d in found["differences"]] == [("point", "tool")]
+    assert found["same"] is False

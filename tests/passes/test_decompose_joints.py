@@ -65,7 +65,7 @@ def test_names_and_positions() -> None:
     assert [q for *_, q in found[3:]] == pytest.approx([a, b, None, -b, -a], abs=1e-15)
 
 
-@settings(max_examples=100)
+@settings(max_examples=100, deadline=None)
 @given(axes(), st.tuples(ANGLES, ANGLES, ANGLES), st.sampled_from([0.0, 0.7, -2.0]))
 def test_the_chain_moves_as_the_urdf_joint(
     axis: tuple[float, float, float], rpy: tuple[float, float, float], q: float
@@ -152,3 +152,14 @@ def test_mimics_are_named_with_their_rule_and_frozen_ones_are_not() -> None:
 def test_half_turns_are_the_double_nearest_to_pi() -> None:
     assert chain(axis="-1 0 0")[0] == ("j_axis_R3", "r3", pi)
     assert translation((1, 2, 3))[:3, 3].tolist() == [1, 2, 3]
+
+
+def test_two_of_our_own_names_that_meet() -> None:
+    """The turns before an axis, and the coordinates of a planar joint of an unlucky name."""
+    links = (link("world"), link("a", SOLID), link("b", SOLID))
+    first = joint("world", "a", name="hip", axis="1 2 3")
+    text = robot(*links, first, joint("a", "b", "planar", name="hip_axis"))
+    bodies = convert_text(text, pipeline=PASSES).mbs.bodies
+    names = [one.name for body in bodies for one in body.joints]
+    assert "hip_axis_R3" in names
+    assert len(set(names)) == len(names)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
+from urdf2mbs.conversion import Conversion, Settings
+from urdf2mbs.hookspecs import NoOptions
+from urdf2mbs.passes.insert_base import run
 from urdf2mbs.testing import convert_text
 
 
@@ -93,5 +98,16 @@ def test_names_that_are_taken_get_a_number() -> None:
 
 
 def test_gravity_is_the_settings() -> None:
-    result = based(A)
-    assert result.mbs.base.gravity == (0.0, 0.0, -9.81)
+    settings = Settings(Path("r.urdf"), Path("r.mbs"), gravity=(0.0, 1.0, -1.62))
+    conversion = Conversion(settings)
+    conversion.robot = based(A).robot
+    run(conversion, NoOptions())
+    assert conversion.mbs.base.gravity == (0.0, 1.0, -1.62)
+
+
+def test_of_several_floating_joints_the_first_is_named() -> None:
+    result = based(
+        link("w"), A, link("b", SOLID), joint("w", "a", "floating"), joint("w", "b", "floating")
+    )
+    (told,) = [found for found in result.diagnostics if found.code == "base"]
+    assert "joint 'w_to_a'" in told.message

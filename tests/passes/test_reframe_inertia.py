@@ -33,7 +33,7 @@ def matrix(sym: tuple[float, ...]) -> np.ndarray:
     return np.array(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)))
 
 
-@settings(max_examples=50)
+@settings(max_examples=50, deadline=None)
 @given(st.tuples(ANGLES, ANGLES, ANGLES))
 def test_in_body_axes_about_the_centre(rpy: tuple[float, float, float]) -> None:
     (body,) = reframed(link("a", solid(rpy)), joint("world", "a", rpy="1 2 3")).mbs.bodies
@@ -79,3 +79,40 @@ def test_what_has_none_gets_none() -> None:
     a, b = result.mbs.bodies
     assert (a.mass, a.com, a.inertia) == (None, None, None)
     assert b.mass == 2.0
+
+
+def test_the_ground_weighs_nothing_whatever_is_fixed_to_it() -> None:
+    result = convert_text(
+        robot(link("world"), link("a", SOLID), joint("world", "a", "fixed"), link("b", SOLID),
+              joint("a", "b")),
+        pipeline=["expand", "insert-base", "prune-massless", "lump-fixed", "reframe-inertia"],
+    )  # fmt: skip
+    assert list(result.conversion.ground.parts) == ["world", "a"]
+    assert result.conversion.ground.body.mass is None
+
+
+def test_lumped_parts_are_seen_from_where_they_are() -> None:
+    text = robot(
+        link("world"), link("a"), joint("world", "a"),
+        link("b", SOLID), joint("a", "b", "fixed", xyz="1 2 3", rpy="0 0 1.5707963267948966"),
+    )  # fmt: skip
+    result = convert_text(
+        text,
+        pipeline=["expand", "insert-base", "prune-massless", "lump-fixed", "reframe-inertia"],
+        options={"prune-massless": {"keep": ["a"]}},
+    )
+    (body,) = result.mbs.bodies
+    assert body.com == pytest.approx((1.2, 2.1, 3.3))
+    turn = rotation((0, 0, 1), np.pi / 2) @ rotation((0, 0, 1), 0.1)
+    turn = turn @ rotation((0, 1, 0), -0.2) @ rotation((1, 0, 0), 0.3)
+    np.testing.assert_allclose(matrix(body.inertia), turn @ TENSOR @ turn.T, atol=1e-16)
+
+
+def test_an_inertial_of_zeros_is_none() -> None:
+    zeros = '<inertial><mass value="0"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+    result = convert_text(
+        robot(link("world"), link("a", zeros + "</inertial>"), joint("world", "a")),
+        pipeline=["expand", "insert-base", "prune-massless", "reframe-inertia"],
+        options={"prune-massless": {"keep": ["a"]}},
+    )
+    assert result.mbs.bodies[0].mass is None
