@@ -92,3 +92,18 @@ def test_a_frame_that_is_elsewhere_counts_though_no_mass_is(spoiled: Spoil) -> N
     found = spoiled("<z>0.1</z>", "<z>0.2</z>").report["check"]  # the point of the massless tool
     assert [(d["kind"], d["link"]) for d in found["differences"]] == [("point", "tool")]
     assert found["same"] is False
+
+
+def test_a_link_that_is_nowhere_is_a_difference(tmp_path: Path) -> None:
+    plugin = tmp_path / "lose.py"
+    plugin.write_text(
+        "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+        "def run(conversion, options):\n"
+        "    del conversion.frames['tool']\n"
+        "@hookimpl\n"
+        "def urdf2mbs_passes():\n"
+        "    return [Pass('lose', run)]\n"
+    )
+    found = convert_text(TINY, plugins=[plugin], after={"emit": "lose"}).report["check"]
+    assert found["same"] is False
+    assert [(d["kind"], d["link"]) for d in found["differences"]] == [("frame-lost", "tool")]

@@ -79,6 +79,6 @@ def test_a_cylinders_axis_is_turned_first_and_then_the_visual(tmp_path: Path) ->
 def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
     """They would be one file on some systems."""
     meshes = [f'<geometry><mesh filename="{name}"/></geometry>'
-              for name in ("A.stl", "b/a.STL", "b/a.dae", "A.stl")]  # fmt: skip
+              for name in ("a.stl", "b/A.STL", "b/a.dae", "a.stl")]  # fmt: skip
     found = [shape.url.rpartition("/")[2] for shape in visuals(tmp_path, *meshes)]
-    assert found == ["A.wrl", "a_2.wrl", "a_3.wrl", "A.wrl"]
+    assert found == ["a.wrl", "A_2.wrl", "a_3.wrl", "a.wrl"]
