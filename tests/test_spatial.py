@@ -186,3 +186,12 @@ def test_no_turn_is_made_for_nothing() -> None:
 @pytest.mark.parametrize("c", [5e-324, 1e-310, 1.7e308])
 def test_an_axis_at_the_ends_of_a_doubles_range(c: float) -> None:
     assert unit((c, 0.0, -c)) == pytest.approx((0.5**0.5, 0.0, -(0.5**0.5)), rel=1e-15)
+
+
+@pytest.mark.parametrize("off", [1e-10, 1e-8, 1e-5])
+def test_three_turns_next_to_a_pitch_of_90_degrees(off: float) -> None:
+    """Yaw alone is ill determined there; roll must make up for what yaw was taken to be."""
+    rot = spatial.from_rpy((0.3, pi / 2 - off, 0.7))
+    turns = spatial.fewest_turns(rot)
+    assert len(turns) == 3
+    np.testing.assert_allclose(spatial.from_turns(turns), rot, atol=1e-15)
