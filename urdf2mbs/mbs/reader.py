@@ -271,10 +271,9 @@ class _Reader:
     def parent(self, element: _Element, kids: Children, name: str) -> tuple[str | None, str | None]:
         if "parent" not in kids:
             self.fail(element, "parent-missing", f"body '{name}' has no <parent>")
-        parent, point = self.place(kids["parent"], f"the parent of body '{name}'")
-        if parent == name:
+        if _text(kids["parent"].find("bodyname")) == name:
             self.fail(kids["parent"], "parent-unknown", f"body '{name}' is its own parent")
-        return parent, point
+        return self.place(kids["parent"], f"the parent of body '{name}'")
 
     def place(self, element: _Element, what: str) -> tuple[str | None, str | None]:
         """A body and one of its points, both known by now."""

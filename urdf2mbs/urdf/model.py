@@ -136,7 +136,9 @@ class Calibration(msgspec.Struct):
 
 
 class Joint(msgspec.Struct):
-    """``<joint>``; ``axis`` as written (not normalised), in the child link's frame."""
+    """``<joint>``; ``axis`` as written (not normalised), in the child link's frame.
+
+    A fixed or floating joint has no axis: what a file states of it is not read."""
 
     name: str
     type: str

@@ -851,7 +851,7 @@ class _Reader:
             name, kind, parent, child, self.origin(parts.get("origin")), line=element.sourceline
         )
         axis = parts.get("axis")
-        if axis is not None:
+        if axis is not None and kind not in ("fixed", "floating"):  # these have none
             self.axis(joint, axis)
         limit = parts.get("limit")
         if limit is not None:
@@ -899,11 +899,8 @@ class _Reader:
         return self.text(part, "link", name) if "$" in name else name
 
     def axis(self, joint: Joint, element: Any) -> None:
-        xyz = self.attribute(element, "xyz")
-        if xyz is None and joint.type in ("fixed", "floating"):
-            return
-        joint.axis = self.vector(element, "xyz", xyz)
-        if joint.axis == ZERO and joint.type not in ("fixed", "floating"):
+        joint.axis = self.vector(element, "xyz", self.attribute(element, "xyz"))
+        if joint.axis == ZERO:
             self.fail(
                 "axis-zero",
                 f"joint '{joint.name}' is {joint.type}, and its axis is zero",
