@@ -26,7 +26,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from math import asin, atan2, cos, hypot, isfinite, log10, pi, sin, sqrt
+from math import asin, atan2, cos, dist, hypot, isfinite, log10, pi, sin, sqrt
 from random import Random
 from sys import float_info
 from typing import Any
@@ -592,7 +592,7 @@ class _Comparing:
                 off = _most(ours, theirs, self._scale(group))
                 if self._beyond(off):
                     told = f"link '{link}': point '{plain[link]}' of body '{body}' is "
-                    told += f"{_most(ours, theirs):.3g} m off its frame"
+                    told += f"{dist(ours, theirs):.3g} m off its frame"
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
 
     def _scale(self, group: int) -> float:
