@@ -212,7 +212,7 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value + 0.0:.6g}"
 
 
-def _vector(values: Iterable[float] | None) -> str:
+def _vector(values: Iterable[float | None] | None) -> str:
     return "" if values is None else ", ".join(map(_number, values))
 
 

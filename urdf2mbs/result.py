@@ -74,14 +74,17 @@ def convert(
     plugins: Sequence[str | os.PathLike[str]] = (),
     after: Mapping[str, str | list[str]] | None = None,
     swap: Mapping[str, str] | None = None,
+    diagnostics: Mapping[str, str] | None = None,
+    strict: bool = False,
 ) -> Result:
     """Convert a URDF or xacro file, without writing anything.
 
     ``base`` is ``auto``, ``floating`` or ``fixed``; ``packages`` maps ROS packages to
     directories; ``options`` maps passes to their options; ``plugins`` are Python files,
     ``after`` maps a pass to those to put right after it, ``swap`` a pass to the plugin whose
-    pass of the same name replaces it.  Paths are relative to the working folder.
-    Raises ConversionError.
+    pass of the same name replaces it; ``diagnostics`` maps codes to ``error``, ``warning``,
+    ``note`` or ``ignore``, and ``strict`` makes warnings errors.  Paths are relative to the
+    working folder.  Raises ConversionError.
     """
     given = {
         "source": os.fspath(source),
@@ -93,6 +96,8 @@ def convert(
         "plugins": [os.fspath(plugin) for plugin in plugins],
         "after": dict(after or {}),
         "swap": dict(swap or {}),
+        "diagnostics": dict(diagnostics or {}),
+        "strict": strict,
     }
     lines = Lines()
     return Result(Pipeline(typed(Config, given, lines), lines).run())
