@@ -94,7 +94,7 @@ def render(
 
 def counted(number: int, thing: str) -> str:
     """``1 joint``, ``2 joints``."""
-    plural = {"body": "bodies", "mesh": "meshes"}.get(thing, f"{thing}s")
+    plural = {"body": "bodies", "mesh": "meshes", "inertia": "inertias"}.get(thing, f"{thing}s")
     return f"{number} {thing if number == 1 else plural}"
 
 

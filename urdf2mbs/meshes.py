@@ -16,7 +16,7 @@ from urllib.parse import unquote, urlsplit
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.vrml import Material, Part
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
             _read_collada(mesh, data, up_axis)
         else:
             _read_trimesh(mesh, data, ending)
-    except (MeshError, ConversionError):
+    except (MeshError, ConfigError):
         raise
     except Exception as error:  # the readers raise whatever a bad file makes them stumble on
         raise MeshError(f"{type(error).__name__}: {error}".rstrip(": ")) from error
@@ -149,11 +149,11 @@ def read_beside(path: Path, name: str) -> bytes | None:
     return None
 
 
-def missing_extra(error: ImportError) -> ConversionError:
-    return ConversionError(
+def missing_extra(error: ImportError) -> ConfigError:
+    return ConfigError(
         "extra-missing",
         f"converting meshes needs the package '{error.name}', which is not installed",
-        hint="pip install urdf2mbs[meshes]",
+        hint="pip install 'urdf2mbs[meshes]'",
     )
 
 
@@ -233,7 +233,9 @@ def _read_collada(mesh: Mesh, data: bytes, up_axis: bool) -> None:
             )  # fmt: skip
     if next(iter(document.scene.objects("controller")), None) is not None:
         mesh.problems.append("its skinned parts (instance_controller) are left out")
-    mesh.problems += list(dict.fromkeys(str(error) for error in document.errors))
+    # cameras and lights are no part of a shape
+    lost = [str(error) for error in document.errors]
+    mesh.problems += [e for e in dict.fromkeys(lost) if not re.search("camera|light", e, re.I)]
 
 
 def _collada_material(mesh: Mesh, effect: Any) -> tuple[Material, str | None]:

@@ -11,7 +11,8 @@ import msgspec
 
 from urdf2mbs.config import Config, Lines, typed
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Proof, RobotChange
-from urdf2mbs.diagnostics import Diagnostic
+from urdf2mbs.diagnostics import Diagnostic, counted
+from urdf2mbs.left_out import left_out
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.pipeline import Pipeline
 from urdf2mbs.spatial import Vec
@@ -115,7 +116,7 @@ class Joints(msgspec.Struct):
 
     def __str__(self) -> str:
         dependent = f"{self.dependent} dependent, " if self.dependent else ""
-        return f"{self.mbs} joints: {self.independent} independent, {dependent}{self.driven} driven"
+        return f"{counted(self.mbs, 'joint')}: {self.independent} independent, {dependent}{self.driven} driven"
 
 
 class Report(msgspec.Struct):
@@ -144,6 +145,8 @@ class Report(msgspec.Struct):
     """Moving URDF joints that are held at zero, and why."""
     changed: list[RobotChange]
     """What passes have changed of the robot that the URDF states."""
+    left_out: dict[str, dict[str, dict[str, Any]]]
+    """What the URDF's joints have and an .mbs has no place for: every number by its name."""
     proof: Proof | None
     """What ``check`` found; None: it did not run."""
     diagnostics: list[Diagnostic]
@@ -193,6 +196,7 @@ def report(conversion: Conversion) -> Report:
         frames=conversion.frames,
         frozen=conversion.frozen,
         changed=conversion.changed,
+        left_out=left_out(robot),
         proof=conversion.proof,
         diagnostics=conversion.diagnostics,
         passes=conversion.report,

@@ -80,6 +80,12 @@ def nearest(inertial: Inertial) -> tuple[Inertial, float]:
     return Inertial(max(inertial.mass, 0.0), tensor, inertial.origin), moved
 
 
+def second_moments(tensor: Sym) -> list[float]:
+    """Eigenvalues of J (kg m^2)."""
+    half = sum(moments(tensor)) / 2
+    return [half - moment for moment in moments(tensor)]
+
+
 def moments(tensor: Sym) -> tuple[float, float, float]:
     """Principal moments, ascending (kg m^2)."""
     return _sorted(principal(tensor)[0])

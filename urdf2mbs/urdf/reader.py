@@ -423,6 +423,7 @@ class _Reader:
                 "property-unused",
                 "<property> without the prefix xacro: has no effect, and is not used",
                 element.sourceline,
+                owner=("property", element.get("name") or ""),
             )
             return True
         if tag in LEGACY:
@@ -933,10 +934,10 @@ class _Reader:
 
     def axis(self, joint: Joint, element: Any) -> None:
         xyz = self.attribute(element, "xyz")
-        if xyz is None and joint.type in ("fixed", "floating"):
-            return
+        if joint.type in ("fixed", "floating"):
+            return  # it means nothing
         joint.axis = self.vector(element, "xyz", xyz)
-        if joint.axis == ZERO and joint.type not in ("fixed", "floating"):
+        if joint.axis == ZERO:
             self.fail(
                 "axis-zero",
                 f"joint '{joint.name}' is {joint.type}, and its axis is zero",
