@@ -180,11 +180,15 @@ def expand(source: Path, packages: Packages, args: Mapping[str, str]) -> Expansi
     :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``
     """
     run = _Run(absolute(source), packages, args)
+    undefined = None
     try:
         run()
     except UndefinedArgumentError as error:
-        _list_undefined(error, run)
-        raise
+        undefined = error
+    if undefined is not None:
+        # outside the handler, else each new error would have the first one as its context
+        _list_undefined(undefined, run)
+        raise undefined
     diagnostics = run.diagnostics()
     asked = run.args.asked
     for name in args:
