@@ -167,6 +167,7 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
     except msgspec.ValidationError as error:
         what, path = _told(error)
         where: Key = (*at, *path)
+        field = str(path[0]) if path else ""
         if path and path[-1] == "...":
             # msgspec does not say which key of a mapping
             where = where[:-1]
@@ -182,7 +183,7 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
             "config-type",
             f"'{_dotted(where)}': {_plainly(what)}",
             where,
-            _choices(fields[str(path[0])].type if path else None),
+            _choices(fields[field].type if field in fields else None),
         ) from None
 
 
@@ -193,7 +194,7 @@ _KINDS = {
     "float": "a number",
     "bool": "true or false",
     "array": "a list",
-    "object": "'key: value' lines",
+    "object": "a block of 'key: value' lines",
     "null": "nothing",
 }
 
@@ -204,12 +205,12 @@ def _plainly(what: str) -> str:
     def kinds(found: re.Match[str]) -> str:
         return " or ".join(_KINDS.get(kind, kind) for kind in found[1].split(" | "))
 
-    said = re.sub(r"`([a-z |]+)`", kinds, what)
+    said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", what)
+    said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
+    said = re.sub(r"`([a-z |]+)`", kinds, said)
     said = re.sub(r"^Expected (.*), got (.*)$", r"\1 is wanted, and this is \2", said)
     said = re.sub(r"a list of length (\d+)", r"a list of \1", said)
     said = re.sub(r"^Invalid enum value '(.*)'$", r"'\1' is not one of its values", said)
-    said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", said)
-    said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
     return said.replace("Object ", "this ")
 
 
