@@ -116,7 +116,8 @@ class Joints(msgspec.Struct):
 
     def __str__(self) -> str:
         dependent = f"{self.dependent} dependent, " if self.dependent else ""
-        return f"{counted(self.mbs, 'joint')}: {self.independent} independent, {dependent}{self.driven} driven"
+        joints = counted(self.mbs, "joint")
+        return f"{joints}: {self.independent} independent, {dependent}{self.driven} driven"
 
 
 class Report(msgspec.Struct):

@@ -262,6 +262,8 @@ class _Reader:
         self.vectors: dict[str, Vec] = {}
         self.line: int | None = None
         """Of <robot>."""
+        self.colourless: set[str] = set()
+        """Materials whose colour could not be read, which is said."""
         self.legacy: str | None = None
         """The first ``<property>`` that xacro does not read any more."""
         self.quaternions = False
@@ -816,6 +818,7 @@ class _Reader:
                     color = (r, g, b, a)
                 except ConversionError as error:
                     self.left_out(child, "a colour", error)
+                    self.colourless.add(name)
                 if color is not None and (min(color) < 0.0 or max(color) > 1.0):
                     self.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
             if "texture" in parts:
@@ -1052,7 +1055,7 @@ class _Reader:
                 else:
                     robot.materials.setdefault(material.name, material)
         for name, link_name, line in used:
-            if name not in robot.materials:
+            if name not in robot.materials and name not in self.colourless:
                 self.warn(
                     "material-undefined",
                     f"the material '{name}' is not defined",
