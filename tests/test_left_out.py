@@ -104,7 +104,12 @@ def test_one_line_for_one_cause(tmp_path: Path) -> None:
 
 def test_one_of_a_thing_is_not_things(tmp_path: Path, capsys: Any) -> None:
     (tmp_path / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
-    assert main(["convert", str(tmp_path / "r.urdf"), "--base", "fixed"]) == 0
+    assert (
+        main(
+            ["convert", str(tmp_path / "r.urdf"), "--base", "fixed", "-o", str(tmp_path / "r.mbs")]
+        )
+        == 0
+    )
     out = capsys.readouterr().out
     assert "1 link -> 1 body, " in out
     assert "0 URDF joints -> 1 joint: 0 independent, 1 driven; " in out

@@ -28,7 +28,7 @@ SHARED_ROBOTS: dict[str, tuple[int, str | None, str]] = {
     "08": (1, "xacro-macro-unknown", "'v1_pelvis_sensors_usb' is not defined: the <xacro:include>"),
     "09": (0, None, ""),
     "10": (1, "number-invalid", "separated by blanks, not commas"),
-    "11": (0, "number-left-out", "the limit 'lower' is left out"),
+    "11": (0, "number-left-out", "lower of <limit> is '-pi/2'"),
     "12": (0, "no-mass", "NO DYNAMICS"),
     "13": (0, "world-implied", "it is implied"),
     "14": (1, "merge-conflict", "a merge conflict was left in the file"),
@@ -130,15 +130,15 @@ OWN: dict[str, tuple[str, int, str | None, str]] = {
     # limits and the like
     "infinite limits": (
         arm(joint=LIMITS.format("-inf", "1", "1", "1"), kind="revolute"),
-        0, "number-left-out", "'lower'",
+        0, "number-left-out", "lower of <limit>",
     ),
     "infinite effort": (
         arm(joint=LIMITS.format(-1, 1, "inf", 1), kind="revolute"),
-        0, "number-left-out", "'effort'",
+        0, "number-left-out", "effort of <limit>",
     ),
     "nan velocity": (
         arm(joint=LIMITS.format(-1, 1, 1, "nan"), kind="prismatic"),
-        0, "number-left-out", "'velocity'",
+        0, "number-left-out", "velocity of <limit>",
     ),
     "empty effort": (
         arm(joint=LIMITS.format(-1, 1, "", 1), kind="revolute"), 0, "number-left-out", "is missing",
@@ -335,3 +335,5 @@ def test_a_file_that_is_not_there(run: Callable[..., Any], tmp_path: Path) -> No
         (tmp_path / name).touch()
     _, said, _ = run("fetch.urd")
     assert "did you mean 'fetch.urdf'?" in said
+    _, said, _ = run("atlas.urdf")
+    assert "did you mean" not in said

@@ -216,6 +216,7 @@ def _read(source: Path) -> bytes:
                 entry.name
                 for entry in sorted(source.parent.iterdir())
                 if entry.suffix.lower() in (".urdf", ".xacro")
+                and nearest(source.name.split(".")[0], [entry.name.split(".")[0]])
             ]
         except OSError:
             known = []
@@ -310,7 +311,9 @@ class _Reader:
                 hint = nearest(like[0], sorted(like[1]))
             shown = None if line == _LAST_LINE else line
             group = self.groups[code, message] = _Group(level, shown, hint)
-        group.owners.setdefault(owner or self.owner, detail)
+        owner = owner or self.owner
+        before = group.owners.get(owner, "")
+        group.owners[owner] = f"{before}; {detail}" if before and detail else before or detail
 
     def diagnostics(self) -> list[Diagnostic]:
         said = []
@@ -957,7 +960,7 @@ class _Reader:
             try:
                 numbers[name] = self.number(element, name, text)
             except ConversionError as error:
-                self.left_out(element, f"the limit '{name}'", error)
+                self.left_out(element, "a limit", error)
                 numbers[name] = None
         limit = Limit(**numbers)
         lower, upper = limit.lower, limit.upper
