@@ -92,6 +92,7 @@ def test_the_unknown_macro_is_left_out_if_the_user_says_so(run: Callable[..., An
         code, said, output = run(source, "--level", f"xacro-macro-unknown={level}")
         assert code == 0
         assert ("warning[xacro-macro-unknown]" in said) == (level == "warning")
+        assert "--level" not in said  # which is set already
         assert [body.name for body in read(output.read_bytes(), "").bodies] == ["base_body"]
 
 

@@ -99,7 +99,9 @@ class Levels(msgspec.Struct, frozen=True):
             if level == one.level:
                 out.append(one)
             elif level != "ignore":
-                out.append(msgspec.structs.replace(one, level=level))
+                # a hint never recommends what is already set
+                hint = None if one.hint and "--level" in one.hint else one.hint
+                out.append(msgspec.structs.replace(one, level=level, hint=hint))
         return out
 
     def judge(self, said: list[Diagnostic]) -> None:
