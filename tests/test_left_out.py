@@ -43,8 +43,8 @@ VALUES = {
 @pytest.mark.parametrize("pipeline", ["faithful", "compact"])
 def test_every_name_and_number_is_in_the_report(pipeline: str) -> None:
     report = convert_text(LEADS, pipeline=pipeline).report
-    assert report["left_out"] == VALUES
-    assert json.loads(json.dumps(report["left_out"])) == VALUES
+    assert report.left_out == VALUES
+    assert json.loads(json.dumps(report.left_out)) == VALUES
 
 
 def test_every_name_and_number_is_on_the_page(tmp_path: Path, capsys: Any) -> None:

@@ -55,7 +55,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Callabl
         assert output.exists() == (code == 0)
         assert [file for file in tmp_path.iterdir() if file.name.endswith(".part")] == []
         if code == 0:
-            assert "the same robot: " in said.out
+            assert "  the same robot" in said.out
             assert read(output.read_bytes(), "").bodies
         return code, said.out + said.err, output
 

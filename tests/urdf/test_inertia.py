@@ -103,12 +103,12 @@ def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -
     assert codes[0] == "inertia-repaired"
     assert warned.code not in codes  # a hint never recommends what is set
     assert said in next(d.message for d in result.diagnostics if d.code == "inertia-repaired")
-    assert result.report["inertia-repair"]["b"]["inertia"][0] == tuple(map(float, values))
+    assert result.report.passes["inertia-repair"]["b"]["inertia"][0] == tuple(map(float, values))
 
 
 @pytest.mark.parametrize("mass", ["-0.5", "-2"])
 def test_a_negative_mass_is_lumped_as_any_other(mass: str) -> None:
     text = robot(mass, 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"')
     result = convert_text(text.replace("continuous", "fixed"), pipeline="compact")
-    assert result.report["mass"] == 1.0 + float(mass)
+    assert result.report.mass == 1.0 + float(mass)
     assert_same_robot(result)
