@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
 import sys
@@ -26,6 +27,10 @@ from urdf2mbs.result import Joints, Report, report
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same)."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # a robot's name may have letters that this terminal or pipe has not
+            stream.reconfigure(errors="backslashreplace")
     arguments = _parser().parse_args(argv)
     try:
         code: int = arguments.command(arguments)
@@ -53,10 +58,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
+class _Version(argparse.Action):
+    def __init__(self, option_strings: list[str], dest: str, **more: Any) -> None:
+        super().__init__(option_strings, dest, nargs=0, **more)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from importlib.metadata import version  # which takes time
+
+        print(f"urdf2mbs {version('urdf2mbs')}")
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )
+    parser.add_argument("--version", action=_Version, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
     common = argparse.ArgumentParser(add_help=False)
@@ -92,20 +109,11 @@ def _parser() -> argparse.ArgumentParser:
         help="convert one robot, without a config file",
     )
     convert.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
-    convert.add_argument("-o", "--output", metavar="OUT.mbs")
-    convert.add_argument("--base", choices=("auto", "floating", "fixed"), default="auto")
-    convert.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
     convert.add_argument(
-        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
-    )
-    convert.add_argument("--pipeline", default="faithful", metavar="PRESET")
-    convert.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
-    convert.add_argument(
-        "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
-    )
-    convert.add_argument(
-        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
-    )
+        "-o", "--output", metavar="OUT.mbs",
+        help="the file; an existing folder, or DIR/, gets a whole Robotran project",
+    )  # fmt: skip
+    _add_settings(convert)
     convert.set_defaults(command=_convert)
 
     explain = commands.add_parser(
@@ -142,11 +150,15 @@ def _parser() -> argparse.ArgumentParser:
         parents=[common, levels],
         help="convert, and write one HTML page to look at instead",
     )
-    page.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    page.add_argument(
+        "config", type=Path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below",
+    )  # fmt: skip
     page.add_argument(
         "-o", "--output", type=Path, metavar="OUT.html", help="default: beside the output"
     )
     page.add_argument("-v", "--verbose", action="store_true", help="show each pass and all notes")
+    _add_settings(page)
     page.set_defaults(command=_report)
 
     verify = commands.add_parser(
@@ -184,13 +196,35 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _add_settings(command: argparse.ArgumentParser) -> None:
+    """What a config says, for a robot without one."""
+    command.add_argument("--base", choices=("auto", "floating", "fixed"))
+    command.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
+    command.add_argument(
+        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
+    )
+    command.add_argument("--pipeline", metavar="PRESET", help="default: faithful")
+    command.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
+    command.add_argument(
+        "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
+    )
+    command.add_argument(
+        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
+    )
+
+
 def _run(arguments: argparse.Namespace) -> int:
     return _carry_out(*_configured(arguments), arguments)
 
 
 def _configured(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config file, with the levels of the command line."""
-    config, lines = load(arguments.config)
+    return _with_levels(*load(arguments.config), arguments)
+
+
+def _with_levels(
+    config: Config, lines: Lines, arguments: argparse.Namespace
+) -> tuple[Config, Lines]:
     given = typed(Config, {"source": config.source, **_levels(arguments)}, Lines())
     config.diagnostics = {**config.diagnostics, **given.diagnostics}
     config.strict = config.strict or given.strict
@@ -203,6 +237,21 @@ def _levels(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _convert(arguments: argparse.Namespace) -> int:
+    output: Any = arguments.output
+    if output == "":
+        raise ConfigError("usage", "--output: the name of the file is empty")
+    if output is not None and (output.endswith(_SEPARATORS) or Path(output).is_dir()):
+        output = {"project": output}
+    config, lines = _without_config(arguments.robot, output, arguments)
+    return _carry_out(config, lines, arguments)
+
+
+#: What ends the name of a folder.
+_SEPARATORS = tuple(filter(None, (os.sep, os.altsep)))
+
+
+def _without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """The config that the command line stands for."""
     options: dict[str, dict[str, Any]] = {}
     for key, value in _pairs(arguments.set, "=", "--set", "PASS.OPTION=VALUE"):
         pass_, dot, option = key.rpartition(".")
@@ -213,19 +262,19 @@ def _convert(arguments: argparse.Namespace) -> int:
     for pass_, new in _pairs(arguments.after, "=", "--after", "PASS=NEW"):
         after.setdefault(pass_, []).append(new)
     given = {
-        "source": arguments.robot,
-        "output": arguments.output,
-        "base": arguments.base,
+        "source": robot,
+        "output": output,
+        "base": arguments.base or "auto",
         "packages": dict(_pairs(arguments.package, "=", "--package", "NAME=DIR")),
         "xacro_args": dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
-        "pipeline": arguments.pipeline,
+        "pipeline": arguments.pipeline or "faithful",
         "plugins": arguments.plugin,
         "after": after,
         "passes": options,
         **_levels(arguments),
     }
     lines = Lines()
-    return _carry_out(typed(Config, given, lines), lines, arguments)
+    return typed(Config, given, lines), lines
 
 
 def _verify(arguments: argparse.Namespace) -> int:
@@ -393,6 +442,7 @@ def _near(path: Path) -> str:
 def _explain(arguments: argparse.Namespace) -> int:
     config, lines = _configured(arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    _warn_of(pipeline.plugins)
     if arguments.json:
         described = [
             {**_described(bound.found), "swapped": bound.swapped, "options": bound.options}
@@ -471,6 +521,7 @@ def _instead(bound: Bound, plugins: Plugins) -> str:
 
 def _passes(arguments: argparse.Namespace) -> int:
     plugins = Plugins([Path(file) for file in arguments.plugin], installed=not arguments.no_plugins)
+    _warn_of(plugins)
     found = [one for offered in plugins.passes.values() for one in offered]
     if arguments.json:
         _print_json([_described(one) for one in found])
@@ -496,14 +547,14 @@ METHOD = (
 def _report(arguments: argparse.Namespace) -> int:
     from urdf2mbs.page import make
 
-    config, lines = _configured(arguments)
+    config, lines = _with_levels(*_robot_or_config(arguments), arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
         conversion = pipeline.run()
         conversion.progress("the page")
         page = make(conversion, up_axis=_up_axis(pipeline))
-    output = arguments.output or conversion.settings.output.with_suffix(".html")
+    output = arguments.output or _beside(conversion.settings.output, ".html")
     write_files({output: page.data})
     found = report(conversion)
     if arguments.json:
@@ -519,6 +570,25 @@ def _report(arguments: argparse.Namespace) -> int:
             print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
         _tell(conversion, found, arguments.verbose)
     return 0 if conversion.rejected is None else 3
+
+
+def _robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """A config is told from a robot by the file's ending."""
+    file: Path = arguments.config
+    if file.suffix.lower() not in (".yaml", ".yml", "") and not file.is_dir():
+        return _without_config(str(file), None, arguments)
+    for name in ("base", "package", "arg", "pipeline", "plugin", "after", "set"):
+        if getattr(arguments, name):
+            raise ConfigError(
+                "usage", f"--{name} is for a robot without a config",
+                hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
+            )  # fmt: skip
+    return load(file)
+
+
+def _beside(model: Path, suffix: str) -> Path:
+    """The model's name with another ending; only .mbs is one (``panda_v1.0`` has none)."""
+    return model.with_name(model.name.removesuffix(".mbs") + suffix)
 
 
 def _up_axis(pipeline: Pipeline) -> bool:
@@ -541,7 +611,7 @@ def _diagram(arguments: argparse.Namespace) -> int:
             "model-unreadable", f"cannot read '{arguments.model}': {error.strerror}"
         ) from None
     mbs = read(data, str(arguments.model))
-    output = arguments.output or arguments.model.with_suffix(".svg")
+    output = arguments.output or _beside(arguments.model, ".svg")
     write_files({output: draw(mbs).encode()})
     if arguments.json:
         _print_json({"model": mbs.name, "output": str(output)})
@@ -561,8 +631,15 @@ def _schema(arguments: argparse.Namespace) -> int:
     from urdf2mbs.schema import schema
 
     files = [Path(file) for file in arguments.plugin]
-    _print_json(schema(Plugins(files, installed=not arguments.no_plugins)))
+    plugins = Plugins(files, installed=not arguments.no_plugins)
+    _warn_of(plugins)
+    _print_json(schema(plugins))
     return 0
+
+
+def _warn_of(plugins: Plugins) -> None:
+    for broken in plugins.broken:
+        print(broken, file=sys.stderr)
 
 
 def _origin(found: Found) -> str:

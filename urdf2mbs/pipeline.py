@@ -19,6 +19,7 @@ from urdf2mbs.hookspecs import Pass
 from urdf2mbs.levels import DEFAULTS, Levels
 from urdf2mbs.plugins import FAILURES, GROUP, Found, Plugins
 from urdf2mbs.urdf.changes import between, snapshot
+from urdf2mbs.urdf.reader import stem
 
 
 class Bound(msgspec.Struct):
@@ -46,11 +47,16 @@ class Pipeline:
                 )
         self._files = files
         self.plugins = Plugins(files, installed=installed_plugins)
-        self.passes = _resolve(config, lines, self.plugins)
+        try:
+            self.passes = _resolve(config, lines, self.plugins)
+        except ConfigError as error:
+            # what is missing may be in a plugin that was left out
+            error.hint = "\n  ".join([error.hint or "", *map(str, self.plugins.broken)]).lstrip()
+            raise
         self._check_levels(config, lines)
-        check_order(
-            [bound.found.pass_ for bound in self.passes], lines, [one.at for one in self.passes]
-        )
+        passes = [bound.found.pass_ for bound in self.passes]
+        check_order(passes, lines, [one.at for one in self.passes])
+        _check_output(self.settings, passes, lines)
 
     def run(self, *, stop_after: str | None = None) -> Conversion:
         """Run the passes; raises ConversionError. Nothing is written to disk.
@@ -66,6 +72,7 @@ class Pipeline:
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
         conversion = Conversion(self.settings)
+        conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(
                 "plugin-idle",
@@ -285,18 +292,7 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
     elif config.output is not None:
         output = _path(folder / config.output)
     else:
-        output = _path(folder / f"{source.name.split('.')[0]}.mbs")
-    if output == source:
-        raise lines.error(
-            "output-is-source", f"the output would overwrite the robot '{source}'", ("output",)
-        )
-    if output.is_dir():
-        raise lines.error(
-            "output-is-folder",
-            f"the output '{output}' is a folder",
-            ("output",),
-            "name the .mbs file",
-        )
+        output = _path(folder / f"{stem(source)}.mbs")
     if not all(map(isfinite, config.gravity)):
         raise lines.error(
             "gravity-infinite",
@@ -316,6 +312,25 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
         source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
         Levels(config.diagnostics, config.strict),
     )  # fmt: skip
+
+
+def _check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> None:
+    """Where an .mbs is written to; a pipeline that makes none needs no place."""
+    if not any("mbs-file" in pass_.gives for pass_ in passes) or settings.source.is_dir():
+        return
+    if settings.output == settings.source:
+        raise lines.error(
+            "output-is-source",
+            f"the output would overwrite the robot '{settings.source}'",
+            ("output",),
+        )
+    if settings.output.is_dir():
+        raise lines.error(
+            "output-is-folder",
+            f"the output '{settings.output}' is a folder",
+            ("output",),
+            "name the .mbs file; for a whole project: 'output: {project: FOLDER}'",
+        )
 
 
 def _path(path: Path) -> Path:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
 
+from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.mbs.model import (
     BASE,
@@ -145,7 +146,7 @@ def _parse(data: bytes, file: str) -> _Element:
         remove_blank_text=True, remove_comments=True, remove_pis=True,
     )  # fmt: skip
     try:
-        root = etree.fromstring(data, parser)
+        root: _Element = xml_lines.parse(data, parser)
     except etree.XMLSyntaxError as error:
         raise ConversionError(
             "not-xml", f"this is not XML: {error.msg}", file=file, line=error.lineno or 1,

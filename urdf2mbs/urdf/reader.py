@@ -119,8 +119,6 @@ _REPAIR = "estimate-inertia: {repair: true} puts the nearest one that a body can
 _BLANKS = re.compile(r"[ \t\r\n]+")
 #: A file name that a package which was not found stands in.
 _UNRESOLVED = re.compile(r"^file:/*(?=package://)")
-#: libxml2 keeps 16 bits of the line of an element without text; this one means: further on.
-_LAST_LINE = 65535
 
 
 def read_robot(
@@ -189,8 +187,20 @@ def read_text(
             raise
         diagnostics[:0] = expansion.warnings
     if not robot.name:
-        robot.name = source.name.split(".")[0]
+        robot.name = stem(source)
     return robot, diagnostics
+
+
+#: Endings of a robot's file that are no part of its name.
+_ENDINGS = (".urdf", ".xacro", ".xml")
+
+
+def stem(source: Path) -> str:
+    """A robot's file name without its endings: ``panda_v1.0`` of ``panda_v1.0.urdf.xacro``."""
+    name = source
+    while name.suffix.lower() in _ENDINGS:
+        name = name.with_suffix("")
+    return name.name
 
 
 def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, list[Diagnostic]]:
@@ -281,8 +291,6 @@ class _Reader:
         self, code: str, message: str, element: Any = None, hint: str | None = None
     ) -> NoReturn:
         line = element if element is None or isinstance(element, int) else element.sourceline
-        if line == _LAST_LINE:
-            line = None
         if self.expanded:
             more = "the line is one of the expanded text: --dump DIR writes it, as expanded.urdf"
             hint = f"{hint}; {more}" if hint else more
@@ -309,8 +317,7 @@ class _Reader:
         if group is None:
             if like is not None:
                 hint = nearest(like[0], sorted(like[1]))
-            shown = None if line == _LAST_LINE else line
-            group = self.groups[code, message] = _Group(level, shown, hint)
+            group = self.groups[code, message] = _Group(level, line, hint)
         owner = owner or self.owner
         before = group.owners.get(owner, "")
         group.owners[owner] = f"{before}; {detail}" if before and detail else before or detail

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, NoReturn
 
 from lxml import etree
 
+from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError
 
 
@@ -94,7 +95,7 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
             explain(data, file, error, log)
         # old files use prefixes that they do not declare
         slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
-        root = etree.fromstring(data, _parser(recover=True))
+        root = xml_lines.parse(data, _parser(recover=True))
     if root is None:
         raise ConversionError("xml-syntax", "there is no XML element in the file", file=file)
     dtd: Any = root.getroottree().docinfo.internalDTD
@@ -205,7 +206,7 @@ def explain_text(data: bytes, file: str) -> None:
 def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
     parser = _parser()
     try:
-        return etree.fromstring(data, parser), [], None
+        return xml_lines.parse(data, parser), [], None
     except etree.XMLSyntaxError as error:
         # an exception's own log also has what other parsers said before
         entries: Any = parser.error_log
