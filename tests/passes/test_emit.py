@@ -128,7 +128,7 @@ def test_what_an_mbs_has_no_place_for(element: str, code: str, level: str) -> No
     holding = joint("world", "a", name="j").replace("</joint>", f"{element}</joint>")
     found = {d.code: d for d in emitted(A, holding).diagnostics}
     assert found[code].level == level
-    assert found[code].message.endswith("1 joints: j")
+    assert found[code].message.endswith("1 joint: j")
     assert found["limit"].level == "note"
 
 
