@@ -316,7 +316,8 @@ def _summarise(
         joints = found["joints"]
         print(f"{found['robot']}: written to {_near(output)}")
         print(f"  {found['links']} links -> {found['bodies']} bodies, mass {found['mass']:.6g} kg")
-        print(f"  {joints['urdf']} URDF joints -> {_joints(joints)}; {found['base']} base")
+        print(f"  {joints['urdf']} URDF joints -> {_joints(joints)}")
+        print(f"  {found['base']} base ({found['base_reason']})")
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
     if "check" in found:

@@ -120,6 +120,8 @@ class Conversion:
         self.settings = settings
         self.robot: Robot = Robot(name="")
         self.floating = False
+        self.base_reason = ""
+        """Why the base floats or not, in a word or two."""
         self.inserted: str | None = None
         """The joint, and with it the link above it, that insert-base added to the robot."""
         self.segments: dict[str, Segment] = {}

@@ -106,6 +106,7 @@ def report(conversion: Conversion) -> dict[str, Any]:
         "source": str(conversion.settings.source),
         "output": str(conversion.settings.output),
         "base": "floating" if conversion.floating else "fixed",
+        "base_reason": conversion.base_reason,
         "links": len(robot.links) - inserted,
         "bodies": len(mbs.bodies),
         "joints": {

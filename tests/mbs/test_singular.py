@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from urdf2mbs.dynamics import to_pinocchio
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
-from urdf2mbs.mbs.singular import Singular, find_singular
+from urdf2mbs.mbs.singular import find_singular
 
 pin = pytest.importorskip("pinocchio")
 
@@ -48,7 +48,7 @@ def bodies(draw: Any, index: int) -> Body:
         moments = {"point": (0, 0, 0), "rod": (0, 1, 1), "solid": (1, 2, 2.5), "spin": (1, 0, 0)}
         turn = _turn(draw(ANGLE), draw(ANGLE))
         tensor = turn @ np.diag(moments[kind]) @ turn.T
-        xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3)))
+        xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
         body.inertia = (xx, xy, xz, yy, yz, zz)
     return body
 

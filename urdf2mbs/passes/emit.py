@@ -18,8 +18,8 @@ from urdf2mbs.urdf.model import Box, Cylinder, Joint, Mesh
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
-    mbs, robot = conversion.mbs, conversion.robot
-    mbs.name = identifiers([robot.name])[0]
+    mbs = conversion.mbs
+    mbs.name = _name(conversion)
     mbs.base.name = conversion.ground.link
     mbs.bodies = mbs.depth_first()
     conversion.names.bodies, _ = rename(mbs)
@@ -33,6 +33,19 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     conversion.frames = _frames(conversion)
     _tell(conversion)
     conversion.files[conversion.settings.output] = write(mbs)
+
+
+def _name(conversion: Conversion) -> str:
+    """The file's own name: Robotran names the equations after it."""
+    stem = conversion.settings.output.stem
+    (name,) = identifiers([stem])
+    if name != stem:
+        conversion.note(
+            "mbs-name",
+            f"the model is called '{name}' in the .mbs, and so are its equations: the file's "
+            f"name '{stem}' cannot be one in a program",
+        )
+    return name
 
 
 def _frames(conversion: Conversion) -> dict[str, LinkFrame]:
