@@ -35,6 +35,9 @@ polynomials), so it is zero everywhere or almost nowhere.  We test two positions
 * the initial one, where a simulation starts: a stretched chain of point masses, for example,
   is singular there and nowhere near.
 
+Both are tested twice: exactly, up to rounding, and up to ``NEARLY``, since the square of what
+parallel axes are off by 1.5708 for 90 degrees is lost in doubles.
+
 Other single positions are not tested: the 90 degrees of R2 in a floating base, for one.  An
 inertia tensor with a negative moment may make M singular although all wrenches are resisted;
 the reader warns of these.  Driven joints do not count: their rows are not solved for.
@@ -70,6 +73,12 @@ AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ALL: list[Six] = [(*axis, *ZERO) for axis in AXES] + [(*ZERO, *axis) for axis in AXES]
 #: What a computed zero may be off, relative to the robot's size, or to the largest moment.
 ROUNDING = 1e-11
+#: What is off by no more than this, as the angle 1.5708 is by 3.7e-6, is as good as zero: M has
+#: the square of it.
+NEARLY = 1e-5
+#: An inertia up to this is none, relative to that of the same mass at the robot's size: some
+#: exporters write 1e-35 where 0 is meant.
+DUST = 1e-15
 #: A computed speed up to this is none; only for which joints move along.
 CLEAR = 1e-9
 #: The general position: multiples of the golden ratio, which are spread evenly.
@@ -85,14 +94,16 @@ class Singular(msgspec.Struct):
     it moves has no inertia; or it does so together with others."""
     others: tuple[str, ...]
     """The joints further out that must move along."""
-    always: bool
+    always: bool = True
     """At every position; else at the initial one."""
+    nearly: bool = False
+    """Only up to ``NEARLY``: as good as singular in doubles."""
 
 
 def find_singular(mbs: Mbs) -> list[Singular]:
     """The joints that are singular; none of them if the mass matrix is regular."""
     size = _size(mbs)
-    whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body)) == 3}
+    whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body, size)) == 3}
     if all(
         body.name in whole and sum(joint.nature != "driven" for joint in body.joints) <= 1
         for body in mbs.bodies
@@ -107,16 +118,25 @@ def find_singular(mbs: Mbs) -> list[Singular]:
             if joint.nature != "driven":
                 spread = 2.0 * (GOLDEN * numbers[joint.name] % 1.0) - 1.0
                 general[joint.name] = spread * (size if joint.type[0] == "T" else 1.0)
-    always = _Position(mbs, general, size, whole).singular(always=True)
-    known = {found.joint for found in always}
-    once = _Position(mbs, initial, size, whole).singular(always=False)
-    return always + [found for found in once if found.joint not in known]
+    out: list[Singular] = []
+    for values, small in (
+        (general, ROUNDING), (initial, ROUNDING), (general, NEARLY), (initial, NEARLY)
+    ):  # fmt: skip
+        known = {found.joint for found in out}
+        for found in _Position(mbs, values, size, whole, small).singular():
+            if found.joint not in known:
+                found.always, found.nearly = values is general, small == NEARLY
+                out.append(found)
+    return out
 
 
 class _Position:
     """The robot at one position: the twists of its joints, and what is resisted behind them."""
 
-    def __init__(self, mbs: Mbs, values: Mapping[str, float], size: float, whole: set[str]) -> None:
+    def __init__(
+        self, mbs: Mbs, values: Mapping[str, float], size: float, whole: set[str], small: float
+    ) -> None:
+        self._small = small
         self._bodies = mbs.bodies
         self._twists: dict[str, list[tuple[Joint, Six]]] = {}
         self._behind: dict[str, list[Six]] = {}
@@ -130,16 +150,16 @@ class _Position:
             if body.name in whole:
                 felt = ALL
             else:
-                felt = _basis(_resisted(body, poses[body.name], size) + passed[body.name])
+                felt = _basis(_resisted(body, poses[body.name], size) + passed[body.name], small)
             for joint, twist in reversed(self._twists[body.name]):
                 self._behind[joint.name] = felt
                 most = max(felt, key=lambda f: abs(_work(f, twist)), default=None)
-                if most is None or abs(_work(most, twist)) <= ROUNDING * _length(twist):
+                if most is None or abs(_work(most, twist)) <= small * _length(twist):
                     self._found.append((body.name, joint.name))
                 else:
                     rest = [f for f in felt if f is not most]
                     share = _work(most, twist)
-                    felt = _basis([_minus(f, _work(f, twist) / share, most) for f in rest])
+                    felt = _basis([_minus(f, _work(f, twist) / share, most) for f in rest], small)
             if body.parent not in whole:
                 passed[body.parent] += felt
 
@@ -173,7 +193,7 @@ class _Position:
                 points[body.name, point.name] = point.coordinates
         return {name: pose for name, pose in poses.items() if name is not None}
 
-    def singular(self, always: bool) -> list[Singular]:
+    def singular(self) -> list[Singular]:
         out: list[Singular] = []
         for body, joint in reversed(self._found):
             others = self._moving_along(body, joint)
@@ -182,7 +202,7 @@ class _Position:
                 why, others = "moves-nothing", ()
             elif others:
                 why = "together"
-            out.append(Singular(joint, why, others, always))
+            out.append(Singular(joint, why, others))
         return out
 
     def _moving_along(self, body: str, joint: str) -> tuple[str, ...]:
@@ -201,7 +221,7 @@ class _Position:
                     # what is resisted here must do no work
                     f = max(self._behind[own.name], key=lambda f: abs(_work(f, along)))
                     share = _work(f, along)
-                    if abs(share) > ROUNDING * _length(along):
+                    if abs(share) > self._small * _length(along):
                         speed = _work(f, twist) / share
                         if abs(speed) > CLEAR * _length(twist):
                             moving.append(own.name)
@@ -222,11 +242,11 @@ def _size(mbs: Mbs) -> float:
     return max(lengths, default=0.0) or 1.0
 
 
-def _torques(body: Body) -> list[Vec]:
+def _torques(body: Body, size: float) -> list[Vec]:
     """An orthonormal basis of the torques (in body axes) that a body resists."""
     xx, xy, xz, yy, yz, zz = body.inertia or NO_INERTIA
     largest = max(map(abs, (xx, xy, xz, yy, yz, zz)))
-    if largest == 0.0:
+    if largest <= DUST * abs(body.mass or 0.0) * size * size:
         return []
     columns = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     found = _basis([(x / largest, y / largest, z / largest, *ZERO) for x, y, z in columns])
@@ -235,7 +255,7 @@ def _torques(body: Body) -> list[Vec]:
 
 def _resisted(body: Body, pose: Pose, size: float) -> list[Six]:
     """The wrenches that a body resists by itself."""
-    out: list[Six] = [(*rotate(pose.rot, torque), *ZERO) for torque in _torques(body)]
+    out: list[Six] = [(*rotate(pose.rot, torque), *ZERO) for torque in _torques(body, size)]
     if body.mass:
         x, y, z = compose(pose, Pose(body.com or ZERO)).xyz
         centre = (x / size, y / size, z / size)
@@ -243,14 +263,14 @@ def _resisted(body: Body, pose: Pose, size: float) -> list[Six]:
     return out
 
 
-def _basis(vectors: list[Six]) -> list[Six]:
+def _basis(vectors: list[Six], small: float = ROUNDING) -> list[Six]:
     """An orthonormal basis of what the vectors span, by Gram and Schmidt, the longest first."""
     out: list[Six] = []
     left = [v for v in vectors if v != (*ZERO, *ZERO)]
     while left and len(out) < 6:
         longest = max(left, key=_length)
         length = _length(longest)
-        if length <= ROUNDING:
+        if length <= small:
             break
         a, b, c, d, e, f = longest
         unit = (a / length, b / length, c / length, d / length, e / length, f / length)

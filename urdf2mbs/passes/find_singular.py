@@ -29,17 +29,21 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     ]
     if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
         return  # without any mass there is nothing to solve, which is told where it is seen
-    for always, code, where in (
-        (True, "singular", "at every position"),
-        (False, "singular-at-start", "at the position where a simulation starts"),
+    for code, nearly, always, where in (
+        ("singular", False, True, "at every position"),
+        ("singular", True, True, "at every position"),
+        ("singular-at-start", False, False, "at its initial position"),
+        ("singular-at-start", True, False, "at its initial position"),
     ):
-        told = [_in_urdf(one, owner) for one in found if one.always == always]
+        told = [
+            _in_urdf(one, owner) for one in found if one.always == always and one.nearly == nearly
+        ]
         if told:
             floats = conversion.inserted in [one.joint for one in told]
             conversion.warn(
                 code,
-                f"the mass matrix is singular {where}, so Robotran cannot solve this model: "
-                + "; ".join(_causes(told, conversion.robot)),
+                f"the mass matrix is {'all but ' if nearly else ''}singular {where}, so Robotran "
+                f"cannot {'solve' if always else 'start'} this model: {'; '.join(_causes(told, conversion.robot))}",
                 joint=None if floats else told[0].joint,
                 hint="if the robot stands on the ground: 'base: fixed'" if floats and always
                 else "give what they move mass and inertia, or make them fixed joints" if always
@@ -53,7 +57,7 @@ def _in_urdf(one: Singular, owner: dict[str, str]) -> Singular:
     others = dict.fromkeys(owner.get(other, other) for other in one.others)
     others.pop(name, None)
     why = "no-inertia" if one.why == "together" and not others else one.why
-    return Singular(name, why, tuple(others), one.always)
+    return Singular(name, why, tuple(others), one.always, one.nearly)
 
 
 def _causes(told: list[Singular], robot: Robot) -> list[str]:
