@@ -216,3 +216,23 @@ def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(("links", "told"), [(20, False), (21, True)])
+def test_more_joints_than_the_generator_takes_are_told(
+    robot: Path, capsys: Any, links: int, told: bool
+) -> None:
+    # four joints each in faithful, 80 and 84, and one in compact
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    parts = "".join(
+        f'<link name="l{n}">{inertial}</link><joint name="j{n}" type="continuous"><axis '
+        f'xyz="0 1 1"/><parent link="l{n - 1}"/><child link="l{n}"/>'
+        '<origin rpy="0.3 0 0"/></joint>'
+        for n in range(1, links + 1)
+    )
+    (robot / "long.urdf").write_text(f'<robot name="long"><link name="l0"/>{parts}</robot>')
+    assert main(["convert", "long.urdf", "-v"]) == 0
+    said = capsys.readouterr().err
+    assert ("note[many-joints]: 84 joints are more than the 80" in said) == told
+    assert ("many-joints" in said) == told
+    assert (f"preset 'compact' makes {links + 1}" in said) == told

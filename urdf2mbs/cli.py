@@ -260,6 +260,7 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
         if arguments.dump is not None:
             pipeline.plugins.watch(Dump(arguments.dump))
         conversion = pipeline.run(stop_after=arguments.stop_after)
+    _tell_many(conversion, config, lines, arguments)
     write(conversion)
     found = report(conversion)
     if arguments.json:
@@ -384,7 +385,16 @@ def _cost(
     config: Config, lines: Lines, pipeline: Pipeline, arguments: argparse.Namespace
 ) -> dict[str, dict[str, Any]]:
     """The joints of the config as it is, and of it by each other preset."""
-    pipelines = {"this config": pipeline}
+    pipelines = {"this config": pipeline, **_by_presets(config, lines, arguments)}
+    with _Progress(verbose=False) as progress:
+        for each in pipelines.values():
+            each.plugins.watch(progress)
+        return {name: report(each.run())["joints"] for name, each in pipelines.items()}
+
+
+def _by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:
+    """The config by each preset but its own."""
+    pipelines: dict[str, Pipeline] = {}
     for name in presets():
         if name == config.pipeline:
             continue
@@ -399,10 +409,32 @@ def _cost(
             passes={key: value for key, value in config.passes.items() if key in there},
         )  # fmt: skip
         pipelines[name] = Pipeline(other, lines, installed_plugins=not arguments.no_plugins)
-    with _Progress(verbose=False) as progress:
-        for each in pipelines.values():
-            each.plugins.watch(progress)
-        return {name: report(each.run())["joints"] for name, each in pipelines.items()}
+    return pipelines
+
+
+#: The joints that Robotran's generator of equations takes, by most accounts.
+MOST_JOINTS = 80
+
+
+def _tell_many(
+    conversion: Conversion, config: Config, lines: Lines, arguments: argparse.Namespace
+) -> None:
+    """Note that there are more joints than Robotran's generator takes, and how many others make."""
+    count = len(conversion.mbs.numbers())
+    if count <= MOST_JOINTS or conversion.settings.output not in conversion.files:
+        return
+    others = []
+    for name, other in _by_presets(config, lines, arguments).items():
+        try:
+            made = other.run(stop_after="decompose-joints").mbs.numbers()
+        except ConversionError:
+            continue  # this is not what was asked for
+        others.append(f"; preset '{name}' makes {len(made)}")
+    conversion.note(
+        "many-joints",
+        f"{count} joints are more than the {MOST_JOINTS} that Robotran's generator of equations "
+        f"takes by most accounts{''.join(others)}",
+    )
 
 
 def _joints(joints: dict[str, Any]) -> str:
@@ -444,8 +476,9 @@ def _report(arguments: argparse.Namespace) -> int:
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
         conversion = pipeline.run()
+        _tell_many(conversion, config, lines, arguments)
         conversion.progress("the page")
-        page = make(conversion, up_axis=_up_axis(pipeline))
+        page = make(conversion)
     output = arguments.output or conversion.settings.output.with_suffix(".html")
     write_files({output: page.data})
     check = conversion.report.get("check")
@@ -462,15 +495,6 @@ def _report(arguments: argparse.Namespace) -> int:
         if page.missing:
             print(f"  {_count(page.missing, 'mesh file')} not there; the page names them")
     return 3 if check is not None and not check["same"] else 0
-
-
-def _up_axis(pipeline: Pipeline) -> bool:
-    """Whether convert-meshes turns COLLADA meshes up; it does unless told otherwise."""
-    return all(
-        getattr(bound.options, "up_axis", "apply") == "apply"
-        for bound in pipeline.passes
-        if bound.found.pass_.name == "convert-meshes"
-    )
 
 
 def _diagram(arguments: argparse.Namespace) -> int:

@@ -42,11 +42,11 @@ class Page(msgspec.Struct):
     """Meshes of which only the place is shown."""
 
 
-def make(conversion: Conversion, *, up_axis: bool = True) -> Page:
+def make(conversion: Conversion) -> Page:
     """The page of a conversion that has run; writes nothing.
 
-    ``up_axis`` False leaves the URDF's COLLADA meshes as they lie, as convert-meshes does with
-    ``up_axis: ignore``.  Raises ConfigError where the package with three.js is not installed
+    The URDF's meshes are drawn as RViz draws them, whatever convert-meshes was told, so that a
+    wrong turn shows.  Raises ConfigError where the package with three.js is not installed
     or no .mbs was made.
     """
     viewer, licenses = _viewer()
@@ -64,7 +64,7 @@ def make(conversion: Conversion, *, up_axis: bool = True) -> Page:
     data = {
         "name": model.name,
         "mbs": mbs_side(model, store, lookup(conversion.files, project)),
-        "urdf": urdf_side(conversion.robot, store, packages.resolve, up_axis=up_axis),
+        "urdf": urdf_side(conversion.robot, store, packages.resolve),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
             for link, at in conversion.frames.items()

@@ -35,9 +35,9 @@ OURS = b"#VRML V2.0 utf8\n# made by urdf2mbs, sha256 "
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
-    up_axis: Literal["apply", "ignore"] = "apply"
-    """COLLADA's ``<up_axis>``: turn the mesh so that z is up, or, as RViz and Gazebo do,
-    leave it as it lies."""
+    up_axis: Literal["apply", "ignore"] = "ignore"
+    """COLLADA's ``<up_axis>``: leave the mesh as it lies, as RViz and Gazebo do, for which robots
+    are made; or turn it so that z is up."""
 
 
 class Look(msgspec.Struct, frozen=True):
@@ -205,14 +205,16 @@ def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[s
         for name, digest in made.sources.items():
             if digest is None:
                 lost.setdefault(name, []).append(filename)
-        if made.turned_up:
-            conversion.warn(
-                "mesh-up-axis",
-                f"mesh '{filename}' says {made.turned_up} and was turned so that z is up; RViz "
-                "and Gazebo draw it unturned",
-                link=links[filename][0],
-                hint="passes: {convert-meshes: {up_axis: ignore}} does as they do",
-            )
+    turned_up = [filename for filename, made in told.items() if made.turned_up]
+    if turned_up:
+        some = ", ".join(turned_up[:5]) + (", ..." if len(turned_up) > 5 else "")
+        conversion.warn(
+            "mesh-up-axis",
+            f"{len(turned_up)} of {len(told)} mesh files were turned so that z is up, as asked; "
+            f"RViz and Gazebo draw them unturned: {some}",
+            link=links[turned_up[0]][0],
+            hint="leave out 'up_axis: apply' to do as they do",
+        )
     for name, meshes in lost.items():
         some = ", ".join(meshes[:5])
         if len(meshes) > 5:

@@ -39,11 +39,12 @@ def run(conversion: Conversion, options: NoOptions) -> None:
             _in_urdf(one, owner) for one in found if one.always == always and one.nearly == nearly
         ]
         if told:
+            causes = "; ".join(_causes(told, conversion.robot))
             floats = conversion.inserted in [one.joint for one in told]
             conversion.warn(
                 code,
                 f"the mass matrix is {'all but ' if nearly else ''}singular {where}, so Robotran "
-                f"cannot {'solve' if always else 'start'} this model: {'; '.join(_causes(told, conversion.robot))}",
+                f"cannot {'solve' if always else 'start'} this model: {causes}",
                 joint=None if floats else told[0].joint,
                 hint="if the robot stands on the ground: 'base: fixed'" if floats and always
                 else "give what they move mass and inertia, or make them fixed joints" if always
