@@ -222,8 +222,9 @@ def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
 def test_more_joints_than_the_generator_takes_are_told(
     robot: Path, capsys: Any, links: int, told: bool
 ) -> None:
-    # four joints each in faithful, 80 and 84, and one in compact
-    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    # four joints each in faithful, 80 and 84, and two in compact
+    moments = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
+    inertial = f'<inertial><mass value="1"/><inertia {moments}/></inertial>'
     parts = "".join(
         f'<link name="l{n}">{inertial}</link><joint name="j{n}" type="continuous"><axis '
         f'xyz="0 1 1"/><parent link="l{n - 1}"/><child link="l{n}"/>'
@@ -235,4 +236,4 @@ def test_more_joints_than_the_generator_takes_are_told(
     said = capsys.readouterr().err
     assert ("note[many-joints]: 84 joints are more than the 80" in said) == told
     assert ("many-joints" in said) == told
-    assert (f"preset 'compact' makes {links + 1}" in said) == told
+    assert (f"preset 'compact' makes {2 * links}" in said) == told
