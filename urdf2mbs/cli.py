@@ -215,6 +215,8 @@ def _verify(arguments: argparse.Namespace) -> int:
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
     print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
+    if verdict.flipped:
+        print(f"  {_other_way(verdict.flipped)}")
     print(f"  {_proof(verdict.groups, verdict.positions, verdict.largest)}")
     if verdict.differences:
         print("not the same, by relative size:")
@@ -319,6 +321,8 @@ def _summarise(
         print(f"  {found['links']} links -> {found['bodies']} bodies, mass {found['mass']:.6g} kg")
         print(f"  {joints['urdf']} URDF joints -> {_joints(joints)}")
         print(f"  {found['base']} base ({found['base_reason']})")
+        if conversion.names.flipped:
+            print(f"  {_other_way(conversion.names.flipped)}")
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
     if "check" in found:
@@ -335,7 +339,11 @@ def _summarise(
         print(diagnostic, file=sys.stderr)
 
 
-def _count(things: list[Any], name: str) -> str:
+def _other_way(names: Sequence[str]) -> str:
+    return f"{_count(names, 'joint')} the other way round (minus the URDF's): {', '.join(names)}"
+
+
+def _count(things: Sequence[Any], name: str) -> str:
     return f"{len(things)} {name}{'' if len(things) == 1 else 's'}"
 
 

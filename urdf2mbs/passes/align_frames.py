@@ -55,6 +55,9 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     tolerance: float = ROUNDING
     """Up to this (rad) a direction off a coordinate axis or plane counts as on it.  The default
     is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off each is."""
+    flip: bool = False
+    """Let a joint count the other way round where that saves a driven joint; it is then called
+    NAME_flipped, and its coordinate is minus the URDF's."""
 
 
 class _Node:
@@ -102,6 +105,26 @@ class _Search:
         self.any = options.axes == "any"
         self.ks = (1, 2, 3) if self.any else ("xyz".index(options.axes) + 1,)
         self.candidates = max(options.candidates, 1)
+        self.flip = options.flip
+        self.weight = 1
+        """What a turn costs; a joint that counts the other way round costs one.  So the fewest
+        turns come first, and then the fewest such joints."""
+
+    def frames(self, axis: Vec, across: Vec) -> list[Rot]:
+        """The frames with an axis along ``axis``, and others along and across ``across``; then
+        those of a joint that counts the other way round."""
+        found = _quarters(self.ks[0], axis, across)
+        return [*found, *_quarters(self.ks[0], _back(axis), across)] if self.flip else found
+
+    def least(self, u: Vec) -> int:
+        """The fewest turns that bring a coordinate axis onto a direction."""
+        zeros = sum(abs(c) <= self.small for c in u)
+        return 2 - zeros if zeros < 2 else int(sum(u) < 0.0 and not self.flip)
+
+    def least_cost(self, u: Vec) -> int:
+        """What they cost, with what it costs to count the other way round."""
+        least = self.least(u)
+        return self.weight * least + int(self.flip and not least and sum(u) < 0.0)
 
     def turns(self, rot: Rot) -> int:
         """How many turns a rotation takes; with any axis allowed, up to an exchange of axes."""
@@ -135,6 +158,8 @@ _ROWS = [
 def run(conversion: Conversion, options: Options) -> None:
     search = _Search(options)
     nodes, steps = _tree(conversion)
+    if search.flip:
+        search.weight = len(nodes)
     for node in reversed(nodes):
         _collect_wanted(node, search)
     for node in nodes:
@@ -210,10 +235,10 @@ def _consider(node: _Node, parent: _Node, search: _Search) -> None:
         node.frames = [[_exchange(from_turns(turns), search.ks[0] - k)]]
     elif node.children or not search.any:
         node.frames = [
-            _quarters(search.ks[0], node.axis, across)
-            for across in _considered(node, parent, search)
+            search.frames(node.axis, across) for across in _considered(node, parent, search)
         ]
-    node.costs = [[0] * len(frames) for frames in node.frames]
+    # the latter four of eight count the other way round
+    node.costs = [[int(place > 3) for place in range(len(frames))] for frames in node.frames]
 
 
 def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
@@ -270,7 +295,7 @@ def _free_frames(node: _Node, search: _Search) -> list[Rot]:
     frames = {turns: from_turns(turns) for turns in ways}
     costs = {
         turns: len(turns)
-        + sum(count * _least(rotate(transpose(frame), u), search.small) for u, count in most)
+        + sum(count * search.least(rotate(transpose(frame), u)) for u, count in most)
         for turns, frame in frames.items()
     }
     worth = [turns for turns in frames if costs[turns] <= costs[()]]
@@ -284,15 +309,18 @@ def _count(node: _Node, parent: _Node, search: _Search) -> None:
     lows = [min(costs) for costs in node.costs]
     for group, frames in enumerate(parent.frames):
         before = [multiply(transpose(frame), node.rot) for frame in frames]
-        best = [99] * len(frames)
+        best = [99 * search.weight] * len(frames)
         pick = [(0, 0)] * len(frames)
         if tip:
-            best = [_least(rotate(rot, node.axis), search.small) for rot in before]
+            best = [search.least_cost(rotate(rot, node.axis)) for rot in before]
         elif node.kind == "floating":
             for row, rot in enumerate(before):
                 own = len(fewest_turns(rot))
                 best[row], pick[row] = min(
-                    (own + len(fewest_turns(frame)) + node.costs[number][0], (number, 0))
+                    (
+                        search.weight * (own + len(fewest_turns(frame))) + node.costs[number][0],
+                        (number, 0),
+                    )
                     for number, (frame,) in enumerate(node.frames)
                 )
         else:
@@ -300,14 +328,16 @@ def _count(node: _Node, parent: _Node, search: _Search) -> None:
                 costs, low = node.costs[number], lows[number]
                 same = search.turns_in_all_quarters(multiply(before[0], own_frames[0]))
                 if same is not None:
+                    lowest = search.weight * same + low
                     for row, least in enumerate(best):
-                        if same + low < least:
-                            best[row], pick[row] = same + low, (number, costs.index(low))
+                        if lowest < least:
+                            best[row], pick[row] = lowest, (number, costs.index(low))
                     continue
                 for row, rot in enumerate(before):
                     for quarter, frame in enumerate(own_frames):
                         if costs[quarter] < best[row]:
-                            total = costs[quarter] + search.turns(multiply(rot, frame))
+                            turns = search.turns(multiply(rot, frame))
+                            total = costs[quarter] + search.weight * turns
                             if total < best[row]:
                                 best[row], pick[row] = total, (number, quarter)
         node.picks.append([] if tip else pick)
@@ -335,21 +365,23 @@ def _choose(conversion: Conversion, nodes: list[_Node], search: _Search) -> list
             step.turns, k = search.fewest(multiply(rot, node.frames[pick[0]][pick[1]]))
         chosen.append(pick or (0, 0))
         held = multiply(transpose(from_turns(step.turns)), rot)
-        _tell(conversion, step, held, AXES[k - 1])
-        step.axis = AXES[k - 1]
+        along = AXES[k - 1]
+        step.flipped = search.flip and node.turns_freely and dot(rotate(held, node.axis), along) < 0
+        _tell(conversion, step, held, _back(along) if step.flipped else along)
+        step.axis = along
         old.append(multiply(transpose(from_turns(step.after)), held) if step.after else held)
     return old
 
 
 def _last_turns(node: _Node, rot: Rot, search: _Search) -> tuple[tuple[Turn, ...], int]:
     """The turns before a joint that carries no other."""
-    least = _least(rotate(rot, node.axis), search.small)
+    least = search.least(rotate(rot, node.axis))
     found: tuple[tuple[Turn, ...], int] | None = None
     back = transpose(rot)
     for seen in AXES:
         across = _across(rotate(back, seen), node.axis, search.small)
         if across is not None:
-            for frame in _quarters(1, node.axis, across):
+            for frame in search.frames(node.axis, across):
                 way = search.fewest(multiply(rot, frame))
                 if found is None or len(way[0]) < len(found[0]):
                     found = way
@@ -399,12 +431,6 @@ class _Directions:
         return sorted(found, key=lambda pair: -pair[1])[:number]
 
 
-def _least(u: Vec, small: float) -> int:
-    """The fewest turns that bring a coordinate axis onto a direction."""
-    zeros = sum(abs(c) <= small for c in u)
-    return 2 - zeros if zeros < 2 else int(sum(u) < 0.0)
-
-
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
     """The direction of what of v is across the axis; None if v is along it."""
     for _ in range(2):  # the second time removes the rounding of the first, if v is nearly along
@@ -419,11 +445,14 @@ def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
 
 def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
     """The frames with axis k along ``axis`` and another axis on the line ``across`` it."""
-    x, y, z = across
-    u, v, w = cross(axis, across)
-    back, left = (-x, -y, -z), (-u, -v, -w)
-    pairs = ((across, (u, v, w)), ((u, v, w), back), (back, left), (left, across))
+    up = cross(axis, across)
+    back, left = _back(across), _back(up)
+    pairs = ((across, up), (up, back), (back, left), (left, across))
     return [_exchange(_columns(axis, one, two), k - 1) for one, two in pairs]
+
+
+def _back(v: Vec) -> Vec:
+    return (-v[0], -v[1], -v[2])
 
 
 def _columns(x: Vec, y: Vec, z: Vec) -> Rot:
