@@ -167,6 +167,10 @@ def run(conversion: Conversion, options: Options) -> None:
     for node in reversed(nodes[1:]):
         _count(node, nodes[node.parent], search)
     old = _choose(conversion, nodes, search)
+    conversion.report["align-frames"] = {
+        "driven": sum(len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves),
+        "bound": _Bound(nodes, search).turns if search.any else None,
+    }
 
     last: dict[int, Rot] = {}
     for step, here, offset, before, offset_before in steps:
@@ -403,6 +407,102 @@ def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
             "axis or plane of its body, and is taken to lie on it",
             joint=step.joint.name,
         )
+
+
+# --- how few it could be ---
+
+
+class _Bound:
+    """How many turns no choice of frames can do without.
+
+    With u for a joint's direction in the frame before it, ``least(u)`` turns are needed; with one
+    turn more, about u itself, the frame behind can have any angle about u.  So the fewest turns
+    behind a frame are the sum, over the joints that its body carries, of
+
+        least(u) + best + missed,
+
+    where best is the same sum for the joint's own frame at its best angle, and missed is one if
+    ``least(u)`` turns reach no such angle.  This changes with a frame's angle only at a few
+    angles: where a u comes to a coordinate axis or plane, or, for a joint along the same axis,
+    where its own sum changes.  These, and one other angle for all others, are all to look at.
+
+    Left out is this: where u takes two turns, the angle of the frame before can be tuned until
+    these two reach a best angle.  There missed is taken as zero; so it is where most angles are
+    best.  So the bound may be too low, never too high.  Joints of several coordinates have frames
+    of their own; the turns before one that is not on the ground are not counted.
+    """
+
+    def __init__(self, nodes: list[_Node], search: _Search) -> None:
+        self._search = search
+        self._best: dict[int, int] = {}
+        self._where: dict[int, list[Rot]] = {}
+        """The frames at which a node's best is reached, if these are few."""
+        for node in reversed(nodes):
+            if node.turns_freely:
+                self._best[id(node)], self._where[id(node)] = self._about(node, node.axis)
+            elif node.kind == "floating":
+                self._best[id(node)] = self._floating(node)
+            elif node.kind == "planar":
+                self._best[id(node)] = self._behind(node, node.frames[0][0])
+            else:
+                self.turns = self._behind(node, IDENTITY)
+
+    def _behind(self, node: _Node, frame: Rot) -> int:
+        """The fewest turns behind a node, if its frame is this one."""
+        back = transpose(frame)
+        count = 0
+        for child in node.children:
+            count += self._best[id(child)]
+            if child.turns_freely:
+                before = multiply(back, child.rot)
+                least = self._search.least(rotate(before, child.axis))
+                count += least
+                good = self._where[id(child)]
+                if good:
+                    count += all(self._search.turns(multiply(before, one)) > least for one in good)
+        return count
+
+    def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
+        """The fewest behind a node, of all its frames with this axis; where, if at a few only."""
+        if not node.children:
+            return 0, []
+        small = self._search.small
+        found = _Directions(axis, small)
+        for child in node.children:
+            if not child.turns_freely:
+                continue
+            seen = [child.axis]
+            for frame in self._where[id(child)]:
+                seen += [(frame[i], frame[i + 3], frame[i + 6]) for i in range(3)]
+            for one in seen:
+                across = _across(rotate(child.rot, one), axis, small)
+                if across is not None:
+                    found.add(across)
+        one_other = _across((0.3716, -0.7411, 0.5309), axis, small)
+        assert one_other is not None
+        elsewhere = self._behind(node, self._search.frames(axis, one_other)[0])
+        few = [frame for across in found.vectors for frame in self._search.frames(axis, across)]
+        counts = [self._behind(node, frame) for frame in few]
+        best = min([elsewhere, *counts])
+        if elsewhere == best:
+            return best, []
+        return best, [frame for frame, count in zip(few, counts, strict=True) if count == best]
+
+    def _floating(self, node: _Node) -> int:
+        """No turn behind the joint, or one about an axis, or more, which may serve three directions
+        and whatever these carry."""
+        ways = [self._behind(node, IDENTITY)]
+        ways += [1 + self._about(node, axis)[0] for axis in AXES]
+        own = [child for child in node.children if child.turns_freely]
+        lines: dict[tuple[float, ...], int] = {}
+        for child in own:
+            u = rotate(child.rot, child.axis)
+            key = tuple(round(c / (10 * self._search.small)) for c in u)
+            if self._search.flip:
+                key = max(key, tuple(-c for c in key))
+            lines[key] = lines.get(key, 0) + 1
+        rest = sum(sorted(lines.values(), reverse=True)[3:])
+        return min(*ways, 2 + rest + sum(self._best[id(child)] for child in node.children))
 
 
 class _Directions:
