@@ -385,7 +385,12 @@ def _explain(arguments: argparse.Namespace) -> int:
     if arguments.cost:
         print("\ncost")
         for name, joints in _cost(config, lines, pipeline, arguments).items():
-            print(f"   {name:13}  {_joints(joints)}")
+            fewest = (
+                f"; no frames do with fewer than {joints['bound']} driven"
+                if "bound" in joints
+                else ""
+            )
+            print(f"   {name:13}  {_joints(joints)}{fewest}")
     return 0
 
 
@@ -397,7 +402,13 @@ def _cost(
     with _Progress(verbose=False) as progress:
         for each in pipelines.values():
             each.plugins.watch(progress)
-        return {name: report(each.run())["joints"] for name, each in pipelines.items()}
+        return {name: _counted(report(each.run())) for name, each in pipelines.items()}
+
+
+def _counted(found: dict[str, Any]) -> dict[str, Any]:
+    """The joints of a report, and how few driven ones there could be, if that is known."""
+    bound = found.get("align-frames", {}).get("bound")
+    return found["joints"] if bound is None else {**found["joints"], "bound": bound}
 
 
 def _by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:

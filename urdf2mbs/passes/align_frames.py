@@ -50,7 +50,7 @@ X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     axes: Literal["x", "y", "z", "any"] = "any"
     """The coordinate axis that joints act about or along."""
-    candidates: int = 6
+    candidates: int = 12
     """How many frames, quarter turns not counted, are considered for each body."""
     tolerance: float = ROUNDING
     """Up to this (rad) a direction off a coordinate axis or plane counts as on it.  The default
@@ -169,7 +169,7 @@ def run(conversion: Conversion, options: Options) -> None:
     old = _choose(conversion, nodes, search)
     conversion.report["align-frames"] = {
         "driven": sum(len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves),
-        "bound": _Bound(nodes, search).turns if search.any else None,
+        "bound": _Bound(nodes, search, options).turns if search.any else None,
     }
 
     last: dict[int, Rot] = {}
@@ -222,9 +222,12 @@ def _collect_wanted(node: _Node, search: _Search) -> None:
         across = _across(rotate(child.rot, child.axis), node.axis, search.small)
         if across is not None:
             found.add(across, 1)
-        else:
-            for wanted, count in child.wanted:
-                found.add(rotate(child.rot, wanted), count)
+        # two turns reach a frame that the child wants if some axes of the two are across
+        for wanted, count in child.wanted:
+            for one in (wanted, cross(child.axis, wanted)):
+                across = _across(rotate(child.rot, one), node.axis, search.small)
+                if across is not None:
+                    found.add(across, count)
     node.wanted = found.most(search.candidates)
 
 
@@ -423,17 +426,19 @@ class _Bound:
 
     where best is the same sum for the joint's own frame at its best angle, and missed is one if
     ``least(u)`` turns reach no such angle.  This changes with a frame's angle only at a few
-    angles: where a u comes to a coordinate axis or plane, or, for a joint along the same axis,
-    where its own sum changes.  These, and one other angle for all others, are all to look at.
+    angles: where a u comes to a coordinate axis or plane, or where an axis of one of the best
+    frames of a joint behind does, so that fewer turns reach it.  These, and one other angle for
+    all others, are all to look at.
 
-    Left out is this: where u takes two turns, the angle of the frame before can be tuned until
-    these two reach a best angle.  There missed is taken as zero; so it is where most angles are
-    best.  So the bound may be too low, never too high.  Joints of several coordinates have frames
-    of their own; the turns before one that is not on the ground are not counted.
+    Where most angles are best, missed is taken as zero.  The turns before a floating or planar
+    joint that is not on the ground are not counted.  So the bound may be too low, never too high.
     """
 
-    def __init__(self, nodes: list[_Node], search: _Search) -> None:
+    def __init__(self, nodes: list[_Node], search: _Search, options: Options) -> None:
         self._search = search
+        # frames made from directions that are nearly along one another have more rounding
+        coarse = msgspec.structs.replace(options, tolerance=10 * options.tolerance)
+        self._turns = _Search(coarse).turns
         self._best: dict[int, int] = {}
         self._where: dict[int, list[Rot]] = {}
         """The frames at which a node's best is reached, if these are few."""
@@ -459,7 +464,7 @@ class _Bound:
                 count += least
                 good = self._where[id(child)]
                 if good:
-                    count += all(self._search.turns(multiply(before, one)) > least for one in good)
+                    count += all(self._turns(multiply(before, one)) > least for one in good)
         return count
 
     def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
@@ -489,20 +494,16 @@ class _Bound:
         return best, [frame for frame, count in zip(few, counts, strict=True) if count == best]
 
     def _floating(self, node: _Node) -> int:
-        """No turn behind the joint, or one about an axis, or more, which may serve three directions
-        and whatever these carry."""
-        ways = [self._behind(node, IDENTITY)]
-        ways += [1 + self._about(node, axis)[0] for axis in AXES]
+        """No turn behind the joint, one about an axis, or more.  These bring some u on a coordinate
+        axis, or none; then each takes a turn."""
         own = [child for child in node.children if child.turns_freely]
-        lines: dict[tuple[float, ...], int] = {}
-        for child in own:
-            u = rotate(child.rot, child.axis)
-            key = tuple(round(c / (10 * self._search.small)) for c in u)
-            if self._search.flip:
-                key = max(key, tuple(-c for c in key))
-            lines[key] = lines.get(key, 0) + 1
-        rest = sum(sorted(lines.values(), reverse=True)[3:])
-        return min(*ways, 2 + rest + sum(self._best[id(child)] for child in node.children))
+        lines = dict.fromkeys(rotate(child.rot, child.axis) for child in own)
+        return min(
+            self._behind(node, IDENTITY),
+            *(1 + self._about(node, axis)[0] for axis in AXES),
+            *(2 + self._about(node, line)[0] for line in lines),
+            2 + len(own) + sum(self._best[id(child)] for child in node.children),
+        )
 
 
 class _Directions:
