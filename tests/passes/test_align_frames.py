@@ -340,3 +340,14 @@ def test_verify_knows_flipped_joints_by_their_names(tmp_path: Path, engine: str)
     # by the plain name it is another robot
     model.write_bytes(result.data.replace(b"_flipped<", b"<"))
     assert not verify(str(tmp_path / "arm.urdf"), model, engine=engine).same
+
+
+@pytest.mark.parametrize("deep", [True, False])
+def test_the_bound_does_not_explode(deep: bool) -> None:
+    random = Random(3)
+    elements = [link("l0", SOLID)]
+    for i in range(1, 61):
+        axis = " ".join(f"{random.uniform(-1, 1):.3f}" for _ in range(3))
+        elements += [link(f"l{i}", SOLID), joint(f"l{i - 1 if deep else 0}", f"l{i}", axis=axis)]
+    found = convert_text(robot(*elements), pipeline="compact").report["align-frames"]
+    assert 50 < found["bound"] <= found["driven"] <= 120

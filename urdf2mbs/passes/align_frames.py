@@ -290,7 +290,7 @@ def _free_frames(node: _Node, search: _Search) -> list[Rot]:
     for child in node.children:
         if child.kind != "floating":
             u = rotate(child.rot, child.axis)
-            key = tuple(round(c * 1e9) for c in u)
+            key = tuple(round(c / (10 * max(self._search.small, 1e-10))) for c in u)
             seen[key] = u, seen.get(key, (u, 0))[1] + 1
     most = sorted(seen.values(), key=lambda found: -found[1])[: search.candidates]
     ways: list[tuple[Turn, ...]] = [()]
@@ -415,6 +415,12 @@ def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
 # --- how few it could be ---
 
 
+#: Of so many best frames of what a body carries the bound keeps account.
+MOST_FRAMES = 150
+#: Of a body with more joints the bound looks at the number of directions only.
+MOST_JOINTS = 40
+
+
 class _Bound:
     """How many turns no choice of frames can do without.
 
@@ -430,8 +436,10 @@ class _Bound:
     frames of a joint behind does, so that fewer turns reach it.  These, and one other angle for
     all others, are all to look at.
 
-    Where most angles are best, missed is taken as zero.  The turns before a floating or planar
-    joint that is not on the ground are not counted.  So the bound may be too low, never too high.
+    Where most angles are best, or too many to follow, missed is taken as zero; where a body
+    carries too many joints, all but three directions are taken to need one turn.  The turns before
+    a floating or planar joint that is not on the ground are not counted.  So the bound may be too
+    low, never too high.
     """
 
     def __init__(self, nodes: list[_Node], search: _Search, options: Options) -> None:
@@ -452,8 +460,8 @@ class _Bound:
             else:
                 self.turns = self._behind(node, IDENTITY)
 
-    def _behind(self, node: _Node, frame: Rot) -> int:
-        """The fewest turns behind a node, if its frame is this one."""
+    def _behind(self, node: _Node, frame: Rot, *, missed: bool = True) -> int:
+        """The fewest turns behind a node, if its frame is this one; or without what is missed."""
         back = transpose(frame)
         count = 0
         for child in node.children:
@@ -463,7 +471,7 @@ class _Bound:
                 least = self._search.least(rotate(before, child.axis))
                 count += least
                 good = self._where[id(child)]
-                if good:
+                if missed and good:
                     count += all(self._turns(multiply(before, one)) > least for one in good)
         return count
 
@@ -476,27 +484,48 @@ class _Bound:
         for child in node.children:
             if not child.turns_freely:
                 continue
-            seen = [child.axis]
-            for frame in self._where[id(child)]:
-                seen += [(frame[i], frame[i + 3], frame[i + 6]) for i in range(3)]
-            for one in seen:
+            across = _across(rotate(child.rot, child.axis), axis, small)
+            if across is not None:
+                found.add(across)
+        # these multiply from joint to joint
+        inner = [(c, frame) for c in node.children for frame in self._where.get(id(c), ())]
+        exact = len(inner) <= MOST_FRAMES
+        for child, frame in inner if exact else ():
+            for i in range(3):
+                one = (frame[i], frame[i + 3], frame[i + 6])
                 across = _across(rotate(child.rot, one), axis, small)
                 if across is not None:
                     found.add(across)
+        if len(node.children) > MOST_JOINTS:
+            return self._many(node), []
         one_other = _across((0.3716, -0.7411, 0.5309), axis, small)
         assert one_other is not None
-        elsewhere = self._behind(node, self._search.frames(axis, one_other)[0])
+        elsewhere = self._behind(node, self._search.frames(axis, one_other)[0], missed=exact)
         few = [frame for across in found.vectors for frame in self._search.frames(axis, across)]
-        counts = [self._behind(node, frame) for frame in few]
+        counts = [self._behind(node, frame, missed=exact) for frame in few]
         best = min([elsewhere, *counts])
-        if elsewhere == best:
+        if elsewhere == best or not exact:
             return best, []
         return best, [frame for frame, count in zip(few, counts, strict=True) if count == best]
+
+    def _many(self, node: _Node) -> int:
+        """No frame has more than three directions on its axes; all others take a turn each."""
+        lines: dict[tuple[float, ...], int] = {}
+        for child in node.children:
+            if child.turns_freely:
+                u = rotate(child.rot, child.axis)
+                key = tuple(round(c / (10 * max(self._search.small, 1e-10))) for c in u)
+                key = max(key, tuple(-c for c in key))
+                lines[key] = lines.get(key, 0) + 1
+        rest = sum(sorted(lines.values(), reverse=True)[3:])
+        return rest + sum(self._best[id(child)] for child in node.children)
 
     def _floating(self, node: _Node) -> int:
         """No turn behind the joint, one about an axis, or more.  These bring some u on a coordinate
         axis, or none; then each takes a turn."""
         own = [child for child in node.children if child.turns_freely]
+        if len(own) > MOST_JOINTS:
+            return min(self._behind(node, IDENTITY), 1 + self._many(node))
         lines = dict.fromkeys(rotate(child.rot, child.axis) for child in own)
         return min(
             self._behind(node, IDENTITY),
