@@ -290,7 +290,7 @@ def _free_frames(node: _Node, search: _Search) -> list[Rot]:
     for child in node.children:
         if child.kind != "floating":
             u = rotate(child.rot, child.axis)
-            key = tuple(round(c / (10 * max(self._search.small, 1e-10))) for c in u)
+            key = tuple(round(c * 1e9) for c in u)
             seen[key] = u, seen.get(key, (u, 0))[1] + 1
     most = sorted(seen.values(), key=lambda found: -found[1])[: search.candidates]
     ways: list[tuple[Turn, ...]] = [()]
