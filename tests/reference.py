@@ -120,7 +120,10 @@ class Urdf:
                     return False
                 if joint.type == "fixed":
                     welded.append(joint.child)
-        return base == "floating" if base != "auto" else "world" not in welded
+        if base != "auto":
+            return base == "floating"
+        mass = sum(found.mass for link in welded if (found := self.inertias[link]) is not None)
+        return "world" not in welded and mass > 0.0
 
 
 def _numbers(element: etree._Element | None, key: str, default: str) -> Array:

@@ -319,3 +319,24 @@ def test_a_report_without_a_config(robot: Path, capsys: Any) -> None:
     assert (robot / "tiny.html").read_bytes().startswith(b"<!DOCTYPE html>")
     assert main(["report", "tiny.yaml", "--base", "fixed"]) == 2
     assert "--base is for a robot without a config" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("links", "told"), [(20, False), (21, True)])
+def test_more_joints_than_the_generator_takes_are_told(
+    robot: Path, capsys: Any, links: int, told: bool
+) -> None:
+    # four joints each in faithful, 80 and 84, and two in compact
+    moments = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
+    inertial = f'<inertial><mass value="1"/><inertia {moments}/></inertial>'
+    parts = "".join(
+        f'<link name="l{n}">{inertial}</link><joint name="j{n}" type="continuous"><axis '
+        f'xyz="0 1 1"/><parent link="l{n - 1}"/><child link="l{n}"/>'
+        '<origin rpy="0.3 0 0"/></joint>'
+        for n in range(1, links + 1)
+    )
+    (robot / "long.urdf").write_text(f'<robot name="long"><link name="l0"/>{parts}</robot>')
+    assert main(["convert", "long.urdf", "-v"]) == 0
+    said = capsys.readouterr().err
+    assert ("note[many-joints]: 84 joints are more than the 80" in said) == told
+    assert ("many-joints" in said) == told
+    assert (f"preset 'compact' makes {2 * links}" in said) == told

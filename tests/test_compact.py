@@ -51,8 +51,8 @@ def test_real_robots_are_the_same(robot: RealRobot, base: str, shared: Path) -> 
 FEWEST = {
     "icub-iCubGazeboV2_5": (32, 14),
     "icub-iCubGenova02": (32, 16),
-    "icub-iCubLisboa01": (32, 43),
-    "icub-iCubNancy01": (32, 45),
+    "icub-iCubLisboa01": (32, 42),
+    "icub-iCubNancy01": (32, 44),
     "nao-naoV50_generated_urdf": (42, 16),
     "walkman-bigman": (31, 8),
     "atlas-atlas_v5": (31, 1),

@@ -71,6 +71,8 @@ def check(run: Callable[..., Any], source: Path, wanted: tuple[int, str | None, 
         level = "error" if exit_code else "warning"
         told = [line.partition("[")[2].partition("]")[0] for line in said.splitlines()
                 if f"{level}[" in line]  # fmt: skip
+        # a body that lost its inertia may make the mass matrix singular, too
+        told = [one for one in told if one != "singular"]
         assert told == ([] if code is None else [code]), said
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hashlib import sha256
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -69,3 +70,17 @@ def test_a_model_that_was_edited_is_never_overwritten(
     assert main(["run", str(config)]) == 2
     assert model.read_text() == "edited"
     assert "error[output-not-ours]" in capsys.readouterr().err
+
+
+def test_the_model_has_the_name_of_its_file_and_folder(config: Path) -> None:
+    assert main(["run", str(config)]) == 0
+    assert b"<mbsname>robot</mbsname>" in (config.parent / "robot/dataR/robot.mbs").read_bytes()
+
+
+def test_a_file_whose_name_is_no_identifier_is_told(config: Path, capsys: Any) -> None:
+    robot, output = config.parent / "one.urdf", config.parent / "my-robot.mbs"
+    assert main(["convert", "-v", str(robot), "-o", str(output)]) == 0
+    assert b"<mbsname>my_robot</mbsname>" in output.read_bytes()
+    assert "note[mbs-name]: the model is called 'my_robot' in the .mbs" in capsys.readouterr().err
+    assert main(["convert", "-v", str(robot), "-o", str(config.parent / "mine.mbs")]) == 0
+    assert "mbs-name" not in capsys.readouterr().err

@@ -461,5 +461,5 @@ def test_an_own_floating_joint_beyond_another_is_named(tmp_path: Path, capsys: A
 
 def test_the_base_of_a_result() -> None:
     result: Result = convert_text(base="fixed")
-    assert result.report.base_in_words == "fixed base"
-    assert convert_text(base="floating").report.base_in_words == "floating base"
+    assert result.report.base_in_words == "fixed base (as asked)"
+    assert convert_text(base="floating").report.base_in_words == "floating base (as asked)"

@@ -301,6 +301,8 @@ def _verify(arguments: argparse.Namespace) -> int:
         base = f", {', '.join(own)} floats"
     print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
+    if verdict.flipped:
+        print(f"  {_other_way(verdict.flipped)}")
     print(f"  {_proof(verdict.groups, verdict.positions, verdict.largest)}")
     if verdict.differences:
         print("not the same, by relative size:")
@@ -351,6 +353,7 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
         finally:
             if dump is not None:
                 dump.finish()
+    _tell_many(conversion, config, lines, arguments)
     write(conversion)
     found = report(conversion)
     if arguments.json:
@@ -417,6 +420,8 @@ def _tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     if any(said.code == "no-mass" for said in conversion.diagnostics):
         print("  NO DYNAMICS: no link has a mass")
     print(f"  {counted(joints.urdf, 'URDF joint')} -> {_joints(joints)}; {found.base_in_words}")
+    if conversion.names.flipped:
+        print(f"  {_other_way(conversion.names.flipped)}")
     if found.proof is not None:
         proof = found.proof
         verdict = found.verdict if proof.same else "NOT THE SAME ROBOT, kept under this name"
@@ -435,6 +440,12 @@ def _tell_diagnostics(conversion: Conversion, verbose: bool) -> None:
         print(diagnostic, file=sys.stderr)
 
 
+def _other_way(names: Sequence[str]) -> str:
+    return (
+        f"{counted(len(names), 'joint')} the other way round (minus the URDF's): {', '.join(names)}"
+    )
+
+
 def _near(path: Path) -> str:
     return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
 
@@ -448,8 +459,14 @@ def _explain(arguments: argparse.Namespace) -> int:
             {**_described(bound.found), "swapped": bound.swapped, "options": bound.options}
             for bound in pipeline.passes
         ]
-        cost = _cost(config, lines, pipeline, arguments) if arguments.cost else None
-        _print_json(described if cost is None else {"passes": described, "cost": cost})
+        if not arguments.cost:
+            _print_json(described)
+            return 0
+        cost = {
+            name: {**msgspec.structs.asdict(found.joints), "bound": _bound(found)}
+            for name, found in _cost(config, lines, pipeline, arguments).items()
+        }
+        _print_json({"passes": described, "cost": cost})
         return 0
     settings = pipeline.settings
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.base}")
@@ -476,16 +493,33 @@ def _explain(arguments: argparse.Namespace) -> int:
     print(f"\n{METHOD}")
     if arguments.cost:
         print("\ncost")
-        for name, joints in _cost(config, lines, pipeline, arguments).items():
-            print(f"   {name:13}  {_joints(joints)}")
+        for name, found in _cost(config, lines, pipeline, arguments).items():
+            least = _bound(found)
+            fewest = "" if least is None else f"; no frames do with fewer than {least} driven"
+            print(f"   {name:13}  {_joints(found.joints)}{fewest}")
     return 0
 
 
 def _cost(
     config: Config, lines: Lines, pipeline: Pipeline, arguments: argparse.Namespace
-) -> dict[str, Joints]:
-    """The joints of the config as it is, and of it by each other preset."""
-    pipelines = {"this config": pipeline}
+) -> dict[str, Report]:
+    """What becomes of the joints by the config as it is, and of it by each other preset."""
+    pipelines = {"this config": pipeline, **_by_presets(config, lines, arguments)}
+    with _Progress(verbose=False) as progress:
+        for each in pipelines.values():
+            each.plugins.watch(progress)
+        return {name: report(each.run()) for name, each in pipelines.items()}
+
+
+def _bound(found: Report) -> int | None:
+    """How few driven joints there could be, if that is known."""
+    bound: int | None = found.passes.get("align-frames", {}).get("bound")
+    return bound
+
+
+def _by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:
+    """The config by each preset but its own."""
+    pipelines: dict[str, Pipeline] = {}
     for name in presets():
         if name == config.pipeline:
             continue
@@ -500,10 +534,35 @@ def _cost(
             passes={key: value for key, value in config.passes.items() if key in there},
         )  # fmt: skip
         pipelines[name] = Pipeline(other, lines, installed_plugins=not arguments.no_plugins)
-    with _Progress(verbose=False) as progress:
-        for each in pipelines.values():
-            each.plugins.watch(progress)
-        return {name: report(each.run()).joints for name, each in pipelines.items()}
+    return pipelines
+
+
+#: The joints that Robotran's generator of equations takes, by most accounts.
+MOST_JOINTS = 80
+
+
+def _tell_many(
+    conversion: Conversion, config: Config, lines: Lines, arguments: argparse.Namespace
+) -> None:
+    """Note that there are more joints than Robotran's generator takes, and how many others make."""
+    count = len(conversion.mbs.numbers())
+    if count <= MOST_JOINTS or conversion.settings.output not in conversion.files:
+        return
+    others = []
+    for name, other in _by_presets(config, lines, arguments).items():
+        try:
+            made = other.run(stop_after="decompose-joints").mbs.numbers()
+        except ConversionError:
+            continue  # this is not what was asked for
+        others.append(f"; preset '{name}' makes {len(made)}")
+    conversion.note(
+        "many-joints",
+        f"{count} joints are more than the {MOST_JOINTS} that Robotran's generator of equations "
+        f"takes by most accounts{''.join(others)}",
+    )
+    levels = conversion.settings.levels
+    conversion.diagnostics = levels.applied(conversion.diagnostics)
+    levels.judge(conversion.diagnostics)
 
 
 def _joints(joints: Joints) -> str:
@@ -552,8 +611,9 @@ def _report(arguments: argparse.Namespace) -> int:
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
         conversion = pipeline.run()
+        _tell_many(conversion, config, lines, arguments)
         conversion.progress("the page")
-        page = make(conversion, up_axis=_up_axis(pipeline))
+        page = make(conversion)
     output = arguments.output or _beside(conversion.settings.output, ".html")
     write_files({output: page.data})
     found = report(conversion)
@@ -589,15 +649,6 @@ def _robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
 def _beside(model: Path, suffix: str) -> Path:
     """The model's name with another ending; only .mbs is one (``panda_v1.0`` has none)."""
     return model.with_name(model.name.removesuffix(".mbs") + suffix)
-
-
-def _up_axis(pipeline: Pipeline) -> bool:
-    """Whether convert-meshes turns COLLADA meshes up; it does unless told otherwise."""
-    return all(
-        getattr(bound.options, "up_axis", "apply") == "apply"
-        for bound in pipeline.passes
-        if bound.found.pass_.name == "convert-meshes"
-    )
 
 
 def _diagram(arguments: argparse.Namespace) -> int:

@@ -47,6 +47,9 @@ class Step(msgspec.Struct):
     axis: Vec
     after: tuple[Turn, ...] = ()
     """Turns after the motion, which the frames below have seen."""
+    flipped: bool = False
+    """Whether it counts the other way round: its coordinate is minus the URDF's, and ``axis`` is
+    minus the URDF's axis."""
     frames: dict[str, Pose] = {}
     """Links without a body of their own that move with the frame after this joint, and
     their constant pose in it; only on steps before the last."""
@@ -99,6 +102,9 @@ class Names(msgspec.Struct):
     coordinates: dict[str, list[str]] = {}
     """Moving URDF joint: the joints that move with its coordinates (one; three of a planar
     joint, two shifts and a turn; six of a floating one)."""
+    flipped: list[str] = []
+    """URDF joints that count the other way round in the .mbs, where they are called
+    ``NAME_flipped``: their coordinate there is minus the URDF's."""
 
 
 class RobotChange(msgspec.Struct):
@@ -156,6 +162,8 @@ class Conversion:
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
         self.floating = False
+        self.base_reason = ""
+        """Why the base floats or not, in a word or two."""
         self.inserted: str | None = None
         """The joint, and with it the link above it, that insert-base added to the robot."""
         self.segments: dict[str, Segment] = {}

@@ -44,11 +44,11 @@ class Page(msgspec.Struct):
     """Meshes of which only the place is shown."""
 
 
-def make(conversion: Conversion, *, up_axis: bool = True) -> Page:
+def make(conversion: Conversion) -> Page:
     """The page of a conversion that has run; writes nothing.
 
-    ``up_axis`` False leaves the URDF's COLLADA meshes as they lie, as convert-meshes does with
-    ``up_axis: ignore``.  Raises ConfigError where the package with three.js is not installed
+    The URDF's meshes are drawn as RViz draws them, whatever convert-meshes was told, so that a
+    wrong turn shows.  Raises ConfigError where the package with three.js is not installed
     or no .mbs was made.
     """
     viewer, licenses = _viewer()
@@ -61,12 +61,13 @@ def make(conversion: Conversion, *, up_axis: bool = True) -> Page:
         )  # fmt: skip
     model = read(conversion.files[output], str(output))
     store = Store()
+    robot = conversion.robot.with_flipped(conversion.names.flipped)  # one slider moves both
     packages = Packages(settings.packages, settings.source)
     project = settings.project or settings.output.parent
     data = {
         "name": model.name,
         "mbs": mbs_side(model, store, lookup(conversion.files, project)),
-        "urdf": urdf_side(conversion.robot, store, packages.resolve, up_axis=up_axis),
+        "urdf": urdf_side(robot, store, packages.resolve),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
             for link, at in conversion.frames.items()
@@ -228,10 +229,11 @@ def _joints(conversion: Conversion, model: Mbs) -> str:
         names[0]: urdf for urdf, names in conversion.names.coordinates.items() if len(names) == 1
     }
     numbers = model.numbers()
+    robot = conversion.robot.with_flipped(conversion.names.flipped)
     rows = []
     for body in model.bodies:
         for joint in body.joints:
-            urdf = conversion.robot.joints.get(alone.get(joint.name, ""))
+            urdf = robot.joints.get(alone.get(joint.name, ""))
             limit = urdf.limit if urdf else None
             ranged = limit is not None and urdf is not None and urdf.type != "continuous"
             mimic = urdf.mimic if urdf else None

@@ -128,6 +128,8 @@ class Report(msgspec.Struct):
     output: str
     base: str
     """``floating`` or ``fixed``, as the .mbs has it."""
+    base_reason: str
+    """Why it is so, in a word or two."""
     floating_joints: list[str]
     """The URDF's own floating joints that are free in the .mbs."""
     links: int
@@ -168,7 +170,8 @@ class Report(msgspec.Struct):
     def base_in_words(self) -> str:
         """Whether the base floats, and by whose joint."""
         own = ", ".join(f"'{name}'" for name in self.floating_joints)
-        return f"{self.base} base" + (f" (free by the URDF's own joint {own})" if own else "")
+        why = f"free by the URDF's own joint {own}" if own else self.base_reason
+        return f"{self.base} base" + (f" ({why})" if why else "")
 
 
 def report(conversion: Conversion) -> Report:
@@ -182,6 +185,7 @@ def report(conversion: Conversion) -> Report:
         source=str(conversion.settings.source),
         output=str(conversion.settings.output),
         base=base,
+        base_reason=conversion.base_reason,
         floating_joints=floating_joints,
         links=len(robot.links) - inserted,
         bodies=len(mbs.bodies),

@@ -50,9 +50,9 @@ class Store:
         """The number of the mesh that an .mbs's ``url`` shows, None where it cannot be drawn."""
         return self._once("wrl", url, lambda: self._read_wrl(url, fetch))
 
-    def source(self, filename: str, path: Path | None, *, up_axis: bool) -> int | None:
-        """The same for a URDF's mesh file."""
-        return self._once("source", filename, lambda: self._read_source(path, up_axis))
+    def source(self, filename: str, path: Path | None) -> int | None:
+        """The same for a URDF's mesh file, drawn as RViz draws it."""
+        return self._once("source", filename, lambda: self._read_source(path))
 
     def _once(
         self, kind: str, name: str, make: Callable[[], tuple[list[Part], Fetch]]
@@ -76,11 +76,11 @@ class Store:
         folder = PurePosixPath(url).parent
         return read_vrml(data), lambda name: fetch(str(folder / name))
 
-    def _read_source(self, path: Path | None, up_axis: bool) -> tuple[list[Part], Fetch]:
+    def _read_source(self, path: Path | None) -> tuple[list[Part], Fetch]:
         if path is None:
             raise meshes.MeshError("the mesh file is not there")
         try:
-            mesh = meshes.read(path, up_axis=up_axis)
+            mesh = meshes.read(path, up_axis=False)
         except ConversionError as error:
             raise meshes.MeshError(f"{error.message}; {error.hint}") from None
         return mesh.parts, mesh.textures.get
@@ -207,11 +207,7 @@ def mbs_side(model: mbs.Mbs, store: Store, fetch: Fetch) -> dict[str, Any]:
 
 
 def urdf_side(
-    robot: urdf.Robot,
-    store: Store,
-    find: Callable[[str], Path | None],
-    *,
-    up_axis: bool = True,
+    robot: urdf.Robot, store: Store, find: Callable[[str], Path | None]
 ) -> dict[str, Any]:
     """The URDF's links and joints, the joints in an order in which parents come first."""
 
@@ -227,7 +223,7 @@ def urdf_side(
             "color": None if material is None else material.color,
         }
         if isinstance(shape, urdf.Mesh):
-            out["mesh"] = store.source(shape.filename, find(shape.filename), up_axis=up_axis)
+            out["mesh"] = store.source(shape.filename, find(shape.filename))
         return out
 
     return {

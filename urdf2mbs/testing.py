@@ -132,7 +132,7 @@ def assert_same_robot(result: Result, expected: Result | None = None) -> None:
     as it is, of which your pass has changed nothing.
     """
     comparison = compare(
-        (expected or result).robot,
+        (expected or result).robot.with_flipped(result.names.flipped),
         read(result.data, "robot.mbs"),
         {name: tuple(joints) for name, joints in result.names.coordinates.items()},
         frames=result.frames,

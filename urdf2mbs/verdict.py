@@ -52,6 +52,8 @@ class Verdict(msgspec.Struct):
     """What only one of the two has or can have, and why it does not count."""
     schema: list[str]
     """Where the file departs from the format."""
+    flipped: list[str] = []
+    """The URDF's joints that count the other way round, as their names in the .mbs say."""
 
     @property
     def same(self) -> bool:
@@ -64,6 +66,8 @@ class Match(msgspec.Struct):
     joints: dict[str, tuple[str, ...]] = {}
     frames: dict[str, LinkFrame] = {}
     frozen: dict[str, str] = {}
+    flipped: list[str] = []
+    """Joints that are called ``NAME_flipped`` in the .mbs: they count the other way round."""
     orders: dict[str, tuple[str, ...]] = {}
     """In which order floating joints have their coordinates."""
 
@@ -114,7 +118,7 @@ def verify(
     robot = conversion.robot
     found = match(robot, mbs)
     comparison = compare(
-        robot, mbs, found.joints,
+        robot.with_flipped(found.flipped), mbs, found.joints,
         frames=found.frames, frozen=found.frozen, orders=found.orders,
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
@@ -126,7 +130,7 @@ def verify(
 
         more, deviations = compare_dynamics(
             _text(conversion.settings), mbs, found.joints,
-            orders=found.orders, floating_base=floating_base,
+            orders=found.orders, floating_base=floating_base, flipped=found.flipped,
             gravity=gravity, tolerance=tolerance,
         )  # fmt: skip
         differences = differences + more
@@ -151,6 +155,7 @@ def verify(
         elsewhere,
         _not_compared(mbs, found.frozen) | (_unseen(robot, mbs, found) if frames else {}),
         [str(problem) for problem in validate(data, str(model))],
+        found.flipped,
     )
 
 
@@ -217,6 +222,11 @@ def match(robot: Robot, mbs: Mbs) -> Match:
         elif joint.name not in found.joints and joint.child not in useful:
             found.frozen[joint.name] = "nothing that it moves has mass"
     found.joints = {name: found.joints[name] for name in robot.joints if name in found.joints}
+    found.flipped = [
+        name
+        for name, names in found.joints.items()
+        if len(names) == 1 and names[0] in _spellings(f"{name}_flipped", "joint")
+    ]
     _match_frames(robot, mbs, found)
     return found
 
@@ -289,7 +299,8 @@ def _kinds(joint: UrdfJoint) -> list[list[tuple[str, str]]]:
             [(f"_T{k % 3 + 1}", "T"), (f"_T{(k + 1) % 3 + 1}", "T"), (f"_R{k}", "R")]
             for k in sorted((1, 2, 3), key=lambda k: k != first)
         ]
-    return [[("", "T" if joint.type == "prismatic" else "R")]]
+    kind = "T" if joint.type == "prismatic" else "R"
+    return [[("", kind)], [("_flipped", kind)]]
 
 
 def _spellings(name: str, kind: str) -> list[str]:

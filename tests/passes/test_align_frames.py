@@ -13,12 +13,18 @@ from evaluator import rotation
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from proving import SOLID, chains, driven, joint, link, prove, robot
+from strategies import robots
 
+from urdf2mbs import convert
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.passes.align_frames import Options, _across, _exchange, _Search
 from urdf2mbs.spatial import dot, fewest_turns, from_rpy, unit
+from urdf2mbs.testing import convert_text
+from urdf2mbs.verdict import verify
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from evaluator import Array
 
 reproducible = settings(max_examples=300, derandomize=True, deadline=None, database=None)
@@ -269,3 +275,100 @@ def test_a_frame_in_the_middle_of_a_chain_stays_known(axis: str) -> None:
         joint("middle", "tip", axis="3 -1 2", rpy="0.3 0.2 0.1"),
     )  # fmt: skip
     assert prove(text).frames["middle"].joint == "world_to_middle"
+
+
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("flip", [False, True])
+def test_the_bound_is_one(seed: int, flip: bool) -> None:
+    text = tree(Random(seed), 5)
+    options = {"align-frames": {"flip": flip}}
+    found = convert_text(text, base="fixed", pipeline="compact", options=options).report
+    assert found.passes["align-frames"]["driven"] == found.joints.driven
+    assert found.passes["align-frames"]["bound"] <= found.joints.driven
+    if not flip:
+        assert found.passes["align-frames"]["bound"] <= exhaustive(text)
+
+
+FLIP = {"align-frames": {"flip": True}}
+
+
+def test_flipped_joints_save_turns_and_are_named() -> None:
+    text = arm("-1 0 0", "1 0 0", "0 0 -1")
+    assert driven(convert_text(text, base="fixed", pipeline="compact")) == 2
+    result = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
+    assert driven(result) == 0
+    assert result.names.flipped == ["world_to_l0", "l1_to_l2"]
+    assert result.names.coordinates["world_to_l0"] == ["world_to_l0_flipped"]
+    assert result.report.names.flipped == result.names.flipped
+    assert result.report.proof.same
+
+
+def test_no_joint_is_flipped_where_that_saves_nothing() -> None:
+    text = arm("1 0 0", "0 1 0", "0 1 1", "1 2 3")
+    result = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
+    assert result.names.flipped == []
+    plain = convert_text(text, base="fixed", pipeline="compact")
+    assert result.data == plain.data
+
+
+def test_limits_and_mimics_of_a_flipped_joint() -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b", SOLID),
+        joint("world", "a", "revolute", axis="-1 0 0").replace('lower="-1"', 'lower="-0.5"'),
+        joint("a", "b", "revolute", axis="-1 0 0").replace(
+            "</joint>", '<mimic joint="world_to_a" multiplier="2" offset="0.5"/></joint>'
+        ),
+    )  # fmt: skip
+    result = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
+    assert result.names.flipped == ["world_to_a", "a_to_b"]
+    joints = result.robot.with_flipped(["world_to_a"]).joints
+    limit, mimic = joints["world_to_a"].limit, joints["a_to_b"].mimic
+    assert limit is not None
+    assert mimic is not None
+    assert (limit.lower, limit.upper) == (-1.0, 0.5)
+    assert (mimic.multiplier, mimic.offset) == (-2.0, 0.5)
+    mimic = result.robot.with_flipped(result.names.flipped).joints["a_to_b"].mimic
+    assert mimic is not None
+    assert (mimic.multiplier, mimic.offset) == (2.0, -0.5)
+
+
+@settings(parent=reproducible, max_examples=60)
+@given(text=robots(), axes=st.sampled_from(["any", "any", "x", "z"]))
+def test_random_robots_with_flipped_joints_are_the_same(text: bytes, axes: str) -> None:
+    options = {
+        "align-frames": {"flip": True, "axes": axes},
+        "prune-massless": {"keep": ["*"]},
+        "check": {"tolerance": 1e-8},  # an axis within 1e-9 of a coordinate axis is put on it
+    }
+    result = convert_text(text.decode(), pipeline="compact", options=options)
+    assert result.report.proof.same, result.report.proof.differences
+    plain = {**options, "align-frames": {"axes": axes}}
+    other = convert_text(text.decode(), pipeline="compact", options=plain)
+    assert driven(result) <= driven(other)
+    assert bool(result.names.flipped) == (driven(result) < driven(other))
+
+
+@pytest.mark.parametrize("engine", ["own", "pinocchio"])
+def test_verify_knows_flipped_joints_by_their_names(tmp_path: Path, engine: str) -> None:
+    (tmp_path / "arm.urdf").write_text(arm("-1 0 0", "0 0 -1", "0 -1 0", rpy="0.3 0 0"))
+    model = tmp_path / "arm.mbs"
+    result = convert(tmp_path / "arm.urdf", base="fixed", pipeline="compact", options=FLIP)
+    assert result.names.flipped
+    model.write_bytes(result.data)
+    verdict = verify(str(tmp_path / "arm.urdf"), model, engine=engine)
+    assert verdict.same
+    assert verdict.flipped == result.names.flipped
+    # by the plain name it is another robot
+    model.write_bytes(result.data.replace(b"_flipped<", b"<"))
+    assert not verify(str(tmp_path / "arm.urdf"), model, engine=engine).same
+
+
+@pytest.mark.parametrize("deep", [True, False])
+def test_the_bound_does_not_explode(deep: bool) -> None:
+    random = Random(3)
+    elements = [link("l0", SOLID)]
+    for i in range(1, 61):
+        axis = " ".join(f"{random.uniform(-1, 1):.3f}" for _ in range(3))
+        elements += [link(f"l{i}", SOLID), joint(f"l{i - 1 if deep else 0}", f"l{i}", axis=axis)]
+    found = convert_text(robot(*elements), pipeline="compact").report.passes["align-frames"]
+    assert 50 < found["bound"] <= found["driven"] <= 120

@@ -215,15 +215,19 @@ def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
     assert again.diagnostics == conversion.diagnostics  # a kept file is told of just the same
 
 
-def test_up_axis_is_told_and_can_be_ignored(tmp_path: Path) -> None:
+def test_up_axis_is_ignored_as_by_rviz_and_told_where_it_is_applied(tmp_path: Path) -> None:
     mesh = dae_y_up_centimetres(tmp_path)
-    conversion = convert(tmp_path, [visual(mesh)])
+    apply = Options(up_axis="apply")
+    conversion = convert(tmp_path, [visual(mesh)], options=apply)
     assert codes(conversion) == ["mesh-up-axis"]
+    assert "1 mesh turned so that z is up" in conversion.diagnostics[0].message
     np.testing.assert_allclose(
         shown(conversion, shapes_of(conversion)[0]).max((0, 1)), HIGH, rtol=1e-6
     )
     write(conversion)
-    ignoring = convert(tmp_path, [visual(mesh)], options=Options(up_axis="ignore"))
+    again = convert(tmp_path, [visual(mesh)], options=apply)
+    assert again.diagnostics == conversion.diagnostics  # a kept file is told of just the same
+    ignoring = convert(tmp_path, [visual(mesh)])
     assert not codes(ignoring)
     triangles = shown(ignoring, shapes_of(ignoring)[0])
     np.testing.assert_allclose(triangles.max((0, 1)), (2, 6, -2), rtol=1e-6)
@@ -258,7 +262,7 @@ def test_what_makes_a_mesh_be_converted_again(tmp_path: Path) -> None:
     assert not convert(tmp_path, [visual(mesh)]).files  # the time is nothing
 
     assert convert(tmp_path, [visual(mesh, color=(1.0, 0.0, 0.0, 1.0))]).files
-    assert convert(tmp_path, [visual(mesh)], options=Options(up_axis="ignore")).files
+    assert convert(tmp_path, [visual(mesh)], options=Options(up_axis="apply")).files
 
     library = tmp_path / "materials.mtl"
     library.write_text(library.read_text().replace("d 0.75", "d 0.5"))

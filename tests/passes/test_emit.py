@@ -54,7 +54,7 @@ def test_the_order_is_the_one_of_the_files_own_points(pipeline: str) -> None:
 def test_the_file_is_the_model() -> None:
     result = convert_text(TINY)
     found = read(result.data, "tiny.mbs")
-    assert found.name == "tiny"
+    assert found.name == "robot"  # the file's stem
     assert found.base.name == "ground"
     assert [body.name for body in found.bodies] == names(result)
     assert found.view is not None
@@ -69,7 +69,7 @@ def test_names_become_identifiers_and_the_map_says_which() -> None:
     assert result.names.joints == {
         "2nd-joint": ["n_2nd_joint_axis_R1", "n_2nd_joint", "n_2nd_joint_back_R1"]
     }
-    assert result.mbs.name == "r"
+    assert result.mbs.name == "robot"
 
 
 def test_a_fixed_joint_has_joints_and_no_coordinates() -> None:

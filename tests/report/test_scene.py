@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from meshes.samples import dae_y_up_centimetres
 from report.shown import data, shown
 
 from urdf2mbs import meshes, vrml
@@ -173,6 +174,20 @@ def test_the_page_reads_what_convert_meshes_writes(tmp_path: Path) -> None:
     )
 
 
+def test_the_urdf_side_is_drawn_as_rviz_does(tmp_path: Path) -> None:
+    pytest.importorskip("trimesh")
+    mesh = dae_y_up_centimetres(tmp_path)
+    store = Store()
+    number = store.source(mesh.name, mesh)
+    assert number is not None
+    (part,) = store.meshes[number]
+    (unturned,) = meshes.read(mesh, up_axis=False).parts
+    points = unpack(store, part["points"]).view("<f4").reshape(-1, 3)
+    np.testing.assert_allclose(
+        points[unpack(store, part["triangles"])].max(0), unturned.points.max(0)
+    )
+
+
 def test_without_the_extra_the_place_is_shown_and_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -181,5 +196,5 @@ def test_without_the_extra_the_place_is_shown_and_why(
 
     monkeypatch.setattr(meshes, "read", no_trimesh)
     store = Store()
-    assert store.source("a.stl", tmp_path / "a.stl", up_axis=True) is None
+    assert store.source("a.stl", tmp_path / "a.stl") is None
     assert "pip install" in store.missing["a.stl"]

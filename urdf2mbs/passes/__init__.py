@@ -13,6 +13,7 @@ from urdf2mbs.passes import (
     emit,
     estimate_inertia,
     expand,
+    find_singular,
     insert_base,
     layout,
     lump_fixed,
@@ -39,5 +40,6 @@ def urdf2mbs_passes() -> list[Pass]:
         convert_meshes.PASS,
         layout.PASS,
         emit.PASS,
+        find_singular.PASS,
         check.PASS,
     ]

@@ -50,11 +50,14 @@ X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     axes: Literal["x", "y", "z", "any"] = "any"
     """The coordinate axis that joints act about or along."""
-    candidates: int = 6
+    candidates: int = 12
     """How many frames, quarter turns not counted, are considered for each body."""
     tolerance: float = ROUNDING
     """Up to this (rad) a direction off a coordinate axis or plane counts as on it.  The default
     is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off each is."""
+    flip: bool = False
+    """Let a joint count the other way round where that saves a driven joint; it is then called
+    NAME_flipped, and its coordinate is minus the URDF's."""
 
 
 class _Node:
@@ -102,6 +105,26 @@ class _Search:
         self.any = options.axes == "any"
         self.ks = (1, 2, 3) if self.any else ("xyz".index(options.axes) + 1,)
         self.candidates = max(options.candidates, 1)
+        self.flip = options.flip
+        self.weight = 1
+        """What a turn costs; a joint that counts the other way round costs one.  So the fewest
+        turns come first, and then the fewest such joints."""
+
+    def frames(self, axis: Vec, across: Vec) -> list[Rot]:
+        """The frames with an axis along ``axis``, and others along and across ``across``; then
+        those of a joint that counts the other way round."""
+        found = _quarters(self.ks[0], axis, across)
+        return [*found, *_quarters(self.ks[0], _back(axis), across)] if self.flip else found
+
+    def least(self, u: Vec) -> int:
+        """The fewest turns that bring a coordinate axis onto a direction."""
+        zeros = sum(abs(c) <= self.small for c in u)
+        return 2 - zeros if zeros < 2 else int(sum(u) < 0.0 and not self.flip)
+
+    def least_cost(self, u: Vec) -> int:
+        """What they cost, with what it costs to count the other way round."""
+        least = self.least(u)
+        return self.weight * least + int(self.flip and not least and sum(u) < 0.0)
 
     def turns(self, rot: Rot) -> int:
         """How many turns a rotation takes; with any axis allowed, up to an exchange of axes."""
@@ -135,6 +158,8 @@ _ROWS = [
 def run(conversion: Conversion, options: Options) -> None:
     search = _Search(options)
     nodes, steps = _tree(conversion)
+    if search.flip:
+        search.weight = len(nodes)
     for node in reversed(nodes):
         _collect_wanted(node, search)
     for node in nodes:
@@ -142,6 +167,10 @@ def run(conversion: Conversion, options: Options) -> None:
     for node in reversed(nodes[1:]):
         _count(node, nodes[node.parent], search)
     old = _choose(conversion, nodes, search)
+    conversion.report["align-frames"] = {
+        "driven": sum(len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves),
+        "bound": _Bound(nodes, search, options).turns if search.any else None,
+    }
 
     last: dict[int, Rot] = {}
     for step, here, offset, before, offset_before in steps:
@@ -193,9 +222,12 @@ def _collect_wanted(node: _Node, search: _Search) -> None:
         across = _across(rotate(child.rot, child.axis), node.axis, search.small)
         if across is not None:
             found.add(across, 1)
-        else:
-            for wanted, count in child.wanted:
-                found.add(rotate(child.rot, wanted), count)
+        # two turns reach a frame that the child wants if some axes of the two are across
+        for wanted, count in child.wanted:
+            for one in (wanted, cross(child.axis, wanted)):
+                across = _across(rotate(child.rot, one), node.axis, search.small)
+                if across is not None:
+                    found.add(across, count)
     node.wanted = found.most(search.candidates)
 
 
@@ -210,10 +242,10 @@ def _consider(node: _Node, parent: _Node, search: _Search) -> None:
         node.frames = [[_exchange(from_turns(turns), search.ks[0] - k)]]
     elif node.children or not search.any:
         node.frames = [
-            _quarters(search.ks[0], node.axis, across)
-            for across in _considered(node, parent, search)
+            search.frames(node.axis, across) for across in _considered(node, parent, search)
         ]
-    node.costs = [[0] * len(frames) for frames in node.frames]
+    # the latter four of eight count the other way round
+    node.costs = [[int(place > 3) for place in range(len(frames))] for frames in node.frames]
 
 
 def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
@@ -270,7 +302,7 @@ def _free_frames(node: _Node, search: _Search) -> list[Rot]:
     frames = {turns: from_turns(turns) for turns in ways}
     costs = {
         turns: len(turns)
-        + sum(count * _least(rotate(transpose(frame), u), search.small) for u, count in most)
+        + sum(count * search.least(rotate(transpose(frame), u)) for u, count in most)
         for turns, frame in frames.items()
     }
     worth = [turns for turns in frames if costs[turns] <= costs[()]]
@@ -284,15 +316,18 @@ def _count(node: _Node, parent: _Node, search: _Search) -> None:
     lows = [min(costs) for costs in node.costs]
     for group, frames in enumerate(parent.frames):
         before = [multiply(transpose(frame), node.rot) for frame in frames]
-        best = [99] * len(frames)
+        best = [99 * search.weight] * len(frames)
         pick = [(0, 0)] * len(frames)
         if tip:
-            best = [_least(rotate(rot, node.axis), search.small) for rot in before]
+            best = [search.least_cost(rotate(rot, node.axis)) for rot in before]
         elif node.kind == "floating":
             for row, rot in enumerate(before):
                 own = len(fewest_turns(rot))
                 best[row], pick[row] = min(
-                    (own + len(fewest_turns(frame)) + node.costs[number][0], (number, 0))
+                    (
+                        search.weight * (own + len(fewest_turns(frame))) + node.costs[number][0],
+                        (number, 0),
+                    )
                     for number, (frame,) in enumerate(node.frames)
                 )
         else:
@@ -300,14 +335,16 @@ def _count(node: _Node, parent: _Node, search: _Search) -> None:
                 costs, low = node.costs[number], lows[number]
                 same = search.turns_in_all_quarters(multiply(before[0], own_frames[0]))
                 if same is not None:
+                    lowest = search.weight * same + low
                     for row, least in enumerate(best):
-                        if same + low < least:
-                            best[row], pick[row] = same + low, (number, costs.index(low))
+                        if lowest < least:
+                            best[row], pick[row] = lowest, (number, costs.index(low))
                     continue
                 for row, rot in enumerate(before):
                     for quarter, frame in enumerate(own_frames):
                         if costs[quarter] < best[row]:
-                            total = costs[quarter] + search.turns(multiply(rot, frame))
+                            turns = search.turns(multiply(rot, frame))
+                            total = costs[quarter] + search.weight * turns
                             if total < best[row]:
                                 best[row], pick[row] = total, (number, quarter)
         node.picks.append([] if tip else pick)
@@ -335,21 +372,23 @@ def _choose(conversion: Conversion, nodes: list[_Node], search: _Search) -> list
             step.turns, k = search.fewest(multiply(rot, node.frames[pick[0]][pick[1]]))
         chosen.append(pick or (0, 0))
         held = multiply(transpose(from_turns(step.turns)), rot)
-        _tell(conversion, step, held, AXES[k - 1])
-        step.axis = AXES[k - 1]
+        along = AXES[k - 1]
+        step.flipped = search.flip and node.turns_freely and dot(rotate(held, node.axis), along) < 0
+        _tell(conversion, step, held, _back(along) if step.flipped else along)
+        step.axis = along
         old.append(multiply(transpose(from_turns(step.after)), held) if step.after else held)
     return old
 
 
 def _last_turns(node: _Node, rot: Rot, search: _Search) -> tuple[tuple[Turn, ...], int]:
     """The turns before a joint that carries no other."""
-    least = _least(rotate(rot, node.axis), search.small)
+    least = search.least(rotate(rot, node.axis))
     found: tuple[tuple[Turn, ...], int] | None = None
     back = transpose(rot)
     for seen in AXES:
         across = _across(rotate(back, seen), node.axis, search.small)
         if across is not None:
-            for frame in _quarters(1, node.axis, across):
+            for frame in search.frames(node.axis, across):
                 way = search.fewest(multiply(rot, frame))
                 if found is None or len(way[0]) < len(found[0]):
                     found = way
@@ -370,6 +409,129 @@ def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
             f"joint '{step.joint.name}': its axis is {off:.1e} rad off a coordinate "
             "axis or plane of its body, and is taken to lie on it",
             joint=step.joint.name,
+        )
+
+
+# --- how few it could be ---
+
+
+#: Of so many best frames of what a body carries the bound keeps account.
+MOST_FRAMES = 150
+#: Of a body with more joints the bound looks at the number of directions only.
+MOST_JOINTS = 40
+
+
+class _Bound:
+    """How many turns no choice of frames can do without.
+
+    With u for a joint's direction in the frame before it, ``least(u)`` turns are needed; with one
+    turn more, about u itself, the frame behind can have any angle about u.  So the fewest turns
+    behind a frame are the sum, over the joints that its body carries, of
+
+        least(u) + best + missed,
+
+    where best is the same sum for the joint's own frame at its best angle, and missed is one if
+    ``least(u)`` turns reach no such angle.  This changes with a frame's angle only at a few
+    angles: where a u comes to a coordinate axis or plane, or where an axis of one of the best
+    frames of a joint behind does, so that fewer turns reach it.  These, and one other angle for
+    all others, are all to look at.
+
+    Where most angles are best, or too many to follow, missed is taken as zero; where a body
+    carries too many joints, all but three directions are taken to need one turn.  The turns before
+    a floating or planar joint that is not on the ground are not counted.  So the bound may be too
+    low, never too high.
+    """
+
+    def __init__(self, nodes: list[_Node], search: _Search, options: Options) -> None:
+        self._search = search
+        # frames made from directions that are nearly along one another have more rounding
+        coarse = msgspec.structs.replace(options, tolerance=10 * options.tolerance)
+        self._turns = _Search(coarse).turns
+        self._best: dict[int, int] = {}
+        self._where: dict[int, list[Rot]] = {}
+        """The frames at which a node's best is reached, if these are few."""
+        for node in reversed(nodes):
+            if node.turns_freely:
+                self._best[id(node)], self._where[id(node)] = self._about(node, node.axis)
+            elif node.kind == "floating":
+                self._best[id(node)] = self._floating(node)
+            elif node.kind == "planar":
+                self._best[id(node)] = self._behind(node, node.frames[0][0])
+            else:
+                self.turns = self._behind(node, IDENTITY)
+
+    def _behind(self, node: _Node, frame: Rot, *, missed: bool = True) -> int:
+        """The fewest turns behind a node, if its frame is this one; or without what is missed."""
+        back = transpose(frame)
+        count = 0
+        for child in node.children:
+            count += self._best[id(child)]
+            if child.turns_freely:
+                before = multiply(back, child.rot)
+                least = self._search.least(rotate(before, child.axis))
+                count += least
+                good = self._where[id(child)]
+                if missed and good:
+                    count += all(self._turns(multiply(before, one)) > least for one in good)
+        return count
+
+    def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
+        """The fewest behind a node, of all its frames with this axis; where, if at a few only."""
+        if not node.children:
+            return 0, []
+        small = self._search.small
+        found = _Directions(axis, small)
+        for child in node.children:
+            if not child.turns_freely:
+                continue
+            across = _across(rotate(child.rot, child.axis), axis, small)
+            if across is not None:
+                found.add(across)
+        # these multiply from joint to joint
+        inner = [(c, frame) for c in node.children for frame in self._where.get(id(c), ())]
+        exact = len(inner) <= MOST_FRAMES
+        for child, frame in inner if exact else ():
+            for i in range(3):
+                one = (frame[i], frame[i + 3], frame[i + 6])
+                across = _across(rotate(child.rot, one), axis, small)
+                if across is not None:
+                    found.add(across)
+        if len(node.children) > MOST_JOINTS:
+            return self._many(node), []
+        one_other = _across((0.3716, -0.7411, 0.5309), axis, small)
+        assert one_other is not None
+        elsewhere = self._behind(node, self._search.frames(axis, one_other)[0], missed=exact)
+        few = [frame for across in found.vectors for frame in self._search.frames(axis, across)]
+        counts = [self._behind(node, frame, missed=exact) for frame in few]
+        best = min([elsewhere, *counts])
+        if elsewhere == best or not exact:
+            return best, []
+        return best, [frame for frame, count in zip(few, counts, strict=True) if count == best]
+
+    def _many(self, node: _Node) -> int:
+        """No frame has more than three directions on its axes; all others take a turn each."""
+        lines: dict[tuple[float, ...], int] = {}
+        for child in node.children:
+            if child.turns_freely:
+                u = rotate(child.rot, child.axis)
+                key = tuple(round(c / (10 * max(self._search.small, 1e-10))) for c in u)
+                key = max(key, tuple(-c for c in key))
+                lines[key] = lines.get(key, 0) + 1
+        rest = sum(sorted(lines.values(), reverse=True)[3:])
+        return rest + sum(self._best[id(child)] for child in node.children)
+
+    def _floating(self, node: _Node) -> int:
+        """No turn behind the joint, one about an axis, or more.  These bring some u on a coordinate
+        axis, or none; then each takes a turn."""
+        own = [child for child in node.children if child.turns_freely]
+        if len(own) > MOST_JOINTS:
+            return min(self._behind(node, IDENTITY), 1 + self._many(node))
+        lines = dict.fromkeys(rotate(child.rot, child.axis) for child in own)
+        return min(
+            self._behind(node, IDENTITY),
+            *(1 + self._about(node, axis)[0] for axis in AXES),
+            *(2 + self._about(node, line)[0] for line in lines),
+            2 + len(own) + sum(self._best[id(child)] for child in node.children),
         )
 
 
@@ -399,12 +561,6 @@ class _Directions:
         return sorted(found, key=lambda pair: -pair[1])[:number]
 
 
-def _least(u: Vec, small: float) -> int:
-    """The fewest turns that bring a coordinate axis onto a direction."""
-    zeros = sum(abs(c) <= small for c in u)
-    return 2 - zeros if zeros < 2 else int(sum(u) < 0.0)
-
-
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
     """The direction of what of v is across the axis; None if v is along it."""
     for _ in range(2):  # the second time removes the rounding of the first, if v is nearly along
@@ -419,11 +575,14 @@ def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
 
 def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
     """The frames with axis k along ``axis`` and another axis on the line ``across`` it."""
-    x, y, z = across
-    u, v, w = cross(axis, across)
-    back, left = (-x, -y, -z), (-u, -v, -w)
-    pairs = ((across, (u, v, w)), ((u, v, w), back), (back, left), (left, across))
+    up = cross(axis, across)
+    back, left = _back(across), _back(up)
+    pairs = ((across, up), (up, back), (back, left), (left, across))
     return [_exchange(_columns(axis, one, two), k - 1) for one, two in pairs]
+
+
+def _back(v: Vec) -> Vec:
+    return (-v[0], -v[1], -v[2])
 
 
 def _columns(x: Vec, y: Vec, z: Vec) -> Rot:

@@ -31,7 +31,7 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
     comparison = compare(
-        conversion.robot,
+        conversion.robot.with_flipped(conversion.names.flipped),
         read(conversion.files[output], str(output), mechanics_only=True),
         {name: tuple(joints) for name, joints in conversion.names.coordinates.items()},
         frames=conversion.frames,

@@ -36,9 +36,9 @@ OURS = b"#VRML V2.0 utf8\n# made by urdf2mbs, sha256 "
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
-    up_axis: Literal["apply", "ignore"] = "apply"
-    """COLLADA's ``<up_axis>``: turn the mesh so that z is up, or, as RViz and Gazebo do,
-    leave it as it lies."""
+    up_axis: Literal["apply", "ignore"] = "ignore"
+    """COLLADA's ``<up_axis>``: leave the mesh as it lies, as RViz and Gazebo do, for which robots
+    are made; or turn it so that z is up."""
 
 
 class Look(msgspec.Struct, frozen=True):
@@ -248,10 +248,10 @@ def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[s
     if turned_up:
         conversion.warn(
             "mesh-up-axis",
-            f"{counted(len(turned_up), 'mesh')} turned so that z is up, as the COLLADA file says; "
+            f"{counted(len(turned_up), 'mesh')} turned so that z is up, as asked; "
             f"RViz and Gazebo draw them unturned: {some(turned_up)}",
             link=links[turned_up[0]][0],
-            hint="passes: {convert-meshes: {up_axis: ignore}} does as they do",
+            hint="leave out 'up_axis: apply' to do as they do",
         )
     if lost:
         named = (f"'{name}' (of {some(meshes, 3)})" for name, meshes in lost.items())

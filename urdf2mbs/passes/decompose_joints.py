@@ -34,6 +34,8 @@ def run(conversion: Conversion, options: NoOptions) -> None:
                     _name_apart(joint, taken)
             joints += step.joints
             _tell_axis(conversion, step)
+            if step.flipped:
+                conversion.names.flipped.append(step.joint.name)
         segment.body.joints = joints
 
 
@@ -55,7 +57,7 @@ def decompose(step: Step) -> None:
         else:
             types = (f"T{k}" if kind == "prismatic" else f"R{k}",)
     if len(types) == 1:
-        step.coordinates = [Joint(name, types[0])]
+        step.coordinates = [Joint(f"{name}_flipped" if step.flipped else name, types[0])]
     else:
         step.coordinates = [Joint(f"{name}_{type_}", type_) for type_ in types]
     there = [_driven(f"{name}_axis_R{k}", k, angle) for k, angle in turns]

@@ -19,8 +19,8 @@ from urdf2mbs.urdf.model import Box, Cylinder, Joint, Mesh
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
-    mbs, robot = conversion.mbs, conversion.robot
-    mbs.name = identifiers([robot.name])[0]
+    mbs = conversion.mbs
+    mbs.name = _name(conversion)
     mbs.base.name = conversion.ground.link
     mbs.bodies = mbs.depth_first()
     conversion.names.bodies, _ = rename(mbs)
@@ -37,9 +37,23 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         conversion.files[conversion.settings.output] = write(mbs)
     except ValueError as error:
         raise ConversionError(
-            "mbs-unwritable", f"robot '{robot.name}': {error}", file=robot.file,
+            "mbs-unwritable", f"robot '{conversion.robot.name}': {error}",
+            file=conversion.robot.file,
             hint="look for huge numbers in the URDF, and for what a plugin's pass has put in",
         ) from None  # fmt: skip
+
+
+def _name(conversion: Conversion) -> str:
+    """The file's own name: Robotran names the equations after it."""
+    stem = conversion.settings.output.stem
+    (name,) = identifiers([stem])
+    if name != stem:
+        conversion.note(
+            "mbs-name",
+            f"the model is called '{name}' in the .mbs, and so are its equations: the file's "
+            f"name '{stem}' cannot be one in a program",
+        )
+    return name
 
 
 def _frames(conversion: Conversion) -> dict[str, LinkFrame]:
@@ -147,10 +161,11 @@ def _tell_mimic(conversion: Conversion) -> None:
         for joint in body.joints
         if joint.nature == "independent"
     }
+    joints = conversion.robot.with_flipped(conversion.names.flipped).joints
     rules = [
         f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
         for name, names in conversion.names.coordinates.items()
-        if (mimic := conversion.robot.joints[name].mimic) is not None and free.issuperset(names)
+        if (mimic := joints[name].mimic) is not None and free.issuperset(names)
     ]
     if rules:
         conversion.warn(

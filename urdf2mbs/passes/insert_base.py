@@ -3,6 +3,10 @@
 "A proper MBS base element does not have any parent and does not have any inertial
 property": a root link with inertia gets a link without above it.  "The humanoid robots
 models are based on a floating base representation [...] a 6-DOF joint": T1 T2 T3 R1 R2 R3.
+
+Whether it floats is not in the URDF.  By ``auto`` it does if it can: if the root is not tied to
+the world, and has mass.  A floating root without mass is an arm's foot, and its mass matrix
+would be singular.
 """
 
 from __future__ import annotations
@@ -22,19 +26,23 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     asked = conversion.settings.base
 
     if floating is not None:
-        conversion.floating = False
-        why = f"joint '{floating}' already lets it float"
+        conversion.floating, conversion.base_reason = False, "own joint"
+        why = f"joint '{floating}' lets it float, so none is added"
     elif asked != "auto":
-        conversion.floating = asked == "floating"
+        conversion.floating, conversion.base_reason = asked == "floating", "as asked"
         why = "as asked for"
     elif "world" in welded:
-        conversion.floating = False
+        conversion.floating, conversion.base_reason = False, "world"
         why = f"root link '{root}' is " + ("called" if root == "world" else "welded to") + " world"
+    elif not any(_mass(robot.links[link]) for link in welded):
+        conversion.floating, conversion.base_reason = False, "massless root"
+        why = f"root link '{root}' has no mass, nor has what is fixed to it"
     else:
-        conversion.floating = True
-        why = f"nothing ties root link '{root}' to the world"
+        conversion.floating, conversion.base_reason = True, "free root"
+        why = f"nothing ties root link '{root}' to the world, and it has mass"
     kind = "floating" if conversion.floating else "fixed"
-    conversion.note("base", f"{kind} base: {why}", link=root)
+    said = why if floating is not None else f"{kind} base: {why}"
+    conversion.note("base", said, link=root)
 
     # a robot of one link without mass must have a body, too
     if conversion.floating or not robot.links[root].massless or not robot.joints:
@@ -49,6 +57,10 @@ def run(conversion: Conversion, options: NoOptions) -> None:
             links={ground: Link(ground), **robot.links},
             joints={joint.name: joint, **robot.joints},
         )
+
+
+def _mass(link: Link) -> float:
+    return 0.0 if link.inertial is None else link.inertial.mass
 
 
 def _welded_to(robot: Robot, root: str) -> tuple[set[str], str | None]:

@@ -1,0 +1,121 @@
+"""Singular mass matrices, against the rank of Pinocchio's."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from urdf2mbs.dynamics import to_pinocchio
+from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
+from urdf2mbs.mbs.singular import Singular, find_singular
+
+pin = pytest.importorskip("pinocchio")
+
+ROUND = st.sampled_from((0.0, 0.0, 0.5, -1.0))
+ANY = st.sampled_from((0.3, -0.7, 0.45))
+LENGTH = st.one_of(ROUND, ANY)
+ANGLE = st.sampled_from((0.0, pi / 2, -pi / 2, pi, 0.4, -1.1))
+KINDS = ("R1", "R2", "R3", "R1", "R2", "R3", "T1", "T2", "T3")
+
+
+@st.composite
+def bodies(draw: Any, index: int) -> Body:
+    point = None
+    parent = None if index == 0 else draw(st.integers(-1, index - 1))
+    if parent is not None:
+        point = None if parent < 0 else draw(st.sampled_from((None, "p")))
+        parent = None if parent < 0 else f"b{parent}"
+    joints = []
+    for number in range(draw(st.sampled_from((1, 1, 1, 2, 3)))):
+        kind = draw(st.sampled_from(KINDS))
+        driven = draw(st.sampled_from((False, False, True)))
+        value = draw(ANGLE) if driven else None
+        joints.append(
+            Joint(f"j{index}_{number}", kind, "driven" if driven else "independent", value)
+        )
+    body = Body(f"b{index}", parent, point, joints)
+    body.points = [Point("p", (draw(LENGTH), draw(LENGTH), draw(LENGTH)))]
+    kind = draw(st.sampled_from(("none", "none", "point", "point", "rod", "solid", "spin")))
+    if kind != "none":
+        body.com = (draw(LENGTH), draw(LENGTH), draw(LENGTH))
+        if kind != "spin":  # inertia without mass
+            body.mass = draw(st.sampled_from((1.0, 3.0)))
+        moments = {"point": (0, 0, 0), "rod": (0, 1, 1), "solid": (1, 2, 2.5), "spin": (1, 0, 0)}
+        turn = _turn(draw(ANGLE), draw(ANGLE))
+        tensor = turn @ np.diag(moments[kind]) @ turn.T
+        xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
+        body.inertia = (xx, xy, xz, yy, yz, zz)
+    return body
+
+
+def _turn(a: float, b: float) -> Any:
+    one = pin.AngleAxis(a, np.array([0.0, 0.0, 1.0])).toRotationMatrix()
+    return one @ pin.AngleAxis(b, np.array([1.0, 0.0, 0.0])).toRotationMatrix()
+
+
+@st.composite
+def trees(draw: Any) -> Mbs:
+    mbs = Mbs("tree", bodies=[draw(bodies(i)) for i in range(draw(st.integers(1, 5)))])
+    mbs.bodies = mbs.depth_first()  # Pinocchio's crba is wrong for any other order
+    return mbs
+
+
+def mass_matrix(model: Any, q: Any) -> Any:
+    matrix = pin.crba(model, model.createData(), q, pin.Convention.WORLD)
+    return np.triu(matrix) + np.triu(matrix, 1).T
+
+
+def smallest(matrix: Any) -> float:
+    """The smallest eigenvalue, each joint on its own scale; 0 where one has no inertia at all."""
+    if not len(matrix):
+        return 1.0
+    scale = np.sqrt(np.abs(np.diag(matrix)))
+    if scale.min() <= 1e-7:  # masses and lengths are around one
+        return 0.0
+    return float(np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0])
+
+
+def exactly(mbs: Mbs) -> list[Singular]:
+    return [one for one in find_singular(mbs) if not one.nearly]
+
+
+def least(mbs: Mbs) -> tuple[float, float]:
+    """The same of an .mbs: the largest of some random positions, and at the initial one."""
+    model = to_pinocchio(mbs)
+    random = np.random.default_rng(7)
+    anywhere = max(smallest(mass_matrix(model, random.uniform(-2, 2, model.nq))) for _ in range(6))
+    return anywhere, smallest(mass_matrix(model, np.zeros(model.nq)))
+
+
+ZERO_BELOW, ABOVE = 1e-11, 1e-9
+
+
+@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(trees())
+def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
+    found = exactly(mbs)
+    anywhere, initially = least(mbs)
+    for smallest, singular in (
+        (anywhere, any(one.always for one in found)),
+        (initially, bool(found)),
+    ):
+        assert smallest < ZERO_BELOW or smallest > ABOVE  # else the truth itself is not clear
+        assert singular == (smallest < ZERO_BELOW), smallest
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(trees())
+def test_locking_the_joints_that_are_found_makes_it_regular(mbs: Mbs) -> None:
+    found = exactly(mbs)
+    locked = {one.joint for one in found if one.always}
+    for number, name in enumerate(mbs.numbers()):
+        joint = next(j for body in mbs.bodies for j in body.joints if j.name == name)
+        if name in locked:  # at no special position
+            joint.nature, joint.q = "driven", 0.7 + 0.37 * number
+    assert not any(one.always for one in exactly(mbs))
+    assert least(mbs)[0] > ABOVE

@@ -1,0 +1,151 @@
+"""What is said of models that cannot be solved, and which base ``auto`` takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from conftest import SHARED
+from proving import SOLID, joint, link, robot
+from robots import CONVERTIBLE
+
+from urdf2mbs import convert
+from urdf2mbs.dynamics import to_pinocchio
+from urdf2mbs.testing import convert_text
+
+if TYPE_CHECKING:
+    from robots import RealRobot
+
+    from urdf2mbs import Result
+
+ODD = SHARED / "odd-robots" / "17_massless_root_floats.urdf"
+POINT = '<inertial><origin xyz="0 0 0.2"/><mass value="2"/></inertial>'
+ROD = (
+    '<inertial><origin xyz="0 0 0.2"/><mass value="2"/>'
+    '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0"/></inertial>'
+)
+ASIDE = POINT.replace('"0 0 0.2"', '"0.3 0 0.2"')
+
+
+def told(result: Result) -> list[tuple[str, str]]:
+    return [
+        (found.code, found.message.partition(": ")[2])
+        for found in result.diagnostics
+        if found.code.startswith("singular")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (robot(link("a"), link("b", POINT), joint("a", "b")),
+         [("singular", "joint 'a_to_b' turns about an axis about which nothing has inertia")]),
+        (robot(link("a"), link("b", ROD), joint("a", "b")),
+         [("singular", "joint 'a_to_b' turns about an axis about which nothing has inertia")]),
+        (robot(link("a"), link("b", ROD), joint("a", "b", axis="1 0 0")), []),
+        (robot(link("a"), link("b", ASIDE), joint("a", "b")), []),
+        (robot(link("a"), link("b"), link("c", SOLID), joint("a", "b"),
+               joint("b", "c", xyz="0 0 1")),
+         [("singular", "joint 'a_to_b' can move together with 'b_to_c' so that nothing that has "
+                       "mass moves")]),
+        (robot(link("a"), link("b"), link("c", SOLID), joint("a", "b"),
+               joint("b", "c", rpy="1.5708 0 0", axis="0 1 0")),
+         [("singular", "joint 'a_to_b' can move together with 'b_to_c' so that nothing that has "
+                       "mass moves")]),
+        (robot(link("a"), link("b"), link("c"), link("d", ASIDE.replace("0.3 0 0.2", "1 0 0")),
+               joint("a", "b"), joint("b", "c", xyz="1 0 0"), joint("c", "d", axis="0 1 0")),
+         [("singular-at-start", "joint 'a_to_b' can move together with 'b_to_c' so that nothing "
+                                "that has mass moves")]),
+    ],
+    ids=["point", "rod", "rod-across", "point-aside", "same-axis", "same-axis-rounded",
+         "stretched"],
+)  # fmt: skip
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_the_joint_and_the_reason_are_named(text: str, expected: Any, pipeline: str) -> None:
+    assert told(convert_text(text, base="fixed", pipeline=pipeline)) == expected
+
+
+def test_what_moves_nothing_is_told_once_for_all_such_joints() -> None:
+    tips = [f"t{number}" for number in range(7)]
+    text = robot(link("a", SOLID), *(link(tip) for tip in tips), *(joint("a", tip) for tip in tips))
+    assert told(convert_text(text)) == []
+    result = convert_text(text, options={"prune-massless": {"keep": ["*"]}})
+    assert told(result) == [
+        ("singular", "each of the 7 joints 'a_to_t0', 'a_to_t1', 'a_to_t2', 'a_to_t3', 'a_to_t4', "
+         "... moves nothing that has mass")
+    ]  # fmt: skip
+    assert [found["urdf_joint"] for found in result.report.passes["singular"]] == [
+        f"a_to_{tip}" for tip in tips
+    ]
+
+
+def test_a_light_finger_on_a_heavy_crane_is_not_singular() -> None:
+    light = SOLID.replace('"2"', '"2e-9"')
+    for number in ("0.03", "0.001", "-0.002", "0.04", "0.003", "0.05"):
+        light = light.replace(f'="{number}"', f'="{number}e-9"')
+    text = robot(
+        link("a"), link("crane", SOLID.replace('"2"', '"2e5"')), link("finger", light),
+        joint("a", "crane"), joint("crane", "finger", xyz="30 0 0"),
+    )  # fmt: skip
+    assert told(convert_text(text)) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "base", "reason"),
+    [
+        (robot(link("a", SOLID)), "floating", "free root"),
+        (robot(link("a"), link("b", SOLID), joint("a", "b", "fixed")), "floating", "free root"),
+        (robot(link("a"), link("b", SOLID), joint("a", "b")), "fixed", "massless root"),
+        (robot(link("world"), link("b", SOLID), joint("world", "b")), "fixed", "world"),
+        (robot(link("a"), link("b", SOLID), joint("a", "b", "floating")), "floating", "own joint"),
+    ],
+)
+def test_auto_floats_only_a_root_with_mass(text: str, base: str, reason: str) -> None:
+    report = convert_text(text).report
+    assert (report.base, report.base_reason) == (base, reason)
+
+
+@pytest.mark.skipif(not ODD.is_file(), reason="there are no odd robots beside the checkout")
+def test_a_massless_root_floats_only_if_asked_to() -> None:
+    assert convert(ODD).report.base == "fixed"
+    assert told(convert(ODD)) == []
+    assert told(convert(ODD, base="floating")) == [
+        ("singular", "joint 'floating_base' can move together with 'j1' so that nothing that has "
+         "mass moves")
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("base", ["floating", "fixed"])
+@pytest.mark.parametrize("real", CONVERTIBLE)
+def test_real_robots_are_singular_where_pinocchio_says_so(real: RealRobot, base: str) -> None:
+    pytest.importorskip("pinocchio")
+    keep = {"prune-massless": {"keep": ["*"]}}
+    if base == "fixed" and real.name.endswith("01-myfirst"):
+        pytest.skip("one link without mass: nothing is left")
+    result = real.convert(base=base, pipeline="compact", options=keep)
+    singular = result.report.passes["singular"]
+    always, initially = least(result)
+    assert always > 1e-6 or always < 1e-12
+    assert initially > 1e-6 or initially < 1e-12
+    assert any(found["always"] for found in singular) == (always < 1e-12)
+    assert bool(singular) == (initially < 1e-12)
+
+
+def least(result: Result) -> tuple[float, float]:
+    """The smallest eigenvalue of the mass matrix, each joint on its own scale: the largest found
+    at some random positions, and that at zero."""
+    import pinocchio as pin
+
+    model = to_pinocchio(result.mbs)
+    if not model.nv:
+        return 1.0, 1.0
+    random = np.random.default_rng(7)
+    found = []
+    for q in (np.zeros(model.nq), *(random.uniform(-2, 2, model.nq) for _ in range(2))):
+        matrix = pin.crba(model, model.createData(), q, pin.Convention.WORLD)
+        matrix = np.triu(matrix) + np.triu(matrix, 1).T
+        scale = np.sqrt(np.diag(matrix))
+        regular = scale.min() > 0
+        found.append(np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0] if regular else 0.0)
+    return float(max(found[1:])), float(found[0])
