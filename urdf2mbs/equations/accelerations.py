@@ -12,10 +12,20 @@ from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.tree import Tree
 
 
+class Massless(Exception):  # noqa: N818
+    """No matter moves with an independent joint."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
 def accelerations(bodies: Tree, composites: Tree) -> dict[int, Expr]:
     """qdd of the independent joints by joint number, for the joint forces ``Qq``.
 
     Both trees are of one graph: one for the forces, one for the mass matrix.
+
+    Raises Massless.
     """
     graph = bodies.graph
     driven = [f.number for f in bodies.frames[1:] if f.joint.nature == "driven"]
@@ -25,6 +35,8 @@ def accelerations(bodies: Tree, composites: Tree) -> dict[int, Expr]:
     before = {k: _before(bodies, k) for k in free}
     factor, inverse = dict[tuple[int, int], Expr](), dict[int, Expr]()
     for k in reversed(free):
+        if not matrix.get((k, k)):
+            raise Massless(k)
         inverse[k] = graph.div(1, matrix[k, k])
         for i in before[k]:
             shared = matrix.get((i, k), 0)

@@ -59,7 +59,8 @@ _MOTION = (
 USER = {
     "ExtForces": f"double *USER(ExtForces)({_MOTION});",
     "Link3DForces": f"double *USER(Link3DForces)({_MOTION});",
-    "LinkForces": "double USER(LinkForces)(double Z, double Zd, MbsData *s, double tsim, int ilnk);",
+    "LinkForces": "double USER(LinkForces)(double Z, double Zd, MbsData *s, double tsim, "
+    "int ilnk);",
     "JointForces": "double *USER(JointForces)(MbsData *s, double tsim);",
     "DrivenJoints": "void USER(DrivenJoints)(MbsData *s, double tsim);",
 }

@@ -58,9 +58,7 @@ def _both(tree: Tree, cut: Connection) -> tuple[Motion, Motion]:
 
 
 def _difference(tree: Tree, one: dict[int, Vector], two: dict[int, Vector]) -> dict[int, Vector]:
-    return {
-        k: tree.minus(two.get(k, NONE), one.get(k, NONE)) for k in sorted({*one, *two})
-    }
+    return {k: tree.minus(two.get(k, NONE), one.get(k, NONE)) for k in sorted({*one, *two})}
 
 
 def _rod(tree: Tree, one: Motion, two: Motion, length: Expr) -> Constraint:

@@ -178,37 +178,30 @@ def _matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
     With constants folded, what lies on the axis of a turn is counted in the frame before it:
     a mass at the origin, a first and a second moment along the axis.
     """
-    graph, frames = tree.graph, tree.frames
+    add, mul = tree.graph.add, tree.graph.mul
     mass: list[Expr] = []
     first: list[Vector] = []
     second: list[Matrix] = []
-    for frame in frames:
-        m, c, s = tree.mass(frame), tree.centre(frame), _second_moment(tree, frame)
-        h = tree.times(m, c) if m else NONE
+    for frame in tree.frames:
+        m, c, about = tree.mass(frame), tree.centre(frame), _second_moment(tree, frame)
+        h = tree.times(m, c)
         mass.append(m)
         first.append(h)
-        second.append([[graph.add(s[i][j], graph.mul(h[i], c[j])) for j in range(3)] for i in range(3)])
-    if tree.fold:
-        for frame in reversed(frames[1:]):
-            k, axis, parent, offset = frame.number, frame.axis, frame.parent, frame.offset
-            if not frame.turns:
-                continue
-            m, h, s = mass[k], first[k][axis], second[k][axis][axis]
-            line = along(axis, 1)
-            there = tree.times(m, offset)
-            mixed = tree.plus(there, tree.times(h, line))
-            mass[parent] = graph.add(mass[parent], m)
-            first[parent] = tree.plus(first[parent], mixed)
-            ends = ((offset, there), (line, tree.times(h, offset)), (offset, tree.times(h, line)),
-                    (line, tree.times(s, line)))
-            for a, b in ends:
-                product = [[graph.mul(x, y) for y in b] for x in a]
-                second[parent] = _sum(tree, second[parent], product)
-            mass[k] = 0
-            rest = list(first[k])
-            rest[axis] = 0
-            first[k] = (rest[0], rest[1], rest[2])
-            second[k][axis][axis] = 0
+        second.append([[add(about[i][j], mul(h[i], c[j])) for j in range(3)] for i in range(3)])
+    for frame in reversed(tree.frames[1:]) if tree.fold else ():
+        if not frame.turns:
+            continue
+        k, parent, p, e = frame.number, frame.parent, frame.offset, along(frame.axis, 1)
+        m, line, own = mass[k], first[k][frame.axis], second[k][frame.axis][frame.axis]
+        mass[parent] = add(mass[parent], m)
+        moment = tree.plus(tree.times(m, p), tree.times(line, e))
+        first[parent] = tree.plus(first[parent], moment)
+        for v, w in ((p, moment), (e, tree.plus(tree.times(line, p), tree.times(own, e)))):
+            product = [[mul(x, y) for y in w] for x in v]
+            second[parent] = _sum(tree, second[parent], product)
+        mass[k] = 0
+        first[k] = tree.minus(first[k], tree.times(line, e))
+        second[k][frame.axis][frame.axis] = 0
     return mass, first, second
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from hashlib import sha256
+from pathlib import Path
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.equations import c, python
-from urdf2mbs.equations.accelerations import accelerations
+from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.constraints import constraints
 from urdf2mbs.equations.dynamics import forces, mass_matrix
 from urdf2mbs.equations.forces import extforces, links, links3d
@@ -34,6 +35,22 @@ class Equations:
     """Functions that are not generated, and why."""
     fixed: list[tuple[int, str, float]] = field(default_factory=list)
     """Joints that never move: number, name, and the position (rad, m) taken for constant."""
+
+
+#: The first words of every file.
+MARK = "Written by urdf2mbs from"
+
+
+def not_ours(folder: Path, made: Equations) -> None:
+    """Raise ConfigError if a file to be written is there, and another program's."""
+    for name in made.files:
+        path = folder / name
+        if path.is_file() and MARK.encode() not in path.read_bytes()[:100]:
+            raise ConfigError(
+                "equations-not-ours",
+                f"'{path}' was not written by urdf2mbs",
+                hint="move it away, or write into another folder",
+            )
 
 
 def equations(
@@ -76,7 +93,7 @@ def equations(
         if isinstance(made, Refused):
             out.left_out[name] = made.why
         text, out.counts[name] = writer.function(name, made)
-        head = _header(mbs, name, file, checksum, fold, out, made)
+        head = _header(mbs, name, Path(file).name, checksum, fold, out, made)
         mark = "//" if language == "c" else "#"
         lines = "".join(f"{mark} {line}".rstrip() + "\n" for line in head)
         suffix = "c" if language == "c" else "py"
@@ -89,7 +106,7 @@ def _header(
 ) -> list[str]:
     count = out.counts[name]
     lines = [
-        f"Written by urdf2mbs from {file}. Do not edit: generate again.",
+        f"{MARK} {file}. Do not edit: generate again.",
         f"sha256 of the .mbs: {checksum}",
         f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
     ]
@@ -150,8 +167,13 @@ class _Maker:
         tree = self.tree()
         if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
             return loops(tree)
+        try:
+            found = accelerations(tree, self.tree(tree))
+        except Massless as error:
+            joint = tree.frames[error.number].joint.name
+            return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
         routine = Routine(tree.graph)
-        for k, value in accelerations(tree, self.tree(tree)).items():
+        for k, value in found.items():
             routine.store(f"s.qdd[{k}]", value)
         return routine
 
@@ -219,16 +241,16 @@ def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:
         ("A", "Acc", at.acceleration), ("OMP", "Omp", at.spin_rate),
     ):  # fmt: skip
         if measure in measures:
-            for k in range(3):
-                routine.store(f"sens.{name}[{k + 1}]", vector[k])
+            for k, value in enumerate(vector, start=1):
+                routine.store(f"sens.{name}[{k}]", value)
     if "Rot" in measures:
-        for row in range(3):
-            for column in range(3):
-                routine.store(f"sens.R[{row + 1}][{column + 1}]", at.axes[row][column])
+        for row, axis in enumerate(at.axes, start=1):
+            for k, value in enumerate(axis, start=1):
+                routine.store(f"sens.R[{row}][{k}]", value)
     if "Jac" in measures:
         for first, columns in ((1, at.linear), (4, at.angular)):
             for joint, column in columns.items():
-                for k in range(3):
-                    if column[k]:
-                        routine.store(f"sens.J[{first + k}][{joint}]", column[k])
+                for row, value in enumerate(column, start=first):
+                    if value:
+                        routine.store(f"sens.J[{row}][{joint}]", value)
     return routine

@@ -200,4 +200,3 @@ def _relative(tree: Tree, one: tuple[int, Vector], two: tuple[int, Vector]) -> M
         (x, y, z), into(tree, a.axes, p), into(tree, a.axes, v), into(tree, a.axes, w),
         into(tree, a.axes, seen), into(tree, a.axes, rate),
     )  # fmt: skip
-

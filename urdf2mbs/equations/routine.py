@@ -8,7 +8,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from urdf2mbs.equations.graph import ADD, CONST, COS, DIV, INPUT, MUL, SIN, SQRT, SYMBOL, Expr, Graph
+from urdf2mbs.equations.graph import (
+    ADD,
+    CONST,
+    COS,
+    DIV,
+    INPUT,
+    MUL,
+    SIN,
+    SQRT,
+    SYMBOL,
+    Expr,
+    Graph,
+)
 
 #: No expression is longer than this many characters; what would be is a variable.
 LONGEST = 72
@@ -208,8 +220,7 @@ class _Writer:
         return f"({self._join(node, True)})" if len(self.terms[node]) > 1 else self._single(node)
 
     def _single(self, node: int) -> str:
-        (_, text), = self.terms[node]
-        return text
+        return self.terms[node][0][1]
 
     def _divisor(self, node: int) -> str:
         text = self._factor(node)

@@ -13,8 +13,7 @@ from math import inf
 
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.tree import Frame, Tree, Vector, along
-
-XYZ = tuple[float, float, float]
+from urdf2mbs.spatial import Vec
 
 #: So many places are considered for each frame.
 MOST = 4
@@ -29,7 +28,7 @@ COLUMN = 4
 def slide(tree: Tree, *, columns: bool) -> None:
     """Put each frame where it costs least: in the forces, or in the columns of the matrix."""
     frames = tree.frames
-    places = [_Places(tree, frame) for frame in frames]
+    places = [_Places(frame) for frame in frames]
     behind = [1] * len(frames)
     for frame in reversed(frames[1:]):
         behind[frame.parent] += behind[frame.number]
@@ -50,11 +49,11 @@ def slide(tree: Tree, *, columns: bool) -> None:
 class _Places:
     """The places considered for one frame, as expressions and as numbers."""
 
-    def __init__(self, tree: Tree, frame: Frame) -> None:
+    def __init__(self, frame: Frame) -> None:
         self.slides: list[Vector] = [(0, 0, 0)]
-        self.values: list[XYZ] = [(0.0, 0.0, 0.0)]
-        self.start = _start(tree, frame)
-        self.centre: XYZ | None = None
+        self.values: list[Vec] = [(0.0, 0.0, 0.0)]
+        self.start = frame.at
+        self.centre: Vec | None = None
         if frame.body is not None and frame.body.mass:
             self.centre = frame.body.com or (0.0, 0.0, 0.0)
         self.price = [0.0]
@@ -113,14 +112,3 @@ class _Places:
                     lowest, best = total, j
             self.price[i] += lowest
             child.best.append(best)
-
-
-def _start(tree: Tree, frame: Frame) -> XYZ:
-    before = tree.frames[frame.parent]
-    if not frame.number or not any(frame.start):
-        return (0.0, 0.0, 0.0)
-    body = next(
-        body for body in tree.mbs.bodies if body.joints and body.joints[0] is frame.joint
-    )
-    del before
-    return tree.coordinates[body.parent, body.point]

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.spatial import ZERO, Vec
 
 #: Three expressions; most often the coordinates of a vector.
 Vector = tuple[Expr, Expr, Expr]
@@ -38,8 +39,10 @@ class Frame:
     cos: Expr
     start: Vector
     """Where the joint's chain goes on in the frame before it (m): a point, or nothing."""
+    at: Vec
+    """The same as numbers."""
     offset: Vector = NONE
-    """The same and the joint's own shift by q: where the frame behind it is (m)."""
+    """``start`` and the joint's own shift by q: where the frame behind it is (m)."""
     slide: Vector = NONE
     """How far the frame stands from where the file has it, in its own axes (m)."""
     body: Body | None = None
@@ -73,21 +76,23 @@ class Tree:
             (owner, point.name): point.coordinates for owner, points in owners for point in points
         }
         ground = Joint("", "T1")
-        self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE)]
+        self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE, ZERO)]
         for body in mbs.bodies:
             parent = self.last[body.parent]
-            offset = self.point(body.parent, body.point)
+            start, at = self.point(body.parent, body.point), ZERO
+            if body.point is not None:
+                at = self.coordinates[body.parent, body.point]
             for joint in body.joints:
                 number = len(self.frames)
                 q, qd, qdd = self._motion(joint, number, keep_turns)
                 axis, turns = int(joint.type[1]) - 1, joint.type[0] == "R"
                 sine, cosine = (graph.sin(q), graph.cos(q)) if turns else (0, 1)
                 self.frames.append(
-                    Frame(number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, offset)
+                    Frame(number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at)
                 )
                 self.put(self.frames[number], NONE)
                 self.frames[parent].children.append(number)
-                parent, offset = number, NONE
+                parent, start, at = number, NONE, ZERO
             self.last[body.name] = parent
             self.frames[parent].body = body
 

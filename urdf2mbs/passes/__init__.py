@@ -11,6 +11,7 @@ from urdf2mbs.passes import (
     convert_visuals,
     decompose_joints,
     emit,
+    equations,
     estimate_inertia,
     expand,
     insert_base,
@@ -40,4 +41,5 @@ def urdf2mbs_passes() -> list[Pass]:
         layout.PASS,
         emit.PASS,
         check.PASS,
+        equations.PASS,
     ]
