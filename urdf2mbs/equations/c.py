@@ -404,10 +404,13 @@ def _declared(call: Call) -> list[str]:
 def _body(
     lines: list[Statement], takes: dict[str, int] | None = None, gives: dict[str, int] | None = None
 ) -> str:
-    gives = gives or {}
+    takes, gives = dict(takes or {}), gives or {}
     out = [f"    double {'**' if a in TABLES else '*'}{a} = s->{a};" for a in arrays(lines)]
-    out += [f"    const double {name} = w[{place}];" for name, place in (takes or {}).items()]
     for line in lines:
+        # as late as can be: each is one register less
+        for name in dict.fromkeys(line.uses):
+            if name in takes:
+                out.append(f"    const double {name} = w[{takes.pop(name)}];")
         if line.call is not None:
             call = line.call
             name = call.function.removeprefix("user_")

@@ -309,11 +309,12 @@ class Truth:
         self.mbs = mbs
         self.model = model = pin.Model()
         model.gravity = pin.Motion(np.array(mbs.base.gravity), np.zeros(3))
-        self.ids: list[int] = [0]
+        numbers = mbs.numbers()
+        self.ids: list[int] = [0] * (len(numbers) + 1)
         self.joint_of: dict[str | None, int] = {None: 0}
         """The pinocchio joint that moves each body."""
         points = {(None, point.name): np.array(point.coordinates) for point in mbs.base.points}
-        for body in mbs.bodies:
+        for body in mbs.depth_first():  # pinocchio's mass matrix wants this order
             at = self.joint_of[body.parent]
             place = points.get((body.parent, body.point), np.zeros(3))
             for joint in body.joints:
@@ -321,7 +322,7 @@ class Truth:
                 kind = kind[0] + "XYZ"[int(kind[1]) - 1]
                 make = getattr(pin, f"JointModel{kind}")
                 at = model.addJoint(at, make(), pin.SE3(np.eye(3), place), joint.name)
-                self.ids.append(at)
+                self.ids[numbers[joint.name]] = at
                 place = np.zeros(3)
             self.joint_of[body.name] = at
             for point in body.points:
