@@ -160,3 +160,174 @@ def test_constraints_by_differentiation(mbs: Mbs, data: st.DataObject) -> None:
                 assert np.abs(h[at_ : at_ + n] - wanted[by : by + n]).max() <= 1e-12
                 at_, by = at_ + n, by + n
             del cut
+
+
+def spread(s: Data, wrenches: list[tuple[str | None, Array, Array, Array]], truth: Truth) -> None:
+    """Put forces and torques (ground axes) at points (ground axes) on bodies, as frc and trq."""
+    s.frc[:], s.trq[:] = 0.0, 0.0
+    bodies = {body.name: body for body in truth.mbs.bodies}
+    for name, force, torque, at in wrenches:
+        if name is None:
+            continue
+        number = truth.ids.index(truth.joint_of[name])
+        centre = truth.sensor(s, number, np.array(bodies[name].com or (0.0, 0.0, 0.0)))
+        turn = centre.R[1:, 1:]
+        s.frc[1:, number] += turn @ force
+        s.trq[1:, number] += turn @ (torque + np.cross(at - centre.P[1:], force))
+
+
+@settings(slow, max_examples=6)
+@given(trees(3), st.data())
+def test_links_and_external_forces(mbs: Mbs, data: st.DataObject) -> None:
+    """In Python, and the first time also in C."""
+    ends = st.tuples(st.sampled_from([None, *(body.name for body in mbs.bodies)]), st.just("Q"))
+    mbs.base.points.append(Point("Q", (3.0, 2.0, 1.0)))
+    for i, kind in enumerate(["link", "link", "link3D"]):
+        one = data.draw(ends)
+        two = data.draw(ends.filter(lambda end: end[0] != one[0]))
+        mbs.links.append(Connection(kind, f"l{i}", one, two))
+    forced = [mbs.bodies[0], mbs.bodies[-1]]
+    for i, body in enumerate(forced):
+        body.points[0].extforce = Sensor(f"f{i}", SIGNALS)
+    truth = Truth(mbs)
+    for c in (False, True)[: 1 + (len(mbs.bodies) == 2)]:
+        eq, s = written(mbs, c=c), random_state(mbs, np.random.default_rng(6), loads=False)
+        told: list[tuple[Array, ...]] = []
+
+        def push(p: Array, r: Array, v: Array, om: Array, a: Array, omp: Array, *rest: Any) -> Array:
+            i, told_ = rest[-1], told
+            told_.append(tuple(np.array(x) for x in (p, r, v, om, a, omp)))
+            out = np.zeros(10)
+            out[1:7] = np.arange(1.0, 7.0) * i
+            out[7:] = [0.1, -0.2, 0.3]
+            return out
+
+        s.user_ExtForces = s.user_Link3DForces = push
+        s.user_LinkForces = lambda z, zd, *_: 3.0 * z + 2.0 * zd
+        eq.loads(s, "extforces")
+        wrenches = []
+        for i, body in enumerate(forced, start=1):
+            at = place(truth, s, (body.name, "P"))
+            for found, name in zip(told[i - 1], ("P", "R", "V", "OM", "A", "OMP"), strict=True):
+                assert error(found, getattr(at, name)) <= TOLERANCE
+            own = place(truth, s, (body.name, None))
+            point = own.P[1:] + own.R[1:, 1:].T @ [0.1, -0.2, 0.3]
+            wrenches.append((body.name, np.array([1.0, 2, 3]) * i, np.array([4.0, 5, 6]) * i, point))
+        found = np.array([s.frc, s.trq])
+        spread(s, wrenches, truth)
+        assert error(found, np.array([s.frc, s.trq])) <= TOLERANCE
+
+        s.frc[:], s.trq[:], wrenches = 0.0, 0.0, []
+        eq.loads(s, "link")
+        for number, link in enumerate([one for one in mbs.links if one.kind == "link"], start=1):
+            one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
+            d, v = two.P[1:] - one.P[1:], two.V[1:] - one.V[1:]
+            z = np.linalg.norm(d)
+            zd = d @ v / z
+            assert error(s.Z[number : number + 1], np.array([z])) <= TOLERANCE
+            assert abs(s.Zd[number] - zd) <= TOLERANCE * (1 + np.abs(v).max())
+            pull = (3 * z + 2 * zd) * d / z
+            wrenches.append((link.endpoint1[0], pull, np.zeros(3), one.P[1:]))
+            wrenches.append((link.endpoint2[0], -pull, np.zeros(3), two.P[1:]))
+        found = np.array([s.frc, s.trq])
+        spread(s, wrenches, truth)
+        assert error(found, np.array([s.frc, s.trq])) <= 10 * TOLERANCE
+
+        s.frc[:], s.trq[:] = 0.0, 0.0
+        told.clear()
+        eq.loads(s, "link3D")
+        link = mbs.links[-1]
+        one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
+        turn, d = one.R[1:, 1:], two.P[1:] - one.P[1:]
+        w, v = one.OM[1:], two.V[1:] - one.V[1:]
+        seen = v - np.cross(w, d)
+        a = two.A[1:] - one.A[1:] - np.cross(one.OMP[1:], d) - np.cross(w, np.cross(w, d))
+        rate = two.OMP[1:] - one.OMP[1:] - np.cross(w, two.OM[1:] - w)
+        for x, y in ((0, d), (2, seen), (3, two.OM[1:] - w), (4, a - 2 * np.cross(w, seen)), (5, rate)):
+            assert error(told[0][x][1:], turn @ y) <= 10 * TOLERANCE or np.abs(y).max() < 1e-9
+        assert error(told[0][1][1:, 1:], two.R[1:, 1:] @ turn.T) <= TOLERANCE
+        found = np.array([s.frc, s.trq])
+        force, torque = turn.T @ [1.0, 2, 3], turn.T @ [4.0, 5, 6]
+        spread(s, [(link.endpoint1[0], force, torque, two.P[1:]),
+                   (link.endpoint2[0], -force, -torque, two.P[1:])], truth)  # fmt: skip
+        assert error(found, np.array([s.frc, s.trq])) <= 10 * TOLERANCE
+
+
+def four_bar() -> Mbs:
+    """Three bars in a row; a rod holds the end to the ground."""
+    bar = (0.01, 0.0, 0.0, 0.02, 0.0, 0.02)
+    mbs = Mbs("bars")
+    mbs.base.points = [Point("far", (1.2, 0.0, 0.1))]
+    for i, nature in enumerate(["independent", "independent", "dependent"]):
+        parent = f"bar{i - 1}" if i else None
+        mbs.bodies.append(
+            Body(f"bar{i}", parent, "end" if i else None, [Joint(f"j{i}", "R2", nature)],
+                 1.0, (0.25, 0.0, 0.05), bar, [Point("end", (0.5, 0.0, 0.0))])
+        )  # fmt: skip
+    mbs.bodies[-1].joints[0].q = 0.4
+    mbs.cuts = [Connection("rod", "rod", ("bar2", "end"), (None, "far"), 0.3)]
+    return mbs
+
+
+def energy(truth: Truth, s: Data) -> float:
+    rates = s.qd[1:]
+    low = 0.0
+    for body in truth.mbs.bodies:
+        joint = truth.ids.index(truth.joint_of[body.name])
+        centre = truth.sensor(s, joint, np.array(body.com or (0.0, 0.0, 0.0)))
+        low -= (body.mass or 0.0) * float(s.g[1:] @ centre.P[1:])
+    return float(0.5 * rates @ truth.matrix(s) @ rates) + low
+
+
+def fall(eq: PythonEquations, s: Data, free: list[int], steps: int, dt: float) -> None:
+    """Runge-Kutta of fourth order over the independent joints."""
+
+    def slope(y: Array) -> Array:
+        s.q[free], s.qd[free] = np.split(y, 2)
+        assert eq.accelred(s) == 0
+        return np.concatenate([s.qd[free], s.qdd[free]])
+
+    y = np.concatenate([s.q[free], s.qd[free]])
+    for _ in range(steps):
+        k1 = slope(y)
+        k2 = slope(y + dt / 2 * k1)
+        k3 = slope(y + dt / 2 * k2)
+        y = y + dt / 6 * (k1 + 2 * k2 + 2 * k3 + slope(y + dt * k3))
+    slope(y)
+
+
+def test_a_loop_keeps_its_length_and_its_energy() -> None:
+    mbs = four_bar()
+    for c in (False, True):
+        eq, truth, s = written(mbs, c=c), Truth(mbs), Data(mbs)
+        s.q[1:3] = 0.2, 0.3
+        fall(eq, s, [1, 2], 0, 0.0)  # closes the loop
+        before = energy(truth, s)
+        fall(eq, s, [1, 2], 100, 1e-3)
+        assert np.abs(s.qd[1:]).max() > 0.5
+        assert abs(eq.constraints(s, 1)[0][0]) <= 1e-9
+        assert abs(energy(truth, s) - before) <= 1e-6 * abs(before)
+
+
+def test_a_falling_tree_keeps_its_energy() -> None:
+    mbs = four_bar()
+    mbs.cuts = []
+    mbs.bodies[-1].joints[0].nature = "independent"
+    eq, truth, s = written(mbs), Truth(mbs), Data(mbs)
+    before = energy(truth, s)
+    fall(eq, s, [1, 2, 3], 500, 1e-3)
+    assert np.abs(s.qd[1:]).max() > 1.0
+    assert abs(energy(truth, s) - before) <= 1e-7 * abs(before)
+
+
+def test_what_is_not_generated_says_why() -> None:
+    mbs = four_bar()
+    mbs.cuts[0].kind = "ball"
+    made = equations(mbs, b"", "bars.mbs")
+    assert "3 equations, and 1 joints are dependent" in made.left_out["accelred"]
+    assert b"Not generated: the cuts make 3" in made.files["mbs_accelred_bars.py"]
+    mbs.cuts = []
+    mbs.bodies = mbs.bodies[:2]
+    mbs.bodies[-1].mass = mbs.bodies[-1].inertia = None
+    made = equations(mbs, b"", "bars.mbs")
+    assert "no matter moves with joint 'j1'" in made.left_out["accelred"]
