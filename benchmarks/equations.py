@@ -167,7 +167,9 @@ def main(names: list[str]) -> None:
             print(f"{name}: {len(mbs.numbers())} joints; Pinocchio {1e6 * other:.2f} us")
             for label, seconds in best.items():
                 ratio = seconds / other
-                print(f"  {label:18} {1e6 * seconds:6.2f} us, {ratio:.3f}; {told[label]}", flush=True)
+                print(
+                    f"  {label:18} {1e6 * seconds:6.2f} us, {ratio:.3f}; {told[label]}", flush=True
+                )
 
 
 if __name__ == "__main__":

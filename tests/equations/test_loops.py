@@ -153,7 +153,10 @@ def test_constraints_by_differentiation(mbs: Mbs, data: st.DataObject) -> None:
     for kind in ("ball", "rod", "solid"):
         for cut in [cut for cut in mbs.cuts if cut.kind == kind]:
             if kind != "rod":
-                assert abs(np.linalg.norm(h[at_ : at_ + 3]) - np.linalg.norm(wanted[by : by + 3])) <= 1e-12
+                assert (
+                    abs(np.linalg.norm(h[at_ : at_ + 3]) - np.linalg.norm(wanted[by : by + 3]))
+                    <= 1e-12
+                )
                 at_, by = at_ + 3, by + 3
             if kind != "ball":
                 n = 1 if kind == "rod" else 3
@@ -194,7 +197,9 @@ def test_links_and_external_forces(mbs: Mbs, data: st.DataObject) -> None:
         eq, s = written(mbs, c=c), random_state(mbs, np.random.default_rng(6), loads=False)
         told: list[tuple[Array, ...]] = []
 
-        def push(p: Array, r: Array, v: Array, om: Array, a: Array, omp: Array, *rest: Any) -> Array:
+        def push(
+            p: Array, r: Array, v: Array, om: Array, a: Array, omp: Array, *rest: Any
+        ) -> Array:
             i, told_ = rest[-1], told
             told_.append(tuple(np.array(x) for x in (p, r, v, om, a, omp)))
             out = np.zeros(10)
@@ -212,7 +217,9 @@ def test_links_and_external_forces(mbs: Mbs, data: st.DataObject) -> None:
                 assert error(found, getattr(at, name)) <= TOLERANCE
             own = place(truth, s, (body.name, None))
             point = own.P[1:] + own.R[1:, 1:].T @ [0.1, -0.2, 0.3]
-            wrenches.append((body.name, np.array([1.0, 2, 3]) * i, np.array([4.0, 5, 6]) * i, point))
+            wrenches.append(
+                (body.name, np.array([1.0, 2, 3]) * i, np.array([4.0, 5, 6]) * i, point)
+            )
         found = np.array([s.frc, s.trq])
         spread(s, wrenches, truth)
         assert error(found, np.array([s.frc, s.trq])) <= TOLERANCE
@@ -243,7 +250,13 @@ def test_links_and_external_forces(mbs: Mbs, data: st.DataObject) -> None:
         seen = v - np.cross(w, d)
         a = two.A[1:] - one.A[1:] - np.cross(one.OMP[1:], d) - np.cross(w, np.cross(w, d))
         rate = two.OMP[1:] - one.OMP[1:] - np.cross(w, two.OM[1:] - w)
-        for x, y in ((0, d), (2, seen), (3, two.OM[1:] - w), (4, a - 2 * np.cross(w, seen)), (5, rate)):
+        for x, y in (
+            (0, d),
+            (2, seen),
+            (3, two.OM[1:] - w),
+            (4, a - 2 * np.cross(w, seen)),
+            (5, rate),
+        ):
             assert error(told[0][x][1:], turn @ y) <= 10 * TOLERANCE or np.abs(y).max() < 1e-9
         assert error(told[0][1][1:, 1:], two.R[1:, 1:] @ turn.T) <= TOLERANCE
         found = np.array([s.frc, s.trq])
