@@ -24,10 +24,10 @@ import numpy as np
 import pinocchio as pin
 from robots import real
 
-from urdf2mbs.testing import convert_text
 from urdf2mbs.equations import Equations, equations
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import convert_text
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from runtime import HEADER, TABLES, VECTORS, Data, random_state

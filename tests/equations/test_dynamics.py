@@ -109,7 +109,9 @@ def test_c(fold: bool, tmp_path: Path) -> None:
 
 CHOSEN = {
     "compact": ("cassie-cassie_v4", "ur-ur5", "solo12-solo12.urdf.xacro", "t12-T12"),
-    "faithful": ("ur-ur10e", "franka-fr3", "leo_rover-leo", "robotiq_2f_140-robotiq_arg2f_140_model"),
+    "faithful": (
+        "ur-ur10e", "franka-fr3", "leo_rover-leo", "robotiq_2f_140-robotiq_arg2f_140_model",
+    ),
 }  # fmt: skip
 
 

@@ -409,9 +409,8 @@ def _body(
     out = [f"    double {'**' if a in TABLES else '*'}{a} = s->{a};" for a in arrays(lines)]
     for line in lines:
         # as late as can be: each is one register less
-        for name in dict.fromkeys(line.uses):
-            if name in takes:
-                out.append(f"    const double {name} = w[{takes.pop(name)}];")
+        first = [name for name in dict.fromkeys(line.uses) if name in takes]
+        out += [f"    const double {name} = w[{takes.pop(name)}];" for name in first]
         if line.call is not None:
             call = line.call
             name = call.function.removeprefix("user_")
