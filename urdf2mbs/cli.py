@@ -676,7 +676,8 @@ def _equations(arguments: argparse.Namespace) -> int:
                 f"{count.sums} sums, {count.functions} sines, cosines and roots"
             )
     if made.fixed:
-        print(f"  {_count(made.fixed, 'joint')} never move{'s' * (len(made.fixed) == 1)}: numbers")
+        never = counted(len(made.fixed), "joint")
+        print(f"  {never} never move{'s' * (len(made.fixed) == 1)}: numbers")
     for name, why in made.left_out.items():
         print(f"  {name} is not generated: {why}")
     return 0

@@ -42,4 +42,4 @@ def run(conversion: Conversion, options: Options) -> None:
     conversion.report["equations"] = found
 
 
-PASS = Pass("equations", run, Options, needs=("mbs-file",), gives=("equations",))
+PASS = Pass("equations", run, Options, needs=("mbs-file",))
