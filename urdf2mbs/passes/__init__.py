@@ -11,6 +11,7 @@ from urdf2mbs.passes import (
     convert_visuals,
     decompose_joints,
     emit,
+    equations,
     estimate_inertia,
     expand,
     find_singular,
@@ -42,4 +43,5 @@ def urdf2mbs_passes() -> list[Pass]:
         emit.PASS,
         find_singular.PASS,
         check.PASS,
+        equations.PASS,
     ]

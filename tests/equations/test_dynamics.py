@@ -1,0 +1,170 @@
+"""The equations of motion against pinocchio, in Python and C, with and without constants."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from conftest import SHARED
+from robots import CONVERTIBLE, RealRobot
+from runtime import CEquations, Data, PythonEquations, Truth, error, random_state
+
+from urdf2mbs.equations import equations
+from urdf2mbs.mbs.reader import read
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from urdf2mbs.mbs.model import Mbs
+
+TOLERANCE = 1e-12
+WALKMAN = SHARED / "mbs-samples" / "walkman_robotran.mbs"
+
+
+def model(path: Path) -> tuple[Mbs, bytes]:
+    if not path.is_file():
+        pytest.skip(f"{path.name} is in ../shared, which is not here")
+    data = path.read_bytes()
+    return read(data, path.name, mechanics_only=True), data
+
+
+def compare(eq: PythonEquations, mbs: Mbs, *, states: int = 2) -> None:
+    truth, rng = Truth(mbs), np.random.default_rng(7)
+    for _ in range(states):
+        s = random_state(mbs, rng)
+        m, c = eq.dirdyna(s)
+        assert error(m, truth.matrix(s)) <= TOLERANCE
+        assert error(c, truth.forces(s, accelerated=False)) <= TOLERANCE
+        assert error(eq.invdyna(s), truth.forces(s, accelerated=True)) <= TOLERANCE
+
+
+def compare_sensors(eq: PythonEquations, mbs: Mbs) -> None:
+    truth, s = Truth(mbs), random_state(mbs, np.random.default_rng(8))
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    places: list[tuple[str, int, np.ndarray]] = [
+        ("gensensor", number, np.zeros(3)) for number in range(1, len(joints) + 1)
+    ]
+    places += [
+        ("sensor", truth.ids.index(truth.joint_of[body.name]), np.array(point.coordinates))
+        for body in mbs.bodies for point in body.points if point.sensor
+    ]  # fmt: skip
+    sensors = 0
+    for kind, joint, at in places:
+        sensors += kind == "sensor"
+        found = eq.sensor(s, joint if kind == "gensensor" else sensors, kind)
+        wanted = truth.sensor(s, joint, at)
+        for name in ("P", "R", "V", "OM", "A", "OMP", "J"):
+            assert error(getattr(found, name), getattr(wanted, name)) <= TOLERANCE, (kind, name)
+
+
+def residual(eq: PythonEquations, s: Data, truth: Truth) -> float:
+    """How far the accelerations are from what the forces make of the independent joints."""
+    joints = [joint for body in truth.mbs.bodies for joint in body.joints]
+    free = np.array([joint.nature != "driven" for joint in joints])
+    assert eq.accelred(s) == 0
+    needed, given = truth.forces(s, accelerated=True)[free], s.Qq[1:][free]
+    return error(needed, given)
+
+
+def compare_accelerations(eq: PythonEquations, mbs: Mbs) -> None:
+    truth, rng = Truth(mbs), np.random.default_rng(9)
+    s = random_state(mbs, rng, loads=False)
+    s.Qq[1:] = truth.forces(s, accelerated=True)
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    for number, joint in enumerate(joints, start=1):
+        if joint.nature != "driven":
+            s.qdd[number] = np.nan
+    assert residual(eq, s, truth) <= TOLERANCE
+
+
+def test_walkmans_own_file_in_python(tmp_path: Path) -> None:
+    mbs, data = model(WALKMAN)
+    made = equations(mbs, data, WALKMAN.name)
+    assert made.counts["dirdyna"].operations <= 12_500
+    assert made.counts["invdyna"].operations <= 5_000
+    eq = PythonEquations(made, mbs, tmp_path)
+    compare(eq, mbs)
+    compare_sensors(eq, mbs)
+
+
+def test_walkmans_own_file_folded(tmp_path: Path) -> None:
+    mbs, data = model(WALKMAN)
+    made = equations(mbs, data, WALKMAN.name, fold=True)
+    assert made.counts["dirdyna"].operations <= 11_500
+    assert made.counts["invdyna"].operations <= 4_750
+    eq = PythonEquations(made, mbs, tmp_path)
+    compare(eq, mbs)
+
+
+@pytest.mark.parametrize("fold", [False, True], ids=["symbols", "folded"])
+def test_c(fold: bool, tmp_path: Path) -> None:
+    mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
+    made = equations(mbs, data, "minimal.mbs", language="c", fold=fold)
+    eq = CEquations(made, mbs, tmp_path)
+    compare(eq, mbs, states=5)
+    compare_sensors(eq, mbs)
+    compare_accelerations(eq, mbs)
+
+
+CHOSEN = {
+    "compact": ("cassie-cassie_v4", "ur-ur5", "solo12-solo12.urdf.xacro", "t12-T12"),
+    "faithful": (
+        "ur-ur10e", "franka-fr3", "leo_rover-leo", "robotiq_2f_140-robotiq_arg2f_140_model",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("robot", [
+    pytest.param((param.values[0], preset), id=f"{param.values[0].name}-{preset}")
+    for preset, names in CHOSEN.items() for param in CONVERTIBLE
+    if param.values[0].name in names
+])  # fmt: skip
+def test_real_robots(robot: tuple[RealRobot, str], tmp_path: Path) -> None:
+    source, preset = robot
+    data = source.convert(pipeline=preset).data
+    mbs = read(data, "robot.mbs", mechanics_only=True)
+    eq = PythonEquations(equations(mbs, data, "robot.mbs"), mbs, tmp_path)
+    compare(eq, mbs)
+    compare_sensors(eq, mbs)
+    compare_accelerations(eq, mbs)
+
+
+def test_c_in_pieces(tmp_path: Path) -> None:
+    """Cassie's equations take several pieces, which share variables."""
+    found = [p.values[0] for p in CONVERTIBLE if p.values[0].name == "cassie-cassie_v4"]
+    if not found:
+        pytest.skip("the real robots are not here")
+    data = found[0].convert(pipeline="compact").data
+    mbs = read(data, "robot.mbs", mechanics_only=True)
+    made = equations(mbs, data, "robot.mbs", language="c")
+    assert b"mbs_dirdyna_9(M, c, s, w)" in made.files[f"mbs_dirdyna_{mbs.name}.c"]
+    only = {f"mbs_{name}_{mbs.name}.c" for name in ("dirdyna", "invdyna", "accelred")}
+    made.files = {name: text for name, text in made.files.items() if name in only}
+    eq = CEquations(made, mbs, tmp_path)
+    compare(eq, mbs)
+    compare_accelerations(eq, mbs)
+
+
+def test_same_input_same_bytes() -> None:
+    mbs, data = model(WALKMAN)
+    again = read(data, WALKMAN.name, mechanics_only=True)
+    assert equations(mbs, data, "a").files == equations(again, data, "a").files
+
+
+def test_masses_can_change_without_generating_again(tmp_path: Path) -> None:
+    mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
+    eq = PythonEquations(equations(mbs, data, "minimal.mbs"), mbs, tmp_path)
+    rng = np.random.default_rng(3)
+    s = random_state(mbs, rng)
+    number = 0
+    for body in mbs.bodies:
+        number += len(body.joints)
+        if body.mass:
+            body.mass *= rng.uniform(0.5, 2.0)
+            s.m[number] = body.mass
+        if body.com:
+            body.com = tuple(x * rng.uniform(0.5, 2.0) for x in body.com)
+            s.l[1:, number] = body.com
+    assert error(eq.dirdyna(s)[0], Truth(mbs).matrix(s)) <= TOLERANCE
+    assert error(eq.invdyna(s), Truth(mbs).forces(s, accelerated=True)) <= TOLERANCE

@@ -1,0 +1,347 @@
+"""Random trees with loops and forces: constraints, links and external forces, and energy."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+from runtime import CEquations, Data, PythonEquations, Truth, error, random_state
+
+from urdf2mbs.equations import equations
+from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+TOLERANCE = 1e-12
+SIGNALS = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
+
+#: Numbers as files have them: zero, a quarter turn written short or long, anything.
+angles = st.sampled_from([0.0, 1.5708, np.pi / 2, -np.pi / 2, np.pi, 1.57079632679, 0.3])
+lengths = st.sampled_from([0.0, 0.0, 0.1, -0.25, 1e-9, 0.7])
+vectors = st.tuples(lengths, lengths, lengths)
+
+
+@st.composite
+def trees(draw: st.DrawFn, most: int = 4) -> Mbs:
+    """A tree of bodies with one to three joints each, each body with two points."""
+    mbs = Mbs("tree", base=Base(gravity=draw(st.sampled_from([(0, 0, -9.81), (1.0, 2.0, 3.0)]))))
+    mbs.base.points = [Point("P", draw(vectors))]
+    for i in range(draw(st.integers(2, most))):
+        parent = draw(st.sampled_from([None, *(body.name for body in mbs.bodies)]))
+        joints = []
+        for j in range(draw(st.integers(1, 3))):
+            kind = draw(st.sampled_from(["T1", "T2", "T3", "R1", "R2", "R3", "R1", "R2", "R3"]))
+            joint = Joint(f"j{i}_{j}", kind)
+            if draw(st.integers(0, 3)) == 0:
+                joint.nature, joint.q = "driven", draw(angles)
+                joint.symbols = draw(st.sampled_from([("q",), ("q", "qd", "qdd"), None]))
+            joints.append(joint)
+        body = Body(f"b{i}", parent, draw(st.sampled_from([None, "P"])), joints)
+        if draw(st.integers(0, 4)):
+            body.mass = draw(st.sampled_from([0.5, 2.0]))
+            body.com = draw(vectors)
+            body.inertia = draw(
+                st.sampled_from([(0.1, 0.01, 0.02, 0.2, -0.03, 0.25), (0.1, 0, 0, 0.1, 0, 0.1)])
+            )
+        body.points = [Point("P", draw(vectors)), Point("Q", draw(vectors))]
+        mbs.bodies.append(body)
+    return mbs
+
+
+def written(mbs: Mbs, *, c: bool = False, **options: Any) -> PythonEquations:
+    made = equations(mbs, b"", "tree.mbs", language="c" if c else "python", **options)
+    with tempfile.TemporaryDirectory() as folder:
+        return (CEquations if c else PythonEquations)(made, mbs, Path(folder))
+
+
+slow = settings(
+    max_examples=10,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow],
+    derandomize=True,
+    phases=[Phase.generate],
+)
+
+
+@slow
+@given(trees(), st.booleans(), st.integers(0, 9))
+def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
+    eq, truth = written(mbs, fold=fold), Truth(mbs)
+    s = random_state(mbs, np.random.default_rng(seed))
+    m, c = eq.dirdyna(s)
+    assert error(m, truth.matrix(s)) <= TOLERANCE
+    assert error(c, truth.forces(s, accelerated=False)) <= TOLERANCE
+    assert error(eq.invdyna(s), truth.forces(s, accelerated=True)) <= TOLERANCE
+    for number in range(1, s.njoint + 1):
+        found, wanted = eq.sensor(s, number, "gensensor"), truth.sensor(s, number, np.zeros(3))
+        for name in ("P", "R", "V", "OM", "A", "OMP", "J"):
+            assert error(getattr(found, name), getattr(wanted, name)) <= TOLERANCE
+
+
+def place(truth: Truth, s: Data, end: tuple[str | None, str | None]) -> Any:
+    """The motion of the end of a cut or a link."""
+    body, point = end
+    if body is None:
+        from runtime import Sensor as Still
+
+        out = Still(s.njoint)
+        out.P[1:] = truth.points[None, point] if point else 0.0
+        out.R[1:, 1:] = np.eye(3)
+        return out
+    joint = truth.ids.index(truth.joint_of[body])
+    return truth.sensor(s, joint, truth.points[body, point] if point else np.zeros(3))
+
+
+def values(truth: Truth, s: Data) -> Array:
+    """The constraints from their meaning, in the order balls, rods, solids."""
+    out: list[float] = []
+    order = ("ball", "rod", "solid")
+    for cut in sorted(truth.mbs.cuts, key=lambda cut: order.index(cut.kind)):
+        one, two = place(truth, s, cut.endpoint1), place(truth, s, cut.endpoint2)
+        d = two.P[1:] - one.P[1:]
+        if cut.kind == "rod":
+            out.append(0.5 * (d @ d - (cut.length or 0.0) ** 2))
+            continue
+        out += list(d)
+        if cut.kind == "solid":
+            relative = one.R[1:, 1:] @ two.R[1:, 1:].T
+            out += [relative[1, 2], relative[2, 0], relative[0, 1]]
+    return np.array(out)
+
+
+@slow
+@given(trees(), st.data())
+def test_constraints_by_differentiation(mbs: Mbs, data: st.DataObject) -> None:
+    ends = st.tuples(
+        st.sampled_from([None, *(body.name for body in mbs.bodies)]), st.sampled_from(["P", None])
+    )
+    for i in range(data.draw(st.integers(1, 3))):
+        kind = data.draw(st.sampled_from(["ball", "rod", "solid"]))
+        one = data.draw(ends)
+        two = data.draw(ends.filter(lambda end, one=one: end[0] != one[0]))
+        mbs.cuts.append(Connection(kind, f"c{i}", one, two, 0.4 if kind == "rod" else None))
+    eq, truth = written(mbs), Truth(mbs)
+    s = random_state(mbs, np.random.default_rng(5))
+    wanted = values(truth, s)
+    h, jacobian, jdqd = eq.constraints(s, len(wanted))
+    # h is in the axes of the frame from which the ways part: lengths are the same
+    assert np.isfinite(jacobian).all()
+
+    def at(q: Array) -> tuple[Array, Array]:
+        there = random_state(mbs, np.random.default_rng(5))
+        there.q[:] = q
+        return eq.constraints(there, len(wanted))[:2]
+
+    step = 1e-6
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    for k in range(1, s.njoint + 1):
+        q = s.q.copy()
+        q[k] += step
+        ahead = at(q)[0]
+        q[k] -= 2 * step
+        difference = (ahead - at(q)[0]) / (2 * step)
+        if joints[k - 1].symbols != ("q",):  # those that never move are numbers
+            assert np.abs(jacobian[:, k - 1] - difference).max() <= 1e-8
+    ahead, behind = (at(s.q + sign * step * s.qd)[1] for sign in (1, -1))
+    change = (ahead - behind) / (2 * step) @ s.qd[1:]
+    assert np.abs(jdqd - change).max() <= 1e-7 * (1.0 + np.abs(change).max())
+    # a ball's axes are our choice, and so only its length is compared
+    at_ = 0
+    for kind in ("ball", "rod", "solid"):
+        for _ in [cut for cut in mbs.cuts if cut.kind == kind]:
+            if kind != "rod":
+                lengths_ = [np.linalg.norm(x[at_ : at_ + 3]) for x in (h, wanted)]
+                assert abs(lengths_[0] - lengths_[1]) <= 1e-12
+                at_ += 3
+            if kind != "ball":
+                n = 1 if kind == "rod" else 3
+                assert np.abs(h[at_ : at_ + n] - wanted[at_ : at_ + n]).max() <= 1e-12
+                at_ += n
+
+
+def spread(s: Data, wrenches: list[tuple[str | None, Array, Array, Array]], truth: Truth) -> None:
+    """Put forces and torques (ground axes) at points (ground axes) on bodies, as frc and trq."""
+    s.frc[:], s.trq[:] = 0.0, 0.0
+    bodies = {body.name: body for body in truth.mbs.bodies}
+    for name, force, torque, at in wrenches:
+        if name is None:
+            continue
+        number = truth.ids.index(truth.joint_of[name])
+        centre = truth.sensor(s, number, np.array(bodies[name].com or (0.0, 0.0, 0.0)))
+        turn = centre.R[1:, 1:]
+        s.frc[1:, number] += turn @ force
+        s.trq[1:, number] += turn @ (torque + np.cross(at - centre.P[1:], force))
+
+
+@settings(slow, max_examples=6)
+@given(trees(3), st.data())
+def test_links_and_external_forces(mbs: Mbs, data: st.DataObject) -> None:
+    """In Python, and the first time also in C."""
+    ends = st.tuples(st.sampled_from([None, *(body.name for body in mbs.bodies)]), st.just("Q"))
+    mbs.base.points.append(Point("Q", (3.0, 2.0, 1.0)))
+    for i, kind in enumerate(["link", "link", "link3D"]):
+        one = data.draw(ends)
+        two = data.draw(ends.filter(lambda end, one=one: end[0] != one[0]))
+        mbs.links.append(Connection(kind, f"l{i}", one, two))
+    forced = [mbs.bodies[0], mbs.bodies[-1]]
+    for i, body in enumerate(forced):
+        body.points[0].extforce = Sensor(f"f{i}", SIGNALS)
+    truth = Truth(mbs)
+    told: list[tuple[Array, ...]] = []
+    for c in (False, True)[: 1 + (len(mbs.bodies) == 2)]:
+        eq, s = written(mbs, c=c), random_state(mbs, np.random.default_rng(6), loads=False)
+        told.clear()
+
+        def push(
+            p: Array, r: Array, v: Array, om: Array, a: Array, omp: Array, *rest: Any
+        ) -> Array:
+            told.append(tuple(np.array(x) for x in (p, r, v, om, a, omp)))
+            out = np.zeros(10)
+            out[1:7] = np.arange(1.0, 7.0) * rest[-1]
+            out[7:] = [0.1, -0.2, 0.3]
+            return out
+
+        s.user_ExtForces = s.user_Link3DForces = push
+        s.user_LinkForces = lambda z, zd, *_: 3.0 * z + 2.0 * zd
+        eq.loads(s, "extforces")
+        wrenches = []
+        for i, body in enumerate(forced, start=1):
+            at = place(truth, s, (body.name, "P"))
+            for found, name in zip(told[i - 1], ("P", "R", "V", "OM", "A", "OMP"), strict=True):
+                assert error(found, getattr(at, name)) <= TOLERANCE
+            own = place(truth, s, (body.name, None))
+            point = own.P[1:] + own.R[1:, 1:].T @ [0.1, -0.2, 0.3]
+            wrenches.append(
+                (body.name, np.array([1.0, 2, 3]) * i, np.array([4.0, 5, 6]) * i, point)
+            )
+        found = np.array([s.frc, s.trq])
+        spread(s, wrenches, truth)
+        assert error(found, np.array([s.frc, s.trq])) <= TOLERANCE
+
+        s.frc[:], s.trq[:], wrenches = 0.0, 0.0, []
+        eq.loads(s, "link")
+        for number, link in enumerate([one for one in mbs.links if one.kind == "link"], start=1):
+            one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
+            d, v = two.P[1:] - one.P[1:], two.V[1:] - one.V[1:]
+            z = np.linalg.norm(d)
+            zd = d @ v / z
+            assert error(s.Z[number : number + 1], np.array([z])) <= TOLERANCE
+            assert abs(s.Zd[number] - zd) <= TOLERANCE * (1 + np.abs(v).max())
+            pull = (3 * z + 2 * zd) * d / z
+            wrenches.append((link.endpoint1[0], pull, np.zeros(3), one.P[1:]))
+            wrenches.append((link.endpoint2[0], -pull, np.zeros(3), two.P[1:]))
+        found = np.array([s.frc, s.trq])
+        spread(s, wrenches, truth)
+        assert error(found, np.array([s.frc, s.trq])) <= 10 * TOLERANCE
+
+        s.frc[:], s.trq[:] = 0.0, 0.0
+        told.clear()
+        eq.loads(s, "link3D")
+        link = mbs.links[-1]
+        one, two = place(truth, s, link.endpoint1), place(truth, s, link.endpoint2)
+        turn, d = one.R[1:, 1:], two.P[1:] - one.P[1:]
+        w, v = one.OM[1:], two.V[1:] - one.V[1:]
+        seen = v - np.cross(w, d)
+        a = two.A[1:] - one.A[1:] - np.cross(one.OMP[1:], d) - np.cross(w, np.cross(w, d))
+        rate = two.OMP[1:] - one.OMP[1:] - np.cross(w, two.OM[1:] - w)
+        for x, y in (
+            (0, d),
+            (2, seen),
+            (3, two.OM[1:] - w),
+            (4, a - 2 * np.cross(w, seen)),
+            (5, rate),
+        ):
+            assert error(told[0][x][1:], turn @ y) <= 10 * TOLERANCE or np.abs(y).max() < 1e-9
+        assert error(told[0][1][1:, 1:], two.R[1:, 1:] @ turn.T) <= TOLERANCE
+        found = np.array([s.frc, s.trq])
+        force, torque = turn.T @ [1.0, 2, 3], turn.T @ [4.0, 5, 6]
+        spread(s, [(link.endpoint1[0], force, torque, two.P[1:]),
+                   (link.endpoint2[0], -force, -torque, two.P[1:])], truth)  # fmt: skip
+        assert error(found, np.array([s.frc, s.trq])) <= 10 * TOLERANCE
+
+
+def four_bar() -> Mbs:
+    """Three bars in a row; a rod holds the end to the ground."""
+    bar = (0.01, 0.0, 0.0, 0.02, 0.0, 0.02)
+    mbs = Mbs("bars")
+    mbs.base.points = [Point("far", (1.2, 0.0, 0.1))]
+    for i, nature in enumerate(["independent", "independent", "dependent"]):
+        parent = f"bar{i - 1}" if i else None
+        mbs.bodies.append(
+            Body(f"bar{i}", parent, "end" if i else None, [Joint(f"j{i}", "R2", nature)],
+                 1.0, (0.25, 0.0, 0.05), bar, [Point("end", (0.5, 0.0, 0.0))])
+        )  # fmt: skip
+    mbs.bodies[-1].joints[0].q = 0.4
+    mbs.cuts = [Connection("rod", "rod", ("bar2", "end"), (None, "far"), 0.3)]
+    return mbs
+
+
+def energy(truth: Truth, s: Data) -> float:
+    rates = s.qd[1:]
+    low = 0.0
+    for body in truth.mbs.bodies:
+        joint = truth.ids.index(truth.joint_of[body.name])
+        centre = truth.sensor(s, joint, np.array(body.com or (0.0, 0.0, 0.0)))
+        low -= (body.mass or 0.0) * float(s.g[1:] @ centre.P[1:])
+    return float(0.5 * rates @ truth.matrix(s) @ rates) + low
+
+
+def fall(eq: PythonEquations, s: Data, free: list[int], steps: int, dt: float) -> None:
+    """Runge-Kutta of fourth order over the independent joints."""
+
+    def slope(y: Array) -> Array:
+        s.q[free], s.qd[free] = np.split(y, 2)
+        assert eq.accelred(s) == 0
+        return np.concatenate([s.qd[free], s.qdd[free]])
+
+    y = np.concatenate([s.q[free], s.qd[free]])
+    for _ in range(steps):
+        k1 = slope(y)
+        k2 = slope(y + dt / 2 * k1)
+        k3 = slope(y + dt / 2 * k2)
+        y = y + dt / 6 * (k1 + 2 * k2 + 2 * k3 + slope(y + dt * k3))
+    slope(y)
+
+
+def test_a_loop_keeps_its_length_and_its_energy() -> None:
+    mbs = four_bar()
+    for c in (False, True):
+        eq, truth, s = written(mbs, c=c), Truth(mbs), Data(mbs)
+        s.q[1:3] = 0.2, 0.3
+        fall(eq, s, [1, 2], 0, 0.0)  # closes the loop
+        before = energy(truth, s)
+        fall(eq, s, [1, 2], 100, 1e-3)
+        assert np.abs(s.qd[1:]).max() > 0.5
+        assert abs(eq.constraints(s, 1)[0][0]) <= 1e-9
+        assert abs(energy(truth, s) - before) <= 1e-6 * abs(before)
+
+
+def test_a_falling_tree_keeps_its_energy() -> None:
+    mbs = four_bar()
+    mbs.cuts = []
+    mbs.bodies[-1].joints[0].nature = "independent"
+    eq, truth, s = written(mbs), Truth(mbs), Data(mbs)
+    before = energy(truth, s)
+    fall(eq, s, [1, 2, 3], 500, 1e-3)
+    assert np.abs(s.qd[1:]).max() > 1.0
+    assert abs(energy(truth, s) - before) <= 1e-7 * abs(before)
+
+
+def test_what_is_not_generated_says_why() -> None:
+    mbs = four_bar()
+    mbs.cuts[0].kind = "ball"
+    made = equations(mbs, b"", "bars.mbs")
+    assert "3 equations, and 1 joints are dependent" in made.left_out["accelred"]
+    assert b"Not generated: the cuts make 3" in made.files["mbs_accelred_bars.py"]
+    mbs.cuts = []
+    mbs.bodies = mbs.bodies[:2]
+    mbs.bodies[-1].mass = mbs.bodies[-1].inertia = None
+    made = equations(mbs, b"", "bars.mbs")
+    assert "no matter moves with joint 'j1'" in made.left_out["accelred"]

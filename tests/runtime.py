@@ -1,0 +1,414 @@
+"""A stand-in for Robotran's runtime: the data that generated equations read, for both languages.
+
+Written to the published description of MbsData, and sharing nothing with ``urdf2mbs``: arrays
+count from 1, and a body's numbers stand at its last joint.  Python equations get the object
+itself; C equations get a struct over the same memory.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pinocchio as pin
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from urdf2mbs.equations import Equations
+    from urdf2mbs.mbs.model import Mbs
+
+    Array = NDArray[np.float64]
+
+VECTORS = ("q", "qd", "qdd", "Qq", "m", "g", "lrod", "Z", "Zd", "Fl")
+TABLES = ("l", "In", "dpt", "frc", "trq")
+
+HEADER = f"""
+#pragma once
+typedef struct MbsData {{
+    double {", ".join(f"*{name}" for name in VECTORS)};
+    double {", ".join(f"**{name}" for name in TABLES)};
+    int flag_stop;
+}} MbsData;
+typedef double *Row;
+typedef double Table[4][4];
+"""
+SENSOR = """
+#pragma once
+typedef struct MbsSensor {
+    double P[4], R[4][4], V[4], OM[4], A[4], OMP[4];
+    double *J[7];
+} MbsSensor;
+"""
+MOTION = "double *p, Table r, double *v, double *om, double *a, double *omp"
+#: The user's functions in C: each calls a hook that Python sets.
+USER = f"""
+#include "mbs_data.h"
+typedef double *(*Wrench)({MOTION}, MbsData *s, double tsim, int i);
+Wrench hook_ExtForces, hook_Link3DForces;
+double (*hook_LinkForces)(double z, double zd, MbsData *s, double tsim, int i);
+double *user_call_ExtForces({MOTION}, MbsData *s, double tsim, int i)
+{{ return hook_ExtForces(p, r, v, om, a, omp, s, tsim, i); }}
+double *user_call_Link3DForces({MOTION}, MbsData *s, double tsim, int i)
+{{ return hook_Link3DForces(p, r, v, om, a, omp, s, tsim, i); }}
+double user_call_LinkForces(double z, double zd, MbsData *s, double tsim, int i)
+{{ return hook_LinkForces(z, zd, s, tsim, i); }}
+double *user_call_JointForces(MbsData *s, double tsim) {{ (void) tsim; return s->Qq; }}
+void user_call_DrivenJoints(MbsData *s, double tsim) {{ (void) s, (void) tsim; }}
+void user_call_cons_hJ(double *h, double **Jac, MbsData *s, double tsim)
+{{ (void) h, (void) Jac, (void) s, (void) tsim; }}
+void user_call_cons_jdqd(double *j, MbsData *s, double tsim) {{ (void) j, (void) s, (void) tsim; }}
+"""
+
+_double = ctypes.c_double
+_row = ctypes.POINTER(_double)
+
+
+class _CData(ctypes.Structure):
+    _fields_ = [
+        *((name, _row) for name in VECTORS),
+        *((name, ctypes.POINTER(_row)) for name in TABLES),
+        ("flag_stop", ctypes.c_int),
+    ]
+
+
+class _CSensor(ctypes.Structure):
+    _fields_ = [
+        ("P", _double * 4), ("R", _double * 16), ("V", _double * 4), ("OM", _double * 4),
+        ("A", _double * 4), ("OMP", _double * 4), ("J", _row * 7),
+    ]  # fmt: skip
+
+
+class Sensor:
+    def __init__(self, joints: int) -> None:
+        self.P, self.V, self.OM, self.A, self.OMP = (np.zeros(4) for _ in range(5))
+        self.R, self.J = np.zeros((4, 4)), np.zeros((7, joints + 1))
+
+
+class Data:
+    """MbsData of a model: masses and the like from the file, positions and forces zero."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        joints = [joint for body in mbs.bodies for joint in body.joints]
+        n = self.njoint = len(joints)
+        for name in ("q", "qd", "qdd", "Qq", "m"):
+            setattr(self, name, np.zeros(n + 1))
+        for name, rows in (("l", 4), ("In", 10), ("frc", 4), ("trq", 4)):
+            setattr(self, name, np.zeros((rows, n + 1)))
+        self.g = np.array([0.0, *mbs.base.gravity])
+        self.flag_stop = 0
+        number = 0
+        for body in mbs.bodies:
+            number += len(body.joints)
+            self.m[number] = body.mass or 0.0
+            self.l[1:, number] = body.com or (0.0, 0.0, 0.0)
+            if body.inertia:
+                xx, xy, xz, yy, yz, zz = body.inertia
+                self.In[1:, number] = [xx, xy, xz, xy, yy, yz, xz, yz, zz]
+        points = [*mbs.base.points, *(point for body in mbs.bodies for point in body.points)]
+        self.dpt = np.zeros((4, len(points) + 1))
+        for number, point in enumerate(points, start=1):
+            self.dpt[1:, number] = point.coordinates
+        rods = [cut.length for cut in mbs.cuts if cut.kind == "rod"]
+        self.lrod = np.array([0.0, *(length or 0.0 for length in rods)])
+        links = sum(link.kind == "link" for link in mbs.links)
+        self.Z, self.Zd, self.Fl = (np.zeros(links + 1) for _ in range(3))
+        for number, joint in enumerate(joints, start=1):
+            self.q[number] = joint.q or 0.0
+        self.hooks: list[Any] = []
+
+    if TYPE_CHECKING:
+        q: Array
+        qd: Array
+        qdd: Array
+        Qq: Array
+        m: Array
+        l: Array  # noqa: E741
+        In: Array
+        frc: Array
+        trq: Array
+
+    def user_JointForces(self, s: Data, tsim: float) -> None:  # noqa: N802
+        """Nothing: the tests set Qq."""
+
+    def user_DrivenJoints(self, s: Data, tsim: float) -> None:  # noqa: N802
+        """Nothing: the tests set the driven joints."""
+
+
+def _pointers(table: Array) -> Any:
+    rows = [row.ctypes.data_as(_row) for row in table]
+    return (_row * len(rows))(*rows)
+
+
+class PythonEquations:
+    """Generated Python files, as modules; ``s`` also gets them under Robotran's names."""
+
+    def __init__(self, made: Equations, mbs: Mbs, folder: Path) -> None:
+        self.mbs = mbs
+        self.modules: dict[str, Any] = {}
+        for name in made.counts:
+            file = folder / f"mbs_{name}_{mbs.name}.py"
+            file.write_bytes(made.files[file.name])
+            spec = importlib.util.spec_from_file_location(file.stem, file)
+            assert spec is not None
+            assert spec.loader is not None
+            self.modules[name] = importlib.util.module_from_spec(spec)
+            spec.loader.exec_module(self.modules[name])
+
+    def _of(self, name: str) -> Callable[..., Any]:
+        function = "sensor" if name == "gensensor" else name
+        found: Callable[..., Any] = getattr(self.modules[name], function)
+        return found
+
+    def dirdyna(self, s: Data) -> tuple[Array, Array]:
+        m, c = np.zeros((s.njoint + 1,) * 2), np.zeros(s.njoint + 1)
+        self._of("dirdyna")(m, c, s, 0.0)
+        return m[1:, 1:], c[1:]
+
+    def invdyna(self, s: Data) -> Array:
+        phi = np.zeros(s.njoint + 1)
+        self._of("invdyna")(phi, s, 0.0)
+        return phi[1:]
+
+    def accelred(self, s: Data) -> int:
+        for name in ("dirdyna", "cons_hJ", "cons_jdqd", "link", "link3D", "extforces"):
+            setattr(s, f"mbs_{name}", self._of(name))
+        return int(self._of("accelred")(s, 0.0))
+
+    def constraints(self, s: Data, count: int) -> tuple[Array, Array, Array]:
+        h, jac, jdqd = (np.zeros(count + 1), np.zeros((count + 1, s.njoint + 1)),
+                        np.zeros(count + 1))  # fmt: skip
+        self._of("cons_hJ")(h, jac, s)
+        self._of("cons_jdqd")(jdqd, s)
+        return h[1:], jac[1:, 1:], jdqd[1:]
+
+    def sensor(self, s: Data, number: int, kind: str = "sensor") -> Sensor:
+        sensor = Sensor(s.njoint)
+        self._of(kind)(sensor, s, number)
+        return sensor
+
+    def loads(self, s: Data, name: str) -> None:
+        """Let ``link``, ``link3D`` or ``extforces`` add to s.frc and s.trq."""
+        arguments = (s.Fl, s.Z, s.Zd) if name == "link" else ()
+        self._of(name)(s.frc, s.trq, *arguments, s, 0.0)
+
+
+class CEquations(PythonEquations):
+    """Generated C files, compiled into one library."""
+
+    def __init__(self, made: Equations, mbs: Mbs, folder: Path, *flags: str) -> None:
+        self.mbs = mbs
+        (folder / "mbs_data.h").write_text(HEADER)
+        (folder / "mbs_sensor.h").write_text(SENSOR)
+        (folder / "user.c").write_text(USER)
+        for name, text in made.files.items():
+            (folder / name).write_bytes(text)
+        library = folder / "equations.so"
+        subprocess.run(
+            ["gcc", "-std=c99", "-Wall", "-Werror", *(flags or ("-O0",)), "-shared", "-fPIC",
+             "-I.", "-o", library.name, "user.c", *sorted(made.files), "-lm"],
+            cwd=folder, check=True,
+        )  # fmt: skip
+        self.library = ctypes.CDLL(str(library))
+
+    def data(self, s: Data) -> _CData:
+        c = _CData()
+        for name in VECTORS:
+            setattr(c, name, getattr(s, name).ctypes.data_as(_row))
+        for name in TABLES:
+            setattr(c, name, _pointers(getattr(s, name)))
+        self._hook(s)
+        return c
+
+    def _hook(self, s: Data) -> None:
+        """Let the user's functions of C be those of ``s``."""
+        s.hooks.clear()
+        wrench = ctypes.CFUNCTYPE(
+            ctypes.c_void_p, *[_row] * 6, ctypes.c_void_p, _double, ctypes.c_int
+        )
+
+        def called(function: Any) -> Any:
+            def call(p: Any, r: Any, v: Any, om: Any, a: Any, omp: Any, _: Any, t: float, i: int):
+                vectors = [np.ctypeslib.as_array(x, (4,)) for x in (p, v, om, a, omp)]
+                rotation = np.ctypeslib.as_array(r, (16,)).reshape(4, 4)
+                out = function(vectors[0], rotation, *vectors[1:], s, t, i)
+                s.hooks.append(out)
+                return out.ctypes.data
+
+            return wrench(call)
+
+        for name in ("ExtForces", "Link3DForces"):
+            if hasattr(s, f"user_{name}"):
+                s.hooks.append(called(getattr(s, f"user_{name}")))
+                wrench.in_dll(self.library, f"hook_{name}").value = None
+                pointer = ctypes.c_void_p.in_dll(self.library, f"hook_{name}")
+                pointer.value = ctypes.cast(s.hooks[-1], ctypes.c_void_p).value
+        if hasattr(s, "user_LinkForces"):
+            kind = ctypes.CFUNCTYPE(
+                _double, _double, _double, ctypes.c_void_p, _double, ctypes.c_int
+            )
+            s.hooks.append(kind(lambda z, zd, _, t, i: float(s.user_LinkForces(z, zd, s, t, i))))
+            pointer = ctypes.c_void_p.in_dll(self.library, "hook_LinkForces")
+            pointer.value = ctypes.cast(s.hooks[-1], ctypes.c_void_p).value
+
+    def dirdyna(self, s: Data) -> tuple[Array, Array]:
+        m, c = np.zeros((s.njoint + 1,) * 2), np.zeros(s.njoint + 1)
+        data = self.data(s)
+        self.library.mbs_dirdyna(
+            _pointers(m), c.ctypes.data_as(_row), ctypes.byref(data), _double(0.0)
+        )
+        return m[1:, 1:], c[1:]
+
+    def invdyna(self, s: Data) -> Array:
+        phi, data = np.zeros(s.njoint + 1), self.data(s)
+        self.library.mbs_invdyna(phi.ctypes.data_as(_row), ctypes.byref(data), _double(0.0))
+        return phi[1:]
+
+    def accelred(self, s: Data) -> int:
+        data = self.data(s)
+        return int(self.library.mbs_accelred(ctypes.byref(data), _double(0.0)))
+
+    def constraints(self, s: Data, count: int) -> tuple[Array, Array, Array]:
+        h, jac, jdqd = (np.zeros(count + 1), np.zeros((count + 1, s.njoint + 1)),
+                        np.zeros(count + 1))  # fmt: skip
+        data = self.data(s)
+        self.library.mbs_cons_hJ(
+            h.ctypes.data_as(_row), _pointers(jac), ctypes.byref(data), _double(0.0)
+        )
+        self.library.mbs_cons_jdqd(jdqd.ctypes.data_as(_row), ctypes.byref(data), _double(0.0))
+        return h[1:], jac[1:, 1:], jdqd[1:]
+
+    def sensor(self, s: Data, number: int, kind: str = "sensor") -> Sensor:
+        data, c, sensor = self.data(s), _CSensor(), Sensor(s.njoint)
+        c.J = _pointers(sensor.J)
+        function = getattr(self.library, f"mbs_{kind}")
+        function(ctypes.byref(c), ctypes.byref(data), ctypes.c_int(number))
+        for name in ("P", "V", "OM", "A", "OMP"):
+            getattr(sensor, name)[:] = getattr(c, name)
+        sensor.R[:] = np.array(c.R).reshape(4, 4)
+        return sensor
+
+    def loads(self, s: Data, name: str) -> None:
+        data = self.data(s)
+        vectors = [x.ctypes.data_as(_row) for x in (s.Fl, s.Z, s.Zd)] if name == "link" else []
+        getattr(self.library, f"mbs_{name}")(
+            _pointers(s.frc), _pointers(s.trq), *vectors, ctypes.byref(data), _double(0.0)
+        )
+
+
+class Truth:
+    """The same model in pinocchio: one joint for each of the file's, in the same order."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        self.mbs = mbs
+        self.model = model = pin.Model()
+        model.gravity = pin.Motion(np.array(mbs.base.gravity), np.zeros(3))
+        numbers = mbs.numbers()
+        self.ids: list[int] = [0] * (len(numbers) + 1)
+        self.joint_of: dict[str | None, int] = {None: 0}
+        """The pinocchio joint that moves each body."""
+        points = {(None, point.name): np.array(point.coordinates) for point in mbs.base.points}
+        for body in mbs.depth_first():  # pinocchio's mass matrix wants this order
+            at = self.joint_of[body.parent]
+            place = points.get((body.parent, body.point), np.zeros(3))
+            for joint in body.joints:
+                kind = joint.type.replace("T", "P")
+                kind = kind[0] + "XYZ"[int(kind[1]) - 1]
+                make = getattr(pin, f"JointModel{kind}")
+                at = model.addJoint(at, make(), pin.SE3(np.eye(3), place), joint.name)
+                self.ids[numbers[joint.name]] = at
+                place = np.zeros(3)
+            self.joint_of[body.name] = at
+            for point in body.points:
+                points[body.name, point.name] = np.array(point.coordinates)
+            xx, xy, xz, yy, yz, zz = body.inertia or (0.0,) * 6
+            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            mass, com = body.mass or 0.0, np.array(body.com or (0.0, 0.0, 0.0))
+            # by its parameters: pinocchio refuses a tensor that no real body has
+            about = tensor + mass * (com @ com * np.eye(3) - np.outer(com, com))
+            if not mass:
+                model.inertias[at] = pin.Inertia(0.0, com, tensor)
+                continue
+            given = [mass, *(mass * com), *about[np.triu_indices(3)][[0, 1, 3, 2, 4, 5]]]
+            model.inertias[at] = pin.Inertia.FromDynamicParameters(np.array(given))
+        self.points = points
+        self.data = model.createData()
+        self.column = [model.joints[i].idx_v for i in self.ids[1:]]
+
+    def vector(self, values: Array) -> Array:
+        """By joint number, in pinocchio's order."""
+        out = np.zeros(self.model.nv)
+        out[self.column] = values[1:]
+        return out
+
+    def matrix(self, s: Data) -> Array:
+        m = pin.crba(self.model, self.data, self.vector(s.q))
+        m = np.triu(m) + np.triu(m, 1).T
+        return np.asarray(m[np.ix_(self.column, self.column)])
+
+    def forces(self, s: Data, *, accelerated: bool) -> Array:
+        """Inverse dynamics with s.frc and s.trq, which act at the centres of mass."""
+        loads = pin.StdVec_Force()
+        for _ in range(self.model.njoints):
+            loads.append(pin.Force.Zero())
+        for body in self.mbs.bodies:
+            at = self.joint_of[body.name]
+            number = self.ids.index(at)
+            force, com = s.frc[1:, number], np.array(body.com or (0.0, 0.0, 0.0))
+            loads[at] = pin.Force(force, s.trq[1:, number] + np.cross(com, force))
+        qdd = self.vector(s.qdd) if accelerated else np.zeros(self.model.nv)
+        tau = pin.rnea(self.model, self.data, self.vector(s.q), self.vector(s.qd), qdd, loads)
+        return np.asarray(tau[self.column])
+
+    def sensor(self, s: Data, joint: int, at: Array) -> Sensor:
+        """A point in the frame behind a joint."""
+        model, data, i = self.model, self.data, self.ids[joint]
+        q, qd, qdd = self.vector(s.q), self.vector(s.qd), self.vector(s.qdd)
+        pin.forwardKinematics(model, data, q, qd, qdd)
+        out = Sensor(s.njoint)
+        pose = data.oMi[i] * pin.SE3(np.eye(3), at)
+        here = pin.SE3(np.eye(3), at)
+        v, a = here.actInv(data.v[i]), here.actInv(data.a[i])
+        turn = pose.rotation
+        out.P[1:], out.R[1:, 1:] = pose.translation, turn.T
+        out.V[1:], out.OM[1:] = turn @ v.linear, turn @ v.angular
+        out.A[1:] = turn @ (a.linear + np.cross(v.angular, v.linear))
+        out.OMP[1:] = turn @ a.angular
+        jacobian = pin.computeJointJacobian(model, data, q, i)
+        jacobian = (
+            pin.SE3(turn, np.zeros(3)).toActionMatrix() @ here.toActionMatrixInverse() @ jacobian
+        )
+        out.J[1:, 1:] = jacobian[:, self.column]
+        return out
+
+
+def random_state(mbs: Mbs, rng: np.random.Generator, *, loads: bool = True) -> Data:
+    """Random positions, rates, accelerations and forces; what never moves stands as written."""
+    s = Data(mbs)
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    for number, joint in enumerate(joints, start=1):
+        if joint.nature == "driven" and joint.symbols == ("q",):
+            continue
+        kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
+        size = np.pi if joint.type[0] == "R" else 1.0
+        s.q[number] = rng.uniform(-size, size) if "q" in kept else 0.0
+        s.qd[number] = rng.uniform(-2.0, 2.0) if "qd" in kept else 0.0
+        s.qdd[number] = rng.uniform(-2.0, 2.0) if "qdd" in kept else 0.0
+    number = 0
+    for body in mbs.bodies:
+        number += len(body.joints)
+        if loads:
+            s.frc[1:, number], s.trq[1:, number] = rng.uniform(-10, 10, 3), rng.uniform(-5, 5, 3)
+    return s
+
+
+def error(found: Array, wanted: Array) -> float:
+    """The largest deviation, relative to the largest number that was wanted."""
+    size = float(np.abs(wanted).max(initial=0.0)) or 1.0
+    return float(np.abs(np.asarray(found) - wanted).max(initial=0.0)) / size

@@ -1,0 +1,362 @@
+"""Inverse dynamics and the mass matrix, in the frames of the bodies.
+
+Forces by the recursive Newton-Euler method (Luh, Walker and Paul, 1980), the mass matrix by
+composite bodies (Walker and Orin, 1982; both in Featherstone, Rigid Body Dynamics Algorithms,
+2008, chapters 5 and 6).  What is particular is in ``docs/equations.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from urdf2mbs.equations.graph import Expr
+from urdf2mbs.equations.slide import slide
+from urdf2mbs.equations.tree import NONE, Frame, Matrix, Tree, Vector, along
+
+
+def forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
+    """The joint forces by joint number (index 0 is 0), for q, qd and the qdd of some joints."""
+    graph, frames = tree.graph, tree.frames
+    add, mul = graph.add, graph.mul
+    slide(tree, columns=False)
+    gravity = tree.gravity()
+    spin: list[Vector] = [NONE]
+    spin_rate: list[Vector] = [NONE]
+    pull: list[Vector] = [(-gravity[0], -gravity[1], -gravity[2])]
+    field: list[Matrix] = [[[0, 0, 0], [0, 0, 0], [0, 0, 0]]]
+    for frame in frames[1:]:
+        parent, axis = frame.parent, frame.axis
+        qdd = frame.qdd if frame.number in accelerated else 0
+        a = tree.plus(pull[parent], multiply(tree, field[parent], frame.offset))
+        if frame.turns:
+            w = tree.outward(frame, spin[parent])
+            rate = tree.outward(frame, spin_rate[parent])
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            turned = list(rate)
+            # w x (axis qd)
+            turned[i] = add(rate[i], mul(w[j], frame.qd))
+            turned[j] = add(rate[j], -mul(w[i], frame.qd))
+            turned[axis] = add(rate[axis], qdd)
+            w = tree.plus(w, along(axis, frame.qd))
+            rate = (turned[0], turned[1], turned[2])
+            a = tree.outward(frame, a)
+            matrix = _field(tree, w, rate)
+        else:
+            w, rate, matrix = spin[parent], spin_rate[parent], field[parent]
+            coriolis = tree.cross(w, along(axis, mul(graph.constant(2.0), frame.qd)))
+            a = tree.plus(a, tree.plus(coriolis, along(axis, qdd)))
+        spin.append(w)
+        spin_rate.append(rate)
+        pull.append(a)
+        field.append(matrix)
+
+    out = [0] * len(frames)
+    moments = _second_moments(tree)
+    force: list[Vector] = [NONE] * len(frames)
+    torque: list[Vector] = [NONE] * len(frames)
+    for frame in reversed(frames[1:]):
+        k = frame.number
+        f, n = force[k], torque[k]
+        if frame.body is not None:
+            own, moment = _body(tree, frame, pull[k], field[k], moments[k])
+            f, n = tree.plus(own, f), tree.plus(moment, n)
+        out[k] = n[frame.axis] if frame.turns else f[frame.axis]
+        f, n = tree.inward(frame, f), tree.inward(frame, n)
+        n = tree.plus(n, tree.cross(frame.offset, f))
+        force[frame.parent] = tree.plus(force[frame.parent], f)
+        torque[frame.parent] = tree.plus(torque[frame.parent], n)
+    return out
+
+
+def multiply(tree: Tree, matrix: Matrix, v: Vector) -> Vector:
+    x, y, z = (tree.dot((row[0], row[1], row[2]), v) for row in matrix)
+    return x, y, z
+
+
+def _field(tree: Tree, w: Vector, rate: Vector) -> Matrix:
+    """The matrix A with A r = rate x r + w x (w x r)."""
+    add, mul = tree.graph.add, tree.graph.mul
+    xx, yy, zz = (mul(x, x) for x in w)
+    xy, xz, yz = mul(w[0], w[1]), mul(w[0], w[2]), mul(w[1], w[2])
+    return [
+        [-add(yy, zz), add(xy, -rate[2]), add(xz, rate[1])],
+        [add(xy, rate[2]), -add(xx, zz), add(yz, -rate[0])],
+        [add(xz, -rate[1]), add(yz, rate[0]), -add(xx, yy)],
+    ]
+
+
+def _second_moments(tree: Tree) -> list[Matrix]:
+    """Of each body, about its centre of mass: the sum of dm x x^T (kg m^2).
+
+    What lies along the axis of a turn moves as the frame before it does, and is counted there.
+    """
+    add, frames = tree.graph.add, tree.frames
+    out = [_second_moment(tree, frame) for frame in frames]
+    for frame in reversed(frames[1:]):
+        axis, own, before = frame.axis, out[frame.number], out[frame.parent]
+        if not any(before[i][i] for i in range(3)) or not frame.parent:
+            continue
+        if frame.turns:
+            before[axis][axis] = add(before[axis][axis], own[axis][axis])
+            own[axis][axis] = 0
+        else:
+            out[frame.parent] = _sum(tree, before, own)
+            out[frame.number] = [[0] * 3 for _ in "xyz"]
+    return out
+
+
+def _second_moment(tree: Tree, frame: Frame) -> Matrix:
+    add, inertia = tree.graph.add, tree.inertia(frame)
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia
+    half = tree.graph.mul(tree.graph.constant(0.5), add(add(xx, yy), zz))
+    return [
+        [add(half, -xx), -xy, -xz],
+        [-xy, add(half, -yy), -yz],
+        [-xz, -yz, add(half, -zz)],
+    ]
+
+
+def _body(
+    tree: Tree, frame: Frame, a: Vector, field: Matrix, moments: Matrix
+) -> tuple[Vector, Vector]:
+    """Force and moment about the frame's origin that a body needs, less what acts on it."""
+    add, mul, symbol = tree.graph.add, tree.graph.mul, tree.graph.symbol
+    k, mass, centre = frame.number, tree.mass(frame), tree.centre(frame)
+    frc = (symbol(f"frc[1][{k}]"), symbol(f"frc[2][{k}]"), symbol(f"frc[3][{k}]"))
+    trq = (symbol(f"trq[1][{k}]"), symbol(f"trq[2][{k}]"), symbol(f"trq[3][{k}]"))
+    f = tree.times(mass, tree.plus(a, multiply(tree, field, centre)))
+    f = tree.minus(f, frc)
+    n = []
+    for x in range(3):
+        y, z = (x + 1) % 3, (x + 2) % 3
+        # the sum of dm x x A x, by the elements of A and of the second moments
+        term = add(mul(field[z][y], moments[y][y]), -mul(field[y][z], moments[z][z]))
+        term = add(term, mul(moments[y][z], add(field[z][z], -field[y][y])))
+        term = add(term, mul(moments[x][y], field[z][x]))
+        n.append(add(term, -mul(moments[x][z], field[y][x])))
+    moment = tree.minus(tree.plus((n[0], n[1], n[2]), tree.cross(centre, f)), trq)
+    return f, moment
+
+
+def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
+    """The elements of the mass matrix with row <= column, by joint number, zeros left out."""
+    graph, frames = tree.graph, tree.frames
+    add, mul = graph.add, graph.mul
+    slide(tree, columns=True)
+    mass, first, second = _matter(tree)
+    columns = _Columns(tree)
+    matrix: dict[tuple[int, int], Expr] = {}
+    for frame in reversed(frames[1:]):
+        k, axis = frame.number, frame.axis
+        m, h, s = mass[k], first[k], second[k]
+        if frame.turns:
+            h, s = tree.inward(frame, h), _turned(tree, frame, s)
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            f = tree.cross(along(axis, 1), h)
+            moment = [0, 0, 0]
+            moment[axis] = add(second[k][i][i], second[k][j][j])
+            moment[i], moment[j] = -s[i][axis], -s[j][axis]
+            n = (moment[0], moment[1], moment[2])
+            matrix[k, k] = n[axis]
+        else:
+            f = along(axis, m)
+            n = tree.cross(h, along(axis, 1))
+            matrix[k, k] = m
+        columns.carry(frame, f, n, matrix)
+        parent, offset = frame.parent, frame.offset
+        moved = tree.times(mul(graph.constant(0.5), m), offset)
+        middle = tree.plus(h, moved)
+        mass[parent] = add(mass[parent], m)
+        first[parent] = tree.plus(first[parent], tree.plus(middle, moved))
+        second[parent] = _sum(tree, second[parent], _shifted(tree, s, middle, offset))
+    return {key: value for key, value in matrix.items() if value}
+
+
+def _matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
+    """Mass, first and second moments of each body about its frame's origin.
+
+    With constants folded, what lies on the axis of a turn is counted in the frame before it:
+    a mass at the origin, a first and a second moment along the axis.
+    """
+    add, mul = tree.graph.add, tree.graph.mul
+    mass: list[Expr] = []
+    first: list[Vector] = []
+    second: list[Matrix] = []
+    for frame in tree.frames:
+        m, c, about = tree.mass(frame), tree.centre(frame), _second_moment(tree, frame)
+        h = tree.times(m, c)
+        mass.append(m)
+        first.append(h)
+        second.append([[add(about[i][j], mul(h[i], c[j])) for j in range(3)] for i in range(3)])
+    for frame in reversed(tree.frames[1:]) if tree.fold else ():
+        if not frame.turns:
+            continue
+        k, parent, p, e = frame.number, frame.parent, frame.offset, along(frame.axis, 1)
+        m, line, own = mass[k], first[k][frame.axis], second[k][frame.axis][frame.axis]
+        mass[parent] = add(mass[parent], m)
+        moment = tree.plus(tree.times(m, p), tree.times(line, e))
+        first[parent] = tree.plus(first[parent], moment)
+        for v, w in ((p, moment), (e, tree.plus(tree.times(line, p), tree.times(own, e)))):
+            product = [[mul(x, y) for y in w] for x in v]
+            second[parent] = _sum(tree, second[parent], product)
+        mass[k] = 0
+        first[k] = tree.minus(first[k], tree.times(line, e))
+        second[k][frame.axis][frame.axis] = 0
+    return mass, first, second
+
+
+class _Columns:
+    """Carries force and moment of one unit acceleration inwards, past all joints.
+
+    From the frame behind a joint there are three ways: past this joint; past a run of joints
+    that turn about the same axis, by one turn with the sum of their angles; or nowhere, if all
+    joints further in are looked at from here, each by its axis and its lever.  The cheapest is
+    chosen for each frame, by the number of columns that come by.
+    """
+
+    def __init__(self, tree: Tree) -> None:
+        self.tree = tree
+        frames = tree.frames
+        self.columns = [0] * len(frames)
+        """How many columns come to the frame behind each joint."""
+        for frame in reversed(frames[1:]):
+            self.columns[frame.parent] += self.columns[frame.number] + 1
+        self.seen: list[list[tuple[Frame, Vector, Vector]]] = [[] for _ in frames]
+        """The joints up to each frame's own, their axes and levers in its axes."""
+        self.made = [0] * len(frames)
+        """How many operations these take, at most."""
+        self.price = [0.0] * len(frames)
+        self.stops = [False] * len(frames)
+        for frame in frames[1:]:
+            self._look(frame)
+
+    def _look(self, frame: Frame) -> None:
+        tree, k = self.tree, frame.number
+        parent, size = frame.parent, len(tree.graph.op)
+        turned = bool(frame.sin)
+        step = _weight(frame.offset) * 4 + self.price[parent] + (12 if turned else 0)
+        self.price[k] = step if parent else 9.0 if turned else 0.0
+        if not self.columns[k]:
+            return
+        axes = self.seen[k]
+        for other, axis, lever in self.seen[parent]:
+            lever = tree.outward(frame, tree.plus(lever, frame.offset)) if other.turns else NONE
+            axes.append((other, tree.outward(frame, axis), lever))
+        axes.append((frame, along(frame.axis, 1), NONE))
+        self.made[k] = self.made[parent] + len(tree.graph.op) - size
+        levers = {lever for other, _, lever in axes if other.turns}
+        price = sum(4 * _weight(lever) for lever in levers)
+        price += sum(2 * _weight(axis) - 1 for _, axis, _ in axes if _weight(axis) > 1)
+        # the others' axes may come from here
+        saved = (self.price[k] - price) * self.columns[k]
+        if saved > self.made[k] * 0.5:
+            self.stops[k] = True
+            self.price[k] = price
+
+    def carry(
+        self, frame: Frame, f: Vector, n: Vector, matrix: dict[tuple[int, int], Expr]
+    ) -> None:
+        """Fill the column of one joint from force and moment in the frame before it."""
+        tree, column, offset = self.tree, frame.number, frame.offset
+        at = tree.frames[frame.parent]
+        while at.number:
+            n = tree.plus(n, tree.cross(offset, f))
+            if self.stops[at.number]:
+                for other, axis, lever in self.seen[at.number]:
+                    reach = tree.plus(n, tree.cross(lever, f)) if other.turns else f
+                    matrix[other.number, column] = tree.dot(axis, reach)
+                return
+            run = self._run(at)
+            if len(run) > 1:
+                f, n = self._past(run, f, n, column, matrix)
+                at = run[-1]
+            else:
+                matrix[at.number, column] = n[at.axis] if at.turns else f[at.axis]
+                f, n = tree.inward(at, f), tree.inward(at, n)
+            offset, at = at.offset, tree.frames[at.parent]
+
+    def _run(self, frame: Frame) -> list[Frame]:
+        """The joints from this one inwards that turn about the same axis."""
+        run = [frame]
+        if not frame.turns or self.columns[frame.number] < RUN:
+            return run
+        while True:
+            frame = self.tree.frames[frame.parent]
+            if not frame.turns or frame.axis != run[0].axis or self.stops[frame.number]:
+                return run
+            run.append(frame)
+
+    def _past(
+        self, run: list[Frame], f: Vector, n: Vector, column: int,
+        matrix: dict[tuple[int, int], Expr],
+    ) -> tuple[Vector, Vector]:  # fmt: skip
+        tree, axis = self.tree, run[0].axis
+        turns = self._turns(run)
+        c, s = turns[0]
+        f, n = tree.turn(axis, c, s, f), tree.turn(axis, c, s, n)
+        for frame, (c, s) in zip(run, [*turns[1:], (1, 0)], strict=True):
+            matrix[frame.number, column] = n[axis]
+            if frame is not run[-1]:
+                n = tree.plus(n, tree.cross(tree.turn(axis, c, s, frame.offset), f))
+        return f, n
+
+    def _turns(self, run: list[Frame]) -> list[tuple[Expr, Expr]]:
+        """Cosine and sine of the angle of each frame of a run to the frame before all."""
+        add, mul = self.tree.graph.add, self.tree.graph.mul
+        c, s = 1, 0
+        out = []
+        for frame in reversed(run):
+            c, s = (
+                add(mul(c, frame.cos), -mul(s, frame.sin)),
+                add(mul(s, frame.cos), mul(c, frame.sin)),
+            )
+            out.append((c, s))
+        return out[::-1]
+
+
+#: From so many columns on, one turn by a sum of angles pays.
+RUN = 2
+
+
+def _weight(v: Vector) -> int:
+    """How many elements are not zero."""
+    return sum(1 for x in v if x)
+
+
+def _sum(tree: Tree, a: Matrix, b: Matrix) -> Matrix:
+    add = tree.graph.add
+    return [[add(x, y) for x, y in zip(r, s, strict=True)] for r, s in zip(a, b, strict=True)]
+
+
+def _turned(tree: Tree, frame: Frame, second: Matrix) -> Matrix:
+    """Second moments given in the frame behind a turn, in the axes of the frame before it."""
+    add, mul = tree.graph.add, tree.graph.mul
+    s, c, k = frame.sin, frame.cos, frame.axis
+    if s == 0 and c == 1:
+        return second
+    i, j = (k + 1) % 3, (k + 2) % 3
+    out = [row[:] for row in second]
+    twice = mul(tree.graph.constant(2.0), c)
+    u = add(mul(s, add(second[i][i], -second[j][j])), mul(twice, second[i][j]))
+    su = mul(s, u)
+    out[i][i] = add(second[i][i], -su)
+    out[j][j] = add(second[j][j], su)
+    out[i][j] = out[j][i] = add(mul(c, u), -second[i][j])
+    out[i][k] = out[k][i] = add(mul(c, second[i][k]), -mul(s, second[j][k]))
+    out[j][k] = out[k][j] = add(mul(s, second[i][k]), mul(c, second[j][k]))
+    return out
+
+
+def _shifted(tree: Tree, second: Matrix, middle: Vector, offset: Vector) -> Matrix:
+    """Second moments about a frame's origin, about the origin of the frame before it.
+
+    ``middle`` is the first moment about the point half way between the two."""
+    add, mul = tree.graph.add, tree.graph.mul
+    out = [row[:] for row in second]
+    twice = tree.times(tree.graph.constant(2.0), offset)
+    for i in range(3):
+        j = (i + 1) % 3
+        out[i][i] = add(second[i][i], mul(twice[i], middle[i]))
+        mixed = add(mul(offset[i], middle[j]), mul(offset[j], middle[i]))
+        out[i][j] = out[j][i] = add(second[i][j], mixed)
+    return out

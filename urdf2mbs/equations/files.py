@@ -1,0 +1,256 @@
+"""The files of ``symbolicR``: which there are, what each says of itself, and what it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+
+from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.equations import c, python
+from urdf2mbs.equations.accelerations import Massless, accelerations
+from urdf2mbs.equations.constraints import constraints
+from urdf2mbs.equations.dynamics import forces, mass_matrix
+from urdf2mbs.equations.forces import extforces, links, links3d
+from urdf2mbs.equations.kinematics import Motion, motion
+from urdf2mbs.equations.loops import Loops, Refused, loops
+from urdf2mbs.equations.routine import Cases, Count, Routine
+from urdf2mbs.equations.tree import NONE, Tree, is_fixed
+from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
+
+#: What is generated, by Robotran's names.
+FUNCTIONS = (
+    "dirdyna", "invdyna", "accelred", "cons_hJ", "cons_jdqd", "link", "link3D", "extforces",
+    "sensor", "gensensor",
+)  # fmt: skip
+
+
+@dataclass
+class Equations:
+    """The files of one model by name, and what was counted."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    counts: dict[str, Count] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+    """Functions that are not generated, and why."""
+    fixed: list[tuple[int, str, float]] = field(default_factory=list)
+    """Joints that never move: number, name, and the position (rad, m) taken for constant."""
+
+
+#: The first words of every file.
+MARK = "Written by urdf2mbs from"
+
+
+def not_ours(folder: Path, made: Equations) -> None:
+    """Raise ConfigError if a file to be written is there, and another program's."""
+    for name in made.files:
+        path = folder / name
+        if path.is_file() and MARK.encode() not in path.read_bytes()[:100]:
+            raise ConfigError(
+                "equations-not-ours",
+                f"'{path}' was not written by urdf2mbs",
+                hint="move it away, or write into another folder",
+            )
+
+
+def equations(
+    mbs: Mbs,
+    data: bytes,
+    file: str,
+    *,
+    language: str = "python",
+    fold: bool = False,
+    keep_turns: bool = False,
+    numba: bool = False,
+) -> Equations:
+    """Generate the equations of a model.
+
+    ``data`` is the .mbs file and ``file`` its name, for the headers.  ``fold`` writes all
+    constants as numbers; else masses, centres of mass, inertias and points are read from the
+    data.  ``keep_turns`` also reads the positions of joints that never move.
+
+    Raises ConversionError where the model's name is no identifier: it is part of the names.
+    """
+    if not mbs.name.isidentifier() or not mbs.name.isascii():
+        raise ConversionError(
+            "mbsname-no-identifier",
+            f"the name of the model is '{mbs.name}', and the equations' files are called after it",
+            file=file,
+            hint="give it a name of letters, digits and '_' in <mbsname>",
+        )
+    out = Equations()
+    if not keep_turns:
+        numbers = mbs.numbers()
+        out.fixed = [
+            (numbers[joint.name], joint.name, joint.q or 0.0)
+            for body in mbs.bodies for joint in body.joints if is_fixed(joint)
+        ]  # fmt: skip
+    maker = _Maker(mbs, fold, keep_turns)
+    writer = c.Writer(mbs) if language == "c" else python.Writer(mbs, numba=numba)
+    checksum = sha256(data).hexdigest()
+    for name in FUNCTIONS:
+        made = getattr(maker, name.lower())()
+        if isinstance(made, Refused):
+            out.left_out[name] = made.why
+        text, out.counts[name] = writer.function(name, made)
+        head = _header(mbs, name, Path(file).name, checksum, fold, out, made)
+        mark = "//" if language == "c" else "#"
+        lines = "".join(f"{mark} {line}".rstrip() + "\n" for line in head)
+        suffix = "c" if language == "c" else "py"
+        out.files[f"mbs_{name}_{mbs.name}.{suffix}"] = (lines + "\n" + text).encode()
+    return out
+
+
+def _header(
+    mbs: Mbs, name: str, file: str, checksum: str, fold: bool, out: Equations, made: object
+) -> list[str]:
+    count = out.counts[name]
+    lines = [
+        f"{MARK} {file}. Do not edit: generate again.",
+        f"sha256 of the .mbs: {checksum}",
+        f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
+    ]
+    if isinstance(made, Refused):
+        return [*lines, f"Not generated: {made.why}."]
+    if isinstance(made, Loops):
+        lines.append("Loops are closed by Newton's method; M and c are those of dirdyna.")
+        return lines
+    lines.append(
+        f"{count.operations} operations: {count.products} products, {count.sums} sums, "
+        f"{count.functions} functions, {count.divisions} divisions, {count.signs} signs"
+    )
+    if fold:
+        lines.append("All constants are numbers: a change of the data has no effect.")
+    else:
+        lines.append(
+            "What is zero in the .mbs stays zero, and other masses, centres, inertias and points "
+            "are read from the data."
+        )
+    if out.fixed:
+        lines.append("These joints never move, and their positions are numbers:")
+        lines += [f"  {number} {joint} at {q!r}" for number, joint, q in out.fixed]
+    return lines
+
+
+class _Maker:
+    """The routines of one model; a string says why there is none."""
+
+    def __init__(self, mbs: Mbs, fold: bool, keep_turns: bool) -> None:
+        self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
+
+    def tree(self, other: Tree | None = None) -> Tree:
+        graph = None if other is None else other.graph
+        return Tree(self.mbs, fold=self.fold, keep_turns=self.keep_turns, graph=graph)
+
+    def dirdyna(self) -> Routine:
+        tree = self.tree()
+        c = forces(tree, ())
+        matrix = mass_matrix(self.tree(tree))
+        routine = Routine(tree.graph)
+        for frame in reversed(tree.frames[1:]):
+            k = frame.number
+            for (i, j), value in matrix.items():
+                if j == k:
+                    routine.store(f"M[{i}][{j}]", value, *([f"M[{j}][{i}]"] * (i != j)))
+            routine.store(f"c[{k}]", c[k])
+        return routine
+
+    def invdyna(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        for k, value in enumerate(forces(tree, range(len(tree.frames)))):
+            if k:
+                routine.store(f"phi[{k}]", value)
+        return routine
+
+    def accelred(self) -> Routine | Loops | Refused:
+        tree = self.tree()
+        if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
+            return loops(tree)
+        try:
+            found = accelerations(tree, self.tree(tree))
+        except Massless as error:
+            joint = tree.frames[error.number].joint.name
+            return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
+        routine = Routine(tree.graph)
+        for k, value in found.items():
+            routine.store(f"s.qdd[{k}]", value)
+        return routine
+
+    def cons_hj(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        for number, constraint in enumerate(constraints(tree), start=1):
+            routine.store(f"h[{number}]", constraint.value)
+            for k, value in constraint.jacobian.items():
+                if value:
+                    routine.store(f"Jac[{number}][{k}]", value)
+        return routine
+
+    def cons_jdqd(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        for number, constraint in enumerate(constraints(tree), start=1):
+            routine.store(f"Jdqd[{number}]", constraint.jdqd)
+        return routine
+
+    def link(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        links(tree, routine)
+        return routine
+
+    def link3d(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        links3d(tree, routine)
+        return routine
+
+    def extforces(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        extforces(tree, routine)
+        return routine
+
+    def sensor(self) -> Cases:
+        routines: dict[int, Routine] = {}
+        for body in self.mbs.bodies:
+            for point in body.points:
+                if point.sensor is not None:
+                    tree = self.tree()
+                    at = motion(tree, tree.last[body.name], tree.point(body.name, point.name))
+                    routines[len(routines) + 1] = _sensor(tree, at, point.sensor)
+        return Cases(routines)
+
+    def gensensor(self) -> Cases:
+        every = Sensor("", tuple(sorted(SENSOR_MEASURES)))
+        tree = self.tree()
+        return Cases(
+            {
+                frame.number: _sensor(tree, motion(tree, frame.number, NONE), every)
+                for frame in tree.frames[1:]
+            }
+        )
+
+
+def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:
+    routine = Routine(tree.graph)
+    measures = set(sensor.measures)
+    for name, measure, vector in (
+        ("P", "Pos", at.position), ("V", "Vit", at.velocity), ("OM", "Om", at.spin),
+        ("A", "Acc", at.acceleration), ("OMP", "Omp", at.spin_rate),
+    ):  # fmt: skip
+        if measure in measures:
+            for k, value in enumerate(vector, start=1):
+                routine.store(f"sens.{name}[{k}]", value)
+    if "Rot" in measures:
+        for row, axis in enumerate(at.axes, start=1):
+            for k, value in enumerate(axis, start=1):
+                routine.store(f"sens.R[{row}][{k}]", value)
+    if "Jac" in measures:
+        for first, columns in ((1, at.linear), (4, at.angular)):
+            for joint, column in columns.items():
+                for row, value in enumerate(column, start=first):
+                    if value:
+                        routine.store(f"sens.J[{row}][{joint}]", value)
+    return routine

@@ -1,0 +1,106 @@
+"""Where a frame or a point is, how it moves, and what each joint adds to that.
+
+All in the axes of one frame, most often the ground's, by recursion from there outwards
+(Siciliano and others, Robotics: Modelling, Planning and Control, 2009, chapters 2 and 3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
+
+
+@dataclass
+class Motion:
+    """Of a point fixed to a frame."""
+
+    axes: tuple[Vector, Vector, Vector]
+    """The frame's x, y and z axis: the columns of the rotation from the frame."""
+    position: Vector
+    velocity: Vector
+    spin: Vector
+    acceleration: Vector
+    """Without gravity."""
+    spin_rate: Vector
+    linear: dict[int, Vector] = field(default_factory=dict)
+    """By joint number, the velocity for a unit rate of the joint."""
+    angular: dict[int, Vector] = field(default_factory=dict)
+
+
+UNIT: tuple[Vector, Vector, Vector] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+def chain(tree: Tree, number: int, start: int = 0) -> list[Frame]:
+    """The joints from one frame out to another."""
+    out = []
+    while number != start:
+        out.append(tree.frames[number])
+        number = tree.frames[number].parent
+    return out[::-1]
+
+
+def motion(
+    tree: Tree, number: int, at: Vector = NONE, *, start: int = 0, accelerations: bool = True
+) -> Motion:
+    """The motion of a point ``at`` in the frame behind a joint, seen from the frame ``start``,
+    as if that stood still; ``accelerations`` False takes all qdd as 0."""
+    graph = tree.graph
+    axes = UNIT
+    position = velocity = spin = acceleration = spin_rate = NONE
+    turning: list[tuple[int, Vector, Vector]] = []
+    linear: dict[int, Vector] = {}
+    angular: dict[int, Vector] = {}
+    for frame in chain(tree, number, start):
+        k, axis = frame.number, frame.axis
+        arm = combine(tree, axes, frame.offset)
+        position = tree.plus(position, arm)
+        velocity = tree.plus(velocity, tree.cross(spin, arm))
+        acceleration = tree.plus(acceleration, _swing(tree, spin, spin_rate, arm))
+        own = axes[axis]
+        rate = tree.times(frame.qd, own)
+        qdd = tree.times(frame.qdd, own) if accelerations else NONE
+        across = tree.cross(spin, rate)
+        if frame.turns:
+            turning.append((k, own, position))
+            angular[k] = own
+            spin = tree.plus(spin, rate)
+            spin_rate = tree.plus(tree.plus(spin_rate, across), qdd)
+            i, j = (axis + 1) % 3, (axis + 2) % 3
+            c, s = frame.cos, frame.sin
+            turned = list(axes)
+            turned[i] = tree.plus(tree.times(c, axes[i]), tree.times(s, axes[j]))
+            turned[j] = tree.minus(tree.times(c, axes[j]), tree.times(s, axes[i]))
+            axes = (turned[0], turned[1], turned[2])
+        else:
+            linear[k] = own
+            velocity = tree.plus(velocity, rate)
+            twice = tree.times(graph.constant(2.0), across)
+            acceleration = tree.plus(tree.plus(acceleration, twice), qdd)
+    arm = combine(tree, axes, at)
+    position = tree.plus(position, arm)
+    velocity = tree.plus(velocity, tree.cross(spin, arm))
+    acceleration = tree.plus(acceleration, _swing(tree, spin, spin_rate, arm))
+    for k, own, origin in turning:
+        linear[k] = tree.cross(own, tree.minus(position, origin))
+    return Motion(
+        axes, position, velocity, spin, acceleration, spin_rate,
+        dict(sorted(linear.items())), dict(sorted(angular.items())),
+    )  # fmt: skip
+
+
+def combine(tree: Tree, axes: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
+    """A vector given in a frame, in the axes that the frame's own are given in."""
+    parts = [tree.times(x, axis) for x, axis in zip(v, axes, strict=True)]
+    return tree.plus(tree.plus(parts[0], parts[1]), parts[2])
+
+
+def into(tree: Tree, axes: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
+    """The other way: a vector in the axes of a frame."""
+    return tree.dot(axes[0], v), tree.dot(axes[1], v), tree.dot(axes[2], v)
+
+
+def _swing(tree: Tree, spin: Vector, spin_rate: Vector, arm: Vector) -> Vector:
+    """What turning adds to the acceleration of a point at the end of an arm."""
+    turning = tree.cross(spin, tree.cross(spin, arm))
+    return tree.plus(tree.cross(spin_rate, arm), turning)

@@ -1,0 +1,263 @@
+"""A function to be written: what it stores, in order, and the statements that this takes.
+
+Each node that is used more than once becomes a variable; what is used once is written where
+it is used, and what is not used is not written.  A variable stands as late as it can.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from urdf2mbs.equations.graph import (
+    ADD,
+    CONST,
+    COS,
+    DIV,
+    INPUT,
+    MUL,
+    SIN,
+    SQRT,
+    SYMBOL,
+    Expr,
+    Graph,
+)
+
+#: No expression is longer than this many characters; what would be is a variable.
+LONGEST = 72
+
+
+@dataclass
+class Store:
+    """An expression is written to places such as ``M[1][3]``."""
+
+    places: tuple[str, ...]
+    value: Expr
+
+
+@dataclass
+class Call:
+    """A user function is called; ``result`` is the name of what it returns."""
+
+    function: str
+    arguments: tuple[str, ...]
+    result: str
+
+
+@dataclass
+class Routine:
+    """One function, or one case of it."""
+
+    graph: Graph
+    steps: list[Store | Call] = field(default_factory=list)
+
+    def store(self, place: str, value: Expr, *others: str) -> None:
+        self.steps.append(Store((place, *others), value))
+
+
+@dataclass
+class Cases:
+    """A routine for each number, of a sensor or a joint."""
+
+    routines: dict[int, Routine]
+
+
+@dataclass
+class Count:
+    """How many operations a routine does."""
+
+    products: int = 0
+    sums: int = 0
+    functions: int = 0
+    """Sines, cosines and square roots."""
+    divisions: int = 0
+    signs: int = 0
+    """Changes of sign that are no part of a sum."""
+
+    @property
+    def operations(self) -> int:
+        return self.products + self.sums + self.functions + self.divisions + self.signs
+
+    def __add__(self, other: Count) -> Count:
+        return Count(
+            self.products + other.products, self.sums + other.sums,
+            self.functions + other.functions, self.divisions + other.divisions,
+            self.signs + other.signs,
+        )  # fmt: skip
+
+
+@dataclass
+class Statement:
+    """``variable`` or ``places`` are given the value of ``text``; or a call."""
+
+    text: str = ""
+    variable: str | None = None
+    places: tuple[str, ...] = ()
+    uses: tuple[str, ...] = ()
+    """What stands in the text: variables, and symbols such as ``q[3]``."""
+    call: Call | None = None
+
+
+def statements(routine: Routine) -> tuple[list[Statement], Count]:
+    return _Writer(routine).write()
+
+
+class _Writer:
+    def __init__(self, routine: Routine) -> None:
+        self.routine, self.graph = routine, routine.graph
+        self.uses: dict[int, int] = {}
+        self.terms: dict[int, list[tuple[bool, str]]] = {}
+        """How a node is written where it is used: terms, each with whether it is added."""
+        self.used: dict[int, tuple[str, ...]] = {}
+        self.out: list[Statement] = []
+        self.count = Count()
+        self.variables = 0
+
+    def write(self) -> tuple[list[Statement], Count]:
+        self._count_uses()
+        for step in self.routine.steps:
+            if isinstance(step, Call):
+                self.out.append(Statement(call=step))
+                continue
+            node = abs(step.value)
+            self._make(node)
+            text = self._join(node, step.value > 0) if node else "0.0"
+            self.out.append(Statement(text, None, step.places, self.used.get(node, ())))
+        return self.out, self.count
+
+    def _count_uses(self) -> None:
+        op, a, b = self.graph.op, self.graph.a, self.graph.b
+        stack = [abs(s.value) for s in self.routine.steps if isinstance(s, Store) and s.value]
+        uses, counted = self.uses, self.count
+        while stack:
+            node = stack.pop()
+            uses[node] = uses.get(node, 0) + 1
+            if uses[node] > 1 or op[node] in (CONST, SYMBOL, INPUT):
+                continue
+            stack.append(abs(a[node]))
+            if op[node] in (ADD, MUL, DIV):
+                stack.append(abs(b[node]))
+            if op[node] == ADD:
+                counted.sums += 1
+            elif op[node] == MUL:
+                counted.products += 1
+            elif op[node] == DIV:
+                counted.divisions += 1
+            else:
+                counted.functions += 1
+
+    def _make(self, wanted: int) -> None:
+        """Write all that an expression needs, deepest first."""
+        op, a, b = self.graph.op, self.graph.a, self.graph.b
+        stack = [wanted]
+        while stack:
+            node = stack[-1]
+            if node in self.terms or node == 0:
+                stack.pop()
+                continue
+            kind = op[node]
+            if kind in (CONST, SYMBOL, INPUT):
+                self._leaf(node, kind)
+                continue
+            operands = [abs(a[node])] if kind in (SIN, COS, SQRT) else [abs(a[node]), abs(b[node])]
+            missing = [x for x in operands if x not in self.terms]
+            if missing:
+                stack += reversed(missing)
+                continue
+            self._operation(node, kind, operands)
+            stack.pop()
+
+    def _leaf(self, node: int, kind: int) -> None:
+        if kind == CONST:
+            value = self.graph.value[node]
+            self.terms[node] = [(True, repr(value))]
+            self.used[node] = ()
+        else:
+            name = self.graph.name[node]
+            self.terms[node] = [(True, name)]
+            self.used[node] = () if kind == INPUT else (name,)
+
+    def _operation(self, node: int, kind: int, operands: list[int]) -> None:
+        graph = self.graph
+        x, y = graph.a[node], graph.b[node]
+        if kind == ADD:
+            terms = self.terms[x] + [(plus == (y > 0), text) for plus, text in self.terms[abs(y)]]
+        elif kind == MUL:
+            terms = [(True, f"{self._factor(x)} * {self._factor(y)}")]
+        elif kind == DIV:
+            terms = [(True, f"{self._factor(x)} / {self._divisor(y)}")]
+        else:
+            name = {SIN: "sin", COS: "cos", SQRT: "sqrt"}[kind]
+            terms = [(True, f"{name}({self._join(abs(x), x > 0)})")]
+        used = self.used[operands[0]]
+        if len(operands) > 1:
+            used += self.used[operands[1]]
+        self.terms[node], self.used[node] = terms, used
+        if self.uses[node] > 1 or sum(len(text) + 3 for _, text in terms) > LONGEST:
+            self._variable(node, kind)
+
+    def _variable(self, node: int, kind: int) -> None:
+        text = self._join(node, True)
+        argument = self.graph.name[abs(self.graph.a[node])] if kind in (SIN, COS) else ""
+        if argument.startswith("q["):
+            name = f"{'S' if kind == SIN else 'C'}{argument[2:-1]}"
+        else:
+            self.variables += 1
+            name = f"x{self.variables}"
+        self.out.append(Statement(text, name, (), self.used[node]))
+        self.terms[node], self.used[node] = [(True, name)], (name,)
+
+    def _join(self, node: int, positive: bool) -> str:
+        """A sum as text, with a term that is added in front, if there is one."""
+        terms = [(plus == positive, text) for plus, text in self.terms[node]]
+        first = next((i for i, (plus, _) in enumerate(terms) if plus), 0)
+        terms.insert(0, terms.pop(first))
+        if not terms[0][0]:
+            self.count.signs += 1
+        text = ("" if terms[0][0] else "-") + terms[0][1]
+        return text + "".join(f" {'+' if plus else '-'} {term}" for plus, term in terms[1:])
+
+    def _factor(self, node: int) -> str:
+        return f"({self._join(node, True)})" if len(self.terms[node]) > 1 else self._single(node)
+
+    def _single(self, node: int) -> str:
+        return self.terms[node][0][1]
+
+    def _divisor(self, node: int) -> str:
+        text = self._factor(node)
+        return f"({text})" if " " in text and not text.startswith("(") else text
+
+
+@dataclass
+class Piece:
+    """Some statements, the variables that they take from pieces before, and those they give."""
+
+    lines: list[Statement]
+    takes: list[tuple[str, int]] = field(default_factory=list)
+    """Each with its place in the array that all pieces share."""
+    gives: dict[str, int] = field(default_factory=dict)
+
+
+def split(lines: list[Statement], size: int) -> tuple[list[Piece], int]:
+    """Cut a function into pieces of so many statements; also, how many places they share."""
+    pieces = [Piece(lines[i : i + size]) for i in range(0, len(lines), size)]
+    made: dict[str, int] = {}
+    places: dict[str, int] = {}
+    for number, piece in enumerate(pieces):
+        taken: dict[str, None] = {}
+        for line in piece.lines:
+            if line.variable is not None:
+                made[line.variable] = number
+            for name in line.uses:
+                if name in made and made[name] != number:
+                    taken[name] = None
+        for name in taken:
+            place = places.setdefault(name, len(places))
+            pieces[made[name]].gives[name] = place
+            piece.takes.append((name, place))
+    return pieces, len(places)
+
+
+def arrays(lines: list[Statement]) -> list[str]:
+    """The arrays of the data that are read."""
+    used = {name.partition("[") for line in lines for name in line.uses}
+    return sorted({array for array, bracket, _ in used if bracket})

@@ -1,0 +1,221 @@
+"""The tree of joints that a model is, as expressions: where each joint stands, what it carries.
+
+Each joint has a frame behind it.  Masses, centres, inertias and points are symbols that are
+read from the data, as Robotran's own equations do, wherever they are not zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from urdf2mbs.equations.graph import Expr, Graph
+from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.spatial import ZERO, Vec
+
+#: Three expressions; most often the coordinates of a vector.
+Vector = tuple[Expr, Expr, Expr]
+#: The elements of a symmetric matrix, as rows.
+Matrix = list[list[Expr]]
+
+NONE: Vector = (0, 0, 0)
+
+
+@dataclass
+class Frame:
+    """A joint and the frame behind it."""
+
+    number: int
+    """The joint's, 1, 2, ... as Robotran counts."""
+    joint: Joint
+    parent: int
+    """The number of the joint before; 0 is the ground."""
+    axis: int
+    """0, 1 or 2."""
+    turns: bool
+    q: Expr
+    qd: Expr
+    qdd: Expr
+    sin: Expr
+    cos: Expr
+    start: Vector
+    """Where the joint's chain goes on in the frame before it (m): a point, or nothing."""
+    at: Vec
+    """The same as numbers."""
+    offset: Vector = NONE
+    """``start`` and the joint's own shift by q: where the frame behind it is (m)."""
+    slide: Vector = NONE
+    """How far the frame stands from where the file has it, in its own axes (m)."""
+    body: Body | None = None
+    """The body whose frame this is."""
+    children: list[int] = field(default_factory=list)
+
+
+class Tree:
+    """All frames of a model, ``frames[0]`` being the ground's, in one graph."""
+
+    def __init__(
+        self,
+        mbs: Mbs,
+        *,
+        fold: bool = False,
+        keep_turns: bool = False,
+        graph: Graph | None = None,
+    ) -> None:
+        self.mbs = mbs
+        self.graph = graph = Graph() if graph is None else graph
+        self.fold = fold
+        self.points: dict[tuple[str | None, str | None], int] = {}
+        """The number of each point, as Robotran counts: in the order of the file, base first."""
+        self.last: dict[str | None, int] = {None: 0}
+        """The number of each body's last joint."""
+        owners = [(None, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)]
+        for owner, points in owners:
+            for point in points:
+                self.points[owner, point.name] = len(self.points) + 1
+        self.coordinates = {
+            (owner, point.name): point.coordinates for owner, points in owners for point in points
+        }
+        ground = Joint("", "T1")
+        self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE, ZERO)]
+        for body in mbs.bodies:
+            parent = self.last[body.parent]
+            start, at = self.point(body.parent, body.point), ZERO
+            if body.point is not None:
+                at = self.coordinates[body.parent, body.point]
+            for joint in body.joints:
+                number = len(self.frames)
+                q, qd, qdd = self._motion(joint, number, keep_turns)
+                axis, turns = int(joint.type[1]) - 1, joint.type[0] == "R"
+                sine, cosine = (graph.sin(q), graph.cos(q)) if turns else (0, 1)
+                self.frames.append(
+                    Frame(number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at)
+                )
+                self.put(self.frames[number], NONE)
+                self.frames[parent].children.append(number)
+                parent, start, at = number, NONE, ZERO
+            self.last[body.name] = parent
+            self.frames[parent].body = body
+
+    def _motion(self, joint: Joint, number: int, keep_turns: bool) -> tuple[Expr, Expr, Expr]:
+        graph = self.graph
+        if is_fixed(joint) and not keep_turns:
+            return graph.constant(joint.q or 0.0), 0, 0
+        kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
+        q, qd, qdd = (
+            graph.symbol(f"{name}[{number}]") if name in kept else 0 for name in ("q", "qd", "qdd")
+        )
+        return q, qd, qdd
+
+    def put(self, frame: Frame, slide: Vector) -> None:
+        """Move a frame in its own axes (m); the frame before it must be in its place."""
+        frame.slide = slide
+        offset = self.minus(frame.start, self.frames[frame.parent].slide)
+        if not frame.turns:
+            offset = self.plus(offset, along(frame.axis, frame.q))
+        frame.offset = self.plus(offset, slide)
+
+    def parameter(self, value: float | None, name: str) -> Expr:
+        """A number of the file: a symbol if it is not zero, or with ``fold`` the number."""
+        if not value:
+            return 0
+        return self.graph.constant(value) if self.fold else self.graph.symbol(name)
+
+    def point(self, body: str | None, point: str | None) -> Vector:
+        """The coordinates of a point in its body's frame."""
+        if point is None:
+            return NONE
+        number = self.points[body, point]
+        x, y, z = (
+            self.parameter(value, f"dpt[{k}][{number}]")
+            for k, value in enumerate(self.coordinates[body, point], start=1)
+        )
+        return x, y, z
+
+    def gravity(self) -> Vector:
+        x, y, z = (
+            self.parameter(value, f"g[{k}]")
+            for k, value in enumerate(self.mbs.base.gravity, start=1)
+        )
+        return x, y, z
+
+    def mass(self, frame: Frame) -> Expr:
+        body = frame.body
+        return 0 if body is None else self.parameter(body.mass, f"m[{frame.number}]")
+
+    def centre(self, frame: Frame) -> Vector:
+        """The centre of mass in the frame (m)."""
+        given = (0.0, 0.0, 0.0)
+        if frame.body is not None and frame.body.com is not None:
+            given = frame.body.com
+        x, y, z = (
+            self.parameter(value, f"l[{k}][{frame.number}]")
+            for k, value in enumerate(given, start=1)
+        )
+        return self.minus((x, y, z), frame.slide)
+
+    def inertia(self, frame: Frame) -> Matrix:
+        """About the centre of mass, in the frame's axes (kg m^2)."""
+        given = (0.0,) * 6
+        if frame.body is not None and frame.body.inertia is not None:
+            given = frame.body.inertia
+        xx, xy, xz, yy, yz, zz = (
+            self.parameter(value, f"In[{k}][{frame.number}]")
+            for k, value in zip((1, 2, 3, 5, 6, 9), given, strict=True)
+        )
+        return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+    # --- vectors ---------------------------------------------------------------------------
+
+    def plus(self, v: Vector, w: Vector) -> Vector:
+        add = self.graph.add
+        return add(v[0], w[0]), add(v[1], w[1]), add(v[2], w[2])
+
+    def minus(self, v: Vector, w: Vector) -> Vector:
+        return self.plus(v, (-w[0], -w[1], -w[2]))
+
+    def times(self, s: Expr, v: Vector) -> Vector:
+        mul = self.graph.mul
+        return mul(s, v[0]), mul(s, v[1]), mul(s, v[2])
+
+    def dot(self, v: Vector, w: Vector) -> Expr:
+        add, mul = self.graph.add, self.graph.mul
+        return add(add(mul(v[0], w[0]), mul(v[1], w[1])), mul(v[2], w[2]))
+
+    def cross(self, v: Vector, w: Vector) -> Vector:
+        add, mul = self.graph.add, self.graph.mul
+        return (
+            add(mul(v[1], w[2]), -mul(v[2], w[1])),
+            add(mul(v[2], w[0]), -mul(v[0], w[2])),
+            add(mul(v[0], w[1]), -mul(v[1], w[0])),
+        )
+
+    def outward(self, frame: Frame, v: Vector) -> Vector:
+        """A vector given in the frame before a joint, in the frame behind it."""
+        return self.turn(frame.axis, frame.cos, -frame.sin, v) if frame.turns else v
+
+    def inward(self, frame: Frame, v: Vector) -> Vector:
+        """A vector given in the frame behind a joint, in the frame before it."""
+        return self.turn(frame.axis, frame.cos, frame.sin, v) if frame.turns else v
+
+    def turn(self, axis: int, c: Expr, s: Expr, v: Vector) -> Vector:
+        """A vector, turned about a coordinate axis by an angle given by cosine and sine."""
+        if s == 0 and c == 1:
+            return v
+        add, mul = self.graph.add, self.graph.mul
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        out = list(v)
+        out[i] = add(mul(c, v[i]), -mul(s, v[j]))
+        out[j] = add(mul(s, v[i]), mul(c, v[j]))
+        return out[0], out[1], out[2]
+
+
+def is_fixed(joint: Joint) -> bool:
+    """Whether a joint never moves: driven, and of its symbols only the position is kept."""
+    return joint.nature == "driven" and joint.symbols == ("q",)
+
+
+def along(axis: int, x: Expr) -> Vector:
+    """A vector along a coordinate axis."""
+    out = [0, 0, 0]
+    out[axis] = x
+    return out[0], out[1], out[2]

@@ -1,0 +1,45 @@
+"""Equations: Robotran's equations of motion for the file just made, in the project's symbolicR.
+
+In the method, Robotran's own generator is the last step, after the conversion (Figure 1): a web
+service with an account.  Here it needs none.  Only done where the config gives a language.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.equations import equations, not_ours
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.reader import read
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    language: Literal["python", "c"] | None = None
+    """``python`` (for MBsysPy) or ``c`` (for MBsysC); without it, nothing is generated."""
+    fold: bool = False
+    """Write masses, centres of mass, inertias and points as numbers: fewer operations, but a
+    change of the data has no effect."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    output = conversion.settings.output
+    if options.language is None or output not in conversion.files:
+        return
+    data = conversion.files[output]
+    mbs = read(data, str(output), mechanics_only=True)
+    made = equations(mbs, data, output.name, language=options.language, fold=options.fold)
+    folder = (conversion.settings.project or output.parent) / "symbolicR"
+    not_ours(folder, made)
+    for name, text in made.files.items():
+        conversion.files[folder / name] = text
+    found: dict[str, Any] = {
+        "counts": {name: count.operations for name, count in made.counts.items()},
+        "not_generated": made.left_out,
+    }
+    conversion.report["equations"] = found
+
+
+PASS = Pass("equations", run, Options, needs=("mbs-file",))
