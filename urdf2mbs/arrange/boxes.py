@@ -1,0 +1,353 @@
+"""What a diagram is made of, and how large MBSysPad draws it: boxes, wires, lanes.
+
+A body is planned in a frame of its own, whatever way its limb grows on the sheet: ``a`` runs
+ahead, from the parent's point over the joints into the box; ``b`` runs across.  All in pixels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import ceil, sqrt
+
+from urdf2mbs.mbs.model import Body, Drawing, Mbs, Point
+
+MARGIN = 20.0
+"""Round the whole diagram."""
+JOINT = 40.0
+"""From joint to joint down a chain: the least that leaves room for a label."""
+JOINT_ACROSS = 50.0
+"""The same for a chain that runs to the left or to the right: labels are wider than high."""
+LEAD = 45.0
+"""From a point on the edge of a box to the first joint of the child."""
+CHARACTER = 9.0
+"""The width of a character of a body's name, which MBSysPad writes in bold."""
+WIDTH, HEIGHT = 90.0, 60.0
+"""The least size of a body's box."""
+BASE_WIDTH, BASE_HEIGHT = 120.0, 40.0
+GAP = 30.0
+"""Between one limb and the next."""
+FRAME = 16.0
+"""From one to the next of the points that are only frames, inside the box."""
+EDGE = 20.0
+"""From the corner of a box to the first point on its edge."""
+FAN = 0.5
+"""Wires from one point to several children: how far they go ahead for each pixel aside."""
+
+
+AHEAD, BACK = 0, 2
+"""Which way a child runs from its parent's box; -1 and 1 are the sides."""
+
+
+@dataclass
+class Lead:
+    """A point, and the bodies that it carries."""
+
+    point: Point | None
+    """None is the parent's own frame."""
+    nodes: list[Node] = field(default_factory=list)
+
+
+@dataclass
+class Node:
+    """A body of the diagram, or the base (``body`` None), and all that hangs on it."""
+
+    body: Body | None
+    parent: Node | None
+    leads: list[Lead] = field(default_factory=list)
+    frames: list[Point] = field(default_factory=list)
+    """Points that carry nothing."""
+    plan: dict[bool, Plan] = field(default_factory=dict)
+    """As it is drawn when its limb runs up or down (True), to the left or right (False)."""
+
+    @property
+    def name(self) -> str:
+        return "" if self.body is None else self.body.name
+
+    @property
+    def children(self) -> list[Node]:
+        return [node for lead in self.leads for node in lead.nodes]
+
+
+@dataclass
+class Plan:
+    """A body and all below it, in the body's own frame."""
+
+    vertical: bool
+    joints: list[float]
+    """``a`` of each joint; ``b`` is 0."""
+    origin: float
+    """``a`` of the body's frame: the last joint, or where the base's symbol stands."""
+    box: tuple[float, float, float, float]
+    """a0, a1, b0, b1."""
+    points: list[tuple[Point, float, float]]
+    """Where the points that carry children are."""
+    limbs: list[tuple[Node, Plan, float, float, int, int]]
+    """Each child and its plan; where its frame begins; where it runs: ahead (0), to the side
+    of negative (-1) or positive b (1), or back (2); 1, or -1 where it is mirrored."""
+    extent: tuple[float, float, float, float]
+    """a0, a1, b0, b1 of all, children included."""
+
+
+def nodes(mbs: Mbs) -> list[Node]:
+    """The base, then the bodies depth first, linked to one another."""
+    found: dict[str | None, Node] = {None: Node(None, None)}
+    out = [found[None]]
+    leads: dict[tuple[str | None, str | None], Lead] = {}
+    points: dict[str | None, dict[str, Point]] = {None: {p.name: p for p in mbs.base.points}}
+    for body in mbs.depth_first():
+        parent = found[body.parent]
+        node = found[body.name] = Node(body, parent)
+        points[body.name] = {p.name: p for p in body.points}
+        point = points[body.parent].get(body.point) if body.point is not None else None
+        key = (body.parent, None if point is None else point.name)
+        if key not in leads:
+            leads[key] = Lead(point)
+            parent.leads.append(leads[key])
+        leads[key].nodes.append(node)
+        out.append(node)
+    for node in out:
+        carrying = {id(lead.point) for lead in node.leads}
+        all_points = mbs.base.points if node.body is None else node.body.points
+        node.frames = [point for point in all_points if id(point) not in carrying]
+    return out
+
+
+def plan(
+    node: Node,
+    vertical: bool,
+    ahead: list[Lead],
+    minus: list[Lead] = [],
+    plus: list[Lead] = [],
+    *,
+    spread: float = 0.0,
+    long: float = 0.0,
+) -> Plan:
+    """A body with its children ahead and at its sides, none in the way of another.
+
+    The box grows until each child stands straight before its point: so no wire is longer
+    than a joint needs.  ``spread`` is added to each wire of the chain; ``long`` is the least
+    length of the box.
+    """
+    inner = (minus, plus) if minus or plus else None
+    width, height = box_size(node)
+    long, wide = (max(height, long), width) if vertical else (max(width, long), height)
+    pitch = (JOINT if vertical else JOINT_ACROSS) + spread
+    in_front = any(lead.point is None for lead in ahead)
+    count = len(node.body.joints) if node.body is not None else 0
+    joints = [LEAD + (0.0 if vertical else 5.0) + spread + pitch * k for k in range(count)]
+    a0 = joints[-1] if joints else 0.0
+    if in_front and joints:
+        # children at the body's own frame: the last joint stands at the far edge of the box
+        short = long + LEAD - a0
+        if short > 0.0:
+            joints = [a * (1.0 + short / a0) for a in joints]
+        a0 = joints[-1] - long
+    a1 = a0 + long
+
+    points: list[tuple[Point, float, float]] = []
+    limbs: list[tuple[Node, Plan, float, float, int, int]] = []
+    b0, b1 = -wide / 2, wide / 2
+    starts, lanes, (low, high) = _lanes(ahead, vertical)
+    if starts:
+        centre = (starts[0] + starts[-1]) / 2
+        for lead, start in zip(ahead, starts, strict=True):
+            if lead.point is None:
+                centre = start
+        starts = [start - centre for start in starts]
+        lanes = [[lane - centre for lane in group] for group in lanes]
+        low, high = low - centre, high - centre
+        b0, b1 = min(b0, starts[0] - EDGE), max(b1, starts[-1] + EDGE)
+
+    far = a1
+    sides: list[tuple[int, list[Lead], list[float], list[list[float]], float]] = []
+    for side, leads in ((-1, inner[0]), (1, inner[1])) if inner else ():
+        if not leads:
+            continue
+        side_starts, side_lanes, (first, last) = _lanes(leads, not vertical)
+        length = last - first
+        if not ahead and side_starts:
+            length = max(side_starts[-1] - first + EDGE, 0.0)
+        a1 = max(a1, a0 + length)
+        sides.append((side, leads, side_starts, side_lanes, first))
+    for side, leads, side_starts, side_lanes, first in sides:
+        whole = _lanes(leads, not vertical)[2]
+        move = a0 - first
+        if len(leads) == 1 and whole[1] - first < a1 - a0:
+            move += (a1 - a0 - (whole[1] - first)) / 2  # one alone leaves at the middle
+        edge = b0 if side < 0 else b1
+        reach = edge
+        for lead, start, group in zip(leads, side_starts, side_lanes, strict=True):
+            extra = _fan(start, group)
+            if lead.point is not None:
+                points.append((lead.point, start + move, edge))
+            for child, lane in zip(lead.nodes, group, strict=True):
+                drawn = child.plan[not vertical]
+                limbs.append((child, drawn, lane + move, edge + side * extra, side, 1))
+                reach = side * max(side * reach, side * edge + extra + drawn.extent[1])
+                far = max(far, lane + move + drawn.extent[3])
+        if side < 0:
+            low = min(low, reach)
+        else:
+            high = max(high, reach)
+    far = max(far, a1)
+    origin = a0
+    if node.body is None:
+        origin = a1
+    elif joints:
+        origin = joints[-1]
+    for lead, start, group in zip(ahead, starts, lanes, strict=True):
+        extra = _fan(start, group)
+        if lead.point is not None:
+            points.append((lead.point, a1, start))
+        for child, lane in zip(lead.nodes, group, strict=True):
+            drawn = child.plan[vertical]
+            limbs.append((child, drawn, a1 + extra, lane, 0, 1))
+            far = max(far, a1 + extra + drawn.extent[1])
+    return Plan(
+        vertical, joints, origin, (a0, a1, b0, b1), points, limbs,
+        (0.0, far, min(low, b0), max(high, b1)),
+    )  # fmt: skip
+
+
+def _lanes(
+    leads: list[Lead], vertical: bool
+) -> tuple[list[float], list[list[float]], tuple[float, float]]:
+    """Limbs side by side: where each point is, where each child of it is, first and last edge."""
+    starts, lanes, cursor = [], [], 0.0
+    for lead in leads:
+        group = []
+        for child in lead.nodes:
+            _, _, low, high = child.plan[vertical].extent
+            group.append(cursor - low)
+            cursor += high - low + GAP
+        lanes.append(group)
+        starts.append((group[0] + group[-1]) / 2)
+    return starts, lanes, (0.0, max(cursor - GAP, 0.0))
+
+
+def _fan(start: float, group: list[float]) -> float:
+    """How far ahead children must begin for the wires to them to keep off one another."""
+    return FAN * max(abs(lane - start) for lane in group) if len(group) > 1 else 0.0
+
+
+def box_size(node: Node) -> tuple[float, float]:
+    """Width and height of a box that holds the name and the points that are only frames."""
+    count = len(node.frames)
+    if node.body is None:
+        width, height = BASE_WIDTH, BASE_HEIGHT
+    else:
+        width, height = max(WIDTH, CHARACTER * len(node.body.name) + 16), HEIGHT
+    if count:
+        width = max(width, FRAME * (ceil(sqrt(2 * count)) + 4))
+        height = max(height, 2 * (FRAME * _rows(count, width) + 8))
+    return width, height
+
+
+def _columns(width: float) -> int:
+    return max(1, int((width - 12) // FRAME))
+
+
+def _rows(count: int, width: float) -> int:
+    return ceil(count / max(1, _columns(width) - 4))
+
+
+@dataclass
+class Way:
+    """A frame on the sheet: where it begins, and the directions of ``a`` and ``b``."""
+
+    x: float
+    y: float
+    ahead: tuple[float, float]
+    across: tuple[float, float]
+
+    def at(self, a: float, b: float) -> tuple[float, float]:
+        (fx, fy), (cx, cy) = self.ahead, self.across
+        return self.x + fx * a + cx * b, self.y + fy * a + cy * b
+
+    def turned(self, a: float, b: float, turn: int, mirror: int) -> Way:
+        """The frame of a child that begins at (a, b)."""
+        (fx, fy), (cx, cy) = self.ahead, self.across
+        x, y = self.at(a, b)
+        if turn == 0:
+            return Way(x, y, (fx, fy), (cx * mirror, cy * mirror))
+        if turn == 2:
+            return Way(x, y, (-fx, -fy), (cx * mirror, cy * mirror))
+        return Way(x, y, (cx * turn, cy * turn), (fx * mirror, fy * mirror))
+
+
+def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
+    """Give everything its place on the sheet, the upper left corner at the margin."""
+    todo = [(base, whole, way)]
+    placed: list[tuple[Node, Plan, Way, list[float]]] = []
+    left = top = 0.0
+    while todo:
+        node, drawn, here = todo.pop()
+        a0, a1, b0, b1 = drawn.box
+        (x0, y0), (x1, y1) = here.at(a0, b0), here.at(a1, b1)
+        box = [min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)]
+        placed.append((node, drawn, here, box))
+        left, top = min(left, box[0]), min(top, box[1])
+        for a in drawn.joints:
+            x, y = here.at(a, 0.0)
+            left, top = min(left, x - FRAME), min(top, y - FRAME)
+        for child, below, a, b, turn, mirror in drawn.limbs:
+            todo.append((child, below, here.turned(a, b, turn, mirror)))
+    dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
+
+    def moved(at: tuple[float, float]) -> tuple[float, float]:
+        return round(at[0] + dx, 1), round(at[1] + dy, 1)
+
+    for node, drawn, here, (x0, y0, x1, y1) in placed:
+        x, y = moved(here.at(drawn.origin, 0.0))
+        (x0, y0), (x1, y1) = moved((x0, y0)), moved((x1, y1))
+        drawing = _box(round(x0 - x, 1), round(y0 - y, 1), round(x1 - x, 1), round(y1 - y, 1))
+        if node.body is None:
+            mbs.base.position, mbs.base.drawing = (x, y), drawing
+        else:
+            node.body.drawing = drawing
+            for joint, a in zip(node.body.joints, drawn.joints, strict=True):
+                joint.position = moved(here.at(a, 0.0))
+        taken = [(x, y)]
+        for point, a, b in drawn.points:
+            point.position = moved(here.at(a, b))
+            taken.append(point.position)
+        # a wire crosses the box where the body's frame is at its far side
+        through = x if node.body is not None and drawn.vertical else None
+        if drawn.origin <= drawn.box[0]:
+            through = None
+        _stack(node.frames, (x0, y0, x1, y1), taken, through)
+
+
+def _stack(
+    frames: list[Point],
+    box: tuple[float, float, float, float],
+    taken: list[tuple[float, float]],
+    through: float | None,
+) -> None:
+    """Put the points that are only frames into the lower half of their box, below its name."""
+    x0, y0, x1, y1 = box
+    columns = _columns(x1 - x0)
+    columns = min(columns, max(6, ceil(sqrt(4 * len(frames))) + 4))
+    left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
+    cells = (
+        (round(left + FRAME * column, 1), round(y1 - 10 - FRAME * row, 1))
+        for row in range(len(frames) + 1)
+        for column in range(columns)
+    )
+    free = (
+        (x, y)
+        for x, y in cells
+        if all(abs(x - u) >= 15 or abs(y - v) >= 15 for u, v in taken)
+        and (through is None or abs(x - through) >= 20)
+    )
+    for point, at in zip(frames, free, strict=False):
+        point.position = at
+
+
+def _box(left: float, top: float, right: float, bottom: float) -> Drawing:
+    """A rectangle, relative to its joint."""
+    return Drawing(
+        position=(left, top),
+        size=(round(right - left, 1), round(bottom - top, 1)),
+        control_points=((right, top), (right, bottom), (left, bottom), (left, top)),
+    )

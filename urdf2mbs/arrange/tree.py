@@ -1,0 +1,57 @@
+"""A tidy tree: every parent at the middle above its children, all wires straight.
+
+Children stand side by side, each below its own point on the parent's edge, which is as long as
+that takes.  Where many children hang on one body, they run to its two sides instead, one below
+the other: that is a comb, and takes less room.
+"""
+
+from __future__ import annotations
+
+from urdf2mbs.arrange.boxes import Lead, Node, Way, plan, put
+from urdf2mbs.mbs.model import Mbs
+
+MANY = 4
+"""From so many points that carry children on, a comb is tried."""
+BETTER = 0.75
+"""A comb is taken where its width and height together are at most this share of the tree's."""
+
+
+def arrange(mbs: Mbs, order: list[Node], *, up: bool = False) -> None:
+    """Give everything its place; ``order`` is the base, then the bodies depth first."""
+    for node in reversed(order):
+        plan_tree(node)
+    way = Way(0.0, 0.0, (0.0, -1.0 if up else 1.0), (1.0, 0.0))
+    put(mbs, order[0], way, order[0].plan[True])
+
+
+def plan_tree(node: Node) -> None:
+    """Plan a body whose children are planned."""
+    for vertical in (True, False):
+        best = plan(node, vertical, node.leads)
+        own = [lead for lead in node.leads if lead.point is not None]
+        if len(own) >= MANY:
+            rest = [lead for lead in node.leads if lead.point is None]
+            minus, plus = halves(own, not vertical)
+            comb = plan(node, vertical, rest, minus, plus)
+            if _cost(comb.extent) < BETTER * _cost(best.extent):
+                best = comb
+        node.plan[vertical] = best
+
+
+def _cost(extent: tuple[float, float, float, float]) -> float:
+    a0, a1, b0, b1 = extent
+    return a1 - a0 + b1 - b0
+
+
+def halves(leads: list[Lead], vertical: bool) -> tuple[list[Lead], list[Lead]]:
+    """Two parts, in order, that take about the same room."""
+    room = []
+    for lead in leads:
+        extents = [node.plan[vertical].extent for node in lead.nodes]
+        room.append(sum(high - low for _, _, low, high in extents))
+    total, so_far = sum(room), 0.0
+    for index, size in enumerate(room):
+        if so_far + size / 2 >= total / 2:
+            return leads[:index], leads[index:]
+        so_far += size
+    return leads, []
