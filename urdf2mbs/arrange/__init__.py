@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from urdf2mbs.arrange import method, robot, tree
 from urdf2mbs.arrange.boxes import nodes
+from urdf2mbs.arrange.shape import look
 from urdf2mbs.mbs.model import Mbs
 
 STYLES = ("robot", "tree", "method")
@@ -19,9 +20,10 @@ def arrange(mbs: Mbs, style: str = "robot") -> str:
         method.arrange(mbs)
         return style
     order = nodes(mbs)
-    bones = robot.spine(order) if style == "robot" else None
+    shape = look(order)
+    bones = robot.spine(order, shape) if style == "robot" else None
     if bones is not None:
         robot.arrange(mbs, order, bones)
         return "robot"
-    tree.arrange(mbs, order)
+    tree.arrange(mbs, order, shape)
     return "tree"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import ceil, sqrt
 
-from urdf2mbs.mbs.model import Body, Drawing, Mbs, Point
+from urdf2mbs.mbs.model import Body, Drawing, Joint, Mbs, Point
 
 MARGIN = 20.0
 """Round the whole diagram."""
@@ -56,12 +56,22 @@ class Node:
     leads: list[Lead] = field(default_factory=list)
     frames: list[Point] = field(default_factory=list)
     """Points that carry nothing."""
+    alike: Node | None = None
+    """Its partner in the mirror, beside which it is drawn alike."""
     plan: dict[bool, Plan] = field(default_factory=dict)
     """As it is drawn when its limb runs up or down (True), to the left or right (False)."""
 
     @property
     def name(self) -> str:
         return "" if self.body is None else self.body.name
+
+    @property
+    def joints(self) -> list[Joint]:
+        return [] if self.body is None else self.body.joints
+
+    @property
+    def twins(self) -> tuple[Node, ...]:
+        return (self,) if self.alike is None else (self, self.alike)
 
     @property
     def children(self) -> list[Node]:
@@ -121,6 +131,7 @@ def plan(
     *,
     spread: float = 0.0,
     long: float = 0.0,
+    inside: float = 0.0,
 ) -> Plan:
     """A body with its children ahead and at its sides, none in the way of another.
 
@@ -133,15 +144,22 @@ def plan(
     long, wide = (max(height, long), width) if vertical else (max(width, long), height)
     pitch = (JOINT if vertical else JOINT_ACROSS) + spread
     in_front = any(lead.point is None for lead in ahead)
-    count = len(node.body.joints) if node.body is not None else 0
-    joints = [LEAD + (0.0 if vertical else 5.0) + spread + pitch * k for k in range(count)]
-    a0 = joints[-1] if joints else 0.0
-    if in_front and joints:
-        # children at the body's own frame: the last joint stands at the far edge of the box
-        short = long + LEAD - a0
-        if short > 0.0:
-            joints = [a * (1.0 + short / a0) for a in joints]
-        a0 = joints[-1] - long
+    a0, joints = 0.0, []
+    if node.body is not None:
+        # the joints stand evenly along the wire, as many as there are
+        count = max(len(one.joints) for one in node.twins)
+        end = (LEAD if vertical else JOINT_ACROSS) + pitch * (count - 1) + spread
+        if in_front:
+            # children at the body's own frame: the last joint stands at the far edge of the box
+            end = max(end, long + LEAD)
+        own = len(node.joints)
+        first = min(end / own, end - pitch * (own - 1))
+        if own == 1:
+            first = end
+        else:
+            pitch = (end - first) / (own - 1)
+        joints = [first + pitch * k for k in range(own)]
+        a0 = end - long if in_front else end - inside
     a1 = a0 + long
 
     points: list[tuple[Point, float, float]] = []
@@ -165,15 +183,16 @@ def plan(
             continue
         side_starts, side_lanes, (first, last) = _lanes(leads, not vertical)
         length = last - first
-        if not ahead and side_starts:
-            length = max(side_starts[-1] - first + EDGE, 0.0)
+        if not ahead:
+            length = EDGE + side_starts[-1] - side_starts[0] + EDGE
+            if len(leads) > 1:
+                length = max(length, EDGE + side_starts[-1] - first)
         a1 = max(a1, a0 + length)
         sides.append((side, leads, side_starts, side_lanes, first))
     for side, leads, side_starts, side_lanes, first in sides:
-        whole = _lanes(leads, not vertical)[2]
         move = a0 - first
-        if len(leads) == 1 and whole[1] - first < a1 - a0:
-            move += (a1 - a0 - (whole[1] - first)) / 2  # one alone leaves at the middle
+        if len(leads) == 1 and not ahead:
+            move = (a0 + a1) / 2 - side_starts[0]  # one alone leaves at the middle
         edge = b0 if side < 0 else b1
         reach = edge
         for lead, start, group in zip(leads, side_starts, side_lanes, strict=True):
@@ -232,14 +251,15 @@ def _fan(start: float, group: list[float]) -> float:
 
 def box_size(node: Node) -> tuple[float, float]:
     """Width and height of a box that holds the name and the points that are only frames."""
-    count = len(node.frames)
+    count = max(len(one.frames) for one in node.twins)
     if node.body is None:
         width, height = BASE_WIDTH, BASE_HEIGHT
     else:
-        width, height = max(WIDTH, CHARACTER * len(node.body.name) + 16), HEIGHT
+        letters = max(len(one.name) for one in node.twins)
+        width, height = max(WIDTH, CHARACTER * letters + 16), HEIGHT
     if count:
         width = max(width, FRAME * (ceil(sqrt(2 * count)) + 4))
-        height = max(height, 2 * (FRAME * _rows(count, width) + 8))
+        height = max(height, 2 * (FRAME * _rows(count, width) + 18))
     return width, height
 
 
@@ -324,13 +344,14 @@ def _stack(
     taken: list[tuple[float, float]],
     through: float | None,
 ) -> None:
-    """Put the points that are only frames into the lower half of their box, below its name."""
+    """Put the points that are only frames into a box, in the half that is away from its joint."""
     x0, y0, x1, y1 = box
+    edge, step = (y0 + 10, FRAME) if taken[0][1] > (y0 + y1) / 2 else (y1 - 10, -FRAME)
     columns = _columns(x1 - x0)
     columns = min(columns, max(6, ceil(sqrt(4 * len(frames))) + 4))
     left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
     cells = (
-        (round(left + FRAME * column, 1), round(y1 - 10 - FRAME * row, 1))
+        (round(left + FRAME * column, 1), round(edge + step * row, 1))
         for row in range(len(frames) + 1)
         for column in range(columns)
     )

@@ -1,9 +1,8 @@
 """The robot as it stands before one: spine upright, limbs out to both sides and down.
 
-The robot is seen from the front in its start pose: up is up, and its left is at the right, as
-when somebody faces you.  From the body that the base carries, the spine goes up through the
-bodies of the middle.  What leaves it sideways is a limb.  It runs out until it is clear of all
-below, then turns down.  Higher limbs stand farther out, as arms do beside legs.
+From the body that the base carries, the spine goes up through the bodies of the middle.  What
+leaves it sideways runs out until it is clear of all below, then turns down.  So higher limbs
+stand farther out, as arms do beside legs.
 """
 
 from __future__ import annotations
@@ -11,36 +10,48 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from itertools import zip_longest
 
-from urdf2mbs.arrange.boxes import AHEAD, BACK, EDGE, GAP, Lead, Node, Plan, Way, box_size, plan, put
+from urdf2mbs.arrange.boxes import (
+    AHEAD,
+    BACK,
+    EDGE,
+    GAP,
+    Lead,
+    Node,
+    Plan,
+    Way,
+    box_size,
+    plan,
+    put,
+)
+from urdf2mbs.arrange.shape import Shape
 from urdf2mbs.arrange.tree import plan_tree
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.spatial import HERE, ZERO, Pose, Vec, add, from_turn, multiply, rotate
 
-ON_PLANE = 0.04
+MIDDLE = 0.04
 """What is nearer to the plane of symmetry is in the middle (share of the robot's size)."""
-ALIKE = 0.05
-"""How far a limb may be off its partner's mirror image (share of the robot's size)."""
 LIMBS = 24
-"""More limbs than this at the spine are not a robot that one would recognise."""
-SPREAD = 25.0
-"""A wire may be so much longer (px) before one more body runs out."""
+"""With more limbs than this at its spine, nobody would recognise a robot."""
 SHORT = 2
 """A limb of so few bodies one after the other does not turn down."""
+SPREAD = 25.0
+"""A wire may be so much longer (px) before one more body runs out."""
+
+Box = tuple[float, float, float, float]
+"""Inner, outer, bottom, top (px): x counted outwards from the spine, both sides as one, so that
+what is alike at both sides is drawn alike; y up from the base."""
 
 
 @dataclass
 class Limb:
-    """What leaves the spine at one point, and where it is in the start pose (m)."""
+    """What leaves the spine."""
 
     lead: Lead
-    start: Vec
-    middle: Vec
-    """The mean of all its frames."""
-    bodies: int
+    side: int
+    """1: the right of the picture, -1: the left."""
+    height: float
+    """Where it leaves the spine (share of the robot's size)."""
     depth: int
     """Bodies one after the other, at the most."""
-    side: int = 0
-    """1: its left, drawn at the right; -1: its right; 0: neither."""
 
     @property
     def node(self) -> Node:
@@ -49,178 +60,125 @@ class Limb:
 
 @dataclass
 class Vertebra:
-    """A body of the spine and the limbs that leave it."""
+    """A body of the spine and what leaves it."""
 
     node: Node
-    ahead: list[Limb] = field(default_factory=list)
+    ahead: list[Lead] = field(default_factory=list)
+    """What stands on it, from left to right; the next body of the spine, if there is one."""
     sideways: list[Limb] = field(default_factory=list)
+    """Lowest first."""
     legs: list[Limb] = field(default_factory=list)
-    """Limbs that hang straight down from the lower edge of the box."""
+    """Limbs that hang straight down from the lower edge of the box, from the middle outwards."""
 
 
-Box = tuple[float, float, float, float]
-"""Inner, outer, bottom, top (px): x counted outwards from the spine, both sides as one, so that
-what is alike at both sides is drawn alike; y up from the base."""
-
-
-def spine(order: list[Node]) -> list[Vertebra] | None:
+def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
     """The spine, lowest body first; None where there is no shape worth following.
 
     There is one if at least one limb of two bodies or more has its mirror image, and all that
-    the base carries is one robot.
+    the base carries is one robot, each limb at a point of its own.
     """
     base = order[0]
-    if len(base.children) != 1 or any(len(lead.nodes) > 1 for n in order for lead in n.leads):
+    shared = any(len(lead.nodes) > 1 for node in order for lead in node.leads)
+    at_frame = any(lead.point is None for node in order[1:] for lead in node.leads)
+    if len(base.children) != 1 or shared or at_frame or not shape.pairs:
         return None
-    if any(lead.point is None for node in order[1:] for lead in node.leads):
-        return None
-    frames, starts = _pose(order)
-    size = _size([at.xyz for at in frames.values()])
-    if size == 0.0:
-        return None
-    below = _below(order, frames)
-    found: list[tuple[int, list[Vertebra]]] = []
-    for axis in (1, 0):
-        bones = _spine(base.children[0], axis, size, frames, starts, below)
-        pairs = sum(_pairs(bone.sideways + bone.legs, axis, size) for bone in bones)
-        found.append((pairs, bones))
-    pairs, bones = max(found, key=lambda one: one[0])
-    limbs = sum(len(bone.sideways) + len(bone.legs) for bone in bones)
-    return bones if pairs and limbs <= LIMBS else None
-
-
-def _pose(order: list[Node]) -> tuple[dict[int, Pose], dict[int, Vec]]:
-    """Each body's frame, and where its parent's point is, in the start pose."""
-    frames: dict[int, Pose] = {id(order[0]): HERE}
-    starts: dict[int, Vec] = {}
-    for node in order:
-        here = frames[id(node)]
-        for lead in node.leads:
-            shift = ZERO if lead.point is None else lead.point.coordinates
-            at = add(here.xyz, rotate(here.rot, shift))
-            for child in lead.nodes:
-                starts[id(child)] = at
-                xyz, rot = at, here.rot
-                for joint in child.body.joints if child.body is not None else ():
-                    k, q = int(joint.type[1]), joint.q or 0.0
-                    if joint.type[0] == "R":
-                        rot = multiply(rot, from_turn((k, q)))
-                    else:
-                        along = (q * (k == 1), q * (k == 2), q * (k == 3))
-                        xyz = add(xyz, rotate(rot, along))
-                frames[id(child)] = Pose(xyz, rot)
-    return frames, starts
-
-
-def _size(places: list[Vec]) -> float:
-    return max(max(at[k] for at in places[1:]) - min(at[k] for at in places[1:]) for k in range(3))
-
-
-def _below(order: list[Node], frames: dict[int, Pose]) -> dict[int, tuple[int, int, Vec]]:
-    """Of each body with all below it: bodies, depth, and the sum of their places."""
-    below: dict[int, tuple[int, int, Vec]] = {}
-    for node in reversed(order):
-        bodies, depth, total = 1, 0, frames[id(node)].xyz
-        for child in node.children:
-            more, deep, places = below[id(child)]
-            bodies, depth, total = bodies + more, max(depth, deep), add(total, places)
-        below[id(node)] = (bodies, depth + 1, total)
-    return below
-
-
-def _spine(
-    root: Node,
-    axis: int,
-    size: float,
-    frames: dict[int, Pose],
-    starts: dict[int, Vec],
-    below: dict[int, tuple[int, int, Vec]],
-) -> list[Vertebra]:
-    middle = frames[id(root)].xyz[axis]
-    near = ON_PLANE * size
     bones: list[Vertebra] = []
-    node: Node | None = root
+    node: Node | None = base.children[0]
     while node is not None:
-        bone = Vertebra(node)
+        bone, node = _vertebra(node, shape, lowest=not bones)
         bones.append(bone)
-        limbs = []
-        for lead in node.leads:
-            child = lead.nodes[0]
-            bodies, depth, (x, y, z) = below[id(child)]
-            start = starts[id(child)]
-            # the place where it leaves counts as one of its own
-            mean = (
-                (x + start[0]) / (bodies + 1), (y + start[1]) / (bodies + 1),
-                (z + start[2]) / (bodies + 1),
-            )  # fmt: skip
-            limb = Limb(lead, start, mean, bodies, depth)
-            aside = mean[axis] - middle
-            limb.side = 0 if abs(aside) <= near else 1 if aside > 0 else -1
-            limbs.append(limb)
-        height = frames[id(node)].xyz[2]
-        up = [limb for limb in limbs if limb.side == 0 and limb.middle[2] >= height - near]
-        node = None
-        if up:
-            next_ = max(up, key=lambda limb: limb.bodies)
-            bone.ahead.append(next_)
-            limbs.remove(next_)
-            node = next_.node
-        if node is None:
-            rising = [limb for limb in limbs if limb.side and _steep(limb, axis) > 0.7]
-            bone.ahead = sorted(bone.ahead + rising, key=lambda limb: limb.middle[axis])
-            limbs = [limb for limb in limbs if limb not in rising]
-        down = [limb for limb in limbs if limb.side and _steep(limb, axis) < -0.5]
-        _sort(bone, limbs, down if len(bones) == 1 else [], axis, size)
+    limbs = [limb for bone in bones for limb in (*bone.sideways, *bone.legs)]
+    if len(limbs) > LIMBS:
+        return None
+    if not any(limb.side > 0 and limb.depth > 1 for limb in limbs) and len(bones[-1].ahead) < 2:
+        return None  # the partners are further out, as the fingers of an arm are
+    for limb in limbs:
+        partner = shape.limbs[limb.node.name].partner
+        outwards(limb.node, shape, limb.side)
+        if partner is not None and limb.side > 0:
+            outwards(partner, shape, -1)
+            _draw_alike(limb.node, partner)
     return bones
 
 
-def _steep(limb: Limb, axis: int) -> float:
-    """The slope at which a limb rises, seen from the front."""
-    rise, aside = limb.middle[2] - limb.start[2], abs(limb.middle[axis] - limb.start[axis])
-    return rise / max(aside, 1e-9)
+def outwards(top: Node, shape: Shape, side: int) -> None:
+    """Sort the children of a limb's bodies: from the middle of the robot outwards."""
+    todo = [top]
+    while todo:
+        node = todo.pop()
+        node.leads.sort(key=lambda lead: round(side * shape.aside(lead.nodes[0]), 2))
+        todo.extend(node.children)
 
 
-def _sort(bone: Vertebra, limbs: list[Limb], down: list[Limb], axis: int, size: float) -> None:
-    """Which limbs leave sideways and which hang down; lowest lanes first."""
-    if down:
-        low, high = min(x.start[2] for x in down), max(x.start[2] for x in down)
-        if high - low > 0.15 * size:  # arms and legs leave the same body
-            down = [limb for limb in down if limb.start[2] < (low + high) / 2]
-    sides = [sum(limb.side == side for limb in down) for side in (-1, 1)]
-    if sides != [1, 1] or any(limb.depth <= SHORT for limb in down):
-        bone.legs = sorted(down, key=lambda limb: abs(limb.middle[axis]))
-        down = []
-    count = {-1: 0, 1: 0}
-    for limb in limbs:
-        count[limb.side or 1] += 1 if limb.side else 0
-    for limb in limbs:
-        if limb.side == 0:
-            limb.side = -1 if count[-1] < count[1] else 1
-            count[limb.side] += 1
-    legs = {id(limb) for limb in bone.legs}
-    first = {id(limb) for limb in down}
-    bone.sideways = sorted(
-        (limb for limb in limbs if id(limb) not in legs),
-        key=lambda limb: (id(limb) not in first, round(limb.start[2] / size, 2)),
-    )
+def _draw_alike(one: Node, other: Node) -> None:
+    todo = [(one, other)]
+    while todo:
+        one, other = todo.pop()
+        if one.body is None or other.body is None or len(one.children) != len(other.children):
+            continue
+        one.alike, other.alike = other, one
+        todo.extend(zip(one.children, other.children, strict=True))
 
 
-def _pairs(limbs: list[Limb], axis: int, size: float) -> int:
-    """How many limbs of two bodies or more have a mirror image."""
-    pairs = 0
-    for one in limbs:
-        for other in limbs:
-            if one.side == 1 and other.side == -1 and one.bodies == other.bodies > 1:
-                mirrored = list(other.start)
-                mirrored[axis] = -mirrored[axis]
-                off = max(abs(a - b) for a, b in zip(one.start, mirrored, strict=True))
-                pairs += off <= ALIKE * size
-    return pairs
+def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node | None]:
+    """A body of the spine, and the next one above it."""
+    bone = Vertebra(node)
+    sideways, middle = [], []
+    for lead in node.leads:
+        limb = shape.limbs[lead.nodes[0].name]
+        aside = limb.middle[0] / shape.size
+        if limb.partner is None and abs(aside) <= MIDDLE:
+            middle.append(lead)
+        else:
+            side = 1 if aside > 0 else -1
+            sideways.append(Limb(lead, side, limb.start[2] / shape.size, limb.depth))
+    height = shape.limbs[node.name].at[2] - MIDDLE * shape.size
+    up = [lead for lead in middle if shape.limbs[lead.nodes[0].name].middle[2] >= height]
+    following: Node | None = None
+    if up:
+        lead = max(up, key=lambda lead: shape.limbs[lead.nodes[0].name].bodies)
+        middle.remove(lead)
+        bone.ahead, following = [lead], lead.nodes[0]
+    else:
+        rising = [limb for limb in sideways if _slope(limb, shape) > 0.7]
+        bone.ahead = sorted(
+            (limb.lead for limb in rising), key=lambda lead: shape.aside(lead.nodes[0])
+        )
+        sideways = [limb for limb in sideways if limb not in rising]
+    legs = _legs(sideways, shape) if lowest else []
+    if len(legs) != 2 or any(leg.depth <= SHORT for leg in legs):
+        bone.legs = sorted(legs, key=lambda leg: abs(shape.aside(leg.node)))
+        sideways = [limb for limb in sideways if limb not in legs]
+        legs = []
+    # what is in the middle, but has no place on the spine, goes where there are fewer
+    for lead in middle:
+        right = sum(limb.side for limb in sideways)
+        limb = shape.limbs[lead.nodes[0].name]
+        at = limb.start[2] / shape.size
+        sideways.append(Limb(lead, 1 if right < 0 else -1, at, limb.depth))
+    bone.sideways = sorted(sideways, key=lambda limb: (limb not in legs, round(limb.height, 2)))
+    return bone, following
+
+
+def _slope(limb: Limb, shape: Shape) -> float:
+    """How steeply a limb rises, seen from the front."""
+    seen = shape.limbs[limb.node.name]
+    aside, rise = abs(seen.middle[0] - seen.start[0]), seen.middle[2] - seen.start[2]
+    return rise / max(aside, 1e-9 * shape.size)
+
+
+def _legs(limbs: list[Limb], shape: Shape) -> list[Limb]:
+    """The limbs that lead down; where arms leave the same body as legs, the lower ones."""
+    down = [limb for limb in limbs if _slope(limb, shape) < -0.5]
+    heights = [limb.height for limb in down]
+    if down and max(heights) - min(heights) > 0.15:
+        down = [limb for limb in down if limb.height < (min(heights) + max(heights)) / 2]
+    return down
 
 
 def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     """Give everything its place; ``order`` is the base, then the bodies depth first."""
-    base, root = order[0], bones[0].node
+    base = order[0]
     for node in reversed(order):
         if node is not base:
             plan_tree(node)
@@ -230,7 +188,7 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     bottom = 0.0
     drawn = []
     for bone in bones:
-        one = _vertebra(bone, half)
+        one = _grown(bone, half)
         drawn.append((bone, one, bottom))
         bottom += one.box[1]
     for _, one, at in drawn:
@@ -248,17 +206,17 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
             (node, node.plan[True] if turn == AHEAD else below, a, b, turn, mirror)
             for node, below, a, b, turn, mirror in one.limbs
         ]
-    root_first = plan(base, True, base.leads)
-    put(mbs, base, Way(0.0, 0.0, (0.0, -1.0), (1.0, 0.0)), root_first)
+    put(mbs, base, Way(0.0, 0.0, (0.0, -1.0), (1.0, 0.0)), plan(base, True, base.leads))
 
 
-def _vertebra(bone: Vertebra, half: float) -> Plan:
+def _grown(bone: Vertebra, half: float) -> Plan:
     """A body of the spine with its legs, long enough for the lanes of what leaves sideways.
 
     ``half`` is the room that the base wants at each side of the chain that carries the spine.
     """
     rooms = [_room([limb for limb in bone.sideways if limb.side == side]) for side in (-1, 1)]
-    one = plan(bone.node, True, [limb.lead for limb in bone.ahead], long=max(rooms))
+    inside = EDGE if bone.legs else 0.0
+    one = plan(bone.node, True, bone.ahead, long=max(rooms), inside=inside)
     a0, a1, b0, b1 = one.box
     for side in (-1, 1):
         cursor = half + GAP / 2
@@ -311,11 +269,11 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
     for pair in zip_longest(*sides):
         limbs = [limb for limb in pair if limb is not None]
         tries = [_run_out(limb, edge, at + lanes[limb.node.name], taken) for limb in limbs]
-        column = max(middle for _, middle in tries)
-        for limb, (length, middle) in zip(limbs, tries, strict=True):
+        for limb, (length, spread, middle) in zip(limbs, tries, strict=True):
             if [t[0] for t in tries] == [length] * 2:
                 # partners turn down at the same distance
-                _run(limb, length, (column - middle) / _wires(limb, length))
+                farther = max(t[2] for t in tries) - middle
+                _run(limb, length, spread + farther / _wires(limb, length))
             lane, lead = lanes[limb.node.name], limb.lead
             assert lead.point is not None
             one.points.append((lead.point, lane, limb.side * edge))
@@ -324,8 +282,11 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
             taken.extend(_boxes(limb, length, edge, at + lane))
 
 
-def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> tuple[int, float]:
-    """How many bodies of a limb run out before it turns down, and where the last one's middle is.
+def _run_out(
+    limb: Limb, edge: float, lane: float, taken: list[Box]
+) -> tuple[int, float, float]:
+    """How many bodies of a limb run out before it turns down, by how much more their wires are
+    spread than they need, and where the middle of the last body is.
 
     As few as will do: the column below the last one must be clear of all that is taken.
     """
@@ -333,6 +294,7 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> tuple[in
     lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
     for length in lengths:
         _run(limb, length, 0.0)
+        spread = 0.0
         lane_box, *column = _boxes(limb, length, edge, lane)
         if column:
             inner, _, low, high = column[0]
@@ -346,7 +308,7 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> tuple[in
             _run(limb, length, spread)
             lane_box = _boxes(limb, length, edge, lane)[0]
         a0, a1, _, _ = row[length - 1].plan[False].box
-        return length, lane_box[1] - (a1 - a0) / 2
+        return length, spread, lane_box[1] - (a1 - a0) / 2
     raise AssertionError("a limb has at least one body")
 
 

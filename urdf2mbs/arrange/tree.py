@@ -8,6 +8,7 @@ the other: that is a comb, and takes less room.
 from __future__ import annotations
 
 from urdf2mbs.arrange.boxes import Lead, Node, Way, plan, put
+from urdf2mbs.arrange.shape import Shape
 from urdf2mbs.mbs.model import Mbs
 
 MANY = 4
@@ -16,8 +17,17 @@ BETTER = 0.75
 """A comb is taken where its width and height together are at most this share of the tree's."""
 
 
-def arrange(mbs: Mbs, order: list[Node], *, up: bool = False) -> None:
+UP = 0.25
+"""A tree grows up where its bodies are on average so far above the first one (share of the
+robot's size)."""
+
+
+def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
     """Give everything its place; ``order`` is the base, then the bodies depth first."""
+    rises = [shape.limbs[n.name].at[2] - shape.limbs[order[1].name].start[2] for n in order[1:]]
+    up = bool(rises) and sum(rises) / len(rises) > UP * shape.size
+    for node in order:
+        node.leads.sort(key=lambda lead: round(shape.aside(lead.nodes[0]), 2))
     for node in reversed(order):
         plan_tree(node)
     way = Way(0.0, 0.0, (0.0, -1.0 if up else 1.0), (1.0, 0.0))
