@@ -15,10 +15,9 @@ from urdf2mbs.mbs.model import XY, Body, Connection, Drawing, Joint, Mbs, Point
 
 #: Round everything that is drawn (px).
 MARGIN = 20.0
-#: Wires shorter than this (px) are straight; longer ones are MBSysPad's S, which leaves the
-#: line between its ends at 30 degrees.
-STRAIGHT = 50.0
-SLOPE = 0.57735
+#: A wire is an S: the control points of a cubic lie at one and two thirds of the line between
+#: its ends, aside by this share of its length, but at most by so much (px).
+ASIDE, MOST_ASIDE = 0.2, 40.0
 
 STYLE = """
 .mbs text { font: 12px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #333; text-anchor: middle }
@@ -248,11 +247,14 @@ def _bounds(drawing: Drawing) -> tuple[XY, XY]:
 
 
 def _curve(a: XY, b: XY) -> str:
-    dx, dy = (b[0] - a[0]) / 3, (b[1] - a[1]) / 3
-    if hypot(dx, dy) * 3 < STRAIGHT or dx == 0.0:
+    """The way from a to b as MBSysPad draws it, to the left first."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    length = hypot(dx, dy)
+    if length == 0.0:
         return f"L{_p(*b)}"
-    one = (a[0] + dx + SLOPE * dy, a[1] + dy - SLOPE * dx)
-    two = (b[0] - dx - SLOPE * dy, b[1] - dy + SLOPE * dx)
+    aside = min(ASIDE * length, MOST_ASIDE) / length
+    one = (a[0] + dx / 3 + aside * dy, a[1] + dy / 3 - aside * dx)
+    two = (b[0] - dx / 3 - aside * dy, b[1] - dy / 3 + aside * dx)
     return f"C{_p(*one)} {_p(*two)} {_p(*b)}"
 
 

@@ -6,6 +6,7 @@ ahead, from the parent's point over the joints into the box; ``b`` runs across. 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil, sqrt
 
@@ -24,6 +25,8 @@ CHARACTER = 9.0
 WIDTH, HEIGHT = 90.0, 60.0
 """The least size of a body's box."""
 BASE_WIDTH, BASE_HEIGHT = 120.0, 40.0
+FAR = 70.0
+"""From joint to joint, at most, where a chain is stretched to stand beside a longer one."""
 GAP = 30.0
 """Between one limb and the next."""
 FRAME = 16.0
@@ -125,9 +128,9 @@ def nodes(mbs: Mbs) -> list[Node]:
 def plan(
     node: Node,
     vertical: bool,
-    ahead: list[Lead],
-    minus: list[Lead] = [],
-    plus: list[Lead] = [],
+    ahead: Sequence[Lead],
+    minus: Sequence[Lead] = (),
+    plus: Sequence[Lead] = (),
     *,
     spread: float = 0.0,
     long: float = 0.0,
@@ -139,7 +142,6 @@ def plan(
     than a joint needs.  ``spread`` is added to each wire of the chain; ``long`` is the least
     length of the box.
     """
-    inner = (minus, plus) if minus or plus else None
     width, height = box_size(node)
     long, wide = (max(height, long), width) if vertical else (max(width, long), height)
     pitch = (JOINT if vertical else JOINT_ACROSS) + spread
@@ -153,6 +155,10 @@ def plan(
             # children at the body's own frame: the last joint stands at the far edge of the box
             end = max(end, long + LEAD)
         own = len(node.joints)
+        most = own * (FAR if vertical else FAR + 20.0) + spread * own
+        if not in_front and end > most:
+            long += end - most  # rather a longer box than longer wires
+            end = most
         first = min(end / own, end - pitch * (own - 1))
         if own == 1:
             first = end
@@ -177,8 +183,8 @@ def plan(
         b0, b1 = min(b0, starts[0] - EDGE), max(b1, starts[-1] + EDGE)
 
     far = a1
-    sides: list[tuple[int, list[Lead], list[float], list[list[float]], float]] = []
-    for side, leads in ((-1, inner[0]), (1, inner[1])) if inner else ():
+    sides: list[tuple[int, Sequence[Lead], list[float], list[list[float]], float]] = []
+    for side, leads in ((-1, minus), (1, plus)):
         if not leads:
             continue
         side_starts, side_lanes, (first, last) = _lanes(leads, not vertical)
@@ -229,7 +235,7 @@ def plan(
 
 
 def _lanes(
-    leads: list[Lead], vertical: bool
+    leads: Sequence[Lead], vertical: bool
 ) -> tuple[list[float], list[list[float]], tuple[float, float]]:
     """Limbs side by side: where each point is, where each child of it is, first and last edge."""
     starts, lanes, cursor = [], [], 0.0

@@ -108,4 +108,3 @@ def _box(width: float, top: float, bottom: float) -> Drawing:
         size=(width, bottom - top),
         control_points=((right, top), (right, bottom), (left, bottom), (left, top)),
     )
-

@@ -8,7 +8,7 @@ stand farther out, as arms do beside legs.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import zip_longest
+from typing import NamedTuple
 
 from urdf2mbs.arrange.boxes import (
     AHEAD,
@@ -65,8 +65,8 @@ class Vertebra:
     node: Node
     ahead: list[Lead] = field(default_factory=list)
     """What stands on it, from left to right; the next body of the spine, if there is one."""
-    sideways: list[Limb] = field(default_factory=list)
-    """Lowest first."""
+    rows: list[list[Limb]] = field(default_factory=list)
+    """What leaves sideways, lowest first; in a row, one limb or one at each side."""
     legs: list[Limb] = field(default_factory=list)
     """Limbs that hang straight down from the lower edge of the box, from the middle outwards."""
 
@@ -87,17 +87,17 @@ def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
     while node is not None:
         bone, node = _vertebra(node, shape, lowest=not bones)
         bones.append(bone)
-    limbs = [limb for bone in bones for limb in (*bone.sideways, *bone.legs)]
+    limbs = [limb for bone in bones for row in (*bone.rows, bone.legs) for limb in row]
     if len(limbs) > LIMBS:
         return None
     if not any(limb.side > 0 and limb.depth > 1 for limb in limbs) and len(bones[-1].ahead) < 2:
         return None  # the partners are further out, as the fingers of an arm are
     for limb in limbs:
-        partner = shape.limbs[limb.node.name].partner
         outwards(limb.node, shape, limb.side)
-        if partner is not None and limb.side > 0:
-            outwards(partner, shape, -1)
-            _draw_alike(limb.node, partner)
+    for child in (child for bone in bones for child in bone.node.children):
+        partner = shape.limbs[child.name].partner
+        if partner is not None:
+            _draw_alike(child, partner)
     return bones
 
 
@@ -156,8 +156,27 @@ def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node
         limb = shape.limbs[lead.nodes[0].name]
         at = limb.start[2] / shape.size
         sideways.append(Limb(lead, 1 if right < 0 else -1, at, limb.depth))
-    bone.sideways = sorted(sideways, key=lambda limb: (limb not in legs, round(limb.height, 2)))
+    sideways.sort(key=lambda limb: (limb not in legs, round(limb.height, 2)))
+    bone.rows = _rows(sideways, shape)
     return bone, following
+
+
+def _rows(limbs: list[Limb], shape: Shape) -> list[list[Limb]]:
+    """Partners in one row; of the others, two that follow each other at different sides."""
+    rows: list[list[Limb]] = []
+    of = {limb.node.name: limb for limb in limbs}
+    while of:
+        limb = of.pop(next(iter(of)))
+        partner = shape.limbs[limb.node.name].partner
+        other = of.pop(partner.name, None) if partner is not None else None
+        last = rows[-1] if rows else []
+        if other is not None:
+            rows.append([limb, other])
+        elif len(last) == 1 and last[0].side != limb.side:
+            last.append(limb)
+        else:
+            rows.append([limb])
+    return rows
 
 
 def _slope(limb: Limb, shape: Shape) -> float:
@@ -201,7 +220,7 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     for bone, one, at in drawn:
         _sideways(bone, one, at, taken)
         bone.node.plan[True] = one
-    for bone, one, _ in drawn:
+    for _, one, _ in drawn:
         one.limbs = [
             (node, node.plan[True] if turn == AHEAD else below, a, b, turn, mirror)
             for node, below, a, b, turn, mirror in one.limbs
@@ -214,9 +233,8 @@ def _grown(bone: Vertebra, half: float) -> Plan:
 
     ``half`` is the room that the base wants at each side of the chain that carries the spine.
     """
-    rooms = [_room([limb for limb in bone.sideways if limb.side == side]) for side in (-1, 1)]
     inside = EDGE if bone.legs else 0.0
-    one = plan(bone.node, True, bone.ahead, long=max(rooms), inside=inside)
+    one = plan(bone.node, True, bone.ahead, long=_room(bone.rows), inside=inside)
     a0, a1, b0, b1 = one.box
     for side in (-1, 1):
         cursor = half + GAP / 2
@@ -234,14 +252,14 @@ def _grown(bone: Vertebra, half: float) -> Plan:
     return one
 
 
-def _room(limbs: list[Limb]) -> float:
-    """How long the side of a box must be for the lanes of these limbs."""
-    return sum(_lane(limb) for limb in limbs) + GAP * (len(limbs) - 1) + 2 * EDGE if limbs else 0.0
+def _room(rows: list[list[Limb]]) -> float:
+    """How long the sides of a box must be for these limbs."""
+    return sum(map(_lane, rows)) + GAP * (len(rows) - 1) + 2 * EDGE if rows else 0.0
 
 
-def _lane(limb: Limb) -> float:
-    """The height of the lane in which a limb runs out."""
-    return max(height for _, height in map(box_size, _row(limb)))
+def _lane(row: list[Limb]) -> float:
+    """The height of the lane in which limbs run out."""
+    return max(box_size(node)[1] for limb in row for node in _row(limb))
 
 
 def _row(limb: Limb) -> list[Node]:
@@ -259,36 +277,37 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
     ``at`` is how high the body's own frame begins; what is placed is added to ``taken``.
     """
     a0, a1, _, edge = one.box
-    sides = [[limb for limb in bone.sideways if limb.side == side] for side in (1, -1)]
-    lanes = {}
-    for limbs in sides:
-        cursor = (a0 + a1 - _room(limbs)) / 2 + EDGE
-        for limb in limbs:
-            lanes[limb.node.name] = cursor + _lane(limb) / 2
-            cursor += _lane(limb) + GAP
-    for pair in zip_longest(*sides):
-        limbs = [limb for limb in pair if limb is not None]
-        tries = [_run_out(limb, edge, at + lanes[limb.node.name], taken) for limb in limbs]
-        for limb, (length, spread, middle) in zip(limbs, tries, strict=True):
-            if [t[0] for t in tries] == [length] * 2:
+    cursor = (a0 + a1 - _room(bone.rows)) / 2 + EDGE
+    for row in bone.rows:
+        lane = cursor + _lane(row) / 2
+        cursor += _lane(row) + GAP
+        tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
+        partners = len(row) == 2 and row[0].node.alike is row[1].node
+        for limb, (length, spread, middle) in zip(row, tries, strict=True):
+            if partners and tries[0].length == tries[1].length:
                 # partners turn down at the same distance
-                farther = max(t[2] for t in tries) - middle
-                _run(limb, length, spread + farther / _wires(limb, length))
-            lane, lead = lanes[limb.node.name], limb.lead
-            assert lead.point is not None
-            one.points.append((lead.point, lane, limb.side * edge))
+                spread += (max(t.middle for t in tries) - middle) / _wires(limb, length)
+                _run(limb, length, spread)
+            assert limb.lead.point is not None
+            one.points.append((limb.lead.point, lane, limb.side * edge))
             below = limb.node.plan[False]
             one.limbs.append((limb.node, below, lane, limb.side * edge, limb.side, 1))
             taken.extend(_boxes(limb, length, edge, at + lane))
 
 
-def _run_out(
-    limb: Limb, edge: float, lane: float, taken: list[Box]
-) -> tuple[int, float, float]:
-    """How many bodies of a limb run out before it turns down, by how much more their wires are
-    spread than they need, and where the middle of the last body is.
+class Run(NamedTuple):
+    length: int
+    """How many bodies of a limb run out before it turns down."""
+    spread: float
+    """By how much more their wires are spread than they need (px)."""
+    middle: float
+    """How far out the middle of the last one is (px)."""
 
-    As few as will do: the column below the last one must be clear of all that is taken.
+
+def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
+    """Let a limb run out until the column below its last body is clear of all that is taken.
+
+    As few bodies run out as will do.
     """
     row = _row(limb)
     lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
@@ -308,7 +327,7 @@ def _run_out(
             _run(limb, length, spread)
             lane_box = _boxes(limb, length, edge, lane)[0]
         a0, a1, _, _ = row[length - 1].plan[False].box
-        return length, spread, lane_box[1] - (a1 - a0) / 2
+        return Run(length, spread, lane_box[1] - (a1 - a0) / 2)
     raise AssertionError("a limb has at least one body")
 
 
@@ -330,7 +349,7 @@ def _boxes(limb: Limb, length: int, edge: float, lane: float) -> list[Box]:
     row = _row(limb)[:length]
     start = edge + sum(node.plan[False].box[1] for node in row[:-1])
     last = row[-1].plan[False]
-    half = _lane(limb) / 2
+    half = _lane([limb]) / 2
     boxes = [(edge, start + last.box[1], lane - half, lane + half)]
     for _, below, a, b, _, _ in last.limbs:
         _, e1, f0, f1 = below.extent
