@@ -24,7 +24,7 @@ CHARACTER = 9.0
 """The width of a character of a body's name, which MBSysPad writes in bold."""
 WIDTH, HEIGHT = 90.0, 60.0
 """The least size of a body's box."""
-BASE_WIDTH, BASE_HEIGHT = 120.0, 40.0
+BASE_WIDTH, BASE_HEIGHT = 120.0, 56.0
 FAR = 70.0
 """From joint to joint, at most, where a chain is stretched to stand beside a longer one."""
 GAP = 30.0
@@ -135,12 +135,14 @@ def plan(
     spread: float = 0.0,
     long: float = 0.0,
     inside: float = 0.0,
+    corner: bool = False,
 ) -> Plan:
     """A body with its children ahead and at its sides, none in the way of another.
 
     The box grows until each child stands straight before its point: so no wire is longer
     than a joint needs.  ``spread`` is added to each wire of the chain; ``long`` is the least
-    length of the box.
+    length of the box; ``inside`` is how far in the last joint stands.  At a ``corner``, a lone
+    child at a side stands at the middle, even if it then reaches back beside the wire.
     """
     width, height = box_size(node)
     long, wide = (max(height, long), width) if vertical else (max(width, long), height)
@@ -189,15 +191,14 @@ def plan(
             continue
         side_starts, side_lanes, (first, last) = _lanes(leads, not vertical)
         length = last - first
+        alone = corner and len(leads) == 1
         if not ahead:
-            length = EDGE + side_starts[-1] - side_starts[0] + EDGE
-            if len(leads) > 1:
-                length = max(length, EDGE + side_starts[-1] - first)
+            length = 2 * EDGE if alone else side_starts[-1] - first + EDGE
         a1 = max(a1, a0 + length)
         sides.append((side, leads, side_starts, side_lanes, first))
     for side, leads, side_starts, side_lanes, first in sides:
         move = a0 - first
-        if len(leads) == 1 and not ahead:
+        if corner and len(leads) == 1:
             move = (a0 + a1) / 2 - side_starts[0]  # one alone leaves at the middle
         edge = b0 if side < 0 else b1
         reach = edge
@@ -215,11 +216,7 @@ def plan(
         else:
             high = max(high, reach)
     far = max(far, a1)
-    origin = a0
-    if node.body is None:
-        origin = a1
-    elif joints:
-        origin = joints[-1]
+    origin = joints[-1] if joints else a1 if in_front or not ahead else a0
     for lead, start, group in zip(ahead, starts, lanes, strict=True):
         extra = _fan(start, group)
         if lead.point is not None:

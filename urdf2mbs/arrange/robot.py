@@ -339,7 +339,7 @@ def _wires(limb: Limb, length: int) -> int:
 def _run(limb: Limb, length: int, spread: float) -> None:
     """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs."""
     row = _row(limb)[:length]
-    row[-1].plan[False] = plan(row[-1], False, [], row[-1].leads, spread=spread)
+    row[-1].plan[False] = plan(row[-1], False, [], row[-1].leads, spread=spread, corner=True)
     for node in reversed(row[:-1]):
         node.plan[False] = plan(node, False, node.leads, spread=spread)
 
