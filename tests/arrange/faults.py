@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import combinations
 from math import ceil, hypot
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -23,14 +22,6 @@ class Rectangle(NamedTuple):
     top: float
     right: float
     bottom: float
-
-    def overlaps(self, other: Rectangle) -> bool:
-        return (
-            self.left < other.right
-            and other.left < self.right
-            and self.top < other.bottom
-            and other.top < self.bottom
-        )
 
 
 def square(what: str, centre: XY, size: float) -> Rectangle:
@@ -122,46 +113,67 @@ def curve(wire: Wire) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     return np.asarray(out, dtype=np.float64)
 
 
+Sides = np.ndarray[tuple[int, int], np.dtype[np.float64]]
+
+
+def sides(rectangles: list[Rectangle]) -> Sides:
+    """Left, top, right, bottom (n, 4)."""
+    return np.array([one[1:] for one in rectangles], dtype=np.float64).reshape(-1, 4)
+
+
+def overlaps(one: Sides, other: Sides) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    """Which of one (n, 4) overlap which of the other (m, 4); what is no number does."""
+    left, top, right, bottom = (side[:, None] for side in one.T)
+    apart = (
+        (right <= other[:, 0]) | (other[:, 2] <= left)
+        | (bottom <= other[:, 1]) | (other[:, 3] <= top)
+    )  # fmt: skip
+    return np.asarray(~apart)
+
+
 def faults(mbs: Mbs) -> list[str]:
     """All that must not be in a diagram."""
     found: list[str] = []
     solid, round_ = boxes(mbs), list(dots(mbs))
-    for thing in (*solid, *(square(dot.what, dot.place, DOT) for dot in round_)):
-        # written so that a place that is no number is a fault
-        if not (thing.left >= 0.0 and thing.top >= 0.0):
-            found.append(f"negative: {thing}")
-    found += [f"{a.what!r} overlaps {b.what!r}" for a, b in combinations(solid, 2) if a.overlaps(b)]
-    for a, b in combinations(round_, 2):
-        if not max(abs(a.place[0] - b.place[0]), abs(a.place[1] - b.place[1])) >= 14.0:
-            found.append(f"{a.what} on {b.what}")
-    for dot in round_:
-        for one in solid:
-            if one.what != dot.owner and square("", dot.place, DOT).overlaps(one):
-                found.append(f"{dot.what} in the box of {one.what!r}")
+    discs = [square(dot.what, dot.place, DOT) for dot in round_]
+    found += [
+        f"negative: {thing}"
+        for thing in (*solid, *discs)
+        if not (thing.left >= 0.0 and thing.top >= 0.0)
+    ]
+    labels, lines = [], list(wires(mbs))
+    for wire in lines:
+        middle = ((wire.start[0] + wire.end[0]) / 2, (wire.start[1] + wire.end[1]) / 2)
+        labels.append(square(f"a label of {wire.body}", middle, LABEL))
+    solid_at, discs_at, labels_at = sides(solid), sides(discs), sides(labels)
+    for name, things, at_ in (
+        ("box", solid, solid_at),
+        ("", discs, discs_at),
+        ("", labels, labels_at),
+    ):
+        pairs = np.argwhere(np.triu(overlaps(at_, at_), 1))
+        found += [f"{name} {things[a].what!r} on {things[b].what!r}" for a, b in pairs]
+    for a, b in np.argwhere(overlaps(discs_at, solid_at)):
+        if solid[b].what != round_[a].owner:
+            found.append(f"{round_[a].what} in the box of {solid[b].what!r}")
+    inner = discs_at + np.array([1.5, 1.5, -1.5, -1.5])
+    for a, b in np.argwhere(overlaps(labels_at, inner)):
+        found.append(f"{labels[a].what} on {discs[b].what}")
+    for a, b in np.argwhere(overlaps(labels_at, solid_at)):
+        if solid[b].what not in (lines[a].body, lines[a].parent):
+            found.append(f"{labels[a].what} on the box of {solid[b].what!r}")
+
     places = np.array([dot.place for dot in round_])
-    labels = []
-    for wire in wires(mbs):
+    left, top, right, bottom = solid_at.T
+    for wire in lines:
         line = curve(wire)
         near = np.hypot(*(line[:, None, :] - places[None]).transpose(2, 0, 1)).min(axis=0)
-        for dot, distance in zip(round_, near, strict=True):
-            if dot.place not in (wire.start, wire.end) and not distance > DOT / 2:
-                found.append(f"a wire of {wire.body} through {dot.what}")
-        for one in solid:
-            if one.what in (wire.body, wire.parent):
-                continue
-            x, y = line.T
-            if ((one.left < x) & (x < one.right) & (one.top < y) & (y < one.bottom)).any():
-                found.append(f"a wire of {wire.body} through the box of {one.what!r}")
-        middle = ((wire.start[0] + wire.end[0]) / 2, (wire.start[1] + wire.end[1]) / 2)
-        labels.append((wire, square(f"a label of {wire.body}", middle, LABEL)))
-    for (_, a), (_, b) in combinations(labels, 2):
-        if a.overlaps(b):
-            found.append(f"{a.what} on {b.what}")
-    for wire, label in labels:
-        for dot in round_:
-            if square("", dot.place, 10.0).overlaps(label):
-                found.append(f"{label.what} on {dot.what}")
-        for one in solid:
-            if one.what not in (wire.body, wire.parent) and label.overlaps(one):
-                found.append(f"{label.what} on the box of {one.what!r}")
+        for k in np.flatnonzero(~(near > DOT / 2)):
+            if round_[k].place not in (wire.start, wire.end):
+                found.append(f"a wire of {wire.body} through {round_[k].what}")
+        x, y = line[:, :1], line[:, 1:]
+        hit = ((left < x) & (x < right) & (top < y) & (y < bottom)).any(axis=0)
+        for k in np.flatnonzero(hit):
+            if solid[k].what not in (wire.body, wire.parent):
+                found.append(f"a wire of {wire.body} through the box of {solid[k].what!r}")
     return found

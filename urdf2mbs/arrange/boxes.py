@@ -27,6 +27,7 @@ WIDTH, HEIGHT = 90.0, 60.0
 BASE_WIDTH, BASE_HEIGHT = 120.0, 56.0
 FAR = 70.0
 """From joint to joint, at most, where a chain is stretched to stand beside a longer one."""
+FAR_ACROSS = 90.0
 GAP = 30.0
 """Between one limb and the next."""
 FRAME = 16.0
@@ -148,25 +149,22 @@ def plan(
     long, wide = (max(height, long), width) if vertical else (max(width, long), height)
     pitch = (JOINT if vertical else JOINT_ACROSS) + spread
     in_front = any(lead.point is None for lead in ahead)
+    own = len(node.joints)
     a0, joints = 0.0, []
-    if node.body is not None:
-        # the joints stand evenly along the wire, as many as there are
-        count = max(len(one.joints) for one in node.twins)
-        end = (LEAD if vertical else JOINT_ACROSS) + pitch * (count - 1) + spread
+    if own:
+        lead = (LEAD if vertical else JOINT_ACROSS) + spread
+        natural = lead + pitch * (own - 1)
+        end = max(natural, *(lead + pitch * (len(one.joints) - 1) for one in node.twins))
+        most = own * ((FAR if vertical else FAR_ACROSS) + spread)
         if in_front:
             # children at the body's own frame: the last joint stands at the far edge of the box
             end = max(end, long + LEAD)
-        own = len(node.joints)
-        most = own * (FAR if vertical else FAR + 20.0) + spread * own
-        if not in_front and end > most:
+        elif end > most:
             long += end - most  # rather a longer box than longer wires
             end = most
-        first = min(end / own, end - pitch * (own - 1))
-        if own == 1:
-            first = end
-        else:
-            pitch = (end - first) / (own - 1)
-        joints = [first + pitch * k for k in range(own)]
+        if end > natural:
+            lead = pitch = end / own
+        joints = [lead + pitch * k for k in range(own)]
         a0 = end - long if in_front else end - inside
     a1 = a0 + long
 

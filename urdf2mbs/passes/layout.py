@@ -1,28 +1,57 @@
 """Layout: the method's step 5, "Give 2D graphical properties to each MBS element".
 
 The diagram shows the robot as it stands before you (``style: robot``), else a tidy tree
-(``tree``), or the grid of the method's Figure A.5 (``method``).
+(``tree``), or the grid of the method's Figure A.5 (``method``).  With ``keep``, what stands in
+the file that is there already stays where it is.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 
 from urdf2mbs.arrange import arrange
+from urdf2mbs.arrange.keep import keep
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.reader import read
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     style: Literal["robot", "tree", "method"] = "robot"
-    """``robot`` is a ``tree`` where the robot has no shape worth following."""
+    """``robot`` draws a ``tree`` where the robot has no shape worth following."""
+    keep: bool = False
+    """Take the places from the output that is there, as you left them in MBSysPad."""
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    style = arrange(conversion.mbs, options.style)
-    conversion.report["layout"] = {"style": style}
+    found: dict[str, Any] = {"style": arrange(conversion.mbs, options.style)}
+    if options.keep:
+        found["kept"] = _keep(conversion)
+    conversion.report["layout"] = found
+
+
+def _keep(conversion: Conversion) -> int:
+    output = conversion.settings.output
+    if not output.exists():
+        conversion.note("layout-kept", f"'{output.name}' is not there yet: all places are new")
+        return 0
+    try:
+        drawn = read(output.read_bytes(), str(output))
+    except (ConversionError, OSError) as error:
+        why = error.strerror if isinstance(error, OSError) else error.message
+        conversion.warn(
+            "layout-not-kept",
+            f"the places in '{output}' cannot be kept, since it cannot be read: {why}",
+            hint="mend the file; or leave 'keep' out of the options of layout, and it is replaced",
+        )
+        return 0
+    kept = keep(conversion.mbs, drawn)
+    count = len(conversion.mbs.bodies)
+    conversion.note("layout-kept", f"{kept} of {count} bodies stay where '{output.name}' has them")
+    return kept
 
 
 PASS = Pass("layout", run, Options, needs=("joints", "anchors"), gives=("layout",))
