@@ -291,7 +291,7 @@ def test_ten_times_the_bodies_take_ten_times_the_work(shape: str, style: str) ->
     assert work(1_000) < 12 * work(100)
 
 
-@pytest.mark.parametrize("shape", PARENTS)
+@pytest.mark.parametrize("shape", ["chain", "star"])
 def test_ten_thousand_bodies(shape: str) -> None:
     mbs = many(shape, 10_000)
     arrange(mbs)

@@ -34,6 +34,8 @@ FRAME = 16.0
 """From one to the next of the points that are only frames, inside the box."""
 EDGE = 20.0
 """From the corner of a box to the first point on its edge."""
+CELL = 14.0
+"""A dot and the room round it."""
 FAN = 0.5
 """Wires from one point to several children: how far they go ahead for each pixel aside."""
 
@@ -152,9 +154,9 @@ def plan(
     own = len(node.joints)
     a0, joints = 0.0, []
     if own:
-        lead = (LEAD if vertical else JOINT_ACROSS) + spread
-        natural = lead + pitch * (own - 1)
-        end = max(natural, *(lead + pitch * (len(one.joints) - 1) for one in node.twins))
+        first = (LEAD if vertical else JOINT_ACROSS) + spread
+        natural = first + pitch * (own - 1)
+        end = max(natural, *(first + pitch * (len(one.joints) - 1) for one in node.twins))
         most = own * ((FAR if vertical else FAR_ACROSS) + spread)
         if in_front:
             # children at the body's own frame: the last joint stands at the far edge of the box
@@ -163,8 +165,9 @@ def plan(
             long += end - most  # rather a longer box than longer wires
             end = most
         if end > natural:
-            lead = pitch = end / own
-        joints = [lead + pitch * k for k in range(own)]
+            pitch = end // own
+            first = end - pitch * (own - 1)
+        joints = [first + pitch * k for k in range(own)]
         a0 = end - long if in_front else end - inside
     a1 = a0 + long
 
@@ -241,13 +244,13 @@ def _lanes(
             group.append(cursor - low)
             cursor += high - low + GAP
         lanes.append(group)
-        starts.append((group[0] + group[-1]) / 2)
+        starts.append(float(round((group[0] + group[-1]) / 2)))
     return starts, lanes, (0.0, max(cursor - GAP, 0.0))
 
 
 def _fan(start: float, group: list[float]) -> float:
     """How far ahead children must begin for the wires to them to keep off one another."""
-    return FAN * max(abs(lane - start) for lane in group) if len(group) > 1 else 0.0
+    return float(ceil(FAN * max(abs(lane - start) for lane in group))) if len(group) > 1 else 0.0
 
 
 def box_size(node: Node) -> tuple[float, float]:
@@ -356,11 +359,13 @@ def _stack(
         for row in range(len(frames) + 1)
         for column in range(columns)
     )
+    blocked = {
+        (x // CELL + dx, y // CELL + dy) for x, y in taken for dx in (-1, 0, 1) for dy in (-1, 0, 1)
+    }
     free = (
         (x, y)
         for x, y in cells
-        if all(abs(x - u) >= 15 or abs(y - v) >= 15 for u, v in taken)
-        and (through is None or abs(x - through) >= 20)
+        if (x // CELL, y // CELL) not in blocked and (through is None or abs(x - through) >= 24)
     )
     for point, at in zip(frames, free, strict=False):
         point.position = at

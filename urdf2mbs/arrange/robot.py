@@ -8,6 +8,7 @@ stand farther out, as arms do beside legs.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import ceil
 from typing import NamedTuple
 
 from urdf2mbs.arrange.boxes import (
@@ -85,6 +86,8 @@ def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
     bones: list[Vertebra] = []
     node: Node | None = base.children[0]
     while node is not None:
+        if len(node.leads) > LIMBS:
+            return None
         bone, node = _vertebra(node, shape, lowest=not bones)
         bones.append(bone)
     limbs = [limb for bone in bones for row in (*bone.rows, bone.legs) for limb in row]
@@ -321,7 +324,7 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
                 (b[1] + GAP for b in taken if b[2] < high + GAP and low - GAP < b[3]), default=0.0
             )
             short = max(0.0, clear - inner)
-            spread = short / _wires(limb, length)
+            spread = float(ceil(short / _wires(limb, length)))
             if spread > SPREAD and length < len(row):
                 continue
             _run(limb, length, spread)
