@@ -53,8 +53,8 @@ def draw(mbs: Mbs) -> str:
             f' height="{_n(height)}" viewBox="{box}">',
             f"<title>{_t(mbs.name)}</title>",
             f"<style>{STYLE}</style>",
-            f'<rect x="{_n(x0)}" y="{_n(y0)}" width="{_n(width)}" height="{_n(height)}"'
-            ' fill="#fff"/>',
+            f'<rect class="sheet" x="{_n(x0)}" y="{_n(y0)}" width="{_n(width)}"'
+            f' height="{_n(height)}" fill="#fff"/>',
             *picture.boxes(),
             *picture.arrows(),
             *picture.wires(),
@@ -166,7 +166,7 @@ class _Picture:
                 x, y = (ax + bx) / 2, (ay + by) / 2
                 number = self.numbers[joint.name]
                 yield (
-                    f'<g class="joint-label {joint.nature}"><title>'
+                    f'<g class="joint-label {joint.nature}" data-joint="{_t(joint.name)}"><title>'
                     f"{_t(_about_joint(joint, number))}</title>"
                     f'<path class="wire" d="M{_p(ax, ay)} {_curve(before, after)}"/>'
                     + _text(joint.type, (x, y - 3), "label")
