@@ -193,10 +193,14 @@ class _Picture:
         for owner, points in self._owners():
             for point in points:
                 x, y = self.points[owner, point.name]
-                marks = "".join(
-                    _text(mark, (x + 7, y + 3), "mark")
-                    for mark, found in (("S", point.sensor), ("F", point.extforce))
+                letters = [
+                    letter
+                    for letter, found in (("S", point.sensor), ("F", point.extforce))
                     if found is not None
+                ]
+                marks = "".join(
+                    _text(letter, (x + 7 + 7 * k, y + 3), "mark")
+                    for k, letter in enumerate(letters)
                 )
                 yield (
                     f'<g class="point" data-body="{_t(owner or "")}" data-point="{_t(point.name)}">'

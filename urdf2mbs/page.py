@@ -315,7 +315,9 @@ def _names(conversion: Conversion) -> str:
             became = f"left out, held at 0: {why}"
         elif not became:
             became = f"none: '{joint.child}' is rigid with the body that carries it"
-        joints.append((f' data-urdf-joint="{escape(name)}"', [escape(name), joint.type, escape(became)]))
+        joints.append(
+            (f' data-urdf-joint="{escape(name)}"', [escape(name), joint.type, escape(became)])
+        )
     return (
         "<h3>Links</h3>"
         + _table(("URDF link", "in the .mbs", "shifted by [m]"), links, right=(2,))

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil, sqrt
 
+from urdf2mbs.arrange.called import called
 from urdf2mbs.mbs.model import Body, Drawing, Joint, Mbs, Point
 
 MARGIN = 20.0
@@ -20,8 +21,10 @@ JOINT_ACROSS = 50.0
 """The same for a chain that runs to the left or to the right: labels are wider than high."""
 LEAD = 45.0
 """From a point on the edge of a box to the first joint of the child."""
-CHARACTER = 9.0
-"""The width of a character of a body's name, which MBSysPad writes in bold."""
+CHARACTER = {"ijl": 4.2, "frtI": 6.0, "_": 6.1, "mwMW": 13.4, "DGHNOQU": 10.3}
+"""How wide characters are of a body's name, which MBSysPad writes in DejaVu Sans Bold, 12 px."""
+OTHER = 9.3
+"""Those that are not in ``CHARACTER``."""
 WIDTH, HEIGHT = 90.0, 60.0
 """The least size of a body's box."""
 BASE_WIDTH, BASE_HEIGHT = 120.0, 56.0
@@ -60,6 +63,7 @@ class Node:
     body: Body | None
     parent: Node | None
     leads: list[Lead] = field(default_factory=list)
+    name_width: float = 0.0
     frames: list[Point] = field(default_factory=list)
     """Points that carry nothing."""
     alike: Node | None = None
@@ -110,9 +114,9 @@ def nodes(mbs: Mbs) -> list[Node]:
     out = [found[None]]
     leads: dict[tuple[str | None, str | None], Lead] = {}
     points: dict[str | None, dict[str, Point]] = {None: {p.name: p for p in mbs.base.points}}
-    for body in mbs.depth_first():
+    for body, final in zip(mbs.depth_first(), called(mbs).bodies, strict=True):
         parent = found[body.parent]
-        node = found[body.name] = Node(body, parent)
+        node = found[body.name] = Node(body, parent, name_width=_written(final.name))
         points[body.name] = {p.name: p for p in body.points}
         point = points[body.parent].get(body.point) if body.point is not None else None
         key = (body.parent, None if point is None else point.name)
@@ -126,6 +130,14 @@ def nodes(mbs: Mbs) -> list[Node]:
         all_points = mbs.base.points if node.body is None else node.body.points
         node.frames = [point for point in all_points if id(point) not in carrying]
     return out
+
+
+_WIDTHS = {letter: width for letters, width in CHARACTER.items() for letter in letters}
+
+
+def _written(name: str) -> float:
+    """How wide a name is written, to the next even pixel."""
+    return 2.0 * ceil(sum(_WIDTHS.get(letter, OTHER) for letter in name) / 2)
 
 
 def plan(
@@ -255,16 +267,22 @@ def _fan(start: float, group: list[float]) -> float:
 
 def box_size(node: Node) -> tuple[float, float]:
     """Width and height of a box that holds the name and the points that are only frames."""
-    count = max(len(one.frames) for one in node.twins)
+    count = max(sum(map(_cells, one.frames)) for one in node.twins)
     if node.body is None:
         width, height = BASE_WIDTH, BASE_HEIGHT
     else:
-        letters = max(len(one.name) for one in node.twins)
-        width, height = max(WIDTH, CHARACTER * letters + 16), HEIGHT
+        name = max(one.name_width for one in node.twins)
+        width, height = max(WIDTH, name + 16), HEIGHT
     if count:
         width = max(width, FRAME * (ceil(sqrt(2 * count)) + 4))
         height = max(height, 2 * (FRAME * _rows(count, width) + 18))
     return width, height
+
+
+def _cells(point: Point) -> int:
+    """How many places side by side a point takes: the letters of a sensor and of an external
+    force stand at its right."""
+    return 1 + (point.sensor is not None or point.extforce is not None)
 
 
 def _columns(width: float) -> int:
@@ -352,11 +370,12 @@ def _stack(
     x0, y0, x1, y1 = box
     edge, step = (y0 + 10, FRAME) if taken[0][1] > (y0 + y1) / 2 else (y1 - 10, -FRAME)
     columns = _columns(x1 - x0)
-    columns = min(columns, max(6, ceil(sqrt(4 * len(frames))) + 4))
+    count = sum(map(_cells, frames))
+    columns = min(columns, max(6, ceil(sqrt(4 * count)) + 4))
     left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
     cells = (
         (round(left + FRAME * column, 1), round(edge + step * row, 1))
-        for row in range(len(frames) + 1)
+        for row in range(2 * count + 1)
         for column in range(columns)
     )
     blocked = {
@@ -367,8 +386,10 @@ def _stack(
         for x, y in cells
         if (x // CELL, y // CELL) not in blocked and (through is None or abs(x - through) >= 24)
     )
-    for point, at in zip(frames, free, strict=False):
-        point.position = at
+    for point in frames:
+        point.position = next(free)
+        if _cells(point) > 1:
+            next(free)
 
 
 def _box(left: float, top: float, right: float, bottom: float) -> Drawing:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-
+from urdf2mbs.arrange.called import called
 from urdf2mbs.mbs.model import XY, Body, Mbs, Point
-from urdf2mbs.mbs.names import rename
 
 
 def keep(mbs: Mbs, drawn: Mbs) -> int:
@@ -14,10 +12,7 @@ def keep(mbs: Mbs, drawn: Mbs) -> int:
     Parts are found by the names that they will have in the file.  A part that is new stands
     beside what carries it, as far as the new diagram puts it.  Returns how many bodies stay.
     """
-    named = deepcopy(mbs)
-    bodies = mbs.depth_first()
-    named.bodies = named.depth_first()
-    rename(named)
+    named, bodies = called(mbs), mbs.depth_first()
     before = {body.name: body for body in drawn.bodies}
     moved: dict[str | None, XY] = {None: (0.0, 0.0)}
 
@@ -27,34 +22,34 @@ def keep(mbs: Mbs, drawn: Mbs) -> int:
     _move(mbs.base.points, named.base.points, drawn.base.points, moved[None])
 
     kept = 0
-    for body, called in zip(bodies, named.bodies, strict=True):
-        old = before.get(called.name)
-        if old is not None and _alike(called, old):
+    for body, as_named in zip(bodies, named.bodies, strict=True):
+        old = before.get(as_named.name)
+        if old is not None and _alike(as_named, old):
             assert body.joints[-1].position is not None
             assert old.joints[-1].position is not None
             moved[body.name] = _between(body.joints[-1].position, old.joints[-1].position)
             for joint, there in zip(body.joints, old.joints, strict=True):
                 joint.position = there.position
             body.drawing = old.drawing
-            _move(body.points, called.points, old.points, moved[body.name])
+            _move(body.points, as_named.points, old.points, moved[body.name])
             kept += 1
         else:
             by = moved[body.name] = moved[body.parent]
             for joint in body.joints:
                 joint.position = _shifted(joint.position, by)
-            _move(body.points, called.points, [], by)
+            _move(body.points, as_named.points, [], by)
     return kept
 
 
-def _alike(called: Body, old: Body) -> bool:
+def _alike(named: Body, old: Body) -> bool:
     """Whether a body has the same joints as before, all of them with a place."""
-    names = [joint.name for joint in called.joints] == [joint.name for joint in old.joints]
+    names = [joint.name for joint in named.joints] == [joint.name for joint in old.joints]
     return names and old.drawing is not None and all(joint.position for joint in old.joints)
 
 
-def _move(points: list[Point], called: list[Point], drawn: list[Point], by: XY) -> None:
+def _move(points: list[Point], names: list[Point], drawn: list[Point], by: XY) -> None:
     before = {point.name: point.position for point in drawn}
-    for point, named in zip(points, called, strict=True):
+    for point, named in zip(points, names, strict=True):
         point.position = before.get(named.name) or _shifted(point.position, by)
 
 
