@@ -1131,6 +1131,14 @@ window.urdf2mbs = {
     .map((one) => one.side),
   picture,
   blink: () => { blink = !blink; show(); },
+  inertiaCorners: (name) => {
+    const box = kinds.inertias.find((one) => one.parent === holders.mbs.get(name));
+    const at = box.geometry.attributes.position, corners = [];
+    for (let i = 0; i < at.count; i++) {
+      corners.push(new THREE.Vector3().fromBufferAttribute(at, i).applyMatrix4(box.matrix).toArray());
+    }
+    return corners;
+  },
   bounds: (side, name) => {
     scene.updateMatrixWorld(true);
     const box = new THREE.Box3();
