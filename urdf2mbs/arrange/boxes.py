@@ -151,6 +151,7 @@ def plan(
     long: float = 0.0,
     inside: float = 0.0,
     corner: bool = False,
+    reach: float = 0.0,
 ) -> Plan:
     """A body with its children ahead and at its sides, none in the way of another.
 
@@ -158,6 +159,7 @@ def plan(
     than a joint needs.  ``spread`` is added to each wire of the chain; ``long`` is the least
     length of the box; ``inside`` is how far in the last joint stands.  At a ``corner``, a lone
     child at a side stands at the middle, even if it then reaches back beside the wire.
+    ``reach`` makes the box longer, and puts the children at its sides so much farther ahead.
     """
     width, height = box_size(node)
     long, wide = (max(height, long), width) if vertical else (max(width, long), height)
@@ -209,12 +211,13 @@ def plan(
             length = 2 * EDGE if alone else side_starts[-1] - first + EDGE
         a1 = max(a1, a0 + length)
         sides.append((side, leads, side_starts, side_lanes, first))
+    a1 += reach
     for side, leads, side_starts, side_lanes, first in sides:
-        move = a0 - first
+        move = a0 + reach - first
         if corner and len(leads) == 1:
-            move = (a0 + a1) / 2 - side_starts[0]  # one alone leaves at the middle
+            move = (a0 + a1 + reach) / 2 - side_starts[0]  # one alone leaves at the middle
         edge = b0 if side < 0 else b1
-        reach = edge
+        tip = edge
         for lead, start, group in zip(leads, side_starts, side_lanes, strict=True):
             extra = _fan(start, group)
             if lead.point is not None:
@@ -222,12 +225,12 @@ def plan(
             for child, lane in zip(lead.nodes, group, strict=True):
                 drawn = child.plan[not vertical]
                 limbs.append((child, drawn, lane + move, edge + side * extra, side, 1))
-                reach = side * max(side * reach, side * edge + extra + drawn.extent[1])
+                tip = side * max(side * tip, side * edge + extra + drawn.extent[1])
                 far = max(far, lane + move + drawn.extent[3])
         if side < 0:
-            low = min(low, reach)
+            low = min(low, tip)
         else:
-            high = max(high, reach)
+            high = max(high, tip)
     far = max(far, a1)
     origin = joints[-1] if joints else a1 if in_front or not ahead else a0
     for lead, start, group in zip(ahead, starts, lanes, strict=True):
@@ -256,7 +259,8 @@ def _lanes(
             group.append(cursor - low)
             cursor += high - low + GAP
         lanes.append(group)
-        starts.append(float(round((group[0] + group[-1]) / 2)))
+        middle = float(round((group[0] + group[-1]) / 2))
+        starts.append(group[0] if len(group) == 1 else middle)
     return starts, lanes, (0.0, max(cursor - GAP, 0.0))
 
 

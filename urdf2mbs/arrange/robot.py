@@ -32,6 +32,8 @@ MIDDLE = 0.04
 """What is nearer to the plane of symmetry is in the middle (share of the robot's size)."""
 LIMBS = 24
 """With more limbs than this at its spine, nobody would recognise a robot."""
+MOST = 40.0
+"""It may be so much longer at most; rather the last box gets longer."""
 SHORT = 2
 """A limb of so few bodies one after the other does not turn down."""
 SPREAD = 25.0
@@ -130,13 +132,18 @@ def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node
     for lead in node.leads:
         limb = shape.limbs[lead.nodes[0].name]
         aside = limb.middle[0] / shape.size
-        if limb.partner is None and abs(aside) <= MIDDLE:
+        own = max(abs(limb.start[0]), abs(limb.at[0])) / shape.size
+        if limb.partner is None and own <= MIDDLE and abs(aside) <= 4 * MIDDLE:
             middle.append(lead)
         else:
             side = 1 if aside > 0 else -1
             sideways.append(Limb(lead, side, limb.start[2] / shape.size, limb.depth))
     height = shape.limbs[node.name].at[2] - MIDDLE * shape.size
-    up = [lead for lead in middle if shape.limbs[lead.nodes[0].name].middle[2] >= height]
+    rising_to = {lead.nodes[0].name: shape.limbs[lead.nodes[0].name] for lead in middle}
+    up = [
+        lead for lead, limb in zip(middle, rising_to.values(), strict=True)
+        if max(limb.at[2], limb.middle[2]) >= height
+    ]  # fmt: skip
     following: Node | None = None
     if up:
         lead = max(up, key=lambda lead: shape.limbs[lead.nodes[0].name].bodies)
@@ -203,7 +210,7 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     base = order[0]
     for node in reversed(order):
         if node is not base:
-            plan_tree(node)
+            plan_tree(node, narrow=True)
     base.plan[True] = plan(base, True, [])
     half = base.plan[True].box[3] + GAP / 2
     taken: list[Box] = [(0.0, half, -base.plan[True].box[1], 0.0)]
@@ -286,11 +293,11 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
         cursor += _lane(row) + GAP
         tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
         partners = len(row) == 2 and row[0].node.alike is row[1].node
-        for limb, (length, spread, middle) in zip(row, tries, strict=True):
+        for limb, (length, spread, reach, middle) in zip(row, tries, strict=True):
             if partners and tries[0].length == tries[1].length:
                 # partners turn down at the same distance
                 spread += (max(t.middle for t in tries) - middle) / _wires(limb, length)
-                _run(limb, length, spread)
+                _run(limb, length, spread, reach)
             assert limb.lead.point is not None
             one.points.append((limb.lead.point, lane, limb.side * edge))
             below = limb.node.plan[False]
@@ -303,6 +310,8 @@ class Run(NamedTuple):
     """How many bodies of a limb run out before it turns down."""
     spread: float
     """By how much more their wires are spread than they need (px)."""
+    reach: float
+    """By how much the last one's box is longer than it needs (px)."""
     middle: float
     """How far out the middle of the last one is (px)."""
 
@@ -316,7 +325,7 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
     lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
     for length in lengths:
         _run(limb, length, 0.0)
-        spread = 0.0
+        spread = reach = 0.0
         lane_box, *column = _boxes(limb, length, edge, lane)
         if column:
             inner, _, low, high = column[0]
@@ -325,12 +334,14 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
             )
             short = max(0.0, clear - inner)
             spread = float(ceil(short / _wires(limb, length)))
+            reach = max(0.0, spread - MOST) * _wires(limb, length)
+            spread = min(spread, MOST)
             if spread > SPREAD and length < len(row):
                 continue
-            _run(limb, length, spread)
+            _run(limb, length, spread, reach)
             lane_box = _boxes(limb, length, edge, lane)[0]
         a0, a1, _, _ = row[length - 1].plan[False].box
-        return Run(length, spread, lane_box[1] - (a1 - a0) / 2)
+        return Run(length, spread, reach, lane_box[1] - (a1 - a0) / 2)
     raise AssertionError("a limb has at least one body")
 
 
@@ -339,10 +350,12 @@ def _wires(limb: Limb, length: int) -> int:
     return sum(len(node.body.joints) for node in _row(limb)[:length] if node.body is not None)
 
 
-def _run(limb: Limb, length: int, spread: float) -> None:
-    """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs."""
+def _run(limb: Limb, length: int, spread: float, reach: float = 0.0) -> None:
+    """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs, and
+    the last box by ``reach``."""
     row = _row(limb)[:length]
-    row[-1].plan[False] = plan(row[-1], False, [], row[-1].leads, spread=spread, corner=True)
+    last = row[-1]
+    last.plan[False] = plan(last, False, [], last.leads, spread=spread, corner=True, reach=reach)
     for node in reversed(row[:-1]):
         node.plan[False] = plan(node, False, node.leads, spread=spread)
 

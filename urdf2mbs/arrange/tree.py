@@ -7,7 +7,7 @@ the other: that is a comb, and takes less room.
 
 from __future__ import annotations
 
-from urdf2mbs.arrange.boxes import Lead, Node, Way, plan, put
+from urdf2mbs.arrange.boxes import Lead, Node, Plan, Way, plan, put
 from urdf2mbs.arrange.shape import Shape
 from urdf2mbs.mbs.model import Mbs
 
@@ -20,6 +20,9 @@ BETTER = 0.75
 UP = 0.25
 """A tree grows up where its bodies are on average so far above the first one (share of the
 robot's size)."""
+
+BETTER_NARROW = 0.9
+"""The same in a limb, where width counts twice."""
 
 
 def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
@@ -34,23 +37,27 @@ def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
     put(mbs, order[0], way, order[0].plan[True])
 
 
-def plan_tree(node: Node) -> None:
-    """Plan a body whose children are planned."""
+def plan_tree(node: Node, *, narrow: bool = False) -> None:
+    """Plan a body whose children are planned; ``narrow`` where width counts more than height."""
+    own = [lead for lead in node.leads if lead.point is not None]
+    rest = [lead for lead in node.leads if lead.point is None]
     for vertical in (True, False):
         best = plan(node, vertical, node.leads)
-        own = [lead for lead in node.leads if lead.point is not None]
+        combs = []
         if len(own) >= MANY:
-            rest = [lead for lead in node.leads if lead.point is None]
-            minus, plus = halves(own, not vertical)
-            comb = plan(node, vertical, rest, minus, plus)
-            if _cost(comb.extent) < BETTER * _cost(best.extent):
+            combs.append(plan(node, vertical, rest, *halves(own, not vertical)))
+        if narrow and len(own) > vertical:
+            combs.append(plan(node, vertical, rest, [], own))
+        for comb in combs:
+            if _cost(comb, narrow) < (BETTER_NARROW if narrow else BETTER) * _cost(best, narrow):
                 best = comb
         node.plan[vertical] = best
 
 
-def _cost(extent: tuple[float, float, float, float]) -> float:
-    a0, a1, b0, b1 = extent
-    return a1 - a0 + b1 - b0
+def _cost(one: Plan, narrow: bool) -> float:
+    a0, a1, b0, b1 = one.extent
+    width, height = (b1 - b0, a1 - a0) if one.vertical else (a1 - a0, b1 - b0)
+    return (2 if narrow else 1) * width + height
 
 
 def halves(leads: list[Lead], vertical: bool) -> tuple[list[Lead], list[Lead]]:
