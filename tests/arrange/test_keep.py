@@ -54,7 +54,7 @@ def test_what_was_moved_stays(by_hand: Path) -> None:
     before = read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs")
     result = again(by_hand)
     assert places(result.mbs) == places(before)
-    assert result.report["layout"] == {"style": "tree", "kept": 3}
+    assert result.report.passes["layout"] == {"style": "tree", "kept": 3}
     assert [d.message for d in result.diagnostics if d.code == "layout-kept"] == [
         "3 of 3 bodies stay where 'tiny.mbs' has them"
     ]
@@ -95,13 +95,13 @@ def test_a_new_body_stands_beside_its_parent(by_hand: Path) -> None:
 def test_a_body_with_other_joints_is_new(by_hand: Path) -> None:
     robot = by_hand / "tiny.urdf"
     robot.write_text(robot.read_text().replace('rpy="0 0.5 0"', 'rpy="0 0.5 0.2"'))
-    assert again(by_hand).report["layout"]["kept"] == 2
+    assert again(by_hand).report.passes["layout"]["kept"] == 2
 
 
 def test_no_output_yet(by_hand: Path) -> None:
     (by_hand / "tiny.mbs").unlink()
     result = again(by_hand)
-    assert result.report["layout"]["kept"] == 0
+    assert result.report.passes["layout"]["kept"] == 0
     assert any("is not there yet" in d.message for d in result.diagnostics)
 
 
@@ -123,5 +123,5 @@ def test_a_file_without_a_diagram_is_no_error(by_hand: Path) -> None:
             part.position = None
     (by_hand / "tiny.mbs").write_bytes(write(mbs))
     result = again(by_hand)
-    assert result.report["layout"]["kept"] == 0
+    assert result.report.passes["layout"]["kept"] == 0
     assert all(joint.position for body in result.mbs.bodies for joint in body.joints)
