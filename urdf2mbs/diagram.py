@@ -15,10 +15,9 @@ from urdf2mbs.mbs.model import XY, Body, Connection, Drawing, Joint, Mbs, Point
 
 #: Round everything that is drawn (px).
 MARGIN = 20.0
-#: Wires shorter than this (px) are straight; longer ones are MBSysPad's S, which leaves the
-#: line between its ends at 30 degrees.
-STRAIGHT = 50.0
-SLOPE = 0.57735
+#: A wire is an S: the control points of a cubic lie at one and two thirds of the line between
+#: its ends, aside by this share of its length, but at most by so much (px).
+ASIDE, MOST_ASIDE = 0.2, 40.0
 
 STYLE = """
 .mbs text { font: 12px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #333; text-anchor: middle }
@@ -54,8 +53,8 @@ def draw(mbs: Mbs) -> str:
             f' height="{_n(height)}" viewBox="{box}">',
             f"<title>{_t(mbs.name)}</title>",
             f"<style>{STYLE}</style>",
-            f'<rect x="{_n(x0)}" y="{_n(y0)}" width="{_n(width)}" height="{_n(height)}"'
-            ' fill="#fff"/>',
+            f'<rect class="sheet" x="{_n(x0)}" y="{_n(y0)}" width="{_n(width)}"'
+            f' height="{_n(height)}" fill="#fff"/>',
             *picture.boxes(),
             *picture.arrows(),
             *picture.wires(),
@@ -167,7 +166,7 @@ class _Picture:
                 x, y = (ax + bx) / 2, (ay + by) / 2
                 number = self.numbers[joint.name]
                 yield (
-                    f'<g class="joint-label {joint.nature}"><title>'
+                    f'<g class="joint-label {joint.nature}" data-joint="{_t(joint.name)}"><title>'
                     f"{_t(_about_joint(joint, number))}</title>"
                     f'<path class="wire" d="M{_p(ax, ay)} {_curve(before, after)}"/>'
                     + _text(joint.type, (x, y - 3), "label")
@@ -194,10 +193,14 @@ class _Picture:
         for owner, points in self._owners():
             for point in points:
                 x, y = self.points[owner, point.name]
-                marks = "".join(
-                    _text(mark, (x + 7, y + 3), "mark")
-                    for mark, found in (("S", point.sensor), ("F", point.extforce))
+                letters = [
+                    letter
+                    for letter, found in (("S", point.sensor), ("F", point.extforce))
                     if found is not None
+                ]
+                marks = "".join(
+                    _text(letter, (x + 7 + 7 * k, y + 3), "mark")
+                    for k, letter in enumerate(letters)
                 )
                 yield (
                     f'<g class="point" data-body="{_t(owner or "")}" data-point="{_t(point.name)}">'
@@ -248,11 +251,14 @@ def _bounds(drawing: Drawing) -> tuple[XY, XY]:
 
 
 def _curve(a: XY, b: XY) -> str:
-    dx, dy = (b[0] - a[0]) / 3, (b[1] - a[1]) / 3
-    if hypot(dx, dy) * 3 < STRAIGHT or dx == 0.0:
+    """The way from a to b as MBSysPad draws it, to the left first."""
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    length = hypot(dx, dy)
+    if length == 0.0:
         return f"L{_p(*b)}"
-    one = (a[0] + dx + SLOPE * dy, a[1] + dy - SLOPE * dx)
-    two = (b[0] - dx - SLOPE * dy, b[1] - dy + SLOPE * dx)
+    aside = min(ASIDE * length, MOST_ASIDE) / length
+    one = (a[0] + dx / 3 + aside * dy, a[1] + dy / 3 - aside * dx)
+    two = (b[0] - dx / 3 - aside * dy, b[1] - dy / 3 + aside * dx)
     return f"C{_p(*one)} {_p(*two)} {_p(*b)}"
 
 

@@ -270,7 +270,8 @@ const camera = new THREE.PerspectiveCamera(38, 1, size / 200, size * 200);
 camera.up.set(0, 0, 1);
 let renderer = null;
 try {
-  renderer = new THREE.WebGLRenderer({antialias: true, alpha: true});
+  // the last picture is kept, so that the page can be printed
+  renderer = new THREE.WebGLRenderer({antialias: true, alpha: true, preserveDrawingBuffer: true});
 } catch (error) {
   view.append(element("div", "nogl",
     "This browser has no WebGL, so the 3D model cannot be drawn; all else on the page works."));
@@ -288,7 +289,7 @@ const sides = {mbs: new THREE.Group(), urdf: new THREE.Group()};
 scene.add(sides.mbs, sides.urdf);
 const holders = {mbs: new Map(), urdf: new Map()};
 const bones = [];
-const kinds = {shapes: [], skeleton: [], frames: [], coms: []};
+const kinds = {shapes: [], skeleton: [], frames: [], coms: [], inertias: [], collisions: []};
 const drawn = [];
 
 function holder(side, name) {
@@ -379,6 +380,71 @@ function mbsShape(owner, shape) {
   draw("mbs", owner, shape.name, pose, objects, color);
 }
 
+function collision(link, given) {
+  const pose = origin(given.xyz, given.rpy), shape = given.geometry;
+  let objects;
+  if (shape.type === "mesh") {
+    if (given.mesh === null) return;
+    pose.multiply(matrix().makeScale(...shape.scale));
+    objects = meshParts(given.mesh, COLLISION, 0.4, "urdf");
+  } else {
+    if (shape.type === "cylinder") pose.multiply(Y_ONTO_Z);
+    objects = [new THREE.Mesh(simple(shape), material(COLLISION, 0.4, "urdf"))];
+  }
+  for (const object of objects) {
+    object.material.color.setRGB(...COLLISION);
+    object.material.map = null;
+    object.material.vertexColors = false;
+    object.material.opacity = 0.4;
+    object.material.transparent = true;
+    object.material.depthWrite = false;
+  }
+  const group = place(new THREE.Group(), pose);
+  group.add(...objects);
+  holder("urdf", link).add(group);
+  kinds.collisions.push(group);
+}
+const COLLISION = [0.95, 0.5, 0.1];
+const simple = (shape) => shape.type === "box" ? primitive.box(shape.size)
+  : shape.type === "sphere" ? primitive.sphere(shape.radius)
+  : primitive.cylinder(shape.radius, shape.length);
+
+// the box of even density that has a body's mass and inertia, turned as its principal axes are
+function inertiaBox(body) {
+  const [xx, xy, xz, yy, yz, zz] = body.inertia;
+  const [moments, turned] = principal([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]);
+  const half = (moments[0] + moments[1] + moments[2]) / 2;
+  const sides = moments.map((moment) => Math.sqrt(Math.max(12 * (half - moment) / body.mass, 0)));
+  const least = 2e-3 * size;
+  const box = new THREE.Mesh(primitive.box(sides.map((side) => Math.max(side, least))),
+    new THREE.MeshPhongMaterial({color: 0x18a058, transparent: true, opacity: 0.4, depthWrite: false}));
+  const [x, y, z] = body.com || [0, 0, 0];
+  place(box, matrix().set(
+    ...turned[0], x, ...turned[1], y, ...turned[2], z, 0, 0, 0, 1));
+  holder("mbs", body.name).add(box);
+  kinds.inertias.push(box);
+}
+
+// Jacobi's rotations: the principal moments of a symmetric matrix, and its axes as columns
+function principal(m) {
+  const a = m.map((row) => [...row]), v = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+  for (let sweep = 0; sweep < 30; sweep++) {
+    for (const [i, j] of [[0, 1], [0, 2], [1, 2]]) {
+      if (a[i][j] === 0) continue;
+      const angle = Math.atan2(2 * a[i][j], a[j][j] - a[i][i]) / 2;
+      const c = Math.cos(angle), s = Math.sin(angle);
+      for (const rows of [a, v]) {
+        for (const row of rows) [row[i], row[j]] = [c * row[i] - s * row[j], s * row[i] + c * row[j]];
+      }
+      for (let k = 0; k < 3; k++) [a[i][k], a[j][k]] = [c * a[i][k] - s * a[j][k], s * a[i][k] + c * a[j][k]];
+      a[i][j] = a[j][i] = 0;
+    }
+  }
+  const cross = (p, q) => [p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]];
+  const [x, y] = [0, 1].map((k) => v.map((row) => row[k])), z = cross(x, y);
+  return [[0, 1, 2].map((k) => a[k][k]), [0, 1, 2].map((k) => [x[k], y[k], z[k]])];
+}
+
 function urdfVisual(link, visual) {
   const pose = origin(visual.xyz, visual.rpy), shape = visual.geometry;
   const [r, g, b, a] = visual.color || [0.5, 0.5, 0.5, 1];
@@ -389,10 +455,7 @@ function urdfVisual(link, visual) {
     objects = meshParts(visual.mesh, [r, g, b], a, "urdf");
   } else {
     if (shape.type === "cylinder") pose.multiply(Y_ONTO_Z);
-    const geometry = shape.type === "box" ? primitive.box(shape.size)
-      : shape.type === "sphere" ? primitive.sphere(shape.radius)
-      : primitive.cylinder(shape.radius, shape.length);
-    objects = [new THREE.Mesh(geometry, material([r, g, b], a, "urdf"))];
+    objects = [new THREE.Mesh(simple(shape), material([r, g, b], a, "urdf"))];
   }
   draw("urdf", link, link, pose, objects, shape.type === "mesh" ? null : visual.color);
 }
@@ -447,10 +510,12 @@ function build() {
       ball.renderOrder = 4;
       holder("mbs", body.name).add(ball);
       kinds.coms.push(ball);
+      if (body.inertia) inertiaBox(body);
     }
   }
   for (const link of data.urdf.links) {
     link.visuals.forEach((visual) => urdfVisual(link.name, visual));
+    link.collisions.forEach((given) => collision(link.name, given));
     axes("urdf", link.name, data.frame * 1.3);
     knob("urdf", link.name, BONE.urdf);
   }
@@ -582,10 +647,11 @@ function show() {
     object.visible = object.visible && (side === one || one === "mbs" || differing.size > 0);
   }
   grid.visible = on("show-grid");
+  const clear = on("see-through") ? 0.35 : 1;
   for (const one of drawn) {
     const off = differs(one);
     if (off && side === "both" && on("show-shapes")) one.group.visible = blink === (one.side === "mbs");
-    for (const object of one.objects) tint(object, one, off && side === "both");
+    for (const object of one.objects) tint(object, one, off && side === "both", clear);
   }
   const line = byId("agreement");
   line.textContent = "";
@@ -610,9 +676,17 @@ function show() {
 const some = (names) => names.slice(0, 6).join(", ")
   + (names.length > 6 ? ` and ${names.length - 6} more` : "");
 
-function tint(object, one, off) {
+function tint(object, one, off, clear) {
   const m = object.material;
-  if (!m.userData.color) m.userData.color = m.color.clone();
+  if (!m.userData.color) {
+    Object.assign(m.userData, {color: m.color.clone(), opacity: m.opacity});
+  }
+  m.opacity = clear * m.userData.opacity;
+  m.depthWrite = m.opacity > 0.5;
+  if (m.transparent !== m.opacity < 1) {
+    m.transparent = m.opacity < 1;
+    m.needsUpdate = true;
+  }
   m.color.copy(off ? TINT[one.side] : m.userData.color);
   m.emissive.set(chosen !== undefined && bodyOfDrawn(one) === chosen ? 0x6a4a00 : 0x000000);
 }
@@ -627,10 +701,12 @@ setInterval(() => {
 const grid = new THREE.Group();
 scene.add(grid);
 
+const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;
 function layGrid(low) {
   const step = 10 ** Math.round(Math.log10(size / 5));
   const cells = 2 * Math.ceil(1.6 * size / step);
-  const lines = new THREE.GridHelper(cells * step, cells, 0xaab4c2, 0xd3dae3);
+  const lines = new THREE.GridHelper(cells * step, cells, ...(dark ? [0x4a5564, 0x2b333e]
+    : [0xaab4c2, 0xd3dae3]));
   lines.rotation.x = Math.PI / 2;
   lines.position.z = low - 1e-3 * size;
   grid.add(lines);
@@ -741,9 +817,15 @@ function steer(canvas) {
   }, {passive: false});
 }
 
-// --- choosing a body -----------------------------------------------------------------------------
+// --- choosing a body or a joint: it is marked in the 3D model, the diagram and the tables alike ---
 
-let chosen;
+const bodyOfJoint = new Map();
+for (const body of data.mbs.bodies) {
+  for (const joint of body.joints) bodyOfJoint.set(joint.name, [body, joint]);
+}
+const became = new Map(data.joints);
+
+let chosen, chosenJoint;
 function pick(event) {
   const box = renderer.domElement.getBoundingClientRect(), ray = new THREE.Raycaster();
   ray.setFromCamera({
@@ -756,33 +838,76 @@ function pick(event) {
   choose(hit ? bodyOfDrawn(hit.object.userData.drawn) : undefined);
 }
 
-function choose(name) {
+const bodyOfLink = (link) => frames.has(link) ? frames.get(link).body : undefined;
+const chooseJoint = (name) => choose(bodyOfJoint.get(name)[0].name, name);
+
+// name: a body's, null for the base, undefined for nothing; joint: one of the body's
+function choose(name, joint) {
   chosen = name;
+  chosenJoint = joint;
   const about = byId("picked"), body = bodyOf.get(name);
   about.textContent = "";
   if (name === null) about.textContent = `base: ${data.mbs.base.name}`;
   if (body) {
     const links = linksOf.get(name) || [];
-    const joints = body.joints.map((joint) => `q${numbers.get(joint.name)} ${joint.type} ${joint.name}`);
+    const told = ({name: own, type, nature}) => `q${numbers.get(own)} ${type} ${own}, ${nature}`;
+    const joints = body.joints.map((one) => `q${numbers.get(one.name)} ${one.type} ${one.name}`);
     about.append(element("b", "", body.name),
+      joint === undefined ? "" : `\njoint: ${told(bodyOfJoint.get(joint)[1])}`,
       `\nlinks: ${links.slice(0, 8).join(", ")}${links.length > 8 ? ", ..." : ""}`
       + `\nmass: ${body.mass === null ? "none" : `${+body.mass.toPrecision(6)} kg`}`
-      + `\njoints: ${joints.slice(0, 8).join("; ")}${joints.length > 8 ? "; ..." : ""}`);
+      + (joint === undefined
+        ? `\njoints: ${joints.slice(0, 8).join("; ")}${joints.length > 8 ? "; ..." : ""}` : ""));
   }
-  for (const row of document.querySelectorAll("tr[data-body]")) {
-    row.classList.toggle("chosen", body !== undefined && row.dataset.body === name);
+  for (const marked of document.querySelectorAll(".chosen")) marked.classList.remove("chosen");
+  if (name !== undefined) {
+    for (const one of document.querySelectorAll("[data-body]:not(.point)")) {
+      if (one.dataset.body === (name || "")) one.classList.add("chosen");
+    }
+    for (const one of document.querySelectorAll("[data-link]")) {
+      if (bodyOfLink(one.dataset.link) === name) one.classList.add("chosen");
+    }
+    for (const one of document.querySelectorAll("[data-joint]:not(input), [data-urdf-joint]")) {
+      const names = one.dataset.joint ? [one.dataset.joint] : became.get(one.dataset.urdfJoint) || [];
+      const has = joint === undefined ? body && body.joints.some((own) => names.includes(own.name))
+        : names.includes(joint);
+      if (has) one.classList.add("chosen");
+    }
   }
-  for (const box of document.querySelectorAll(".paper g.body")) {
-    box.classList.toggle("chosen", name !== undefined && box.dataset.body === (name || ""));
-  }
+  point(null);
   show();
 }
 
-// the axis of the joint whose slider is under the pointer
+// what a row of a table, an entry of the tree or a slider stands for
+function chooseWhat(row) {
+  const {joint, urdfJoint, body, link} = row.dataset;
+  const first = (became.get(urdfJoint) || [])[0];
+  // of the joints that a URDF joint became, the one that moves
+  const real = (became.get(urdfJoint) || []).find((name) => q.has(name)) || first;
+  if (joint !== undefined) chooseJoint(joint);
+  else if (real !== undefined) chooseJoint(real);
+  else if (body !== undefined) choose(body || null);
+  else if (link !== undefined) choose(bodyOfLink(link));
+}
+
+function makeChoosable(row) {
+  row.tabIndex = 0;
+  row.classList.add("choosable");
+  row.addEventListener("click", () => chooseWhat(row));
+  row.addEventListener("keydown", (event) => {
+    if (event.key === "Enter" || event.key === " ") {
+      event.preventDefault();
+      chooseWhat(row);
+    }
+  });
+}
+
+// the axis of the joint whose slider is under the pointer, else of the one that is chosen
 let arrow = null;
 function point(joint) {
   if (arrow) scene.remove(arrow);
   arrow = null;
+  joint = joint || (chosenJoint === undefined ? null : bodyOfJoint.get(chosenJoint)[1]);
   if (joint && poses) {
     const pose = poses.mbs.joints.get(joint.name);
     const along = new THREE.Vector3().setFromMatrixColumn(pose, +joint.type[1] - 1);
@@ -802,11 +927,14 @@ function point(joint) {
 
 function makeSliders() {
   const list = byId("sliders");
-  for (const joint of moving) {
+  // the base comes last: one moves the robot's own joints first
+  for (const joint of [...moving].sort((a, b) => base.has(a.name) - base.has(b.name))) {
     const turns = joint.type[0] === "R", [low, high] = limits.get(joint.name);
     const row = element("div", "slider"), top = element("div", "top");
     const name = element("span", "name", joint.name);
     name.title = joint.name;
+    name.onclick = () => chooseJoint(joint.name);
+    row.dataset.joint = joint.name;
     const range = element("input"), box = element("input"), ends = element("div", "ends");
     range.type = "range";
     Object.assign(range, {min: low, max: high, step: "any"});
@@ -864,10 +992,37 @@ function makeSliders() {
   byId("mimic").onchange = byId("unit").onchange = settle;
   byId("filter-sliders").oninput = (event) => {
     const wanted = event.target.value.toLowerCase();
-    for (const row of list.children) {
+    for (const row of [...list.children, ...byId("tree").children]) {
       row.hidden = !row.textContent.toLowerCase().includes(wanted);
     }
   };
+}
+
+// --- the tree of links -----------------------------------------------------------------------------
+
+function makeTree() {
+  const tree = byId("tree"), below = new Map();
+  for (const joint of data.urdf.joints) {
+    below.set(joint.parent, [...(below.get(joint.parent) || []), joint]);
+  }
+  const todo = [[data.urdf.root, null, 0]];
+  while (todo.length) {
+    const [link, joint, depth] = todo.pop(), row = element("div", "link", link);
+    row.style.paddingLeft = `${6 + 13 * Math.min(depth, 14)}px`;
+    if (joint) row.append(element("span", "q", ` ${joint.type} ${joint.name}`));
+    row.dataset.link = link;
+    makeChoosable(row);
+    tree.append(row);
+    for (const next of (below.get(link) || []).reverse()) todo.push([next.child, next, depth + 1]);
+  }
+  const turn = (links) => {
+    tree.hidden = !links;
+    byId("sliders").hidden = links;
+    byId("as-links").setAttribute("aria-pressed", links);
+    byId("as-joints").setAttribute("aria-pressed", !links);
+  };
+  byId("as-links").onclick = () => turn(true);
+  byId("as-joints").onclick = () => turn(false);
 }
 const base = new Set(data.urdf.joints.filter((joint) => joint.type === "floating")
   .flatMap((joint) => coordinates.get(joint.name) || []));
@@ -919,13 +1074,15 @@ function paper() {
   });
   window.addEventListener("pointerup", () => { held = null; });
   svg.addEventListener("click", (event) => {
-    const body = event.target.closest("g.body");
-    if (moved < 4) choose(body ? body.dataset.body || null : undefined);
+    if (moved >= 4) return;
+    const what = event.target.closest("[data-joint], [data-body]");
+    if (what) chooseWhat(what);
+    else choose(undefined);
   });
-  // a diagram much larger than the window is read from its upper left
-  if (Math.max(whole[2] / svg.clientWidth, whole[3] / svg.clientHeight) > 3) {
-    set([whole[0], whole[1], svg.clientWidth * 1.4, svg.clientHeight * 1.4]);
-  }
+  // on paper there is all of it
+  let before = whole;
+  window.addEventListener("beforeprint", () => { before = box; fitAll(); });
+  window.addEventListener("afterprint", () => set(before));
 }
 
 function save(url, name) {
@@ -943,9 +1100,8 @@ function tables() {
       for (const row of rows) row.hidden = !row.textContent.toLowerCase().includes(wanted);
     };
   }
-  for (const row of document.querySelectorAll("#bodies tr[data-body]")) {
-    row.onclick = () => choose(row.dataset.body);
-  }
+  const rows = "tr[data-body], tr[data-joint], tr[data-link], tr[data-urdf-joint]";
+  document.querySelectorAll(rows).forEach(makeChoosable);
 }
 
 // --- all together ------------------------------------------------------------------------------------
@@ -975,6 +1131,14 @@ window.urdf2mbs = {
     .map((one) => one.side),
   picture,
   blink: () => { blink = !blink; show(); },
+  inertiaCorners: (name) => {
+    const box = kinds.inertias.find((one) => one.parent === holders.mbs.get(name));
+    const at = box.geometry.attributes.position, corners = [];
+    for (let i = 0; i < at.count; i++) {
+      corners.push(new THREE.Vector3().fromBufferAttribute(at, i).applyMatrix4(box.matrix).toArray());
+    }
+    return corners;
+  },
   bounds: (side, name) => {
     scene.updateMatrixWorld(true);
     const box = new THREE.Box3();
@@ -984,6 +1148,7 @@ window.urdf2mbs = {
 };
 
 makeSliders();
+makeTree();
 paper();
 tables();
 settle();

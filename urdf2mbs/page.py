@@ -73,6 +73,7 @@ def make(conversion: Conversion) -> Page:
             for link, at in conversion.frames.items()
         ],
         "coordinates": list(conversion.names.coordinates.items()),
+        "joints": list(conversion.names.joints.items()),
         "meshes": store.meshes,
         "textures": store.textures,
         "size": 18 * model.view.frame if model.view else 1.0,
@@ -307,7 +308,7 @@ def _names(conversion: Conversion) -> str:
                 where = f"after joint {at.joint}"
             here = (*at.pose.xyz, *at.pose.rot)
             turned = "" if here == (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1) else _vector(at.pose.xyz)
-        links.append(("", [escape(link), escape(where), turned]))
+        links.append((f' data-link="{escape(link)}"', [escape(link), escape(where), turned]))
     joints = []
     for name, joint in conversion.robot.joints.items():
         became = ", ".join(conversion.names.joints.get(name, ()))
@@ -316,7 +317,9 @@ def _names(conversion: Conversion) -> str:
             became = f"left out, held at 0: {why}"
         elif not became:
             became = f"none: '{joint.child}' is rigid with the body that carries it"
-        joints.append(("", [escape(name), joint.type, escape(became)]))
+        joints.append(
+            (f' data-urdf-joint="{escape(name)}"', [escape(name), joint.type, escape(became)])
+        )
     return (
         "<h3>Links</h3>"
         + _table(("URDF link", "in the .mbs", "shifted by [m]"), links, right=(2,))
@@ -406,9 +409,14 @@ def _messages(conversion: Conversion) -> str:
     for said in sorted(conversion.diagnostics, key=lambda d: d.level != "warning"):
         where = f"{Path(said.file).name}:{said.line}" if said.file and said.line else ""
         hint = f'<br><span class="note">{escape(said.hint)}</span>' if said.hint else ""
+        about = ""
+        if said.joint is not None:
+            about = f' data-urdf-joint="{escape(said.joint)}"'
+        elif said.link is not None:
+            about = f' data-link="{escape(said.link)}"'
         rows.append(
             (
-                "",
+                about,
                 [
                     f'<span class="level {said.level}">{said.level}</span>',
                     escape(said.code),

@@ -198,6 +198,7 @@ def mbs_side(model: mbs.Mbs, store: Store, fetch: Fetch) -> dict[str, Any]:
                 ],
                 "mass": body.mass,
                 "com": body.com,
+                "inertia": body.inertia,
                 "points": points(body.points),
                 "shapes": shapes(body.shapes),
             }
@@ -215,12 +216,15 @@ def urdf_side(
         material = given.material
         if material is not None and material.color is None and material.name in robot.materials:
             material = robot.materials[material.name]
+        color = None if material is None else material.color
+        return {**placed(given), "color": color}
+
+    def placed(given: urdf.Visual | urdf.Collision) -> dict[str, Any]:
         shape = given.geometry
         out: dict[str, Any] = {
             "xyz": given.origin.xyz,
             "rpy": given.origin.rpy,
             "geometry": msgspec.to_builtins(shape),
-            "color": None if material is None else material.color,
         }
         if isinstance(shape, urdf.Mesh):
             out["mesh"] = store.source(shape.filename, find(shape.filename))
@@ -229,7 +233,11 @@ def urdf_side(
     return {
         "root": robot.root(),
         "links": [
-            {"name": link.name, "visuals": [visual(given) for given in link.visuals]}
+            {
+                "name": link.name,
+                "visuals": [visual(given) for given in link.visuals],
+                "collisions": [placed(given) for given in link.collisions],
+            }
             for link in robot.links.values()
         ],
         "joints": [

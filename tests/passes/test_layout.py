@@ -1,4 +1,4 @@
-"""Layout: the grid of the method's Figure A.5, with room for everything that is drawn."""
+"""Layout: the options, and the grid of the method's Figure A.5."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from urdf2mbs.conversion import Conversion, Settings
-from urdf2mbs.hookspecs import NoOptions
 from urdf2mbs.mbs.model import XY, Body, Drawing, Joint, Mbs, Point
-from urdf2mbs.passes.layout import run
+from urdf2mbs.passes.layout import Options, run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -65,7 +64,7 @@ def trees(draw: st.DrawFn) -> Mbs:
 def laid_out(mbs: Mbs) -> Mbs:
     conversion = Conversion(Settings(Path("robot.urdf"), Path("robot.mbs")))
     conversion.mbs = mbs
-    run(conversion, NoOptions())
+    run(conversion, Options(style="method"))
     return mbs
 
 
@@ -284,15 +283,3 @@ def test_the_order_of_the_bodies_does_not_matter() -> None:
     assert {b.name: b.joints[0].position for b in one.bodies} == {
         b.name: b.joints[0].position for b in other.bodies
     }
-
-
-@pytest.mark.parametrize("shape", ["chain", "star", "comb"])
-def test_ten_thousand_bodies(shape: str) -> None:
-    parents: dict[str, list[int | None]] = {
-        "chain": [None, *range(9_999)],
-        "star": [None, *[0] * 9_999],
-        "comb": [None, *(2 * (k // 2) for k in range(9_999))],
-    }
-    mbs = laid_out(tree(*parents[shape]))
-    assert len({position(body.joints[0]) for body in mbs.bodies}) == 10_000
-    assert all(min(position(body.joints[0])) > 0.0 for body in mbs.bodies)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from conftest import SHARED
-from evaluator import Evaluator
+from evaluator import Evaluator, rotation
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs.conversion import Conversion
@@ -263,8 +263,11 @@ def test_names_fit_into_their_boxes(report: Opened) -> None:
 
 def test_switches_change_the_picture(report: Opened) -> None:
     seen = {report.ask("urdf2mbs.picture()")}
-    for switch in ("frames", "coms", "skeleton", "grid"):
-        report.page.locator(f"#show-{switch}").click()
+    switches = ["show-frames", "show-coms", "show-skeleton", "show-grid", "show-inertias"]
+    if report.ask("urdf2mbs.counts()")["mbs"]:
+        switches.append("see-through")
+    for switch in switches:
+        report.page.locator(f"#{switch}").click()
         picture = report.ask("urdf2mbs.picture()")
         assert picture not in seen, switch
         seen.add(picture)
@@ -376,7 +379,7 @@ def test_a_click_on_a_box_chooses_the_body(opened: Open, tiny: Conversion) -> No
     report = opened(tiny)
     report.page.locator('#paper g.body[data-body="arm"] .box').click(position={"x": 5, "y": 5})
     assert report.page.locator("#picked").inner_text().startswith("arm")
-    assert report.page.locator("tr.chosen").first.get_attribute("data-body") == "arm"
+    assert report.page.locator("#bodies tr.chosen").first.get_attribute("data-body") == "arm"
 
 
 def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
@@ -406,3 +409,189 @@ def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
     assert seen()[1] < before[1]
     report.page.locator("#diagram-fit").click()
     assert seen() == whole
+
+
+MARKED = """() => [...document.querySelectorAll(".chosen")].map((one) => {
+  const {body, joint, link, urdfJoint} = one.dataset;
+  return `${one.className.baseVal ?? one.className}`.split(" ")[0] + " "
+    + one.tagName.toLowerCase() + " " + (body ?? joint ?? link ?? urdfJoint);
+})"""
+
+
+@pytest.mark.parametrize(
+    "click",
+    [
+        '#joints tr[data-joint="shoulder"]',
+        '#names tr[data-urdf-joint="shoulder"]',
+        '#messages tr[data-urdf-joint="shoulder"]',
+        '#paper g.joint[data-joint="shoulder"] circle',
+        '.slider[data-joint="shoulder"] .name',
+    ],
+)
+def test_a_joint_is_marked_everywhere(opened: Open, tiny: Conversion, click: str) -> None:
+    tiny.note("axis-aligned", "a message about it", joint="shoulder")
+    report = opened(tiny)
+    report.page.locator(click).first.click()
+    marked = set(report.ask(MARKED))
+    assert {
+        "body g arm", "joint g shoulder", "joint-label g shoulder", "slider div shoulder"
+    } <= marked  # fmt: skip
+    rows = {one for one in marked if " tr " in one}
+    assert {one.split(" tr ")[1] for one in rows} == {"shoulder", "arm"}
+    assert not any("wrist" in one or "body g body" in one for one in marked)
+    assert "q3 R3 shoulder" in report.page.locator("#picked").inner_text()
+    assert report.said == []
+
+
+@pytest.mark.parametrize(
+    "click",
+    [
+        '#bodies tr[data-body="arm"]',
+        '#names tr[data-link="arm"]',
+        '#paper g.body[data-body="arm"] text',
+        '#tree [data-link="arm"]',
+    ],
+)
+def test_a_body_is_marked_everywhere(opened: Open, tiny: Conversion, click: str) -> None:
+    report = opened(tiny)
+    report.page.locator("#as-links").click()
+    report.page.locator(click).first.click()
+    marked = report.ask(MARKED)
+    assert {"body g arm", "joint g shoulder", "joint g shoulder_origin_R2"} <= set(marked)
+    assert sum(one.endswith(" tr arm") for one in marked) == 2  # as a body, and as a link
+    assert sum(one.endswith(" div arm") for one in marked) == 1  # in the tree
+    assert report.said == []
+
+
+def test_the_keyboard_chooses_too(opened: Open, tiny: Conversion) -> None:
+    report = opened(tiny)
+    report.page.locator('#joints tr[data-joint="shoulder"]').press("Enter")
+    assert "joint g shoulder" in report.ask(MARKED)
+
+
+def test_the_tree_of_links_has_them_all(opened: Open, tiny: Conversion) -> None:
+    report = opened(tiny)
+    report.page.locator("#as-links").click()
+    assert report.page.locator("#sliders").is_hidden()
+    shown_ = report.page.locator("#tree > div").evaluate_all(
+        "rows => rows.map(r => r.dataset.link)"
+    )
+    assert shown_ == [tiny.robot.root(), *(j.child for j in tiny.robot.depth_first())]
+
+
+def test_the_base_s_sliders_come_last(opened: Open, tmp_path: Path) -> None:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY)
+    report = opened(run(source, tmp_path / "p", base="floating"))
+    joints = report.page.locator("#sliders input[type=range]").evaluate_all(
+        "sliders => sliders.map(slider => slider.dataset.joint)"
+    )
+    assert len(joints) > 6
+    assert [name.startswith("floating_base") for name in joints] == sorted(
+        name.startswith("floating_base") for name in joints
+    )
+
+
+def test_collision_shapes_are_drawn(opened: Open, tmp_path: Path) -> None:
+    source = tmp_path / "tiny.urdf"
+    box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    source.write_text(TINY.replace("</link>", f"{box}</link>", 1))
+    report = opened(run(source, tmp_path / "p", base="fixed"))
+    without = report.ask("urdf2mbs.picture()")
+    report.page.locator("#show-collisions").click()
+    assert report.ask("urdf2mbs.picture()") != without
+    assert report.ask("urdf2mbs.agreement()")["shapesDiffering"] == []
+
+
+def test_an_inertia_box_has_the_body_s_inertia(opened: Open, tmp_path: Path) -> None:
+    """A solid box of 2 kg, 0.1 x 0.2 x 0.4 m, turned: its inertia box is the same box."""
+    a, b, c = 0.1, 0.2, 0.4
+    turn = rotation(np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0), 0.7)
+    tensor = turn @ np.diag([b * b + c * c, a * a + c * c, a * a + b * b]) @ turn.T / 6.0
+    entries = ("xx", "xy", "xz", "yy", "yz", "zz")
+    (rows, columns) = np.triu_indices(3)
+    text = (
+        " ".join(f'i{e}="{tensor[r, k]!r}"' for e, r, k in zip(entries, rows, columns, strict=True))
+        .replace("np.float64(", "")
+        .replace(")", "")
+    )
+    source = tmp_path / "box.urdf"
+    source.write_text(
+        f"""<robot name="box"><link name="l"><inertial><origin xyz="1 2 3"/><mass value="2"/>
+        <inertia {text}/></inertial></link></robot>"""
+    )
+    report = opened(run(source, tmp_path / "p", base="floating"))
+    corners = np.array(report.ask("urdf2mbs.inertiaCorners('l')")) - [1.0, 2.0, 3.0]
+    expected = np.array([[x, y, z] for x in (-a, a) for y in (-b, b) for z in (-c, c)]) / 2 @ turn.T
+    apart = np.linalg.norm(corners[:, None] - expected[None], axis=2)
+    assert not apart.min(axis=1).max() > 1e-6
+    assert not apart.min(axis=0).max() > 1e-6
+
+
+def test_dark(opened: Open, tiny: Conversion) -> None:
+    """Every text stands out from what is behind it: a contrast of 4.5 at least."""
+    report = opened(tiny)
+    report.page.emulate_media(color_scheme="dark")
+    dull = report.ask(
+        """() => {
+          const rgb = (text) => text.match(/[\\d.]+/g).map(Number);
+          const light = ([r, g, b]) => [r, g, b].map((c) => c / 255)
+            .map((c) => c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4)
+            .reduce((sum, c, k) => sum + c * [0.2126, 0.7152, 0.0722][k], 0);
+          const behind = (one) => {
+            for (let at = one; at; at = at.parentElement) {
+              const color = rgb(getComputedStyle(at).backgroundColor);
+              if (color.length === 3 || color[3] > 0.8) return color;
+            }
+            return [255, 255, 255];
+          };
+          const walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+          const out = [];
+          while (walk.nextNode()) {
+            const one = walk.currentNode.parentElement;
+            if (!walk.currentNode.data.trim() || one.closest("script, style, title")) continue;
+            if (!one.getClientRects().length) continue;
+            const drawn = one.closest("svg");
+            const ink = rgb(getComputedStyle(one)[drawn ? "fill" : "color"]);
+            const box = drawn && one.parentElement.querySelector(".box, .sheet");
+            const ground = box ? rgb(getComputedStyle(box).fill)
+              : drawn ? rgb(getComputedStyle(document.querySelector(".sheet")).fill) : behind(one);
+            const [a, b] = [light(ink), light(ground)].sort((x, y) => y - x);
+            const contrast = (a + 0.05) / (b + 0.05);
+            if (!(contrast >= 4.5)) out.push([walk.currentNode.data.slice(0, 30), contrast]);
+          }
+          return out;
+        }"""
+    )
+    assert dull == []
+
+
+def test_on_paper_nothing_is_clipped(opened: Open, tiny: Conversion) -> None:
+    report = opened(tiny)
+    report.page.locator("#diagram-full").click()
+    report.page.emulate_media(media="print")
+    report.page.set_viewport_size({"width": 700, "height": 1000})  # A4 within its margins
+    report.ask("window.dispatchEvent(new Event('beforeprint'))")
+    clipped = report.ask(
+        """() => [...document.querySelectorAll(".scroll, table, .view, .paper")].filter((one) =>
+          one.scrollWidth > one.clientWidth + 1 && getComputedStyle(one).overflowX !== "visible"
+          || one.getBoundingClientRect().right > innerWidth + 1).map((one) => one.className)"""
+    )
+    assert clipped == []
+    assert report.page.locator("#view canvas").is_visible()
+    assert report.page.locator(".sliders").is_hidden()
+    full = report.ask("document.querySelector('#paper svg').getAttribute('viewBox')")
+    report.ask("window.dispatchEvent(new Event('afterprint'))")
+    assert full != report.ask("document.querySelector('#paper svg').getAttribute('viewBox')")
+    blank = report.ask(
+        """() => {
+          const seen = document.querySelector("#view canvas");
+          const copy = document.createElement("canvas");
+          [copy.width, copy.height] = [seen.width, seen.height];
+          const paper = copy.getContext("2d");
+          paper.drawImage(seen, 0, 0);
+          const {data} = paper.getImageData(0, 0, copy.width, copy.height);
+          return data.every((value) => value === 0);
+        }"""
+    )
+    assert not blank

@@ -186,6 +186,23 @@ def test_arrows_lead_from_each_body_to_its_points() -> None:
 def test_sensors_and_forces_are_marked() -> None:
     marks = re.findall(r'class="mark"[^>]*>(\w)<', draw(small()))
     assert marks == ["S", "F"]
+    at = re.findall(r'class="mark" x="([\d.]+)"', draw(small()))
+    assert float(at[1]) - float(at[0]) >= 6.0
+
+
+def test_a_wire_is_an_s() -> None:
+    """Its control points are aside by 0.2 of its length, by 40 px at most, to the left first."""
+    mbs = small()
+    for end, aside in (((100, 300), 20.0), ((100, 1200), 40.0)):
+        mbs.bodies[0].joints = [
+            Joint("a", "R1", position=(100, 200)), Joint("b", "R1", position=end)
+        ]  # fmt: skip
+        (wire,) = re.findall(r'class="wire" d="M100,200 C(.*?)"', draw(mbs))
+        one, two, last = (tuple(map(float, p.split(","))) for p in wire.split())
+        length = end[1] - 200
+        assert one == pytest.approx((100 + aside, 200 + length / 3), abs=0.01)
+        assert two == pytest.approx((100 - aside, 200 + 2 * length / 3), abs=0.01)
+        assert last == end
 
 
 def test_cuts_and_links_are_drawn() -> None:

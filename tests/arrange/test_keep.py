@@ -1,0 +1,127 @@
+"""``layout: {keep: true}``: what somebody moved by hand stays."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.testing import TINY
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from urdf2mbs import Result
+
+KEEP = {"layout": {"keep": True}}
+
+
+@pytest.fixture
+def by_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The tiny robot, converted, and its arm and the arm's point moved by hand."""
+    monkeypatch.chdir(tmp_path)
+    robot = tmp_path / "tiny.urdf"
+    robot.write_text(TINY.replace('name="arm"', 'name="left/arm"').replace('"arm"', '"left/arm"'))
+    output = tmp_path / "tiny.mbs"
+    output.write_bytes(convert(robot).data)
+    mbs = read(output.read_bytes(), "tiny.mbs")
+    arm = mbs.bodies[1]
+    for joint in arm.joints:
+        assert joint.position is not None
+        joint.position = (joint.position[0] + 333.0, joint.position[1] + 44.0)
+    arm.points[0].position = (777.0, 888.0)
+    output.write_bytes(write(mbs))
+    return tmp_path
+
+
+def again(folder: Path) -> Result:
+    return convert(folder / "tiny.urdf", options=KEEP)
+
+
+def places(result_or_file: Any) -> dict[str, Any]:
+    mbs = result_or_file
+    out: dict[str, Any] = {"base": (mbs.base.position, mbs.base.drawing.size)}
+    for body in mbs.bodies:
+        out[body.name] = (body.drawing.position, [j.position for j in body.joints])
+        out[f"{body.name}'s points"] = [p.position for p in body.points]
+    return out
+
+
+def test_what_was_moved_stays(by_hand: Path) -> None:
+    before = read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs")
+    result = again(by_hand)
+    assert places(result.mbs) == places(before)
+    assert result.report.passes["layout"] == {"style": "tree", "kept": 3}
+    assert [d.message for d in result.diagnostics if d.code == "layout-kept"] == [
+        "3 of 3 bodies stay where 'tiny.mbs' has them"
+    ]
+
+
+def test_without_keep_all_is_new(by_hand: Path) -> None:
+    before = read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs")
+    result = convert(by_hand / "tiny.urdf")
+    assert places(result.mbs) != places(before)
+
+
+def test_a_new_body_stands_beside_its_parent(by_hand: Path) -> None:
+    robot = by_hand / "tiny.urdf"
+    extra = """
+      <joint name="bolt" type="revolute">
+        <parent link="left/arm"/><child link="plate"/>
+        <origin xyz="0 0 0.3"/><limit lower="-1" upper="1" effort="1" velocity="1"/>
+      </joint>
+      <link name="plate"><inertial><mass value="1"/>
+        <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+    </robot>"""
+    robot.write_text(robot.read_text().replace("</robot>", extra))
+    before = places(read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs"))
+    result = again(by_hand)
+    after = places(result.mbs)
+    assert after["left_arm"] == before["left_arm"]
+    fresh = convert(robot).mbs
+    (new,) = [body for body in result.mbs.bodies if body.name == "plate"]
+    (there,) = [body for body in fresh.bodies if body.name == "plate"]
+    arm = result.mbs.bodies[1].joints[-1].position
+    fresh_arm = fresh.bodies[1].joints[-1].position
+    assert new.joints[-1].position is not None
+    for k in (0, 1):
+        apart = there.joints[-1].position[k] - fresh_arm[k]
+        assert new.joints[-1].position[k] - arm[k] == pytest.approx(apart)
+
+
+def test_a_body_with_other_joints_is_new(by_hand: Path) -> None:
+    robot = by_hand / "tiny.urdf"
+    robot.write_text(robot.read_text().replace('rpy="0 0.5 0"', 'rpy="0 0.5 0.2"'))
+    assert again(by_hand).report.passes["layout"]["kept"] == 2
+
+
+def test_no_output_yet(by_hand: Path) -> None:
+    (by_hand / "tiny.mbs").unlink()
+    result = again(by_hand)
+    assert result.report.passes["layout"]["kept"] == 0
+    assert any("is not there yet" in d.message for d in result.diagnostics)
+
+
+@pytest.mark.parametrize("content", [b"", b"<robot/>", b"\xff\xfe"])
+def test_an_output_that_cannot_be_read_is_a_warning(by_hand: Path, content: bytes) -> None:
+    (by_hand / "tiny.mbs").write_bytes(content)
+    result = again(by_hand)
+    (warning,) = [d for d in result.diagnostics if d.code == "layout-not-kept"]
+    assert warning.level == "warning"
+    assert "tiny.mbs" in warning.message
+
+
+def test_a_file_without_a_diagram_is_no_error(by_hand: Path) -> None:
+    mbs = read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs")
+    mbs.base.position = mbs.base.drawing = None
+    for body in mbs.bodies:
+        body.drawing = None
+        for part in (*body.joints, *body.points):
+            part.position = None
+    (by_hand / "tiny.mbs").write_bytes(write(mbs))
+    result = again(by_hand)
+    assert result.report.passes["layout"]["kept"] == 0
+    assert all(joint.position for body in result.mbs.bodies for joint in body.joints)
