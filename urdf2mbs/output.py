@@ -21,6 +21,10 @@ def write(conversion: Conversion) -> None:
     """
     settings = conversion.settings
     files = dict(conversion.files)
+    # links count as well, even those that lead nowhere
+    files |= {
+        path: data for path, data in conversion.starters.items() if not os.path.lexists(path)
+    }
     if settings.project is not None and settings.output in files:
         record = settings.project / RECORD
         line = _checksum(settings.project, settings.output, files[settings.output])
@@ -35,8 +39,8 @@ def write(conversion: Conversion) -> None:
         files[record] = line.encode()
     write_files(files)
     if settings.project is not None:
-        for name in ("animationR", "dataR", "symbolicR", "userfctR", "workR"):
-            (settings.project / name).mkdir(exist_ok=True)
+        for name in ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR"):
+            (settings.project / name).mkdir(parents=True, exist_ok=True)
 
 
 def _checksum(folder: Path, file: Path, data: bytes) -> str:

@@ -15,6 +15,7 @@ from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.plugins import FAILURES, GROUP, Found, Plugins
 
 
@@ -155,9 +156,14 @@ def check_order(
 def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
     source = _path(folder / config.source)
     project = None
+    languages: tuple[str, ...] = ()
     if isinstance(config.output, Project):
         project = _path(folder / config.output.project)
-        output = project / "dataR" / f"{project.name}.mbs"
+        output = project / "dataR" / f"{identifiers([project.name])[0]}.mbs"
+        language = config.output.language
+        if language == "both":
+            language = ["python", "c"]
+        languages = (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
     elif config.output is not None:
         output = _path(folder / config.output)
     else:
@@ -183,8 +189,9 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
                 ("packages", name),
             )
     return Settings(
-        source, output, config.base, packages, dict(config.xacro_args), config.gravity, project
-    )
+        source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
+        languages, _path(folder),
+    )  # fmt: skip
 
 
 def _path(path: Path) -> Path:

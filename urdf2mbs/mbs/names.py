@@ -78,6 +78,15 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
                 setattr(connection, end, (body_names[body_name], point_name))
     for constraint in mbs.user_constraints:
         constraint.joints = tuple(joint_names[name] for name in constraint.joints)
+    for listed in (mbs.cuts, mbs.links, mbs.user_constraints, mbs.user_models):
+        # each kind has a name space of its own
+        for thing, name in zip(listed, identifiers([thing.name for thing in listed]), strict=True):
+            thing.name = name
+    for model in mbs.user_models:
+        # a parameter that is called as a joint is that joint's
+        old = [joint_names.get(parameter.name, parameter.name) for parameter in model.parameters]
+        for parameter, name in zip(model.parameters, identifiers(old), strict=True):
+            parameter.name = name
     return body_names, joint_names
 
 

@@ -35,7 +35,6 @@ def run(conversion: Conversion, options: NoOptions) -> None:
             joints += step.joints
             _tell_axis(conversion, step)
         segment.body.joints = joints
-    _tell_mimic(conversion)
 
 
 def decompose(step: Step) -> None:
@@ -43,6 +42,12 @@ def decompose(step: Step) -> None:
     name, kind = step.joint.name, step.joint.type
     origin = [_driven(f"{name}_origin_R{k}", k, angle) for k, angle in step.turns]
     turns: tuple[Turn, ...] = ()
+    if kind == "fixed" and step.measured is not None:
+        step.coordinates = []
+        six = ("T1", "T2", "T3", "R1", "R2", "R3")
+        held = [Joint(f"{name}_{type_}", type_, "driven", q=0.0, symbols=("q",)) for type_ in six]
+        step.joints = [*origin, *held]
+        return
     if kind == "fixed":
         step.coordinates = []
         step.joints = [*origin, Joint(name, "T3", "driven", q=0.0, symbols=("q",))]
@@ -89,25 +94,6 @@ def _tell_axis(conversion: Conversion, step: Step) -> None:
             f"joint '{joint.name}': its axis is {off:.1e} rad off a coordinate "
             "axis or plane, and is taken to lie on it",
             joint=joint.name,
-        )
-
-
-def _tell_mimic(conversion: Conversion) -> None:
-    mimics = {
-        joint.name: joint.mimic
-        for joint in conversion.robot.joints.values()
-        if joint.mimic is not None and joint.moves and joint.name not in conversion.frozen
-    }
-    if mimics:
-        rules = ", ".join(
-            f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
-            for name, mimic in mimics.items()
-        )
-        conversion.warn(
-            "mimic",
-            f"joints that follow others are independent in .mbs, which cannot hold this: {rules}",
-            hint="to couple them, make them dependent and write these constraints in the "
-            "project's user_cons_hJ",
         )
 
 

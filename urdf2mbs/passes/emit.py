@@ -19,7 +19,9 @@ from urdf2mbs.urdf.model import Box, Cylinder, Joint, Mesh
 
 def run(conversion: Conversion, options: NoOptions) -> None:
     mbs, robot = conversion.mbs, conversion.robot
-    mbs.name = identifiers([robot.name])[0]
+    settings = conversion.settings
+    # Robotran names equations after the model: in a project it is called as its file is
+    mbs.name = identifiers([settings.output.stem if settings.project else robot.name])[0]
     mbs.base.name = conversion.ground.link
     mbs.bodies = mbs.depth_first()
     conversion.names.bodies, _ = rename(mbs)
@@ -107,9 +109,17 @@ def _short(value: float) -> float:
 
 
 def _tell(conversion: Conversion) -> None:
-    """Name what .mbs has no place for."""
+    """Name what .mbs has no place for, and no pass has found one."""
     joints = conversion.robot.joints.values()
-    lossy = [j for j in joints if j.dynamics and (j.dynamics.damping or j.dynamics.friction)]
+    kept = conversion.simulation.kept
+    _tell_mimic(conversion)
+    lossy = [
+        joint
+        for joint in joints
+        if joint.dynamics
+        and (joint.dynamics.damping or joint.dynamics.friction)
+        and joint.name not in kept.get("joint-dynamics", ())
+    ]
     if lossy:
         conversion.warn(
             "joint-dynamics",
@@ -121,6 +131,7 @@ def _tell(conversion: Conversion) -> None:
         ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
         ("calibration", "calibration", [j for j in joints if j.calibration]),
     ):
+        found = [joint for joint in found if joint.name not in kept.get(code, ())]
         if found:
             conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
     tags: dict[str, int] = {}
@@ -129,6 +140,27 @@ def _tell(conversion: Conversion) -> None:
     if tags:
         listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
         conversion.note("extension", f".mbs has no place for {listed}; left out")
+
+
+def _tell_mimic(conversion: Conversion) -> None:
+    """Name the joints that should follow others, and are independent."""
+    free = {
+        step.joint.name: step.joint.mimic
+        for segment in conversion.segments.values()
+        for step in segment.steps
+        if step.joint.mimic is not None
+        and any(joint.nature == "independent" for joint in step.coordinates)
+    }
+    if free:
+        rules = ", ".join(
+            f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
+            for name, mimic in free.items()
+        )
+        conversion.warn(
+            "mimic",
+            f"joints that follow others are independent in .mbs, which cannot hold this: {rules}",
+            hint="a project can: 'output: {project: DIR}'",
+        )
 
 
 def _some(joints: list[Joint]) -> str:

@@ -1,0 +1,61 @@
+"""Project: the code around the .mbs, so that the Robotran project starts as it is.
+
+Beyond the method.  ``userfctR/NAME_robot.py`` (for C: ``NAME_robot.c``, ``NAME_robot.h`` and what
+MBSysPad would generate) holds what is known of the robot, and is written anew at each conversion.
+The user functions and the main script call it; they are written once, where there are none, and
+belong to the user from then on.
+"""
+
+from __future__ import annotations
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.project import starters
+from urdf2mbs.project.python import robot_module
+
+#: What most accounts of Robotran's generator of equations allow.
+JOINTS, CUTS, SENSORS = 80, 30, 30
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    _tell_limits(conversion)
+    folder = conversion.settings.project
+    if folder is None or conversion.rejected is not None:
+        return
+    mbs = conversion.mbs
+    if "python" in conversion.settings.languages:
+        conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
+            mbs, conversion.simulation
+        )
+    for language in conversion.settings.languages:
+        for path, data in starters(language, mbs.name).items():
+            conversion.starters[folder / path] = data
+    if mbs.name != folder.name:
+        conversion.note(
+            "project-name",
+            f"the folder '{folder.name}' has a name that Robotran cannot use for equations; the "
+            f"model is called '{mbs.name}'",
+        )
+
+
+def _tell_limits(conversion: Conversion) -> None:
+    """Robotran's generator is a web service that counts."""
+    mbs = conversion.mbs
+    counted = {
+        "joints": (sum(len(body.joints) for body in mbs.bodies), JOINTS),
+        "cuts": (len(mbs.cuts), CUTS),
+        "sensors": (
+            sum(point.sensor is not None for body in mbs.bodies for point in body.points),
+            SENSORS,
+        ),
+    }
+    over = [f"{count} {what} ({most})" for what, (count, most) in counted.items() if count > most]
+    if over:
+        conversion.note(
+            "generator-limits",
+            "more than most accounts of Robotran's generator of equations allow: "
+            f"{', '.join(over)}; the preset 'compact' has the fewest joints",
+        )
+
+
+PASS = Pass("project", run, needs=("mbs-file",))
