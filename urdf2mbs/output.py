@@ -22,9 +22,7 @@ def write(conversion: Conversion) -> None:
     settings = conversion.settings
     files = dict(conversion.files)
     # links count as well, even those that lead nowhere
-    files |= {
-        path: data for path, data in conversion.starters.items() if not os.path.lexists(path)
-    }
+    files |= {path: data for path, data in conversion.starters.items() if not os.path.lexists(path)}
     if settings.project is not None and settings.output in files:
         record = settings.project / RECORD
         line = _checksum(settings.project, settings.output, files[settings.output])

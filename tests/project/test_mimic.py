@@ -58,9 +58,7 @@ def check_constraints(project: Path, rules: list[tuple[str, str, float, float]])
         q = random.normal(size=data.njoint)
         h, jac = at(q)
         number = data.joint_id
-        wanted = [
-            q[number[f] - 1] - m * q[number[leader] - 1] - b for f, leader, m, b in rules
-        ]
+        wanted = [q[number[f] - 1] - m * q[number[leader] - 1] - b for f, leader, m, b in rules]
         assert np.allclose(h, wanted, rtol=0, atol=1e-14)
         for j in range(data.njoint):
             step = np.zeros(data.njoint)

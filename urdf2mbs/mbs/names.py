@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs, Sensor
 
@@ -78,7 +79,8 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
                 setattr(connection, end, (body_names[body_name], point_name))
     for constraint in mbs.user_constraints:
         constraint.joints = tuple(joint_names[name] for name in constraint.joints)
-    for listed in (mbs.cuts, mbs.links, mbs.user_constraints, mbs.user_models):
+    kinds: list[Sequence[Any]] = [mbs.cuts, mbs.links, mbs.user_constraints, mbs.user_models]
+    for listed in kinds:
         # each kind has a name space of its own
         for thing, name in zip(listed, identifiers([thing.name for thing in listed]), strict=True):
             thing.name = name

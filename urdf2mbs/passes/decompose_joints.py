@@ -8,7 +8,8 @@ Robotran's joints act along or about the current coordinate axes.  So a URDF joi
 3. the real joint, which keeps the URDF joint's name (a planar joint is three, a floating six);
 4. the rotations of 2. undone, so that the body frame is the URDF link frame.
 
-Angles that are zero leave no joint.  A fixed joint is a T3 driven at 0.  The last row of
+Angles that are zero leave no joint.  A fixed joint is a T3 driven at 0; one that is a
+force-torque sensor is T1 T2 T3 R1 R2 R3, all driven at 0.  The last row of
 Table A.2 is corrected: the angle of its R2 is ``-atan2(z, hypot(x, y))``.
 """
 
@@ -17,6 +18,7 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Joint
+from urdf2mbs.simulation import ForceTorque
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
 #: What a unit axis may be off a coordinate axis or plane without a word: the rounding of a double.
@@ -34,6 +36,12 @@ def run(conversion: Conversion, options: NoOptions) -> None:
                     _name_apart(joint, taken)
             joints += step.joints
             _tell_axis(conversion, step)
+            if step.measured is not None:
+                link = step.joint.child
+                at = segment.parts.get(link) or step.frames[link]
+                conversion.simulation.force_torques.append(
+                    ForceTorque(step.measured, link, step.joints[-6:], at.rot)
+                )
         segment.body.joints = joints
 
 

@@ -73,6 +73,9 @@ def run(conversion: Conversion, options: Options) -> None:
         }
     if switches:
         models = {"joint_forces": switches, **models}
+    hold = conversion.simulation.hold
+    if hold is not None:
+        models["hold"] = {"on": 1.0, "stiffness": hold.stiffness, "damping": hold.damping}
     for model, values in models.items():
         conversion.mbs.user_models.append(
             UserModel(
@@ -139,7 +142,7 @@ def moved_inertias(model: mbs.Mbs) -> dict[str, float]:
     about its axis for a turn, kg for a shift."""
     placement = place(model)
     #: Mass, centre and inertia about it, in the base, of what hangs on each joint.
-    carried: list[tuple[float, Vec, Sym]] = [(0.0, ZERO, (0.0,) * 6)] * len(placement.joints)  # type: ignore[list-item]
+    carried: list[tuple[float, Vec, Sym]] = [(0.0, ZERO, (0.0,) * 6)] * len(placement.joints)
     for body in model.bodies:
         if body.mass:
             pose = placement.bodies[body.name]
@@ -167,8 +170,8 @@ def moved_inertias(model: mbs.Mbs) -> dict[str, float]:
 def _time_step(
     conversion: Conversion, models: dict[str, dict[str, float]], inertias: dict[str, float]
 ) -> float:
-    """A step (s) that suits the fastest joint: RK4 is stable up to 2.8 times its time constant,
-    and what a joint feels may be a good deal less than the inertia that it moves."""
+    """A step (s) that suits the fastest joint: its time constant. Runge-Kutta's is stable up to
+    2.8 times that, but a joint may feel less inertia than all that it moves."""
     rates = [0.0]
     for name, value in models.get("damping", {}).items():
         if inertias[name] > 0.0:
@@ -181,7 +184,7 @@ def _time_step(
     fastest = max(rates)
     if not fastest > 0.0:
         return LONGEST
-    return max(min(LONGEST, _short(0.3 / fastest)), SHORTEST)
+    return max(min(LONGEST, _short(1.0 / fastest)), SHORTEST)
 
 
 def _short(value: float) -> float:

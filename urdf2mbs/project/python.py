@@ -51,7 +51,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((s.name, (s.point.sensor.name, s.rotation))
                  for s in simulation.sensors if s.point.sensor is not None),
             ),
-            "\n# Force-torque sensors: the joints whose Qc they read, and the link's axes in these.\n",
+            "\n# Force-torque sensors: the joints whose Qc they read, and the link's axes in them.\n",
             _dict(
                 "FORCE_TORQUE",
                 ((f.name, (tuple(j.name for j in f.joints), f.rotation))
@@ -68,10 +68,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
 def plotted(mbs: Mbs) -> list[str]:
     """The joints that move, without the six of a floating base unless there are no others."""
     moving = [
-        joint.name
-        for body in mbs.bodies
-        for joint in body.joints
-        if joint.nature != "driven"
+        joint.name for body in mbs.bodies for joint in body.joints if joint.nature != "driven"
     ]
     base = [
         joint.name
