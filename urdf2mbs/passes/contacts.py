@@ -203,7 +203,7 @@ def _lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -
     if not found:
         raise ConfigError(
             "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
-            hint=f"give them: 'contacts: {{points: {{{link}: [[x, y, z], ...]}}}}' (m, in its frame)",
+            hint=f"give them (m, in its frame): 'contacts: {{points: {{{link}: [[x, y, z]]}}}}'",
         )  # fmt: skip
     deepest = max(dot(down, point) for points in found for point in points)
     return [

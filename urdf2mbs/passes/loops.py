@@ -90,8 +90,8 @@ def run(conversion: Conversion, options: Options) -> None:
                 "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
                 hint="only a rod has a length, a positive number of metres",
             )  # fmt: skip
-        ends = [_end(conversion, name, number, cut) for number in (1, 2)]
-        mbs.cuts.append(Connection(cut.kind, name, *ends))
+        first, second = (_end(conversion, name, number, cut) for number in (1, 2))
+        mbs.cuts.append(Connection(cut.kind, name, first, second))
     placement = place(mbs)
     for connection in mbs.cuts:
         if connection.kind == "rod":

@@ -51,7 +51,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((s.name, (s.point.sensor.name, s.rotation))
                  for s in simulation.sensors if s.point.sensor is not None),
             ),
-            "\n# Force-torque sensors: the joints whose Qc they read, and the link's axes in them.\n",
+            "\n# Force-torque sensors: the joints whose Qc they read, the link's axes in them.\n",
             _dict(
                 "FORCE_TORQUE",
                 ((f.name, (tuple(j.name for j in f.joints), f.rotation))
