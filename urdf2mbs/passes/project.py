@@ -11,6 +11,7 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.project import starters
+from urdf2mbs.project.c import generated
 from urdf2mbs.project.python import robot_module
 
 #: What most accounts of Robotran's generator of equations allow.
@@ -27,6 +28,9 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
             mbs, conversion.simulation
         )
+    if "c" in conversion.settings.languages:
+        for name, data in generated(mbs, conversion.simulation).items():
+            conversion.files[folder / "userfctR" / name] = data
     for language in conversion.settings.languages:
         for path, data in starters(language, mbs.name).items():
             conversion.starters[folder / path] = data
