@@ -40,7 +40,7 @@ def test_run_verbose(robot: Path, capsys: Any) -> None:
     assert main(["run", "-v", "tiny.yaml"]) == 0
     err = capsys.readouterr().err
     assert " ms  decompose-joints\n" in err
-    assert "note[limit]" in err
+    assert "note[collision]" in err
 
 
 def test_run_json(robot: Path, capsys: Any) -> None:
@@ -48,7 +48,7 @@ def test_run_json(robot: Path, capsys: Any) -> None:
     report = json.loads(capsys.readouterr().out)
     assert report["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
     assert report["numbers"]["floating_base_T1"] == 1
-    assert {found["code"] for found in report["diagnostics"]} >= {"limit", "joint-dynamics"}
+    assert {found["code"] for found in report["diagnostics"]} >= {"collision", "joint-dynamics"}
 
 
 def test_an_error_in_json(robot: Path, capsys: Any) -> None:

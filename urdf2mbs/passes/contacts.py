@@ -321,5 +321,5 @@ def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
 
 PASS = Pass(
     "contacts", run, Options,
-    needs=("robot", "inertias", "joints", "anchors", "posture"), gives=("contacts",),
+    needs=("robot", "inertias", "joints", "anchors", "posture"),
 )  # fmt: skip

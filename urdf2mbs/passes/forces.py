@@ -28,6 +28,7 @@ NEVER = 1e9
 
 class WrenchOptions(msgspec.Struct, forbid_unknown_fields=True):
     link: str
+    """On which it acts."""
     at: Vec = ZERO
     """In the link's frame (m)."""
     force: Vec = ZERO
@@ -42,6 +43,7 @@ class WrenchOptions(msgspec.Struct, forbid_unknown_fields=True):
 
 class End(msgspec.Struct, forbid_unknown_fields=True):
     link: str
+    """Where it ends."""
     at: Vec = ZERO
     """In the link's frame (m)."""
 

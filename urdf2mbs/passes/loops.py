@@ -49,6 +49,7 @@ class End(msgspec.Struct, forbid_unknown_fields=True):
     """One of the two points of a cut."""
 
     link: str
+    """Where it ends."""
     at: Vec = ZERO
     """In the link's frame (m)."""
 
@@ -57,6 +58,7 @@ class Cut(msgspec.Struct, forbid_unknown_fields=True):
     ends: tuple[End, End]
     """``[{link: a, at: [x, y, z]}, {link: b, at: [x, y, z]}]``"""
     kind: Literal["ball", "rod", "solid"] = "ball"
+    """``ball`` (3 constraints), ``rod`` (1) or ``solid`` (6)."""
     length: float | None = None
     """Of a rod (m); none: the distance at the start position."""
 
@@ -360,5 +362,5 @@ def _tell_open(conversion: Conversion, placement: Placement) -> None:
 
 PASS = Pass(
     "loops", run, Options,
-    needs=("robot", "joints", "anchors", "couplings", "posture"), gives=("loops",),
+    needs=("robot", "joints", "anchors", "couplings", "posture"),
 )  # fmt: skip

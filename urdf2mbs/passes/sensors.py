@@ -152,4 +152,4 @@ def _pose(element: etree._Element) -> Pose:
     return Pose((x, y, z), from_rpy((roll, pitch, yaw)))
 
 
-PASS = Pass("sensors", run, Options, needs=("robot", "anchors"), gives=("sensors",))
+PASS = Pass("sensors", run, Options, needs=("robot", "anchors"))
