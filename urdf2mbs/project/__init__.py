@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 #: Stands for the name of the project, alone or in NAME_robot.
-NAME = re.compile(r"\bNAME(?=\b|_)")
+NAME = re.compile(r"(?<![A-Z])NAME(?![A-Z])")
 
 FOLDER = Path(__file__).parent
 
