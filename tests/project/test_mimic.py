@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import re
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import SHARED
 from project.standin import MbsData, from1, make, user_functions
 
 from urdf2mbs import convert
+from urdf2mbs.config import Lines, preset
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import read_robot
 
 
 def link(name: str) -> str:
@@ -136,3 +142,44 @@ def test_a_leader_that_does_not_move(tmp_path: Path) -> None:
     assert [found.joint for found in result.diagnostics if found.code == "mimic-leader"] == [
         "two", "three",
     ]  # fmt: skip
+
+
+def _installed(path: str) -> Path | None:
+    """A robot of the package example-robot-data, which is no requirement: 130 MB."""
+    for folder in sys.path:
+        found = Path(folder, "cmeel.prefix/share/example-robot-data/robots", path)
+        if found.is_file():
+            return found
+    return None
+
+
+@pytest.mark.parametrize(
+    ("path", "count"),
+    [
+        ("pr2_description/urdf/pr2.urdf", 10),
+        ("talos_data/robots/talos_full_v2.urdf", 12),
+        ("robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf", 5),
+        ("robots/nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf", 17),
+    ],
+)
+@pytest.mark.parametrize("name", ["faithful", "compact"])
+def test_real_robots(tmp_path: Path, path: str, count: int, name: str) -> None:
+    source = SHARED / path if (SHARED / path).is_file() else _installed(path)
+    if source is None:
+        pytest.skip(f"{path} is neither beside the checkout nor in example-robot-data")
+    pipeline = [one for one in preset(name, Lines())[0] if one != "convert-meshes"]
+    project = make(tmp_path, source, pipeline=pipeline)
+    robot = read_robot(source, Packages({}, source), {})[0]
+    data = MbsData(project / "dataR" / "robot.mbs")
+    kept = {joint.name for body in data.mbs.bodies for joint in body.joints}
+    rules = []
+    for name in robot.joints:
+        follower = re.sub(r"[^A-Za-z0-9_]", "_", name)
+        if robot.joints[name].mimic is None or follower not in kept:
+            continue
+        m, b, leader = 1.0, 0.0, name
+        while (mimic := robot.joints[leader].mimic) is not None:
+            m, b, leader = m * mimic.multiplier, b + m * mimic.offset, mimic.joint
+        rules.append((follower, re.sub(r"[^A-Za-z0-9_]", "_", leader), m, b))
+    assert len(rules) == count
+    check_constraints(project, rules)
