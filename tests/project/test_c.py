@@ -235,7 +235,7 @@ def test_the_biped_with_all_there_is(tmp_path: Path) -> None:
     # the imu of the biped is mounted turned by 180 degrees about z
     R = np.asarray(computed)[1:, 1:]
     flip = np.diag([-1.0, -1.0, 1.0])
-    assert np.allclose(force[1:], flip @ R @ (A + [0, 0, 9.81]), rtol=0, atol=1e-13)
+    assert np.allclose(force[1:], flip @ R @ (A + np.array([0, 0, 9.81])), rtol=0, atol=1e-13)
     assert np.allclose(turn[1:], flip @ R @ OM, rtol=0, atol=1e-13)
 
 

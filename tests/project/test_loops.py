@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import SHARED
 from project.test_mimic import joint, link
 
+from urdf2mbs.config import load
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.pipeline import Pipeline
 from urdf2mbs.testing import convert_text
+
+ROOT = Path(__file__).resolve().parents[2]
+LENGTH = "loops-length"
 
 
 def at(x: float, y: float, z: float) -> str:
@@ -56,8 +63,8 @@ def test_dependent_joints_by_name() -> None:
     options = {"cuts": BALL, "dependent": ["crank", "elbow"]}
     result = convert_text(FOUR_BAR, base="fixed", options={"loops": options})
     assert natures(result)["rocker"] == "independent"
+    options = {"cuts": BALL, "dependent": ["crank"]}
     with pytest.raises(ConfigError, match="make 2 joints dependent, of which 1"):
-        options = {"cuts": BALL, "dependent": ["crank"]}
         convert_text(FOUR_BAR, base="fixed", options={"loops": options})
 
 
@@ -144,11 +151,23 @@ def test_the_chosen_joints_solve_the_constraints() -> None:
     ("cut", "code"),
     [
         ({"ends": [{"link": "coupler"}, {"link": "rihgt"}]}, "loops-link"),
-        ({"ends": [{"link": "coupler"}, {"link": "right"}], "length": 1.0}, "loops-length"),
-        ({"kind": "rod", "ends": [{"link": "left"}, {"link": "right"}], "length": -1.0}, "loops-length"),
+        ({"ends": [{"link": "coupler"}, {"link": "right"}], "length": 1.0}, LENGTH),
+        ({"kind": "rod", "ends": [{"link": "left"}, {"link": "right"}], "length": -1}, LENGTH),
     ],
 )  # fmt: skip
 def test_wrong_cuts(cut: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(FOUR_BAR, options={"loops": {"cuts": {"x": cut}}})
     assert caught.value.code == code
+
+
+def test_cassies_rods_close() -> None:
+    config = ROOT / "configs" / "cassie.yaml"
+    if not (SHARED / "robots" / "cassie").is_dir():
+        pytest.skip("the real robots are not beside the checkout")
+    conversion = Pipeline(*load(config)).run()
+    codes = {found.code for found in conversion.diagnostics}
+    assert not codes & {"loop-open", "posture-limit"}
+    assert conversion.rejected is None
+    dependent = [j.name for b in conversion.mbs.bodies for j in b.joints if j.nature == "dependent"]
+    assert sorted(dependent) == ["LeftTarsusPitch", "RightTarsusPitch"]

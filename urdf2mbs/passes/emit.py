@@ -136,6 +136,8 @@ def _tell(conversion: Conversion) -> None:
             conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
     tags: dict[str, int] = {}
     for extension in conversion.robot.extensions:
+        if extension.used:
+            continue
         tags[extension.tag] = tags.get(extension.tag, 0) + 1
     if tags:
         listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())

@@ -174,6 +174,7 @@ def _from_sdf(
                 f"joint '{name}' in <gazebo> closes a loop by a {kind} joint, which is no cut",
             )
             continue
+        extension.used = True
         # a joint's pose is that of its frame in the child link
         at = _numbers(joint.findtext("pose"))[:3]
         placement = place(conversion.mbs)

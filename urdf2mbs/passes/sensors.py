@@ -130,6 +130,7 @@ def _from_urdf(conversion: Conversion, options: Options) -> list[tuple[str, str,
                     "sensor-left-out", f"sensor '{name}' is on '{link}', which is no link"
                 )
                 continue
+            extension.used = True
             found.append((name, KINDS[kind], link, _pose(element)))
     return found
 

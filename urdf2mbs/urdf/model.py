@@ -167,6 +167,8 @@ class Extension(msgspec.Struct):
     xml: str
     reference: str | None = None
     line: int | None = None
+    used: bool = False
+    """Whether a pass has found something in it."""
 
     def element(self) -> etree._Element:
         """The element itself."""
