@@ -96,7 +96,7 @@ def row(name: str, source: Path, floating: bool, large: bool) -> tuple[Any, ...]
     base = "floating" if floating else "fixed"
     plain = convert(source, base=base, options=KEEP)
     compact = convert(source, base=base, options=KEEP, pipeline="compact")
-    dof = compact.report["joints"]["independent"] - (6 if floating else 0)
+    dof = compact.report.joints.independent - (6 if floating else 0)
     small = 64 * joints(plain.mbs, floating=False) ** 3 < 4e9
     return (
         name, dof, joints(plain.mbs, floating), joints(compact.mbs, floating),
@@ -113,7 +113,7 @@ def rounded(folder: Path, tolerance: float) -> tuple[dict[str, int], float]:
         base = "floating" if floating else "fixed"
         compact = convert(folder / file, base=base, options=options, pipeline="compact")
         found[name] = joints(compact.mbs, floating)
-        largest = compact.report["check"]["largest"]
+        largest = compact.report.proof.largest
         off = max(off, largest["motion"], largest["frame"])
     return found, off
 

@@ -123,4 +123,4 @@ def rename_extension(extension, links, joints):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("rename-links", run, Options, needs=("robot",))]
+    return [Pass("rename-links", run, Options, changes=("robot",))]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +102,7 @@ def test_convert(robot: Path, capsys: Any) -> None:
         (["--plugin", "nosuch.py"], "plugin file 'nosuch.py' does not exist"),
         (["--pipeline", "nosuch"], "there is no preset 'nosuch'"),
         (["-o", "tiny.urdf"], "the output would overwrite the robot"),
-        (["-o", "."], "is a folder"),
+        (["-o", ""], "the name of the file is empty"),
     ],
 )
 def test_a_wrong_command_line(words: list[str], said: str, robot: Path, capsys: Any) -> None:
@@ -138,7 +140,7 @@ def test_passes(capsys: Any) -> None:
     assert main(["passes", "--no-plugins", "--plugin", plugin]) == 0
     out = capsys.readouterr().out
     assert "robot, base -> bodies; urdf2mbs " in out
-    assert f"robot -> -; rename_links ({plugin})" in out
+    assert f"- -> robot (changed); rename_links ({plugin})" in out
     assert main(["passes", "--no-plugins", "--json"]) == 0
     assert {one["name"] for one in json.loads(capsys.readouterr().out)} >= {"expand", "emit"}
 
@@ -216,3 +218,101 @@ def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_version(capsys: Any) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"urdf2mbs {version('urdf2mbs')}\n"
+
+
+def test_as_a_module(robot: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "urdf2mbs", "convert", "tiny.urdf"],
+        check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    assert "tiny: written to tiny.mbs" in done.stdout
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_convert_into_a_folder_makes_a_project(robot: Path, there: bool) -> None:
+    if there:
+        (robot / "arm").mkdir()
+    assert main(["convert", "tiny.urdf", "-o", "arm" if there else "arm/"]) == 0
+    assert (robot / "arm" / "dataR" / "arm.mbs").is_file()
+    assert (robot / "arm" / "userfctR").is_dir()
+
+
+def test_a_file_in_the_place_of_a_folder_of_the_project(robot: Path, capsys: Any) -> None:
+    (robot / "arm").mkdir()
+    (robot / "arm" / "workR").touch()
+    assert main(["convert", "tiny.urdf", "-o", "arm/"]) == 2
+    assert "error[output-unwritable]: cannot make the folder" in capsys.readouterr().err
+    assert not (robot / "arm" / "dataR" / "arm.mbs").exists()
+
+
+def test_versions_in_file_names_stay(robot: Path) -> None:
+    for name in ("panda_v1.0.urdf", "panda_v1.1.URDF", "a.b.urdf.xacro", ".urdf"):
+        (robot / name).write_text(TINY)
+        assert main(["convert", name]) == 0
+    assert {file.name for file in robot.glob("*.mbs")} | {".urdf.mbs"} == {
+        "panda_v1.0.mbs", "panda_v1.1.mbs", "a.b.mbs", ".urdf.mbs",
+    }  # fmt: skip
+    (robot / "panda_v1.0.mbs").rename("panda_v1.0")
+    assert main(["diagram", "panda_v1.0"]) == 0
+    assert (robot / "panda_v1.0.svg").is_file()
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+@pytest.mark.parametrize("command", [["convert", "r.urdf"], ["convert", "r.urdf", "--json"]])
+def test_names_that_the_pipe_has_no_letters_for(
+    robot: Path, encoding: str, command: list[str]
+) -> None:
+    (robot / "r.urdf").write_text(TINY.replace('"tiny"', '"机器人"'), "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-m", "urdf2mbs", *command],
+        check=False, capture_output=True, env={**os.environ, "PYTHONIOENCODING": encoding},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert rb"\u673a\u5668\u4eba" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        (["convert", "d"], "file-is-directory"),
+        (["verify", "d", "tiny.mbs"], "file-is-directory"),
+        (["verify", "tiny.urdf", "d"], "file-unreadable"),
+        (["diagram", "d"], "model-unreadable"),
+        (["diagram", "tiny.mbs", "-o", "d"], "output-unwritable"),
+        (["run", "d"], "config-unreadable"),
+        (["explain", "d"], "config-unreadable"),
+        (["report", "d"], "config-unreadable"),
+        (["convert", "tiny.urdf", "--dump", "tiny.mbs"], "cannot write"),
+    ],
+)
+def test_a_folder_in_the_place_of_a_file(
+    command: list[str], said: str, robot: Path, capsys: Any
+) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    for name in ("d", "d.mbs", "tiny.urdf.mbs"):
+        (robot / name).mkdir()
+    capsys.readouterr()
+    assert main(command) in (1, 2)
+    assert said in capsys.readouterr().err
+
+
+def test_verify_needs_no_output(robot: Path, capsys: Any) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    (robot / "tiny.urdf.mbs").mkdir()
+    assert main(["verify", "tiny.urdf", "tiny.mbs"]) == 0
+
+
+def test_a_report_without_a_config(robot: Path, capsys: Any) -> None:
+    pytest.importorskip("meshcat", reason="the page's viewer comes with urdf2mbs[report]")
+    assert main(["report", "tiny.urdf", "--base", "fixed"]) == 0
+    assert "tiny: report written to tiny.html" in capsys.readouterr().out
+    assert (robot / "tiny.html").read_bytes().startswith(b"<!DOCTYPE html>")
+    assert main(["report", "tiny.yaml", "--base", "fixed"]) == 2
+    assert "--base is for a robot without a config" in capsys.readouterr().err

@@ -297,3 +297,37 @@ def test_options_that_are_a_dataclass_are_closed_too(tmp_path: Path) -> None:
     for options, good in (("size: 2", True), ("sze: 2", False), ("size: big", False)):
         text = f"source: x\npasses: {{plain: {{{options}}}}}"
         assert (fault(yaml.safe_load(text), whole, whole) is None) == good
+
+
+class Inner(msgspec.Struct, rename="kebab"):
+    by_link: dict[str, float] = {}
+
+
+class Kebab(msgspec.Struct, rename="kebab", forbid_unknown_fields=True):
+    max_mass: float = 1.0
+    by_link: dict[str, float] | None = None
+    for_each: dict[str, Inner] = {}
+    listed: list[Inner] = []
+    by_number: dict[int, float] = {}
+    deep_words: dict[str, list[dict[str, int]]] = {}
+
+
+@pytest.mark.parametrize(
+    ("given", "key", "said"),
+    [
+        ("{max-mass: x}", "max-mass", "expected `float`, got `str`"),
+        ("{by-link: 3}", "by-link", "expected `object | null`, got `int`"),
+        ("{by-link: {a: 1, b: x}}", "by-link.b", "expected `float`, got `str`"),
+        ("{by-link: {a: 1, '...': x}}", "by-link....", "expected `float`, got `str`"),
+        ("{for-each: {a: {}, b: 3}}", "for-each.b", "expected `object`, got `int`"),
+        ("{for-each: {a: {by-link: {c: 1, d: x}}}}", "for-each.a.by-link.d", "got `str`"),
+        ("{listed: [{}, {by-link: {c: x}}]}", "listed.1.by-link.c", "got `str`"),
+        ("{by-number: {1: 1, x: 1}}", "by-number", "a key here: expected `int`, got `str`"),
+        ("{deep-words: {a.b: [{}, {k: 1, l: x}]}}", "deep-words.a.b.1.l", "got `str`"),
+    ],
+)
+def test_a_wrong_value_below_a_key_that_is_spelt_otherwise(given: str, key: str, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        typed(Kebab, yaml.safe_load(given), Lines(), ("passes", "p"))
+    assert caught.value.message.startswith(f"'passes.p.{key}': ")
+    assert said in caught.value.message

@@ -199,7 +199,8 @@ def test_a_page_says_what_its_pass_needs_gives_and_takes(name: str) -> None:
         return ", ".join(f"`{token}`" for token in tokens) or "nothing"
 
     assert text.startswith(f"# {name}\n")
-    assert f"Needs {words(pass_.needs)}; gives {words(pass_.gives)}." in text
+    changes = f"changes {words(pass_.changes)}; " if pass_.changes else ""
+    assert f"Needs {words(pass_.needs)}; {changes}gives {words(pass_.gives)}." in text
     assert "**Method**: " in text
     fields = msgspec.inspect.type_info(pass_.options).fields  # type: ignore[attr-defined]
     rows = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)` \|", text, re.MULTILINE))

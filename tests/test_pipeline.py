@@ -101,7 +101,7 @@ def marks(tmp_path: Path, *names: str) -> Path:
 def test_after(tmp_path: Path) -> None:
     plugin = marks(tmp_path, "a", "b", "c")
     result = convert_text(plugins=[plugin], after={"emit": ["b", "c"], "b": "a"})
-    assert result.report["ran"] == ["b", "a", "c"]
+    assert result.report.passes["ran"] == ["b", "a", "c"]
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_convert_writes_nothing(tmp_path: Path) -> None:
     assert result.frozen == {}
     report = json.loads(json.dumps(msgspec.to_builtins(result.report)))
     assert report["bodies"] == 3
-    assert report["check"]["same"] is True
+    assert report["proof"]["same"] is True
     assert {d.code for d in result.diagnostics} >= {"joint-dynamics", "collision", "extension"}
 
 
@@ -251,7 +251,7 @@ def test_dumps_tell_what_each_pass_did(tmp_path: Path) -> None:
     ]  # fmt: skip
     assert last["mbs"]["bodies"][1]["point"] == "arm"
     assert last["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
-    assert last["report"]["check"]["same"] is True
+    assert last["proof"]["same"] is True
     assert {one["code"] for one in last["diagnostics"]} >= {"collision", "joint-dynamics"}
 
 

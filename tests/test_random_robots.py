@@ -71,6 +71,7 @@ def check(
     assert set(result.frozen) == (set() if keep else urdf.moving_nothing())
 
 
+@pytest.mark.any_python
 @reproducible
 @given(
     robots(),

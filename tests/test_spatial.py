@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from urdf2mbs import spatial
-from urdf2mbs.spatial import IDENTITY, NO_INERTIA, ZERO, Pose
+from urdf2mbs.spatial import IDENTITY, NO_INERTIA, ZERO, Pose, direction, lump, unit
 
 pin = pytest.importorskip("pinocchio", reason="the extra 'verify' is not installed")
 
@@ -154,3 +154,44 @@ def test_steiner_is_pinocchio_s(mass, arm):
 def test_add_inertia(a, b):
     assert spatial.add_inertia(a, b) == tuple(np.add(a, b))
     assert spatial.add_inertia(a, NO_INERTIA) == a
+
+
+def test_parts_without_mass_lump_where_they_are_given() -> None:
+    """They have no centre; their inertias add up."""
+    one, two = (1.0, 0.1, 0.2, 2.0, 0.3, 3.0), (0.5, 0.0, -0.2, 0.5, 0.0, 0.5)
+    found = lump([(0.0, (1.0, 2.0, 3.0), one), (0.0, (4.0, 5.0, 6.0), two)])
+    assert found == (0.0, (0.0, 0.0, 0.0), tuple(a + b for a, b in zip(one, two, strict=True)))
+
+
+@pytest.mark.parametrize("length", [1e-300, 1e-160, 1.0, 1e160, 1e300])
+def test_an_axis_of_any_length(length: float) -> None:
+    assert unit((3 * length, 0.0, -4 * length)) == pytest.approx((0.6, 0.0, -0.8), abs=1e-15)
+    assert direction((0.0, 5 * length, 0.0)) == (0.0, 1.0, 0.0)
+
+
+def test_a_direction_is_a_unit_vector_after_what_is_small_is_taken_off() -> None:
+    x, y, z = direction((1.0, 1.0, 0.9e-9))
+    assert z == 0.0
+    assert abs(x * x + y * y - 1.0) <= 2.3e-16
+    assert direction((1.0, 0.0, 5e-10)) == (1.0, 0.0, 0.0)
+    assert direction((1.0, 0.0, 2e-9))[2] == pytest.approx(2e-9)
+
+
+def test_no_turn_is_made_for_nothing() -> None:
+    assert spatial.fewest_turns(IDENTITY) == ()
+    for k in (1, 2, 3):
+        assert spatial.fewest_turns(spatial.from_turn((k, 0.5))) == ((k, 0.5),)
+
+
+@pytest.mark.parametrize("c", [5e-324, 1e-310, 1.7e308])
+def test_an_axis_at_the_ends_of_a_doubles_range(c: float) -> None:
+    assert unit((c, 0.0, -c)) == pytest.approx((0.5**0.5, 0.0, -(0.5**0.5)), rel=1e-15)
+
+
+@pytest.mark.parametrize("off", [1e-10, 1e-8, 1e-5])
+def test_three_turns_next_to_a_pitch_of_90_degrees(off: float) -> None:
+    """Yaw alone is ill determined there; roll must make up for what yaw was taken to be."""
+    rot = spatial.from_rpy((0.3, pi / 2 - off, 0.7))
+    turns = spatial.fewest_turns(rot)
+    assert len(turns) == 3
+    np.testing.assert_allclose(spatial.from_turns(turns), rot, atol=1e-15)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import json
 import os
 import sys
@@ -21,11 +22,15 @@ from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.output import write, write_files
 from urdf2mbs.pipeline import Bound, Pipeline
 from urdf2mbs.plugins import GROUP, Found, Plugins
-from urdf2mbs.result import report
+from urdf2mbs.result import Joints, Report, report
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same)."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # a robot's name may have letters that this terminal or pipe has not
+            stream.reconfigure(errors="backslashreplace")
     arguments = _parser().parse_args(argv)
     try:
         code: int = arguments.command(arguments)
@@ -52,10 +57,22 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
+class _Version(argparse.Action):
+    def __init__(self, option_strings: list[str], dest: str, **more: Any) -> None:
+        super().__init__(option_strings, dest, nargs=0, **more)
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from importlib.metadata import version  # which takes time
+
+        print(f"urdf2mbs {version('urdf2mbs')}")
+        parser.exit()
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )
+    parser.add_argument("--version", action=_Version, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
 
     common = argparse.ArgumentParser(add_help=False)
@@ -82,20 +99,11 @@ def _parser() -> argparse.ArgumentParser:
         "convert", parents=[common, running], help="convert one robot, without a config file"
     )
     convert.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
-    convert.add_argument("-o", "--output", metavar="OUT.mbs")
-    convert.add_argument("--base", choices=("auto", "floating", "fixed"), default="auto")
-    convert.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
     convert.add_argument(
-        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
-    )
-    convert.add_argument("--pipeline", default="faithful", metavar="PRESET")
-    convert.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
-    convert.add_argument(
-        "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
-    )
-    convert.add_argument(
-        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
-    )
+        "-o", "--output", metavar="OUT.mbs",
+        help="the file; an existing folder, or DIR/, gets a whole Robotran project",
+    )  # fmt: skip
+    _add_settings(convert)
     convert.set_defaults(command=_convert)
 
     explain = commands.add_parser(
@@ -128,11 +136,15 @@ def _parser() -> argparse.ArgumentParser:
     page = commands.add_parser(
         "report", parents=[common], help="convert, and write one HTML page to look at instead"
     )
-    page.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    page.add_argument(
+        "config", type=Path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below",
+    )  # fmt: skip
     page.add_argument(
         "-o", "--output", type=Path, metavar="OUT.html", help="default: beside the output"
     )
     page.add_argument("-v", "--verbose", action="store_true", help="show each pass")
+    _add_settings(page)
     page.set_defaults(command=_report)
 
     verify = commands.add_parser(
@@ -152,6 +164,10 @@ def _parser() -> argparse.ArgumentParser:
         "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
         help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
     )  # fmt: skip
+    verify.add_argument(
+        "--frames", action="store_true",
+        help="a link's frame that is elsewhere in the .mbs is a difference, too",
+    )  # fmt: skip
     verify.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
     verify.set_defaults(command=_verify)
 
@@ -166,12 +182,44 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _add_settings(command: argparse.ArgumentParser) -> None:
+    """What a config says, for a robot without one."""
+    command.add_argument("--base", choices=("auto", "floating", "fixed"))
+    command.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
+    command.add_argument(
+        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
+    )
+    command.add_argument("--pipeline", metavar="PRESET", help="default: faithful")
+    command.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
+    command.add_argument(
+        "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
+    )
+    command.add_argument(
+        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
+    )
+
+
 def _run(arguments: argparse.Namespace) -> int:
     config, lines = load(arguments.config)
     return _carry_out(config, lines, arguments)
 
 
 def _convert(arguments: argparse.Namespace) -> int:
+    output: Any = arguments.output
+    if output == "":
+        raise ConfigError("usage", "--output: the name of the file is empty")
+    if output is not None and (output.endswith(_SEPARATORS) or Path(output).is_dir()):
+        output = {"project": output}
+    config, lines = _without_config(arguments.robot, output, arguments)
+    return _carry_out(config, lines, arguments)
+
+
+#: What ends the name of a folder.
+_SEPARATORS = tuple(filter(None, (os.sep, os.altsep)))
+
+
+def _without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """The config that the command line stands for."""
     options: dict[str, dict[str, Any]] = {}
     for key, value in _pairs(arguments.set, "=", "--set", "PASS.OPTION=VALUE"):
         pass_, dot, option = key.rpartition(".")
@@ -182,22 +230,23 @@ def _convert(arguments: argparse.Namespace) -> int:
     for pass_, new in _pairs(arguments.after, "=", "--after", "PASS=NEW"):
         after.setdefault(pass_, []).append(new)
     given = {
-        "source": arguments.robot,
-        "output": arguments.output,
-        "base": arguments.base,
+        "source": robot,
+        "output": output,
+        "base": arguments.base or "auto",
         "packages": dict(_pairs(arguments.package, "=", "--package", "NAME=DIR")),
         "xacro_args": dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
-        "pipeline": arguments.pipeline,
+        "pipeline": arguments.pipeline or "faithful",
         "plugins": arguments.plugin,
         "after": after,
         "passes": options,
     }
     lines = Lines()
-    return _carry_out(typed(Config, given, lines), lines, arguments)
+    return typed(Config, given, lines), lines
 
 
 def _verify(arguments: argparse.Namespace) -> int:
     from urdf2mbs.verdict import verify
+    from urdf2mbs.verify import SIX
 
     verdict = verify(
         arguments.robot,
@@ -205,6 +254,7 @@ def _verify(arguments: argparse.Namespace) -> int:
         packages=dict(_pairs(arguments.package, "=", "--package", "NAME=DIR")),
         xacro_args=dict(_pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
         engine=arguments.engine,
+        frames=arguments.frames,
         gravity=tuple(arguments.gravity),
         tolerance=arguments.tolerance,
     )
@@ -212,7 +262,10 @@ def _verify(arguments: argparse.Namespace) -> int:
     if arguments.json:
         _print_json({"same": verdict.same, **msgspec.to_builtins(verdict)})
         return code
+    own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == len(SIX)]
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
+    if own:
+        base = f", {', '.join(own)} floats"
     print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
     print(f"  {_proof(verdict.groups, verdict.positions, verdict.largest)}")
@@ -308,23 +361,21 @@ class _Progress:
             print(f"{1000 * seconds:9.2f} ms  {pass_.name}", file=sys.stderr)
 
 
-def _summarise(
-    conversion: Conversion, found: dict[str, Any], arguments: argparse.Namespace
-) -> None:
+def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namespace) -> None:
     output = conversion.rejected or conversion.settings.output
     if output in conversion.files:
-        joints = found["joints"]
-        print(f"{found['robot']}: written to {_near(output)}")
-        print(f"  {found['links']} links -> {found['bodies']} bodies, mass {found['mass']:.6g} kg")
-        print(f"  {joints['urdf']} URDF joints -> {_joints(joints)}; {found['base']} base")
+        print(f"{found.robot}: written to {_near(output)}")
+        print(f"  {found.links} links -> {found.bodies} bodies, mass {found.mass:.6g} kg")
+        joints = found.joints
+        print(f"  {joints.urdf} URDF joints -> {_joints(joints)}; {found.base_in_words}")
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
-    if "check" in found:
-        check = found["check"]
-        verdict = "the same robot" if check["same"] else "NOT THE SAME ROBOT, kept under this name"
-        print(f"  {verdict}: {_proof(check['groups'], check['positions'], check['largest'])}")
-        for difference in check["differences"]:
-            print(f"error[not-the-same]: {difference['message']}", file=sys.stderr)
+    if found.proof is not None:
+        proof = found.proof
+        verdict = found.verdict if proof.same else "NOT THE SAME ROBOT, kept under this name"
+        print(f"  {verdict}: {_proof(proof.groups, proof.positions, proof.largest)}")
+        for difference in proof.differences:
+            print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
     warnings = [d for d in conversion.diagnostics if d.level == "warning"]
     notes = [d for d in conversion.diagnostics if d.level == "note"]
     more = "" if arguments.verbose or not notes else " (-v shows them)"
@@ -344,6 +395,7 @@ def _near(path: Path) -> str:
 def _explain(arguments: argparse.Namespace) -> int:
     config, lines = load(arguments.config)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    _warn_of(pipeline.plugins)
     if arguments.json:
         described = [
             {**_described(bound.found), "swapped": bound.swapped, "options": bound.options}
@@ -369,6 +421,8 @@ def _explain(arguments: argparse.Namespace) -> int:
                     f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
                 )
         print(f"   needs    {', '.join(pass_.needs) or '-'}")
+        if pass_.changes:
+            print(f"   changes  {', '.join(pass_.changes)}")
         print(f"   gives    {', '.join(pass_.gives) or '-'}")
         options = msgspec.to_builtins(bound.options)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
@@ -381,7 +435,7 @@ def _explain(arguments: argparse.Namespace) -> int:
 
 def _cost(
     config: Config, lines: Lines, pipeline: Pipeline, arguments: argparse.Namespace
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, Joints]:
     """The joints of the config as it is, and of it by each other preset."""
     pipelines = {"this config": pipeline}
     for name in presets():
@@ -401,14 +455,11 @@ def _cost(
     with _Progress(verbose=False) as progress:
         for each in pipelines.values():
             each.plugins.watch(progress)
-        return {name: report(each.run())["joints"] for name, each in pipelines.items()}
+        return {name: report(each.run()).joints for name, each in pipelines.items()}
 
 
-def _joints(joints: dict[str, Any]) -> str:
-    return (
-        f"{joints['mbs']} joints: {joints['independent']} independent, {joints['driven']} driven; "
-        f"{joints['per_degree_of_freedom']:.2f} a degree of freedom"
-    )
+def _joints(joints: Joints) -> str:
+    return f"{joints}; {joints.per_degree_of_freedom:.2f} a degree of freedom"
 
 
 def _instead(bound: Bound, plugins: Plugins) -> str:
@@ -422,6 +473,7 @@ def _instead(bound: Bound, plugins: Plugins) -> str:
 
 def _passes(arguments: argparse.Namespace) -> int:
     plugins = Plugins([Path(file) for file in arguments.plugin], installed=not arguments.no_plugins)
+    _warn_of(plugins)
     found = [one for offered in plugins.passes.values() for one in offered]
     if arguments.json:
         _print_json([_described(one) for one in found])
@@ -429,7 +481,8 @@ def _passes(arguments: argparse.Namespace) -> int:
     width = max(len(one.pass_.name) for one in found)
     for one in found:
         pass_ = one.pass_
-        trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(pass_.gives) or '-'}"
+        out = [*(f"{token} (changed)" for token in pass_.changes), *pass_.gives]
+        trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(out) or '-'}"
         print(f"{pass_.name:{width}}  {pass_.summary}")
         print(f"{'':{width}}  {trade}; {_origin(one)}")
     return 0
@@ -438,29 +491,47 @@ def _passes(arguments: argparse.Namespace) -> int:
 def _report(arguments: argparse.Namespace) -> int:
     from urdf2mbs.page import make
 
-    config, lines = load(arguments.config)
+    config, lines = _robot_or_config(arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
         conversion = pipeline.run()
         conversion.progress("the page")
         page = make(conversion, up_axis=_up_axis(pipeline))
-    output = arguments.output or conversion.settings.output.with_suffix(".html")
+    output = arguments.output or _beside(conversion.settings.output, ".html")
     write_files({output: page.data})
-    check = conversion.report.get("check")
+    found = report(conversion)
     if arguments.json:
         _print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
     else:
         sizes = page.sizes
-        verdict = "not checked" if check is None else "same" if check["same"] else "NOT the same"
-        print(f"{conversion.robot.name}: report written to {_near(output)} (robot: {verdict})")
+        print(f"{found.robot}: report written to {_near(output)} ({found.verdict})")
         print(
             f"  {sizes['all'] / 1e6:.2f} MB: three.js {sizes['viewer'] / 1e6:.2f}, "
             f"meshes {sizes['meshes'] / 1e6:.2f}"
         )
         if page.missing:
             print(f"  {_count(page.missing, 'mesh file')} not there; the page names them")
-    return 3 if check is not None and not check["same"] else 0
+    return 0 if conversion.rejected is None else 3
+
+
+def _robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """A config is told from a robot by the file's ending."""
+    file: Path = arguments.config
+    if file.suffix.lower() not in (".yaml", ".yml", "") and not file.is_dir():
+        return _without_config(str(file), None, arguments)
+    for name in ("base", "package", "arg", "pipeline", "plugin", "after", "set"):
+        if getattr(arguments, name):
+            raise ConfigError(
+                "usage", f"--{name} is for a robot without a config",
+                hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
+            )  # fmt: skip
+    return load(file)
+
+
+def _beside(model: Path, suffix: str) -> Path:
+    """The model's name with another ending; only .mbs is one (``panda_v1.0`` has none)."""
+    return model.with_name(model.name.removesuffix(".mbs") + suffix)
 
 
 def _up_axis(pipeline: Pipeline) -> bool:
@@ -483,7 +554,7 @@ def _diagram(arguments: argparse.Namespace) -> int:
             "model-unreadable", f"cannot read '{arguments.model}': {error.strerror}"
         ) from None
     mbs = read(data, str(arguments.model))
-    output = arguments.output or arguments.model.with_suffix(".svg")
+    output = arguments.output or _beside(arguments.model, ".svg")
     write_files({output: draw(mbs).encode()})
     if arguments.json:
         _print_json({"model": mbs.name, "output": str(output)})
@@ -503,8 +574,15 @@ def _schema(arguments: argparse.Namespace) -> int:
     from urdf2mbs.schema import schema
 
     files = [Path(file) for file in arguments.plugin]
-    _print_json(schema(Plugins(files, installed=not arguments.no_plugins)))
+    plugins = Plugins(files, installed=not arguments.no_plugins)
+    _warn_of(plugins)
+    _print_json(schema(plugins))
     return 0
+
+
+def _warn_of(plugins: Plugins) -> None:
+    for broken in plugins.broken:
+        print(broken, file=sys.stderr)
 
 
 def _origin(found: Found) -> str:
@@ -518,7 +596,7 @@ def _described(found: Found) -> dict[str, Any]:
     return {
         "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,
         "package": found.package, "version": found.version, "file": found.file,
-        "needs": pass_.needs, "gives": pass_.gives,
+        "needs": pass_.needs, "changes": pass_.changes, "gives": pass_.gives,
     }  # fmt: skip
 
 

@@ -6,7 +6,6 @@ Errors name the file, the line and the key, and offer the nearest known one.
 from __future__ import annotations
 
 import re
-import typing
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -158,19 +157,8 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
     try:
         return msgspec.convert(data, kind, strict=True)
     except msgspec.ValidationError as error:
-        what, path = _told(error)
+        what, path = _told(error, data, kind)
         where: Key = (*at, *path)
-        if path and path[-1] == "...":
-            # msgspec does not say which key of a mapping
-            where = where[:-1]
-            kind_of_value = typing.get_args(typing.get_type_hints(kind)[str(path[0])])[-1]
-            for key, value in data[path[0]].items() if len(path) == 2 else ():
-                try:
-                    msgspec.convert(value, kind_of_value, strict=True)
-                except msgspec.ValidationError as inner:
-                    what, path = _told(inner)
-                    where = (*where, key, *path)
-                    break
         type_ = fields[str(path[0])].type if len(path) == 1 else None
         words = getattr(type_, "values", ())  # of a Literal
         raise lines.error(
@@ -179,14 +167,51 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
         ) from None  # fmt: skip
 
 
-def _told(error: msgspec.ValidationError) -> tuple[str, Key]:
-    """What msgspec says and where, up to the first mapping whose key it leaves open."""
+def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
+    """What msgspec says is wrong with ``data``, and where: the keys that lead there.
+
+    msgspec leaves the key of a mapping open ("..."), so each key is tried by itself.
+    """
+    what, path = _split(error)
+    where: Key = ()
+    for given in path:
+        step = given
+        if given == "...":
+            for key, value in _inside(data, where).items():
+                alone = _replaced(data, where, {key: value})
+                try:
+                    msgspec.convert(alone, kind, strict=True)
+                except msgspec.ValidationError as one:
+                    if _split(one) == (what, path):
+                        data, step = alone, key
+                        break
+        where = (*where, step)
+    return what, where
+
+
+def _split(error: msgspec.ValidationError) -> tuple[str, Key]:
+    """What msgspec says, and the path that it gives; "..." stands for the key of a mapping."""
     what, _, path = str(error).partition(" - at `")
+    if path.startswith("key` in `"):
+        what = f"a key here: {what[0].lower()}{what[1:]}"
     words = re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path)
-    keys = [name or (int(index) if index.isdecimal() else index) for name, index in words]
-    if "..." in keys:
-        keys = keys[: keys.index("...") + 1]
-    return what, tuple(keys)
+    return what, tuple(name or (int(at) if at.isdecimal() else at) for name, at in words)
+
+
+def _inside(data: Any, path: Key) -> Any:
+    for key in path:
+        data = data[key]
+    return data
+
+
+def _replaced(data: Any, path: Key, value: Any) -> Any:
+    """``data`` with something else at the end of a path; the rest is shared."""
+    for end in range(len(path) - 1, -1, -1):
+        whole: Any = _inside(data, path[:end])
+        whole = dict(whole) if isinstance(whole, dict) else list(whole)
+        whole[path[end]] = value
+        value = whole
+    return value
 
 
 def word(text: str) -> Any:

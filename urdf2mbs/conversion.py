@@ -8,17 +8,18 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import Diagnostic
+from urdf2mbs.diagnostics import Diagnostic, Difference
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
+from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
 #: Why prune-massless leaves a moving joint out (see ``Conversion.frozen``).
 NOTHING_HEAVY = "nothing that it moves has mass"
 
 
-class Settings(msgspec.Struct):
+class Settings(msgspec.Struct, frozen=True):
     """What the user asked for, with absolute paths."""
 
     source: Path
@@ -105,6 +106,37 @@ class Names(msgspec.Struct):
     joint, two shifts and a turn; six of a floating one)."""
 
 
+class RobotChange(msgspec.Struct):
+    """What somebody has changed of the robot that the URDF states."""
+
+    by: str
+    """The pass; or the hook, such as "the hook after 'emit'"."""
+    plugin: str
+    """Whose it is."""
+    declared: bool
+    """Whether the pass says so, by ``changes=("robot",)``."""
+    changes: list[Change]
+
+    def __str__(self) -> str:
+        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {told(self.changes)}"
+
+
+class Proof(msgspec.Struct):
+    """What ``check`` found: is the .mbs file the same robot as the URDF?"""
+
+    same: bool
+    positions: int
+    """At how many positions the motion was compared."""
+    groups: int
+    """Of how many rigid groups."""
+    largest: dict[str, float]
+    """The largest relative deviation of each kind."""
+    differences: list[Difference]
+    """Why it is not the same, the largest first."""
+    not_compared: dict[str, str]
+    """Moving joints that are held at zero, and why."""
+
+
 class Conversion:
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
@@ -147,8 +179,14 @@ class Conversion:
         self.diagnostics: list[Diagnostic] = []
         self.rejected: Path | None = None
         """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""
+        self.changed: list[RobotChange] = []
+        """What passes and hooks have changed of the robot since ``expand`` read it."""
+        self.proof: Proof | None = None
+        """What ``check`` found."""
+        self.proven: bytes | None = None
+        """The very bytes that ``check`` read."""
         self.report: dict[str, Any] = {}
-        """Anything a pass wants to add to the report, under the pass's name."""
+        """What passes add to the report, each under its own name."""
         self.progress: Callable[[str], None] = lambda text: None
         """Called by passes that take long, with what they are at."""
 
@@ -173,6 +211,23 @@ class Conversion:
     ) -> None:
         """Say what was decided."""
         self._say("note", code, message, link, joint, None)
+
+    def settle(self, code: str, *, link: str | None = None, joint: str | None = None) -> int:
+        """Take back warnings and notes of an earlier pass that no longer hold.
+
+        Those of ``code``; with ``link`` or ``joint``, only those that are about it.  Gives how
+        many there were.
+        """
+        kept = [
+            one
+            for one in self.diagnostics
+            if one.code != code
+            or (link is not None and one.link != link)
+            or (joint is not None and one.joint != joint)
+        ]
+        settled = len(self.diagnostics) - len(kept)
+        self.diagnostics[:] = kept
+        return settled
 
     def _say(
         self,

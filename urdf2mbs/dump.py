@@ -67,6 +67,8 @@ def state(conversion: Conversion) -> dict[str, Any]:
         "frozen": conversion.frozen,
         "meshes": conversion.meshes,
         "files": {path.name: f"{len(data)} bytes" for path, data in conversion.files.items()},
+        "changed": _plain(conversion.changed),
+        "proof": _plain(conversion.proof),
         "report": _plain(conversion.report),
         "diagnostics": [_plain(one) for one in conversion.diagnostics],
     }

@@ -10,10 +10,10 @@ from typing import Any
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.diagnostics import ConfigError, ConversionError, Difference
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.spatial import Vec, direction
-from urdf2mbs.verify import AXES, POSITIONS, SIX, Difference, in_plane
+from urdf2mbs.verify import AXES, POSITIONS, SIX, in_plane, worst
 
 
 def to_pinocchio(mbs: Mbs) -> Any:
@@ -110,7 +110,7 @@ def compare_dynamics(
     weight = float(np.linalg.norm(gravity) * np.sqrt(pin.computeTotalMass(one)))
     random = np.random.default_rng(20)
     largest = {"mass matrix": 0.0, "gravity forces": 0.0, "inverse dynamics": 0.0}
-    worst = dict.fromkeys(largest, "")
+    at = dict.fromkeys(largest, "")
     for _ in range(POSITIONS if order else 0):
         q, v, a = random.uniform(-np.pi, np.pi, (3, len(order)))
         q1, q2 = np.zeros(one.nq), np.zeros(two.nq)
@@ -137,16 +137,14 @@ def compare_dynamics(
             unit = np.outer(own, own) if ours.ndim == 2 else own
             apart = np.abs(ours - theirs) / unit
             scale = max(np.abs(ours / unit).max(), weight if ours.ndim == 1 else 0.0)
-            off = float(apart.max() / (scale or 1.0))
+            off = worst([float(apart.max() / (scale or 1.0))])
             if off > largest[kind]:
                 largest[kind] = off
-                worst[kind] = order[int(np.unravel_index(apart.argmax(), apart.shape)[0])]
+                at[kind] = order[int(np.unravel_index(apart.argmax(), apart.shape)[0])]
     found = [
-        Difference(
-            kind, f"{kind}: {off:.3g} relative, most at joint '{worst[kind]}'", min(off, 1.0)
-        )
+        Difference(kind, f"{kind}: {off:.3g} relative, most at joint '{at[kind]}'", min(off, 1.0))
         for kind, off in largest.items()
-        if off > tolerance
+        if not off <= tolerance
     ]
     return found, largest
 

@@ -144,6 +144,12 @@ def _stale(file: str, line: int) -> set[str]:
 
 
 def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
+    made = conversion.rejected or conversion.settings.output
+    if conversion.proof is not None and conversion.files.get(made) != conversion.proven:
+        return (
+            f"it is not the '{made.name}' that was checked",
+            "put the pass before 'check', so that what it does is checked, too",
+        )
     for path, data in conversion.files.items():
         if not isinstance(path, Path) or not isinstance(data, bytes):
             return (

@@ -10,7 +10,7 @@ A plugin is any module with functions of these names, marked with ``hookimpl``::
 
     @hookimpl
     def urdf2mbs_passes():
-        return [Pass("shout", shout, needs=("robot",))]
+        return [Pass("shout", shout, changes=("robot",))]
 """
 
 from __future__ import annotations
@@ -38,9 +38,12 @@ class Pass(msgspec.Struct, frozen=True):
 
     ``run(conversion, options)`` changes the conversion in place; ``options`` is an instance
     of the class ``options`` (a ``msgspec.Struct`` or a dataclass), filled from the config:
-    its fields without a default must be given there.  ``needs`` and ``gives`` name what must
-    be known before and what is known after (see ``Conversion``): a wrong order is an error
-    before anything runs.
+    its fields without a default must be given there.
+
+    ``needs`` and ``gives`` name what must be known before and what is known after (see
+    ``Conversion``).  ``changes`` names what was known before and is another after: whatever
+    earlier passes derived from it is stale until it is derived again.  A pass that needs what
+    nobody has given yet, or what is stale, is an error before anything runs.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Pass(msgspec.Struct, frozen=True):
     options: type = NoOptions
     needs: tuple[str, ...] = ()
     gives: tuple[str, ...] = ()
+    changes: tuple[str, ...] = ()
 
     @property
     def summary(self) -> str:
@@ -66,7 +70,7 @@ def urdf2mbs_passes() -> list[Pass]:
 
         @hookimpl
         def urdf2mbs_passes():
-            return [Pass("drop-grippers", drop_grippers, needs=("robot",))]
+            return [Pass("drop-grippers", drop_grippers, changes=("robot",))]
     """
     raise NotImplementedError
 

@@ -10,6 +10,7 @@ import hashlib
 import io
 import json
 import re
+from collections.abc import Callable
 from pathlib import Path, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote, urlsplit
@@ -104,7 +105,6 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
     ``up_axis`` False leaves COLLADA files as they lie, whatever their ``<up_axis>``.
     Raises MeshError for a file that holds no usable triangles.
     """
-    import numpy as np
 
     ending = path.suffix.lower()
     if ending not in FORMATS:
@@ -124,16 +124,46 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
         raise
     except Exception as error:  # the readers raise whatever a bad file makes them stumble on
         raise MeshError(f"{type(error).__name__}: {error}".rstrip(": ")) from error
+    if not any(len(part.triangles) for part in mesh.parts):
+        raise MeshError("it holds no triangles")
+    mesh.parts = [_usable(mesh, part) for part in mesh.parts if len(part.triangles)]
     mesh.parts = [part for part in mesh.parts if len(part.triangles)]
     if not mesh.parts:
-        raise MeshError("it holds no triangles")
-    for part in mesh.parts:
-        low, high = part.triangles.min(), part.triangles.max()
-        if low < 0 or high >= len(part.points):
-            raise MeshError(f"a triangle names a point that is not there ({low} or {high})")
-        if not (np.abs(part.points) <= np.finfo(np.float32).max).all():
-            raise MeshError("it has coordinates that are no finite single-precision numbers")
+        raise MeshError(mesh.problems[-1])
+    mesh.problems = list(dict.fromkeys(mesh.problems))
     return mesh
+
+
+def _usable(mesh: Mesh, part: Part) -> Part:
+    """The part without triangles that cannot be drawn: no viewer opens a file that has one."""
+    import numpy as np
+
+    there = ((part.triangles >= 0) & (part.triangles < len(part.points))).all(axis=1)
+    if not there.all():
+        mesh.problems.append(f"{(~there).sum()} triangles name a point that is not there")
+    good = np.all(np.abs(part.points) <= np.finfo(np.float32).max, axis=1)
+    finite = np.zeros_like(there)
+    finite[there] = np.all(good[part.triangles[there]], axis=1)
+    if not finite[there].all():
+        mesh.problems.append(
+            f"{(~finite[there]).sum()} triangles have coordinates that are no finite "
+            "single-precision numbers"
+        )
+    uv = part.uv
+    if uv is not None and not np.isfinite(uv[finite]).all():
+        mesh.problems.append("its texture coordinates are no finite numbers")
+        uv = None
+    if uv is part.uv and finite.all():
+        return part
+    return msgspec.structs.replace(
+        part,
+        triangles=part.triangles[finite],
+        colors=None if part.colors is None else part.colors[finite],
+        uv=None if uv is None else uv[finite],
+        material=part.material
+        if uv is part.uv
+        else msgspec.structs.replace(part.material, texture=None),
+    )
 
 
 def read_beside(path: Path, name: str) -> bytes | None:
@@ -184,13 +214,14 @@ def _read_collada(mesh: Mesh, data: bytes, up_axis: bool) -> None:
     import numpy as np
 
     try:
-        import collada
         from collada.polylist import Polylist
         from collada.triangleset import TriangleSet
+
+        from urdf2mbs import collada_file
     except ImportError as error:
         raise missing_extra(error) from None
-    data = re.sub(rb"<!--.*?-->", b"", data, flags=re.DOTALL)  # pycollada stumbles on comments
-    document = collada.Collada(io.BytesIO(data), ignore=[collada.common.DaeError])
+    document, skinned, problems = collada_file.load(data)
+    mesh.problems += problems
     if document.scene is None:
         raise MeshError("it has no scene")
     asset = document.assetInfo
@@ -204,36 +235,55 @@ def _read_collada(mesh: Mesh, data: bytes, up_axis: bool) -> None:
     for bound in document.scene.objects("geometry"):
         matrix = frame @ np.asarray(bound.matrix, float)
         for primitive in bound.original.primitives:
-            if isinstance(primitive, Polylist):
-                primitive = primitive.triangleset()
-            if not isinstance(primitive, TriangleSet) or not len(primitive.index):
-                continue  # lines, or nothing
-            node = bound.materialnodebysymbol.get(primitive.material)
-            look, channel = Material(), None
-            if node is not None and node.target is not None:
-                if node.target.id not in looks:
-                    looks[node.target.id] = _collada_material(mesh, node.target.effect)
-                look, channel = looks[node.target.id]
-            inputs = primitive.sources
-            uv = colors = None
-            if look.texture and inputs.get("TEXCOORD"):
-                sets = {name: number for name, _, number in node.inputs}
-                wanted = str(sets.get(channel, ""))
-                chosen = next(
-                    (n for n, given in enumerate(inputs["TEXCOORD"]) if str(given[3]) == wanted), 0
+            try:
+                if isinstance(primitive, Polylist):
+                    primitive = primitive.triangleset()
+                if not isinstance(primitive, TriangleSet) or not len(primitive.index):
+                    continue  # lines, or nothing
+                look, channel = Material(), None
+                node = bound.materialnodebysymbol.get(primitive.material)
+                if node is not None and node.target is not None:
+                    if node.target.id not in looks:
+                        looks[node.target.id] = _collada_material(mesh, node.target.effect)
+                    look, channel = looks[node.target.id]
+                sets = {name: number for name, _, number in node.inputs} if node else {}
+                _add(
+                    mesh, matrix, primitive.vertex, primitive.vertex_index,
+                    material=look, smooth=primitive.normal is not None,
+                    colors=_collada_colors(mesh, primitive),
+                    uv=_collada_uv(primitive, str(sets.get(channel, ""))) if look.texture else None,
+                )  # fmt: skip
+            except (ConversionError, MemoryError):
+                raise
+            except Exception as error:  # what this one is broken in does not concern the others
+                mesh.problems.append(
+                    f"a part of geometry '{bound.original.id}' is left out: {error}"
                 )
-                uv = primitive.texcoordset[chosen][primitive.texcoord_indexset[chosen]][..., :2]
-            if inputs.get("COLOR"):
-                offset, *_, source = inputs["COLOR"][0]
-                values = np.clip(np.asarray(source.data, float), 0.0, 1.0)
-                colors = np.round(255 * values).astype(int)[primitive.index[:, :, offset]]
-            _add(
-                mesh, matrix, primitive.vertex, primitive.vertex_index,
-                material=look, smooth=primitive.normal is not None, colors=colors, uv=uv,
-            )  # fmt: skip
-    if next(iter(document.scene.objects("controller")), None) is not None:
+    if skinned:
         mesh.problems.append("its skinned parts (instance_controller) are left out")
-    mesh.problems += list(dict.fromkeys(str(error) for error in document.errors))
+
+
+def _collada_colors(mesh: Mesh, triangles: Any) -> Any:
+    import numpy as np
+
+    if not triangles.sources.get("COLOR"):
+        return None
+    offset, *_, source = triangles.sources["COLOR"][0]
+    values = np.clip(np.asarray(source.data, float), 0.0, 1.0)
+    index = triangles.index[:, :, offset]
+    if index.max() >= len(values) or values.shape[1] not in (3, 4) or np.isnan(values).any():
+        mesh.problems.append("the colours of its points cannot be read")
+        return None
+    return np.round(255 * values).astype(int)[index]
+
+
+def _collada_uv(triangles: Any, wanted: str) -> Any:
+    """The texture coordinates of the wanted set, else of the first, by corner."""
+    inputs = triangles.sources.get("TEXCOORD")
+    if not inputs:
+        return None
+    chosen = next((n for n, given in enumerate(inputs) if str(given[3]) == wanted), 0)
+    return triangles.texcoordset[chosen][triangles.texcoord_indexset[chosen]][..., :2]
 
 
 def _collada_material(mesh: Mesh, effect: Any) -> tuple[Material, str | None]:
@@ -246,7 +296,7 @@ def _collada_material(mesh: Mesh, effect: Any) -> tuple[Material, str | None]:
 
     name = channel = None
     if effect.diffuse is not None and not isinstance(effect.diffuse, tuple):
-        image = effect.diffuse.sampler.surface.image.path
+        image = effect.diffuse.sampler.surface.image.path or ""
         channel = effect.diffuse.texcoord
         content = mesh.fetch(image)
         name = None if content is None else mesh.texture(content, image)
@@ -293,17 +343,37 @@ def _read_trimesh(mesh: Mesh, data: bytes, ending: str) -> None:
             content = mesh.fetch(name)
             if content is None:
                 raise FileNotFoundError(name)
-            return content
+            return _utf8(content) if name.lower().endswith(".mtl") else content
 
-    scene = trimesh.load_scene(
-        io.BytesIO(data), file_type=ending[1:], resolver=Resolver(str(mesh.path)), process=False
-    )
-    for node in scene.graph.nodes_geometry:
+    def load(data: bytes) -> Any:
+        return trimesh.load_scene(
+            io.BytesIO(data), file_type=ending[1:], resolver=Resolver(str(mesh.path)), process=False
+        )
+
+    try:
+        scenes = [load(_utf8(data) if ending == ".obj" else data)]
+        if not len(scenes[0].graph.nodes_geometry):
+            raise MeshError("it holds no triangles")
+    except Exception as error:  # what it stumbles on may be no point and no face
+        if ending == ".obj":
+            scenes = [load(_plain_obj(data))]
+        elif ending in (".glb", ".gltf"):
+            scenes = _load_plain_gltf(load, data)
+        else:
+            raise
+        mesh.problems.append(f"of what it holds only points and faces can be read ({error})")
+    for scene, node in ((s, node) for s in scenes for node in s.graph.nodes_geometry):
         matrix, name = scene.graph[node]
         geometry = scene.geometry[name]
         if not isinstance(geometry, trimesh.Trimesh):
             continue  # lines or single points
-        look, colors, uv = _trimesh_look(mesh, geometry)
+        try:
+            look, colors, uv = _trimesh_look(mesh, geometry)
+        except ConversionError:
+            raise
+        except Exception as error:
+            look, colors, uv = Material(), None, None
+            mesh.problems.append(f"the colours of '{name}' cannot be read ({error})")
         _add(
             mesh, frame @ matrix, geometry.vertices, geometry.faces,
             material=look, smooth=ending != ".stl", colors=colors, uv=uv,
@@ -352,14 +422,19 @@ def _trimesh_material(mesh: Mesh, material: Any) -> Material:
     name = None
     if material.image is not None:
         # .mtl: as it names it; .ply: the one file it names; none: trimesh's own stand-in
-        path = material.image.info.get("file_path") or next(iter([*mesh.sources][1:]), None)
+        path = material.image.info.get("file_path")
+        if path is None and mesh.path.suffix.lower() == ".ply":
+            path = next(iter([*mesh.sources][1:]), None)
         content = mesh.fetch(path) if path else None
         name = mesh.texture(content, path) if path and content else None
     opacity = None
-    if "d" in given:
-        opacity = float(given["d"][-1])
-    elif "tr" in given:
-        opacity = 1.0 - float(given["tr"][-1])
+    try:
+        if "d" in given:
+            opacity = float(given["d"][-1])
+        elif "tr" in given:
+            opacity = 1.0 - float(given["tr"][-1])
+    except ValueError:
+        mesh.problems.append("the transparency of a material is no number")
     return Material(
         diffuse=color(material.diffuse) if "kd" in given else None,
         transparency=None if opacity is None else 1.0 - opacity,
@@ -369,12 +444,94 @@ def _trimesh_material(mesh: Mesh, material: Any) -> Material:
     )
 
 
+def _utf8(text: bytes) -> bytes:
+    """A text that is not in UTF-8, as comments and names often are, made readable."""
+    return text.decode("utf-8", "replace").encode()
+
+
+def _plain_obj(data: bytes) -> bytes:
+    """An .obj file's points and faces alone, without faces that name other points."""
+    points: list[str] = []
+    faces: list[str] = []
+    for line in data.decode("utf-8", "replace").replace("\\\n", " ").splitlines():
+        match line.split():
+            case ["v", *numbers]:
+                points.append(f"v {' '.join([*numbers[:3], *'000'][:3])}")
+            case ["f", *corners]:
+                index = [corner.partition("/")[0] for corner in corners]
+                if all(re.fullmatch("-?[0-9]+", i) for i in index):
+                    which = [int(i) if int(i) > 0 else len(points) + 1 + int(i) for i in index]
+                    faces.append(f"f {' '.join(map(str, which))}" if min(which) > 0 else "")
+    count = len(points)
+    faces = [f for f in faces if f and all(int(i) <= count for i in f.split()[1:])]
+    return "\n".join([*points, *faces, ""]).encode()
+
+
+def _load_plain_gltf(load: Callable[[bytes], Any], data: bytes) -> list[Any]:
+    """A scene for each primitive of a glTF file, with nothing but points, faces and where they
+    are; none for those that even so cannot be read."""
+    document = json.loads(_gltf_text(data))
+    shapes = [primitive for shape in document["meshes"] for primitive in shape["primitives"]]
+    for key in ("materials", "textures", "images", "samplers", "animations", "skins", "cameras"):
+        document.pop(key, None)
+    for part in (document, *document["nodes"], *document["meshes"], *shapes):
+        for key in ("camera", "skin", "material", "targets", "extensions", "extensionsUsed"):
+            part.pop(key, None)
+
+    def alone(shape: dict[str, Any]) -> bytes:
+        """The file with this primitive only: trimesh reads what nothing uses, too."""
+        used = {shape["attributes"]["POSITION"], shape.get("indices")} - {None}
+        accessors = [document["accessors"][i] for i in sorted(used)]
+        views = {accessor.get("bufferView") for accessor in accessors} - {None}
+        out = document | {
+            "accessors": _with_copies(document["accessors"], used),
+            "bufferViews": _with_copies(document["bufferViews"], views),
+            "meshes": [
+                mesh | {"primitives": [p for p in mesh["primitives"] if p is shape]}
+                for mesh in document["meshes"]
+            ],
+        }
+        return _with_gltf_text(data, json.dumps(out).encode())
+
+    for shape in shapes:
+        shape["attributes"] = {"POSITION": shape["attributes"].get("POSITION")}
+    scenes = []
+    for shape in shapes:
+        try:
+            scenes.append(load(alone(shape)))
+        except Exception:
+            continue  # the caller tells what is wrong
+    if not scenes:
+        raise MeshError("no part of it can be read")
+    return scenes
+
+
+def _with_copies(all_: list[Any], used: set[Any]) -> list[Any]:
+    """The list with one that is used in the place of each that is not."""
+    return [one if i in used else all_[min(used)] for i, one in enumerate(all_)]
+
+
+def _gltf_text(data: bytes) -> bytes:
+    """The JSON part of a .gltf or .glb."""
+    if data[:4] != b"glTF":
+        return data
+    return data[20 : 20 + int.from_bytes(data[12:16], "little")]
+
+
+def _with_gltf_text(data: bytes, text: bytes) -> bytes:
+    """The file with another JSON part."""
+    if data[:4] != b"glTF":
+        return text
+    rest = data[20 + int.from_bytes(data[12:16], "little") :]
+    text += b" " * (-len(text) % 4)
+    size = (20 + len(text) + len(rest)).to_bytes(4, "little")
+    return data[:8] + size + len(text).to_bytes(4, "little") + data[16:20] + text + rest
+
+
 def _check_gltf(data: bytes, ending: str) -> None:
     """Refuse what trimesh would read as zeros."""
-    if ending == ".glb":
-        if data[:4] != b"glTF":
-            raise MeshError("it does not start with 'glTF'")
-        data = data[20 : 20 + int.from_bytes(data[12:16], "little")]
-    required = set(json.loads(data).get("extensionsRequired", ())) - GLTF_EXTENSIONS
+    if ending == ".glb" and data[:4] != b"glTF":
+        raise MeshError("it does not start with 'glTF'")
+    required = set(json.loads(_gltf_text(data)).get("extensionsRequired", ())) - GLTF_EXTENSIONS
     if required:
         raise MeshError(f"it needs the glTF extension {', '.join(sorted(required))}")

@@ -25,6 +25,7 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.result import report
 from urdf2mbs.scene import Store, lookup, mbs_side, urdf_side
+from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.packages import Packages
 
 #: Where meshcat keeps three.js, bundled with its viewer.
@@ -146,24 +147,19 @@ def _diagram(model: Mbs) -> str:
 
 
 def _verdict(conversion: Conversion) -> str:
-    check = conversion.report.get("check")
-    if check is None:
-        return '<span class="verdict unknown">not checked</span>'
-    if check["same"]:
-        return '<span class="verdict same">the same robot</span>'
-    return '<span class="verdict other">NOT the same robot</span>'
+    found = report(conversion)
+    kind = "unknown" if found.proof is None else "same" if found.proof.same else "other"
+    return f'<span class="verdict {kind}">{escape(found.verdict)}</span>'
 
 
 def _facts(conversion: Conversion) -> str:
     found = report(conversion)
-    joints = found["joints"]
     warnings = sum(d.level == "warning" for d in conversion.diagnostics)
     facts = [
-        f"{found['links']} links → {found['bodies']} bodies",
-        f"{joints['urdf']} URDF joints → {joints['mbs']} joints: "
-        f"{joints['independent']} independent, {joints['driven']} driven",
-        f"{found['mass']:.6g} kg",
-        f"{found['base']} base",
+        f"{found.links} links → {found.bodies} bodies",
+        f"{found.joints.urdf} URDF joints → {found.joints}",
+        f"{found.mass:.6g} kg",
+        found.base_in_words,
         f"{warnings} warning{'' if warnings == 1 else 's'}",
     ]
     return " · ".join(facts)
@@ -324,8 +320,8 @@ def _names(conversion: Conversion) -> str:
 
 
 def _proof(conversion: Conversion) -> str:
-    check = conversion.report.get("check")
-    if check is None:
+    proof = conversion.proof
+    if proof is None:
         return (
             '<p class="note">Nothing is proved: the pass <code>check</code> is not in the '
             "pipeline. Add it after <code>emit</code>. The comparison in the 3D model is made "
@@ -333,31 +329,53 @@ def _proof(conversion: Conversion) -> str:
         )
     same = (
         "The .mbs was read back and compared with the URDF by a second route: it is the same robot."
-        if check["same"]
+        if proof.same
         else "<b>The .mbs is not the same robot as the URDF.</b> It was written as "
         f"{escape(conversion.rejected.name if conversion.rejected else '')}."
     )
     facts = (
-        f"<p>{same}</p><dl><dt>Positions compared</dt><dd>{check['positions']}, zero included</dd>"
-        f"<dt>Rigid groups</dt><dd>{check['groups']}: each must move as its counterpart, and have "
+        f"<p>{same}</p><dl><dt>Positions compared</dt><dd>{proof.positions}, zero included</dd>"
+        f"<dt>Rigid groups</dt><dd>{proof.groups}: each must move as its counterpart, and have "
         "its mass, centre and inertia</dd></dl>"
     )
     largest = _table(
         ("compared", "largest relative deviation"),
-        [("", [escape(kind), f"{size:.2e}"]) for kind, size in check["largest"].items()],
+        [("", [escape(kind), f"{size:.2e}"]) for kind, size in proof.largest.items()],
         right=(1,),
     )
     text = facts + largest
-    if check["differences"]:
+    if proof.differences:
         rows = [
-            ("", [escape(d["kind"]), f"{d.get('size', 1.0):.2e}", escape(d["message"])])
-            for d in check["differences"]
+            ("", [escape(d.kind), f"{d.size:.2e}", escape(d.message)]) for d in proof.differences
         ]
         text += "<h3>Differences</h3>" + _table(("what", "relative size", "where"), rows, (1,))
-    if check.get("not_compared"):
-        rows = [("", [escape(n), escape(why)]) for n, why in check["not_compared"].items()]
+    if proof.not_compared:
+        rows = [("", [escape(n), escape(why)]) for n, why in proof.not_compared.items()]
         text += "<h3>Not compared</h3>" + _table(("URDF joint", "why"), rows)
+    if conversion.changed:
+        rows = [
+            (
+                "",
+                [
+                    escape(one.by),
+                    escape(KINDS[change.kind][0]),
+                    escape(change.name),
+                    _short(change.before),
+                    _short(change.after),
+                ],
+            )
+            for one in conversion.changed
+            for change in one.changes
+        ]
+        head = ("pass", "what", "link or joint", "in the URDF", "now")
+        text += "<h3>Changed on purpose</h3>" + _table(head, rows)  # fmt: skip
     return text
+
+
+def _short(value: Any) -> str:
+    """A changed value as text."""
+    text = "" if value is None else json.dumps(msgspec.to_builtins(value))
+    return escape(text if len(text) <= 80 else f"{text[:77]}...")
 
 
 def _messages(conversion: Conversion) -> str:

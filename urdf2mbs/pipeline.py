@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -11,12 +12,14 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.config import Config, Key, Lines, Project, preset, presets, typed
-from urdf2mbs.conversion import Conversion, Settings
+from urdf2mbs.conversion import Conversion, RobotChange, Settings
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.plugins import FAILURES, GROUP, Found, Plugins
+from urdf2mbs.urdf.changes import between, snapshot
+from urdf2mbs.urdf.reader import stem
 
 
 class Bound(msgspec.Struct):
@@ -44,10 +47,15 @@ class Pipeline:
                 )
         self._files = files
         self.plugins = Plugins(files, installed=installed_plugins)
-        self.passes = _resolve(config, lines, self.plugins)
-        check_order(
-            [bound.found.pass_ for bound in self.passes], lines, [one.at for one in self.passes]
-        )
+        try:
+            self.passes = _resolve(config, lines, self.plugins)
+        except ConfigError as error:
+            # what is missing may be in a plugin that was left out
+            error.hint = "\n  ".join([error.hint or "", *map(str, self.plugins.broken)]).lstrip()
+            raise
+        passes = [bound.found.pass_ for bound in self.passes]
+        check_order(passes, lines, [one.at for one in self.passes])
+        _check_output(self.settings, passes, lines)
 
     def run(self, *, stop_after: str | None = None) -> Conversion:
         """Run the passes; raises ConversionError. Nothing is written to disk."""
@@ -58,6 +66,7 @@ class Pipeline:
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
         conversion = Conversion(self.settings)
+        conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(
                 "plugin-idle",
@@ -71,12 +80,16 @@ class Pipeline:
             pass_ = found.pass_
             self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
+            before = snapshot(conversion.robot) if known and _may_change(bound) else None
             start = perf_counter()
             try:
                 pass_.run(conversion, bound.options)
                 seconds = perf_counter() - start
                 if found.plugin != GROUP:
                     check_left(found, conversion, known)
+                if before is not None:
+                    declared = "robot" in pass_.changes
+                    _note_change(conversion, before, pass_.name, found.plugin, declared)
             except ConversionError:
                 raise
             except FAILURES as error:
@@ -104,8 +117,14 @@ class Pipeline:
 
     def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
         """Call a hook of all plugins."""
+        strangers = self.plugins.hooked(hook)
+        before = snapshot(conversion.robot) if strangers else None
         try:
             getattr(self.plugins.hook, hook)(pass_=pass_, conversion=conversion, **more)
+            if before is not None:
+                when = "before" if "before" in hook else "after"
+                who = f"the hook {when} '{pass_.name}'"
+                _note_change(conversion, before, who, "' or '".join(strangers), declared=False)
         except ConversionError:
             raise
         except FAILURES as error:
@@ -115,42 +134,123 @@ class Pipeline:
             raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
 
 
+def _may_change(bound: Bound) -> bool:
+    """Whether a pass may change the robot that the URDF states: any of a plugin, and of ours
+    those that do when they are told to (insert-base only puts a base under it)."""
+    found = bound.found
+    return found.plugin != GROUP or (
+        "robot" in found.pass_.changes and bound.options != found.pass_.options()
+    )
+
+
+def _note_change(
+    conversion: Conversion, before: bytes, by: str, plugin: str, declared: bool
+) -> None:
+    """Keep what has changed of the robot since a snapshot; the base is no part of the URDF."""
+    robot, inserted = conversion.robot, conversion.inserted
+    base = {inserted, robot.joints[inserted].parent} if inserted in robot.joints else set()
+    try:
+        after = snapshot(robot)
+    except (TypeError, ValueError) as error:
+        raise ConversionError(
+            "plugin-robot-broken",
+            f"{by} (plugin '{plugin}') leaves in robot '{robot.name}' what no URDF can hold: "
+            f"{error}",
+        ) from error
+    changes = [
+        change
+        for change in between(before, after)
+        if not (change.kind in ("link-added", "joint-added") and change.name in base)
+    ]
+    if changes:
+        conversion.changed.append(RobotChange(by, plugin, declared, changes))
+
+
 def check_order(
     passes: Sequence[Pass], lines: Lines | None = None, keys: Sequence[Key] | None = None
 ) -> None:
-    """Every need must be given by an earlier pass, and nothing by two; raises ConfigError.
+    """Every need must be given by an earlier pass and still hold; raises ConfigError.
 
     ``keys`` say where in the config each pass is named.
     """
     lines = lines or Lines()
-    keys = keys or [()] * len(passes)
-    givers: dict[str, str] = {}
-    for pass_, at in zip(passes, keys, strict=True):
+    known = _Known(passes, lines)
+    for pass_, at in zip(passes, keys or [()] * len(passes), strict=True):
+        for token in (*pass_.needs, *pass_.changes):
+            known.need(token, pass_, at)
+        for token in pass_.changes:
+            known.change(token, pass_)
         for token in pass_.gives:
-            if token in givers:
-                raise lines.error(
-                    "given-twice",
-                    f"passes '{givers[token]}' and '{pass_.name}' both give '{token}'",
-                    at, "leave one of them out of the pipeline",
-                )  # fmt: skip
-            givers[token] = pass_.name
-    given: set[str] = set()
-    for pass_, at in zip(passes, keys, strict=True):
-        for token in pass_.needs:
-            if token not in givers:
-                raise lines.error(
-                    "need-not-given",
-                    f"pass '{pass_.name}' needs '{token}', which no pass of this pipeline gives",
-                    at, "'urdf2mbs passes' lists what each pass gives; put one that does before it",
-                )  # fmt: skip
-            giver = givers[token]
-            if token not in given:
-                raise lines.error(
-                    "wrong-order",
-                    f"pass '{pass_.name}' needs '{token}', which '{giver}' gives only later",
-                    at, f"put it after: 'after: {{{giver}: {pass_.name}}}', or so in 'pipeline'",
-                )  # fmt: skip
-        given.update(pass_.gives)
+            known.give(token, pass_, at)
+    known.end()
+
+
+class _Known:
+    """What is known at one place of a pipeline, and what of it no longer holds."""
+
+    def __init__(self, passes: Sequence[Pass], lines: Lines) -> None:
+        self.lines = lines
+        self.ever = {token: pass_.name for pass_ in reversed(passes) for token in pass_.gives}
+        """Who first gives each token, here or later."""
+        self.giver: dict[str, str] = {}
+        self.sources: dict[str, set[str]] = {}
+        """What each token was derived from, all the way."""
+        self.stale: dict[str, tuple[str, str]] = {}
+        """The tokens that no longer hold: who changed which of their sources."""
+
+    def need(self, token: str, pass_: Pass, at: Key) -> None:
+        if token not in self.ever:
+            raise self.lines.error(
+                "need-not-given",
+                f"pass '{pass_.name}' needs '{token}', which no pass of this pipeline gives",
+                at, "'urdf2mbs passes' lists what each pass gives; put one that does before it",
+            )  # fmt: skip
+        if token not in self.giver:
+            giver = self.ever[token]
+            raise self.lines.error(
+                "wrong-order",
+                f"pass '{pass_.name}' needs '{token}', which '{giver}' gives only later",
+                at, f"put it after: 'after: {{{giver}: {pass_.name}}}', or so in 'pipeline'",
+            )  # fmt: skip
+        if token in self.stale:
+            giver, (changer, source) = self.giver[token], self.stale[token]
+            raise self.lines.error(
+                "stale",
+                f"pass '{pass_.name}' needs '{token}', which '{giver}' made from '{source}' "
+                f"before pass '{changer}' changed that",
+                at, f"put '{changer}' before '{giver}'",
+            )  # fmt: skip
+
+    def change(self, token: str, pass_: Pass) -> None:
+        for other, sources in self.sources.items():
+            if token in sources and other not in pass_.changes:
+                self.stale.setdefault(other, (pass_.name, token))
+        self.sources[token] |= self._sources(pass_) - {token}
+
+    def give(self, token: str, pass_: Pass, at: Key) -> None:
+        if token in self.giver and token not in self.stale:
+            raise self.lines.error(
+                "given-twice",
+                f"passes '{self.giver[token]}' and '{pass_.name}' both give '{token}'",
+                at, "leave one of them out of the pipeline",
+            )  # fmt: skip
+        self.stale.pop(token, None)
+        self.giver[token] = pass_.name
+        self.sources[token] = self._sources(pass_)
+
+    def _sources(self, pass_: Pass) -> set[str]:
+        tokens = {*pass_.needs, *pass_.changes}
+        return tokens.union(*(self.sources[token] for token in tokens))
+
+    def end(self) -> None:
+        """What a pass made and another made stale would be written all the same."""
+        for token, (changer, source) in reversed(self.stale.items()):
+            raise self.lines.error(
+                "stale",
+                f"pass '{changer}' changes '{source}' after pass '{self.giver[token]}' made "
+                f"'{token}' from it",
+                hint=f"put '{changer}' before '{self.giver[token]}'",
+            )
 
 
 def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
@@ -167,17 +267,12 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
     elif config.output is not None:
         output = _path(folder / config.output)
     else:
-        output = _path(folder / f"{source.name.split('.')[0]}.mbs")
-    if output == source:
+        output = _path(folder / f"{stem(source)}.mbs")
+    if not all(map(isfinite, config.gravity)):
         raise lines.error(
-            "output-is-source", f"the output would overwrite the robot '{source}'", ("output",)
-        )
-    if output.is_dir():
-        raise lines.error(
-            "output-is-folder",
-            f"the output '{output}' is a folder",
-            ("output",),
-            "name the .mbs file",
+            "gravity-infinite",
+            f"gravity is {list(config.gravity)}: each part must be a finite number, in m/s^2",
+            ("gravity",),
         )
     packages = {}
     for name, directory in config.packages.items():
@@ -192,6 +287,25 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
         source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
         languages, _path(folder),
     )  # fmt: skip
+
+
+def _check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> None:
+    """Where an .mbs is written to; a pipeline that makes none needs no place."""
+    if not any("mbs-file" in pass_.gives for pass_ in passes) or settings.source.is_dir():
+        return
+    if settings.output == settings.source:
+        raise lines.error(
+            "output-is-source",
+            f"the output would overwrite the robot '{settings.source}'",
+            ("output",),
+        )
+    if settings.output.is_dir():
+        raise lines.error(
+            "output-is-folder",
+            f"the output '{settings.output}' is a folder",
+            ("output",),
+            "name the .mbs file; for a whole project: 'output: {project: FOLDER}'",
+        )
 
 
 def _path(path: Path) -> Path:

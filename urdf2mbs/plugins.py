@@ -19,7 +19,7 @@ import msgspec
 import pluggy
 
 from urdf2mbs import hookspecs, passes
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.hookspecs import Pass
 
 #: The entry point group in which an installed package names its plugin, and our own name there.
@@ -30,10 +30,13 @@ FAILURES = (Exception, SystemExit)
 
 
 @cache
-def _installed(path: tuple[str, ...]) -> tuple[metadata.EntryPoint, ...]:
-    """The plugins of the packages on ``path``, which is ``sys.path``: looking costs more than
-    converting a small robot."""
-    return tuple(metadata.entry_points(group=GROUP))
+def _installed(path: tuple[str, ...]) -> tuple[tuple[metadata.EntryPoint, str, str], ...]:
+    """The plugins of the packages on ``path``, which is ``sys.path``, and name and version of
+    the package of each: looking costs more than converting a small robot."""
+    return tuple(
+        (entry, entry.dist.name, entry.dist.version) if entry.dist else (entry, "?", "?")
+        for entry in metadata.entry_points(group=GROUP)
+    )
 
 
 class Found(msgspec.Struct, frozen=True):
@@ -56,16 +59,18 @@ class Plugins:
         self._packages: dict[str, tuple[str, str]] = {}
         self._files: dict[str, str] = {}
         self._register(passes, GROUP, (GROUP, _version(GROUP)), passes.__file__ or "")
-        if installed:
-            for entry in _installed(tuple(sys.path)):
-                self._load_installed(entry)
-        for file in files:
-            self._load_file(file)
+        self.broken: list[Diagnostic] = []
+        """Installed plugins that are left out, and what is wrong with each."""
         self.hook: Any = self._manager.hook
         self.passes: dict[str, list[Found]] = {}
         """Every pass by name; a built-in one stands before those of plugins."""
-        for impl in self.hook.urdf2mbs_passes.get_hookimpls():
-            self._collect(impl)
+        self._collect(GROUP)
+        if installed:
+            for entry, package, version in _installed(tuple(sys.path)):
+                self._add_installed(entry, package, version)
+        for file in files:
+            self._load_file(file)
+            self._collect(file.stem)
 
     def watch(self, observer: object) -> None:
         """Let an object's own hooks be called too, around every pass."""
@@ -82,6 +87,12 @@ class Plugins:
                         return plugin, self._files[plugin]
         return None
 
+    def hooked(self, hook: str) -> list[str]:
+        """The plugins, ours apart, that have a hook."""
+        callers = getattr(self.hook, hook).get_hookimpls()
+        names = [impl.plugin_name for impl in callers]
+        return [name for name in names if name in self._files and name != GROUP]
+
     def only_passes(self, plugin: str) -> list[str]:
         """The passes that a plugin brings; none if it has other hooks too."""
         callers = self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or []
@@ -93,18 +104,39 @@ class Plugins:
             if any(found.plugin == plugin for found in offered)
         ]
 
-    def _load_installed(self, entry: metadata.EntryPoint) -> None:
-        dist = entry.dist
-        package, version = (dist.name, dist.version) if dist else ("?", "?")
+    def _add_installed(self, entry: metadata.EntryPoint, package: str, version: str) -> None:
+        """An installed plugin that is broken is left out: it must not block everybody's work."""
+        there = entry.name in self._files
+        try:
+            self._load_installed(entry, package, version)
+            self._collect(entry.name)
+        except ConfigError as error:
+            self.broken.append(
+                Diagnostic(
+                    "warning", "plugin-broken",
+                    f"the installed plugin '{entry.name}' (package {package} {version}) is left "
+                    f"out: {error.message}",
+                    file=error.file, line=error.line,
+                    hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
+                )
+            )  # fmt: skip
+            if not there:
+                self._forget(entry.name)
+
+    def _forget(self, plugin: str) -> None:
+        self._files.pop(plugin, None)
+        if self._manager.has_plugin(plugin):
+            self._manager.unregister(name=plugin)
+        for name, offered in list(self.passes.items()):
+            self.passes[name] = [found for found in offered if found.plugin != plugin]
+            if not self.passes[name]:
+                del self.passes[name]
+
+    def _load_installed(self, entry: metadata.EntryPoint, package: str, version: str) -> None:
         try:
             plugin = entry.load()
         except FAILURES as error:
-            raise ConfigError(
-                "plugin-broken",
-                f"installed plugin '{entry.name}' (package {package} {version}) cannot be loaded: "
-                f"{_said(error)}",
-                hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
-            ) from error
+            raise ConfigError("plugin-broken", f"it cannot be loaded: {_said(error)}") from error
         file = getattr(plugin, "__file__", None) or package
         self._register(plugin, entry.name, (package, version), file)
 
@@ -156,7 +188,13 @@ class Plugins:
         self._packages[name] = package
         self._files[name] = file
 
-    def _collect(self, impl: pluggy.HookImpl) -> None:
+    def _collect(self, name: str) -> None:
+        """Note the passes that a plugin brings."""
+        for impl in self.hook.urdf2mbs_passes.get_hookimpls():
+            if impl.plugin_name == name:
+                self._collect_from(impl)
+
+    def _collect_from(self, impl: pluggy.HookImpl) -> None:
         name = impl.plugin_name
         file = self._files[name]
         hint = "return a list of Pass, such as [Pass('my-pass', run, needs=('robot',))]"
@@ -222,9 +260,11 @@ def _fault(pass_: Pass) -> tuple[str, str] | None:
         return "its name is not a word", "call it something like 'my-pass'"
     try:
         inspect.signature(pass_.run).bind(None, None)
-    except (TypeError, ValueError):
+    except ValueError:
+        pass  # Python does not know how some built-in functions are called
+    except TypeError:
         return "its 'run' cannot be called with two arguments", "def run(conversion, options):"
-    for field in ("needs", "gives"):
+    for field in ("needs", "gives", "changes"):
         tokens = getattr(pass_, field)
         if not isinstance(tokens, (tuple, list)) or not all(isinstance(t, str) for t in tokens):
             return f"'{field}' is {tokens!r}", f"write it as {field}=('robot',), with the comma"
@@ -251,6 +291,7 @@ def _source(pass_: Pass, plugin: str, file: str) -> str:
     return str(getattr(sys.modules.get(module), "__file__", None) or file)
 
 
+@cache
 def _version(package: str) -> str:
     try:
         return metadata.version(package)

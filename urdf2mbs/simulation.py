@@ -11,6 +11,7 @@ import msgspec
 
 from urdf2mbs.mbs.model import Connection, Joint, Point, UserModel
 from urdf2mbs.spatial import IDENTITY, Rot, Vec
+from urdf2mbs.urdf.model import Extension
 
 
 class Coupling(msgspec.Struct):
@@ -99,5 +100,7 @@ class Simulation(msgspec.Struct):
     """Against gravity, in the axes of the base."""
     time_step: float = 1e-3
     """A step (s) that a fixed-step integrator can take."""
+    used: list[Extension] = []
+    """The elements of other programs in which a pass has found something."""
     kept: dict[str, set[str]] = {}
     """Code of a note that ``emit`` would give: the joints whose property has found a place."""

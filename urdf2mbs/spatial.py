@@ -284,4 +284,4 @@ def unit(axis: Vec) -> Vec:
 def direction(axis: Vec) -> Vec:
     """The axis at length 1, its components up to ``ALIGNED`` taken as zero."""
     x, y, z = (0.0 if abs(c) <= ALIGNED else c for c in unit(axis))
-    return unit((x, y, z))
+    return (x, y, z)  # still of length 1: what was taken off is less than its rounding

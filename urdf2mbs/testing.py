@@ -140,5 +140,6 @@ def assert_same_robot(result: Result, expected: Result | None = None) -> None:
         gravity=result.conversion.settings.gravity,
     )
     found = [difference.message for difference in comparison.differences + comparison.frames]
+    found += [str(one) for one in result.conversion.changed if not one.declared]
     if found:
         raise AssertionError("not the same robot:\n  " + "\n  ".join(found))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from math import isfinite
 from pathlib import Path
 
 import msgspec
 
 from urdf2mbs.config import Config, Lines, typed
 from urdf2mbs.conversion import LinkFrame, Settings
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, Difference
 from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.mbs.reader import read, validate
@@ -20,7 +21,7 @@ from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.xacro import expand
-from urdf2mbs.verify import SIX, TOLERANCE, Difference, carriers, compare
+from urdf2mbs.verify import SIX, TOLERANCE, carriers, compare
 
 
 class Verdict(msgspec.Struct):
@@ -74,6 +75,7 @@ def verify(
     packages: Mapping[str, str] | None = None,
     xacro_args: Mapping[str, str] | None = None,
     engine: str = "own",
+    frames: bool = False,
     gravity: Vec = (0.0, 0.0, -9.81),
     tolerance: float = TOLERANCE,
 ) -> Verdict:
@@ -81,8 +83,18 @@ def verify(
 
     Whether the base floats is read off the .mbs; joints are matched by name; ``gravity`` (m/s^2)
     is what the .mbs should have, since a URDF has none.  ``engine`` is ``own`` or ``pinocchio``,
-    which compares the equations of motion too.  Raises ConversionError.
+    which compares the equations of motion too.  ``frames``: a link's frame that is elsewhere in the
+    .mbs is a difference, too.  Raises ConversionError.
     """
+    if not (isfinite(tolerance) and tolerance > 0.0):
+        raise ConfigError(
+            "tolerance-invalid", f"the tolerance is {tolerance}", hint=f"such as {TOLERANCE}"
+        )
+    if not all(map(isfinite, gravity)):
+        raise ConfigError(
+            "gravity-infinite",
+            f"gravity is {list(gravity)}: each part must be a finite number, in m/s^2",
+        )
     try:
         data = model.read_bytes()
     except OSError as error:
@@ -117,8 +129,12 @@ def verify(
             orders=found.orders, floating_base=floating_base,
             gravity=gravity, tolerance=tolerance,
         )  # fmt: skip
-        differences = sorted(differences + more, key=lambda difference: -difference.size)
+        differences = differences + more
         largest = {**largest, **deviations}
+    elsewhere = comparison.frames
+    if frames:
+        differences, elsewhere = differences + elsewhere, []
+    differences.sort(key=lambda difference: -difference.size)
     moving = [joint.name for joint in robot.joints.values() if joint.moves]
     return Verdict(
         robot.name,
@@ -132,8 +148,8 @@ def verify(
         comparison.positions,
         largest,
         differences,
-        comparison.frames,
-        _not_compared(mbs, found.frozen),
+        elsewhere,
+        _not_compared(mbs, found.frozen) | (_unseen(robot, mbs, found) if frames else {}),
         [str(problem) for problem in validate(data, str(model))],
     )
 
@@ -145,6 +161,20 @@ def _not_compared(mbs: Mbs, frozen: Mapping[str, str]) -> dict[str, str]:
         **{f"cut '{cut.name}' ({cut.kind})": why for cut in mbs.cuts},
         **{f"link '{link.name}' ({link.kind})": why for link in mbs.links},
         **{f"user constraint '{found.name}'": why for found in mbs.user_constraints},
+    }
+
+
+def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
+    """The links' frames of which the .mbs says less than the URDF, or nothing."""
+    points = {point.name for point in mbs.base.points}
+    points |= {point.name for body in mbs.bodies for point in body.points}
+    root = robot.root()
+    return {
+        f"frame of link '{link}'": "its anchor point has no rotation"
+        if not points.isdisjoint(_spellings(link, "point"))
+        else "the .mbs has no body and no point of its name"
+        for link in robot.links
+        if link not in found.frames and link != root
     }
 
 

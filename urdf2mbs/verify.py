@@ -26,13 +26,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from math import asin, atan2, cos, hypot, log10, pi, sin, sqrt
+from math import asin, atan2, cos, dist, hypot, isfinite, log10, pi, sin, sqrt
 from random import Random
+from sys import float_info
 from typing import Any
 
 import msgspec
 
 from urdf2mbs.conversion import NOTHING_HEAVY, LinkFrame
+from urdf2mbs.diagnostics import Difference
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.spatial import Sym, Vec, fewest_turns
@@ -57,19 +59,6 @@ Inertia = tuple[float, Vec, Sym]
 HERE: Frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 ORIGIN: Vec = (0.0, 0.0, 0.0)
 X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
-
-class Difference(msgspec.Struct, omit_defaults=True):
-    """One thing that is not the same."""
-
-    kind: str
-    message: str
-    size: float = 1.0
-    """Relative, at most 1, and 1 where there is no measure."""
-    link: str | None = None
-    joint: str | None = None
-    urdf: Any = None
-    mbs: Any = None
 
 
 class Comparison(msgspec.Struct):
@@ -288,11 +277,15 @@ class _Comparing:
     def _differ(self, kind: str, message: str, size: float = 1.0, **more: Any) -> None:
         self.found.append(Difference(kind, message, min(size, 1.0), **more))
 
+    def _beyond(self, off: float) -> bool:
+        """Whether a deviation is a difference; so is one that is not a number."""
+        return not off <= self.tolerance
+
     def _gravity(self, gravity: Vec) -> None:
         own = self.mbs.base.gravity
-        off = _most(gravity, own) / (max(map(abs, (*gravity, *own))) or 1.0)
+        off = _most(gravity, own, max(map(abs, (*gravity, *own))) or 1.0)
         self.largest["gravity"] = off
-        if off > self.tolerance:
+        if self._beyond(off):
             told = f"gravity is {_short(own)}, and should be {_short(gravity)} m/s^2"
             self._differ("gravity", told, off, urdf=gravity, mbs=own)
 
@@ -421,12 +414,12 @@ class _Comparing:
             place = placed = _compose(_inverse(pair.their_before), pair.our_before)
         motion = 0.0 if hangs else pair.motion(place)
         plain = meant is not None or max(pair.inertia(place).values()) <= self.tolerance
-        if motion > self.tolerance or not plain:
+        if self._beyond(motion) or not plain:
             placed = _compose(_inverse(pair.their_before), pair.our_before)
             place = _settle(pair, placed, meant, self.tolerance)
             motion = 0.0 if hangs else pair.motion(place)
         self.largest["motion"] = max(self.largest["motion"], motion)
-        if motion > self.tolerance:
+        if self._beyond(motion):
             self._tell_motion(pair, placed, place, motion)
         return place
 
@@ -439,7 +432,7 @@ class _Comparing:
         a, b = _turned(pair.their_before, theirs.axis), _turned(pair.our_before, ours.axis)
         tilt = _angle(a, b)
         if off <= self.tolerance:
-            if tilt > self.tolerance:
+            if self._beyond(tilt):
                 back = _inverse(self.apart[ours.parent])
                 a, b = _turned(back, a), _turned(back, b)
                 told = f"its axis is {_short(a)} in the .mbs, and should be {_short(b)}"
@@ -461,7 +454,7 @@ class _Comparing:
         if left <= max(self.tolerance, 1e-3 * off):
             unit = "rad" if ours.turns else "m"
             told = f"joint '{name}': its zero is the URDF's {amount:.6g} {unit}"
-            if left > self.tolerance:
+            if self._beyond(left):
                 told += f", and link '{link}' is {_told(rest)}"
             self._differ("zero", told, off, urdf=0.0, mbs=amount, **where)
             return
@@ -469,7 +462,7 @@ class _Comparing:
         driven = self._driven_before(theirs.joint)
         if driven:
             told += f" (driven before it: {driven})"
-        if tilt > self.tolerance:
+        if self._beyond(tilt):
             told += f"; its axis is {tilt:.3g} rad off"
         self._differ("frame", told, off, **where)
 
@@ -490,11 +483,10 @@ class _Comparing:
     def _inertia(self, pair: _Pair, place: Frame) -> None:
         """Compare what a pair of groups weighs, where, and how it resists turning."""
         apart = pair.inertia(place)
-        worst = 0.0
         for kind, off in apart.items():
             self.largest[kind] = max(self.largest[kind], off)
-            worst = max(worst, off)
-        if worst <= self.tolerance:
+        most = max(apart.values())
+        if not self._beyond(most):
             return
         joint = pair.ours.joint
         link = self.robot.joints[joint].child
@@ -514,12 +506,12 @@ class _Comparing:
             if len(names) > 3:
                 who += f" and {len(names) - 3} more"
             for index, (kind, off) in enumerate(_apart(ours, theirs, pair.scale).items()):
-                if off > self.tolerance:
+                if self._beyond(off):
                     a, b = ours[index], theirs[index]
                     told = f"{who}: {kind} is {_short(b)} in the .mbs, and should be {_short(a)}"
                     self._differ(kind, told, off, link=names[0], joint=joint, urdf=a, mbs=b)
         if not lost and len(self.found) == before:  # only in sum, as where two were exchanged
-            self._differ("inertia", f"link '{link}': inertia", worst, link=link, joint=joint)
+            self._differ("inertia", f"link '{link}': inertia", most, link=link, joint=joint)
 
     def _lost(self, pair: _Pair) -> list[str]:
         """The links of a group whose mass is just what the .mbs has too little."""
@@ -578,7 +570,7 @@ class _Comparing:
             off = _distance(ours, theirs, self._scale(group))
             if off > self.largest["frame"]:
                 self.largest["frame"] = off
-            if off > self.tolerance:
+            if self._beyond(off):
                 told = _told(_compose(_inverse(ours), theirs))
                 self.elsewhere.append(
                     Difference("frame", f"link '{link}': its frame is {told}", off, link=link)
@@ -599,10 +591,10 @@ class _Comparing:
             for body, xyz in at.get((self.pairs[group], plain.get(link, "")), ()):
                 ours = _moved(self.apart[group], pose[9:])
                 theirs = _moved(self.two.frames[body or ""][1], xyz)
-                off = _most(ours, theirs) / self._scale(group)
-                if off > self.tolerance:
+                off = _most(ours, theirs, self._scale(group))
+                if self._beyond(off):
                     told = f"link '{link}': point '{plain[link]}' of body '{body}' is "
-                    told += f"{_most(ours, theirs):.3g} m off its frame"
+                    told += f"{dist(ours, theirs):.3g} m off its frame"
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
 
     def _scale(self, group: int) -> float:
@@ -628,7 +620,7 @@ def _settle(pair: _Pair, placed: Frame, meant: Frame | None, tolerance: float) -
     best = max(choice, key=agreement)
     slid = _slid(pair, _on_axis(pair, placed))
     # one thing that does not fit is itself wrong; if two do not, it is the place
-    misfits, others = (sum(off > tolerance for off in pair.misfits(at)) for at in (best, slid))
+    misfits, others = (sum(not off <= tolerance for off in pair.misfits(at)) for at in (best, slid))
     return slid if misfits - others >= 2 else best
 
 
@@ -718,9 +710,9 @@ def _apart(ours: Inertia, theirs: Inertia, scale: float) -> dict[str, float]:
     heaviest = max(abs(ours[0]), abs(theirs[0]))
     tensor = max(map(abs, (*ours[2], *theirs[2]))) + 1e-6 * heaviest * scale * scale
     return {
-        "mass": abs(ours[0] - theirs[0]) / (heaviest or 1.0),
-        "centre": _most(ours[1], theirs[1]) / scale if heaviest else 0.0,  # else it has none
-        "inertia": _most(ours[2], theirs[2]) / (tensor or 1.0),
+        "mass": _most(ours[:1], theirs[:1], heaviest or 1.0),
+        "centre": _most(ours[1], theirs[1], scale) if heaviest else 0.0,  # else it has none
+        "inertia": _most(ours[2], theirs[2], tensor or 1.0),
     }
 
 
@@ -954,12 +946,23 @@ def _between_axes(at: Frame, u: Vec, other: Frame, v: Vec, turns: bool, scale: f
     off = _most(a, b)
     if turns:
         d = (at[9] - other[9], at[10] - other[10], at[11] - other[11])
-        off = max(off, hypot(*_cross(d, b)) / scale)
+        off = worst((off, hypot(*_cross(d, b)) / scale))
     return off
 
 
-def _most(a: Iterable[float], b: Iterable[float]) -> float:
-    return max(abs(p - q) for p, q in zip(a, b, strict=True))
+def _most(a: Iterable[float], b: Iterable[float], scale: float = 1.0) -> float:
+    """The largest difference between two lists of numbers, relative to ``scale``."""
+    return worst(abs(p - q) / scale for p, q in zip(a, b, strict=True))
+
+
+def worst(offs: Iterable[float]) -> float:
+    """The largest of some deviations; the largest double if one is infinite or not a number.
+
+    ``max`` alone passes over what is not a number, or not, by where it stands.
+    """
+    offs = tuple(offs)
+    # no deviation is negative, so the sum is finite only if each of them is
+    return max(offs) if isfinite(sum(offs)) else float_info.max
 
 
 def _compose(a: Frame, b: Frame) -> Frame:
@@ -1017,12 +1020,12 @@ def _distance(a: Frame, b: Frame, scale: float) -> float:
     """How far two frames are apart: the larger of the turn (rad) and the shift over ``scale``."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
     b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
-    return max(
+    return worst((
         abs(a11 - b11), abs(a12 - b12), abs(a13 - b13),
         abs(a21 - b21), abs(a22 - b22), abs(a23 - b23),
         abs(a31 - b31), abs(a32 - b32), abs(a33 - b33),
         abs(ax - bx) / scale, abs(ay - by) / scale, abs(az - bz) / scale,
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def _seen(inertia: Inertia, frame: Frame) -> Inertia:

@@ -36,11 +36,6 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 def run(conversion, options):
     """Put points with external forces at the corners of the soles."""
-    if conversion.mbs.base.position is not None:
-        raise ConfigError(
-            "pass-order", "foot-contacts adds points, but the diagram is already laid out",
-            hint="put it after collect-anchors: 'after: {collect-anchors: foot-contacts}'",
-        )  # fmt: skip
     if options.down not in DIRECTIONS:
         raise ConfigError(
             "foot-contacts-down", f"foot-contacts: down is '{options.down}'",
@@ -120,4 +115,4 @@ def box_corners(link, down):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("foot-contacts", run, Options, needs=("robot", "bodies", "anchors"))]
+    return [Pass("foot-contacts", run, Options, needs=("robot", "bodies"), changes=("anchors",))]

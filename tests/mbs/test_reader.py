@@ -193,7 +193,7 @@ def test_files_that_are_no_mbs(data: bytes, code: str, line: int, words: str) ->
         ("</point>\n  </body>", "</point><point><pointname>p</pointname></point>\n  </body>",
          "name-doubled", 14, "'p'"),
         ("<bodyname>a</", "<bodyname>aa</", "parent-unknown", 18, "'aa'"),
-        ("<bodyname>a</", "<bodyname>b</", "parent-order", 18, "'b'"),
+        ("<bodyname>a</", "<bodyname>b</", "parent-unknown", 18, "'b'"),
         ("<bodyname>base</", "<bodyname>b</", "parent-order", 11, "'b'"),
         ("<parent><bodyname>a</bodyname><pointname>p</pointname></parent>", "", "parent-missing",
          16, "'b'"),
@@ -307,3 +307,10 @@ def test_mechanics_only_passes_over_graphics(shared: Path) -> None:
             part.position = None
             part.inner = {}
     assert mechanics.bodies == whole.bodies
+
+
+def test_a_body_that_is_its_own_parent() -> None:
+    data = write(Mbs("m", bodies=[Body("arm", joints=[Joint("j", "R1")])]))
+    own = data.replace(b"<bodyname>base</bodyname>", b"<bodyname>arm</bodyname>")
+    with pytest.raises(ConversionError, match="body 'arm' is its own parent"):
+        read(own, "m.mbs")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lxml import etree
 from mbs.models import everything, few, models
 
-from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor, Shape
+from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor, Shape
 from urdf2mbs.mbs.writer import write
 
 if TYPE_CHECKING:
@@ -398,3 +398,12 @@ def test_a_chain_of_ten_thousand() -> None:
     bodies = [Body("b0", joints=[Joint("j0", "R1")])]
     bodies += [Body(f"b{k}", f"b{k - 1}", None, [Joint(f"j{k}", "R1")]) for k in range(1, 10_000)]
     assert write(Mbs("m", bodies=bodies)).count(b"<bodyname>b9999</bodyname>") == 1
+
+
+def test_minus_zero_is_written_as_zero() -> None:
+    """Whichever of the two comes first: they are one number, and so one text."""
+    for first, second in ((-0.0, 0.0), (0.0, -0.0)):
+        body = Body("a", joints=[Joint("j", "R1", q=first)], com=(second, first, -0.0), mass=-0.0)
+        data = write(Mbs("m", base=Base(gravity=(first, -0.0, -9.81)), bodies=[body]))
+        assert b"-0.0" not in data
+        assert b"<q>0.0</q>" in data

@@ -20,6 +20,8 @@ from meshes import wrl
 from meshes.robot import convert, visual
 from meshes.samples import SAMPLES, TRIANGLES
 
+pytestmark = pytest.mark.any_python
+
 CHROMIUM = (
     shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 )

@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from proving import SOLID, chains, driven, joint, link, prove, robot
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.passes.align_frames import Options, _exchange, _Search
-from urdf2mbs.spatial import fewest_turns, from_rpy
+from urdf2mbs.passes.align_frames import Options, _across, _exchange, _Search
+from urdf2mbs.spatial import dot, fewest_turns, from_rpy, unit
 
 if TYPE_CHECKING:
     from evaluator import Array
@@ -248,3 +248,24 @@ def test_no_choice_of_frames_does_with_fewer(seed: int) -> None:
     text = tree(Random(seed), 4)
     found = driven(prove(text, base="fixed"))
     assert found <= exhaustive(text)
+
+
+@pytest.mark.parametrize("off", [1e-11, 1e-9, 1e-6, 1e-3, 1.0])
+def test_what_is_across_an_axis_is_so_to_the_last_digit(off: float) -> None:
+    """However nearly along it lies: the rounding of the first subtraction is as large as it."""
+    axis = unit((1.0, 2.0, 3.0))
+    aside = unit((3.0, -3.0, 1.0))
+    x, y, z = (a + off * b for a, b in zip(axis, aside, strict=True))
+    across = _across((x, y, z), axis, 1e-12)
+    assert across is not None
+    assert abs(dot(across, axis)) <= 3e-16
+
+
+@pytest.mark.parametrize("axis", ["0 1 1", "1 2 3", "0 0 -1"])
+def test_a_frame_in_the_middle_of_a_chain_stays_known(axis: str) -> None:
+    text = robot(
+        link("world"), link("middle"), link("tip", SOLID),
+        joint("world", "middle", axis=axis, rpy="0.1 0.2 0.3"),
+        joint("middle", "tip", axis="3 -1 2", rpy="0.3 0.2 0.1"),
+    )  # fmt: skip
+    assert prove(text).frames["middle"].joint == "world_to_middle"

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from evaluator import rotation
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import GREY, Shape
@@ -53,3 +55,30 @@ def test_the_sizes_are_full_lengths(tmp_path: Path) -> None:
     sphere, box = convert(robot).mbs.bodies[0].shapes
     assert (sphere.kind, sphere.radius) == ("sphere", 0.1)
     assert (box.kind, box.size) == ("box", (1.0, 2.0, 3.0))
+
+
+def visuals(folder: Path, *elements: str) -> list[Shape]:
+    robot = folder / "robot.urdf"
+    inside = "".join(f"<visual>{element}</visual>" for element in elements)
+    robot.write_text(
+        ROBOT.format(material="").replace('<visual name="shown">', inside + "<visual>")
+    )
+    return convert(robot).mbs.bodies[0].shapes[: len(elements)]
+
+
+def test_a_cylinders_axis_is_turned_first_and_then_the_visual(tmp_path: Path) -> None:
+    cylinder = '<origin rpy="0.3 -0.2 0.1"/><geometry><cylinder radius="1" length="2"/></geometry>'
+    (found,) = visuals(tmp_path, cylinder)
+    a, b, c = found.rotation
+    turn = rotation((1, 0, 0), a) @ rotation((0, 1, 0), b) @ rotation((0, 0, 1), c)
+    given = rotation((0, 0, 1), 0.1) @ rotation((0, 1, 0), -0.2) @ rotation((1, 0, 0), 0.3)
+    np.testing.assert_allclose(turn @ (0, 1, 0), given @ (0, 0, 1), atol=1e-15)
+    assert (found.radius, found.height) == (1.0, 2.0)
+
+
+def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
+    """They would be one file on some systems."""
+    meshes = [f'<geometry><mesh filename="{name}"/></geometry>'
+              for name in ("a.stl", "b/A.STL", "b/a.dae", "a.stl")]  # fmt: skip
+    found = [shape.url.rpartition("/")[2] for shape in visuals(tmp_path, *meshes)]
+    assert found == ["a.wrl", "A_2.wrl", "a_3.wrl", "a.wrl"]

@@ -129,9 +129,9 @@ def test_collision_geometry_comes_first() -> None:
     )
     both, seen = estimated(visual, collision), estimated(visual)
     assert inertia_of(both).mass == pytest.approx(2000)
-    assert both.report["estimate-inertia"]["links"]["a"]["from"] == "collision geometry"
+    assert both.report.passes["estimate-inertia"]["links"]["a"]["from"] == "collision geometry"
     assert inertia_of(seen).mass == pytest.approx(1000)
-    assert seen.report["estimate-inertia"]["links"]["a"]["from"] == "visual geometry"
+    assert seen.report.passes["estimate-inertia"]["links"]["a"]["from"] == "visual geometry"
 
 
 def test_what_has_an_inertia_keeps_it_and_what_has_no_shape_gets_none() -> None:
@@ -141,7 +141,7 @@ def test_what_has_an_inertia_keeps_it_and_what_has_no_shape_gets_none() -> None:
     assert result.robot.links["a"].inertial.mass == 2.0
     assert result.robot.links["b"].inertial is None
     assert inertia_of(result, "c").mass == pytest.approx(1000)
-    assert list(result.report["estimate-inertia"]["links"]) == ["c"]
+    assert list(result.report.passes["estimate-inertia"]["links"]) == ["c"]
 
 
 def test_a_total_mass_is_shared_out_by_volume() -> None:
@@ -149,7 +149,7 @@ def test_a_total_mass_is_shared_out_by_volume() -> None:
     more = link("b", large) + joint("a", "b") + link("c", SOLID) + joint("a", "c")
     result = estimated(small, more=more, total_mass=10)
     assert [result.robot.links[name].inertial.mass for name in "abc"] == pytest.approx([2, 6, 2])
-    assert result.report["estimate-inertia"]["density"] == pytest.approx(2.0)
+    assert result.report.passes["estimate-inertia"]["density"] == pytest.approx(2.0)
 
 
 def test_each_link_is_named_in_a_warning() -> None:
@@ -167,8 +167,8 @@ def test_off_by_default(pipeline: str) -> None:
         link("a", SOLID), link("b", shape("collision", '<box size="1 1 1"/>')), joint("a", "b")
     )
     result = convert_text(text, pipeline=pipeline)
-    assert result.report["mass"] == 2.0
-    assert "estimate-inertia" not in result.report
+    assert result.report.mass == 2.0
+    assert "estimate-inertia" not in result.report.passes
 
 
 @pytest.mark.parametrize(
@@ -236,7 +236,7 @@ def of_mesh(folder: Path, triangles: Array, scale: str = "1 1 1") -> tuple[Inert
         pipeline=["expand", "estimate-inertia"],
         options={"estimate-inertia": {"density": 1000}},
     )
-    return inertia_of(result), result.report["estimate-inertia"]["links"]["a"]["from"]
+    return inertia_of(result), result.report.passes["estimate-inertia"]["links"]["a"]["from"]
 
 
 #: 1000 kg/m^3, 0.2 x 0.3 x 0.5 m; STL holds single precision.
@@ -350,8 +350,8 @@ def test_arms_without_any_inertia_convert(name: str, pipeline: str, shared: Path
     result = ROBOTS[name].convert(
         base="fixed", pipeline=pipeline, options={"estimate-inertia": {"total_mass": 380}}
     )
-    assert result.report["check"]["same"]
-    estimates = result.report["estimate-inertia"]["links"]
+    assert result.report.proof.same
+    estimates = result.report.passes["estimate-inertia"]["links"]
     assert sum(one["mass"] for one in estimates.values()) == pytest.approx(380)
     moving = {joint.child for joint in result.robot.joints.values() if joint.moves}
     assert estimates.keys() >= {name for name in moving if result.robot.links[name].visuals}

@@ -56,7 +56,7 @@ def test_a_lumped_frame_is_a_point_under_its_name_and_its_turn_is_reported() -> 
     assert [point.name for point in body.points] == ["b", "c"]
     assert body.points[0].coordinates == result.frames["b"].pose.xyz
     assert result.frames["c"].body == "a"
-    assert result.report["frames"]["c"]["rotation"] == result.frames["c"].pose.rot
+    assert result.report.frames["c"].pose.rot == result.frames["c"].pose.rot
     turned = [d for d in result.diagnostics if d.code == "point-without-rotation"]
     assert "b, c" in turned[0].message
     # two boxes moved along with their links
@@ -89,7 +89,7 @@ def test_what_is_fixed_to_the_ground_becomes_ground() -> None:
 def test_where_nothing_moves_one_body_stays(count: int) -> None:
     result = row("f" * count)
     assert chains(result) == {"a": ["t3"]}
-    assert result.report["mass"] == pytest.approx(2.0 * count)
+    assert result.report.mass == pytest.approx(2.0 * count)
     assert not [d for d in result.diagnostics if d.code == "ground-mass"]
     Evaluator(result.data)
 
@@ -158,3 +158,14 @@ def test_massless_frames_between_moving_joints() -> None:
     assert joints == ["world_to_one", "world_to_one", "two_to_three"]
     turn = np.array(result.frames["two"].pose.rot).reshape(3, 3)
     assert not np.allclose(turn, np.array(result.frames["one"].pose.rot).reshape(3, 3))
+
+
+def test_what_stands_on_a_body_whose_last_joint_is_lumped() -> None:
+    """A massless link hands its joint on over a fixed one that only turns."""
+    text = robot(
+        link("world"), link("wrist"), link("hand", SOLID), link("finger", SOLID),
+        joint("world", "wrist", rpy="0.1 0.2 0.3"),
+        joint("wrist", "hand", "fixed", rpy="0.3 0.2 0.1"),
+        joint("hand", "finger", xyz="1 2 3", axis="0 1 0"),
+    )  # fmt: skip
+    prove(text)

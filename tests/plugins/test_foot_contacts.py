@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from importlib import metadata
 from math import cos, sin
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.mbs.model import Body, Point
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.plugins import Plugins
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -135,7 +137,7 @@ def test_a_link_without_a_body_is_an_error() -> None:
 
 
 def test_too_late_is_an_error() -> None:
-    with pytest.raises(ConfigError, match="already laid out"):
+    with pytest.raises(ConfigError, match=r"'layout' made from 'anchors'.*'foot-contacts' changed"):
         run_pass("foot-contacts", after="layout", options={"links": ["hand"]})
 
 
@@ -147,12 +149,12 @@ def test_the_biped_from_the_command_line(tmp_path: Path, capsys: Any) -> None:
     ]  # fmt: skip
     assert main(command) == 0
     report = json.loads(capsys.readouterr().out)
-    assert list(report["foot-contacts"]) == ["left_foot", "right_foot"]
+    assert list(report["passes"]["foot-contacts"]) == ["left_foot", "right_foot"]
     names = {p.name for b in read(output.read_bytes(), "").bodies for p in b.points}
-    told = [p["name"] for points in report["foot-contacts"].values() for p in points]
+    told = [p["name"] for points in report["passes"]["foot-contacts"].values() for p in points]
     assert len(told) == 8
     assert names.issuperset(told)
-    assert report["check"]["same"] is True
+    assert report["proof"]["same"] is True
 
 
 def test_explain_says_which_package(tmp_path: Path, capsys: Any) -> None:
@@ -177,11 +179,60 @@ def test_an_installed_plugin_that_is_broken_names_its_package(tmp_path: Path, ca
     module = tmp_path / "site-packages" / "urdf2mbs_foot_contacts.py"
     for text in ("import nosuch\n", "import sys\nsys.exit()\n"):
         module.write_text(text + "#" * len(text) * 7)
-        assert main(["passes"]) == 2
+        assert main(["passes"]) == 0
         err = capsys.readouterr().err
         assert (
-            "installed plugin 'foot-contacts' (package urdf2mbs-foot-contacts 0.1.0) cannot be"
+            "warning[plugin-broken]: the installed plugin 'foot-contacts' "
+            "(package urdf2mbs-foot-contacts 0.1.0) is left out: it cannot be loaded"
         ) in err
         assert "--no-plugins" in err
         assert main(["passes", "--no-plugins"]) == 0
-        capsys.readouterr()
+        assert capsys.readouterr().err == ""
+        sys.modules.pop("urdf2mbs_foot_contacts", None)
+
+
+HOOK = "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import nosuch\n",
+        "",
+        HOOK + "@hookimpl\ndef urdf2mbs_pass(): pass\n",
+        HOOK + "@hookimpl\ndef urdf2mbs_passes(): 1 / 0\n",
+        HOOK + "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', print), Pass('', print)]\n",
+    ],
+)
+def test_a_broken_installed_plugin_blocks_nothing(
+    text: str, tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delitem(sys.modules, "urdf2mbs_foot_contacts", raising=False)
+    (tmp_path / "site-packages" / "urdf2mbs_foot_contacts.py").write_text(text)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    config = tmp_path / "c.yaml"
+    config.write_text("source: tiny.urdf\n")
+    for command in ("run", "explain"):
+        assert main([command, str(config)]) == 0
+        err = capsys.readouterr().err
+        assert err.count("warning[plugin-broken]: the installed plugin 'foot-contacts'") == 1
+    assert set(Plugins().passes) == set(Plugins(installed=False).passes)
+    assert [found.code for found in convert_text().diagnostics].count("plugin-broken") == 1
+    # what the config asks of it is an error, which says why
+    config.write_text("source: tiny.urdf\nafter: {expand: foot-contacts}\n")
+    assert main(["run", str(config)]) == 2
+    err = capsys.readouterr().err
+    assert "error[unknown-pass]: there is no pass 'foot-contacts'" in err
+    assert "the installed plugin 'foot-contacts' (package urdf2mbs-foot-contacts 0.1.0)" in err
+
+
+def test_installed_plugins_are_looked_up_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    Plugins()
+    calls: list[str] = []
+    monkeypatch.setattr(metadata, "entry_points", lambda **_: calls.append("entry points"))
+    monkeypatch.setattr(metadata, "version", lambda _: calls.append("version"))
+    monkeypatch.setattr(
+        metadata.Distribution, "metadata", property(lambda _: calls.append("metadata"))
+    )
+    Plugins()
+    assert calls == []

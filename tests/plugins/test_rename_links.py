@@ -38,8 +38,8 @@ def test_only_names_change() -> None:
     assert [(m, c, i) for m, c, i, _ in numbers] == [
         (body.mass, body.com, body.inertia) for body in plain.mbs.bodies
     ]
-    assert result.report["rename-links"]["joints"] == {}
-    assert result.report["rename-links"]["links"]["arm"] == "x_ax_rx_mx_"
+    assert result.report.passes["rename-links"]["joints"] == {}
+    assert result.report.passes["rename-links"]["links"]["arm"] == "x_ax_rx_mx_"
 
 
 REFERENCES = """

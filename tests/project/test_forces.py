@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
 
+from urdf2mbs.config import Lines, preset
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
@@ -292,3 +293,12 @@ def test_wrenches_and_springs(tmp_path: Path) -> None:
         pull = user["user_LinkForces"].user_LinkForces(rest + 0.02, 0.1, data, 0.0, 1)
         assert pull == pytest.approx(100 * 0.02 + 5 * 0.1)
         assert user["user_LinkForces"].user_LinkForces(1.0, 0.0, data, 0.0, 9) == 0.0
+
+
+@pytest.mark.parametrize("name", ["contacts", "sensors", "loops", "forces"])
+def test_points_that_come_after_the_diagram_are_an_error(name: str) -> None:
+    pipeline = [one for one in preset("faithful", Lines())[0] if one != name]
+    with pytest.raises(ConfigError) as caught:
+        convert_text(pipeline=pipeline, after={"layout": name})
+    assert caught.value.code == "stale"
+    assert name in caught.value.message

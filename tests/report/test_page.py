@@ -14,7 +14,7 @@ from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs import page
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, Difference
 from urdf2mbs.page import make
 from urdf2mbs.testing import TINY
 
@@ -114,16 +114,15 @@ def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
     html = Html(make(conversion).data)
     assert "the same robot" in html.visible
-    for kind in conversion.report["check"]["largest"]:
+    assert conversion.proof is not None
+    for kind in conversion.proof.largest:
         assert kind in html.visible
-    conversion.report["check"]["same"] = False
-    conversion.report["check"]["differences"] = [
-        {"kind": "mass", "message": "link 'arm': mass is 2 <kg>", "size": 3.0}
-    ]
+    conversion.proof.same = False
+    conversion.proof.differences = [Difference("mass", "link 'arm': mass is 2 <kg>")]
     html = Html(make(conversion).data)
     assert "NOT the same robot" in html.visible
     assert "mass is 2 <kg>" in html.visible
-    del conversion.report["check"]
+    conversion.proof = None
     assert "not checked" in Html(make(conversion).data).visible
 
 

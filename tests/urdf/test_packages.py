@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from urdf2mbs.diagnostics import ConfigError, ConversionError
-from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.packages import Packages, workspace
+from urdf2mbs.urdf.xacro import expand
 
 
 @pytest.fixture(autouse=True)
@@ -38,24 +40,94 @@ def test_the_table_comes_first(tmp_path: Path) -> None:
     assert packages.find("arm") == mine
 
 
+@pytest.mark.parametrize("mark", [".git", ".colcon", ".catkin_workspace"])
 @pytest.mark.parametrize(
     ("folder", "name"),
     [
         ("ws/arm", "arm"),  # the source's own package
         ("ws/checkout", "arm"),  # which may be in a folder of another name
         ("ws/hand", "hand"),  # a sibling
+        ("ws/other", "hand"),  # a sibling in a folder of another name
         ("ws/stack/hand", "hand"),  # one in a stack beside
+        ("ws/stack/deep/other", "hand"),
+        ("ws/arm/inner/other", "hand"),  # one inside
         ("hand", "hand"),  # one further up
     ],
 )
-def test_walking_up(tmp_path: Path, folder: str, name: str) -> None:
+def test_a_workspace(tmp_path: Path, folder: str, name: str, mark: str) -> None:
+    (tmp_path / mark).mkdir()
     there = package(tmp_path / folder, name)
     below = tmp_path / "ws" / ("checkout" if folder == "ws/checkout" else "arm")
     packages = Packages({}, source(below / "urdf" / "arms"))
     assert packages.find(name) == there
 
 
+@pytest.mark.parametrize("folder", ["src/hand", "src/other", "src/stack/other"])
+def test_src_of_a_workspace_that_was_never_built(tmp_path: Path, folder: str) -> None:
+    package(tmp_path / "src" / "arm")
+    there = package(tmp_path / folder, "hand")
+    package(tmp_path / "hand")
+    packages = Packages({}, source(tmp_path / "src" / "arm" / "urdf"))
+    assert workspace(packages.source) == tmp_path / "src"
+    assert packages.find("hand") == there
+
+
+@pytest.mark.parametrize("folder", ["hand", "stranger/hand", "ws/hand"])
+@pytest.mark.parametrize("mark", [".git", "package.xml", None])
+def test_a_package_beside_the_workspace_holds_no_code_for_us(
+    tmp_path: Path, folder: str, mark: str | None
+) -> None:
+    if (folder, mark) == ("ws/hand", "package.xml"):
+        folder = "ws/stack/hand"  # directly beside, it belongs to it
+    robot = source(tmp_path / "ws" / "arm" / "urdf")
+    if mark is not None:
+        (tmp_path / "ws" / "arm" / mark).touch()
+    stranger = package(tmp_path / folder)
+    (stranger / "m.stl").touch()
+    packages = Packages({}, robot)
+    with pytest.raises(ConversionError) as caught:
+        packages.find("hand")
+    assert str(packages.root) in caught.value.message
+    assert f"--package hand={stranger}" in (caught.value.hint or "")
+    # a mesh is data
+    assert packages.resolve("package://hand/m.stl") == stranger / "m.stl"
+
+
+@pytest.mark.parametrize("name", ["hand", "other"])
+def test_packages_side_by_side(tmp_path: Path, name: str) -> None:
+    """As in an archive: no checkout, no workspace."""
+    arm = package(tmp_path / "arm")
+    hand = package(tmp_path / name, "hand")
+    assert Packages({}, source(arm / "urdf")).find("hand") == hand
+    if os.name == "posix":
+        tmp_path.chmod(0o1777)  # anybody may put a package there
+        with pytest.raises(ConversionError):
+            Packages({}, source(arm / "urdf")).find("hand")
+
+
+def test_a_stranger_is_not_expanded(tmp_path: Path) -> None:
+    arm = package(tmp_path / "home" / "arm")
+    (package(tmp_path / "stranger" / "hand") / "hand.xacro").write_text("<robot>${1/0}</robot>")
+    robot = arm / "arm.urdf.xacro"
+    robot.write_text(
+        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:include filename="$(find hand)/hand.xacro"/><link name="l"/></robot>'
+    )
+    with pytest.raises(ConversionError) as caught:
+        expand(robot, Packages({}, robot), {})
+    assert caught.value.code == "package-not-found"
+
+
+def test_a_home_under_git_is_no_workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    (tmp_path / ".git").mkdir()
+    arm = package(tmp_path / "robots" / "arm")
+    assert workspace(source(arm / "urdf")) == arm
+
+
 def test_a_folder_of_that_name_is_not_enough_where_there_is_a_package(tmp_path: Path) -> None:
+    (tmp_path / ".git").touch()
     (tmp_path / "ws" / "arm" / "hand").mkdir(parents=True)
     there = package(tmp_path / "ws" / "hand")
     assert Packages({}, source(tmp_path / "ws" / "arm" / "urdf")).find("hand") == there
@@ -68,8 +140,9 @@ def test_without_any_package_xml(tmp_path: Path) -> None:
     (tmp_path / "iCub" / "iCub").mkdir()
     assert packages.find("iCub") == tmp_path / "iCub"
     assert packages.find("robots") == tmp_path / "iCub" / "robots"
-    (tmp_path / "meshes").mkdir()
-    assert packages.find("meshes") == tmp_path / "meshes"
+    meshes = tmp_path / "iCub" / "robots" / "v2" / "meshes"
+    meshes.mkdir()
+    assert packages.find("meshes") == meshes
 
 
 def test_the_ros_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -137,6 +210,8 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         "model://arm/meshes/a b.stl",
         f"file://{mesh}",
         f"file:{mesh}",
+        f"file://localhost{mesh}",
+        f"FILE://LocalHost{mesh}",
         f"file://{mesh}".replace(" ", "%20"),
         str(mesh),
         "../meshes/a b.stl",
@@ -145,10 +220,14 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         assert found is not None, filename
         assert found.samefile(mesh)
         assert packages.looked(filename) == [str(found)]
+    for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
+        (looked,) = packages.looked(drive)
+        assert not looked.startswith(("/C:", "/c:")), looked
+        assert looked.endswith((":/a b.stl", ":/a.stl"))
     for filename in (
         "package://arm/meshes",
         "package://arm/meshes/c.stl",
-        "package://hand/m.stl",
+        "package://nobody_has_it/m.stl",
         "package://",
         "http://host/m.stl",
         "m.stl",
@@ -158,5 +237,5 @@ def test_files_of_meshes(tmp_path: Path) -> None:
     ):
         assert packages.resolve(filename) is None
         assert packages.looked(filename)
-    assert any("hand" in place for place in packages.looked("package://hand/m.stl"))
+    assert any("nobody_has_it" in p for p in packages.looked("package://nobody_has_it/m.stl"))
     assert packages.looked("package://arm/c.stl") == [str(arm / "c.stl")]

@@ -795,8 +795,23 @@ def test_loops_and_roots_among_ten_thousand_links() -> None:
         assert len(caught.value.message) < 500
 
 
-def test_lines_that_libxml2_cannot_tell_are_not_given() -> None:
-    text = '<robot name="r">\n<link name="a"/>' + "\n" * 70_000 + "<link/><link/></robot>"
+@pytest.mark.parametrize("first", [65_533, 65_534, 65_535, 65_536, 70_000])
+@pytest.mark.parametrize("end", ["</robot>", "\n\n</robot>", "<link/></robot>"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_lines_that_libxml2_cannot_tell(first: int, end: str, encoding: str) -> None:
+    text = '<robot name="r">' + "\n" * (first - 1) + '<link name="a"/><!-- -->\n\n<link/>' + end
     with pytest.raises(ConversionError) as caught:
-        parse(text.encode(), "r")
-    assert (caught.value.code, caught.value.line) == ("name-missing", None)
+        parse(text.encode(encoding), "r")
+    assert (caught.value.code, caught.value.line) == ("name-missing", first + 2)
+
+
+def test_every_line_of_a_long_file() -> None:
+    count = 66_000
+    links = "".join(f'<link name="l{n}"/>\n' for n in range(2, count))
+    joints = "".join(
+        f'<joint name="j{n}" type="fixed"><parent link="l2"/><child link="l{n}"/></joint>\n'
+        for n in range(3, count)
+    )
+    robot, _ = parse(f'<robot name="r">\n{links}{joints}</robot>'.encode(), "r")
+    assert all(link.line == int(link.name[1:]) for link in robot.links.values())
+    assert [joint.line for joint in robot.joints.values()] == [*range(count, 2 * count - 3)]

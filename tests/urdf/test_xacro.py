@@ -6,6 +6,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import pytest
 import xacro
@@ -15,7 +16,7 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import read_robot
-from urdf2mbs.urdf.xacro import Expansion, expand
+from urdf2mbs.urdf.xacro import Expansion, _lock, expand
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 
@@ -419,3 +420,26 @@ def test_two_at_once(tmp_path: Path) -> None:
     finally:
         sys.setswitchinterval(interval)
     assert found == {name: [[f"{name}_{name}"]] * 20 for name in found}
+
+
+def test_only_one_thread_expands_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """xacro keeps what it is at in its module."""
+    free: list[bool] = []
+    real = xacro.process_file
+
+    def try_to_enter() -> None:
+        free.append(_lock.acquire(blocking=False))
+
+    def process(*args: Any, **more: Any) -> Any:
+        other = threading.Thread(target=try_to_enter)
+        other.start()
+        other.join()
+        return real(*args, **more)
+
+    monkeypatch.setattr(xacro, "process_file", process)
+    source = tmp_path / "r.xacro"
+    source.write_text('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"/>')
+    expand(source, Packages({}, source), {})
+    assert free == [False]
+    assert _lock.acquire(blocking=False)
+    _lock.release()

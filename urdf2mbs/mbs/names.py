@@ -1,18 +1,28 @@
 """Names that Robotran can work with.
 
 The C code that is generated for a project uses the names of the file, so they must be
-identifiers: a letter first, then letters, digits and ``_``.  Bodies, joints, sensors and
-external forces share one name space; points have one per body.  Robotran drops duplicates
-in silence.
+identifiers: a letter first, then letters, digits and ``_``.  Bodies, joints, sensors, external
+forces, cuts and links share one name space; points have one per body, parameters one per user
+model; user constraints, user models and user variables have one each.  Robotran drops
+duplicates in silence.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from typing import Any
 
-from urdf2mbs.mbs.model import BASE, ORIGIN, Mbs, Sensor
+from urdf2mbs.diagnostics import ConversionError, nearest
+from urdf2mbs.mbs.model import (
+    BASE,
+    ORIGIN,
+    Connection,
+    Mbs,
+    Sensor,
+    UserConstraint,
+    UserModel,
+    UserVariable,
+)
 
 C_KEYWORDS = frozenset([
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else",
@@ -39,8 +49,9 @@ def identifiers(names: Sequence[str], reserved: Iterable[str] = (), suffix: str 
 def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     """Give everything in ``mbs`` its final name, in place, and mend what refers to it.
 
-    Joints take their names before sensors and external forces, these before bodies: where
-    a joint and a body are both called ``hip``, the body becomes ``hip_body``.
+    Joints take their names before sensors and external forces, these before cuts and links, and
+    these before bodies: where a joint and a body are both called ``hip``, the body becomes
+    ``hip_body``.  A user model's parameter that is called as a joint keeps to that joint's name.
 
     Returns the bodies' and the joints' new names by their old ones.
     """
@@ -55,6 +66,8 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
         *((joint.name, "_joint") for joint in joints),
         *((sensor.name, "_sensor") for sensor in sensors),
         *((force.name, "_force") for force in forces),
+        *((connection.name, "_cut") for connection in mbs.cuts),
+        *((connection.name, "_link") for connection in mbs.links),
         *((body.name, "_body") for body in mbs.bodies),
     ]
     final = iter(_assign(named, (BASE, ORIGIN, mbs.base.name)))
@@ -64,9 +77,9 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
         name = next(final)
         joint_names.setdefault(joint.name, name)
         joint.name = name
-    sensor: Sensor
-    for sensor in (*sensors, *forces):
-        sensor.name = next(final)
+    named_things: tuple[Sensor | Connection, ...] = (*sensors, *forces, *mbs.cuts, *mbs.links)
+    for thing in named_things:
+        thing.name = next(final)
     body_names = {body.name: next(final) for body in mbs.bodies}
     for body in mbs.bodies:
         body.name = body_names[body.name]
@@ -76,20 +89,43 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
         for end in ("endpoint1", "endpoint2"):
             body_name, point_name = getattr(connection, end)
             if body_name is not None:
-                setattr(connection, end, (body_names[body_name], point_name))
+                who = f"{connection.kind} '{connection.name}'"
+                new = _new(body_names, body_name, "body", who)
+                setattr(connection, end, (new, point_name))
     for constraint in mbs.user_constraints:
-        constraint.joints = tuple(joint_names[name] for name in constraint.joints)
-    kinds: list[Sequence[Any]] = [mbs.cuts, mbs.links, mbs.user_constraints, mbs.user_models]
-    for listed in kinds:
-        # each kind has a name space of its own
-        for thing, name in zip(listed, identifiers([thing.name for thing in listed]), strict=True):
-            thing.name = name
-    for model in mbs.user_models:
-        # a parameter that is called as a joint is that joint's
-        old = [joint_names.get(parameter.name, parameter.name) for parameter in model.parameters]
-        for parameter, name in zip(model.parameters, identifiers(old), strict=True):
-            parameter.name = name
+        who = f"user constraint '{constraint.name}'"
+        constraint.joints = tuple(
+            _new(joint_names, name, "joint", who) for name in constraint.joints
+        )
+    _rename_user_elements(mbs, joint_names)
     return body_names, joint_names
+
+
+def _rename_user_elements(mbs: Mbs, joint_names: dict[str, str]) -> None:
+    kinds: tuple[tuple[Sequence[UserConstraint | UserModel | UserVariable], str], ...] = (
+        (mbs.user_constraints, "_constraint"),
+        (mbs.user_models, "_model"),
+        (mbs.user_variables, "_variable"),
+    )
+    for elements, suffix in kinds:
+        names = identifiers([element.name for element in elements], (), suffix)
+        for element, name in zip(elements, names, strict=True):
+            element.name = name
+    for model in mbs.user_models:
+        wanted = [joint_names.get(parameter.name, parameter.name) for parameter in model.parameters]
+        names = identifiers(wanted, (), "_parameter")
+        for parameter, name in zip(model.parameters, names, strict=True):
+            parameter.name = name
+
+
+def _new(names: dict[str, str], name: str, kind: str, who: str) -> str:
+    """The new name of what somebody refers to; raises ConversionError if there is none such."""
+    if name not in names:
+        raise ConversionError(
+            "name-unknown", f"{who} refers to {kind} '{name}', and the .mbs has none such",
+            hint=nearest(name, names),
+        )  # fmt: skip
+    return names[name]
 
 
 def _rename_points(mbs: Mbs) -> None:
@@ -107,7 +143,15 @@ def _rename_points(mbs: Mbs) -> None:
         body.point = final.get((body.parent, body.point))
     for connection in (*mbs.cuts, *mbs.links):
         for end in ("endpoint1", "endpoint2"):
-            body_name, _ = key = getattr(connection, end)
+            body_name, point_name = key = getattr(connection, end)
+            if point_name is not None and key not in final:
+                raise ConversionError(
+                    "name-unknown",
+                    f"{connection.kind} '{connection.name}' refers to point '{point_name}' of "
+                    f"{'the base' if body_name is None else f'body {body_name!r}'}, which has "
+                    "none such",
+                    hint=nearest(point_name, [p for b, p in final if b == body_name and p]),
+                )
             setattr(connection, end, (body_name, final.get(key)))
 
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import re
 from functools import cache
+from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
 
+from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.mbs.model import (
     BASE,
@@ -144,7 +146,7 @@ def _parse(data: bytes, file: str) -> _Element:
         remove_blank_text=True, remove_comments=True, remove_pis=True,
     )  # fmt: skip
     try:
-        root = etree.fromstring(data, parser)
+        root: _Element = xml_lines.parse(data, parser)
     except etree.XMLSyntaxError as error:
         raise ConversionError(
             "not-xml", f"this is not XML: {error.msg}", file=file, line=error.lineno or 1,
@@ -269,10 +271,9 @@ class _Reader:
     def parent(self, element: _Element, kids: Children, name: str) -> tuple[str | None, str | None]:
         if "parent" not in kids:
             self.fail(element, "parent-missing", f"body '{name}' has no <parent>")
-        parent, point = self.place(kids["parent"], f"the parent of body '{name}'")
-        if parent == name:
+        if _text(kids["parent"].find("bodyname")) == name:
             self.fail(kids["parent"], "parent-unknown", f"body '{name}' is its own parent")
-        return parent, point
+        return self.place(kids["parent"], f"the parent of body '{name}'")
 
     def place(self, element: _Element, what: str) -> tuple[str | None, str | None]:
         """A body and one of its points, both known by now."""
@@ -605,7 +606,13 @@ class _Reader:
                     element, "number-invalid", f"'{text or ''}' in <{element.tag}> is no number",
                     "write it as 0.5 or 5e-1",
                 )  # fmt: skip
-            value = self.numbers[text] = float(text)
+            value = float(text)
+            if isinf(value):
+                self.fail(
+                    element, "number-invalid", f"'{text}' in <{element.tag}> is too large",
+                    "a double goes up to 1.8e308",
+                )  # fmt: skip
+            self.numbers[text] = value
         return value
 
     def name(self, element: _Element, kids: Children, tag: str, kind: str) -> str:

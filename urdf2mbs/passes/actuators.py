@@ -55,7 +55,7 @@ def _from_urdf(conversion: Conversion) -> set[str]:
             commanded = joint.find("command_interface") is not None
             if (commanded or extension.tag == "transmission") and joint.get("name"):
                 found.add(str(joint.get("name")))
-                extension.used = True
+                conversion.simulation.used.append(extension)
     return found
 
 

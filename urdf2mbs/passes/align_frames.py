@@ -440,4 +440,4 @@ def _exchange(rot: Rot, by: int) -> Rot:
     return rot
 
 
-PASS = Pass("align-frames", run, Options, needs=("bodies",), gives=("aligned",))
+PASS = Pass("align-frames", run, Options, changes=("bodies",))

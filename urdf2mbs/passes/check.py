@@ -8,17 +8,24 @@ of every rigid group.  A file that differs never takes the place of a good one.
 
 from __future__ import annotations
 
+from math import isfinite
+
 import msgspec
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, Proof
+from urdf2mbs.diagnostics import Difference
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.verify import TOLERANCE, Difference, compare
+from urdf2mbs.verify import TOLERANCE, compare
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     tolerance: float = TOLERANCE
     """The largest deviation that is no difference, relative to the robot's size or inertia."""
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.tolerance) and self.tolerance > 0.0):
+            raise ValueError(f"{self.tolerance} is no tolerance: such as {TOLERANCE}")
 
 
 def run(conversion: Conversion, options: Options) -> None:
@@ -32,25 +39,32 @@ def run(conversion: Conversion, options: Options) -> None:
         gravity=conversion.settings.gravity,
         tolerance=options.tolerance,
     )
+    undeclared = [
+        Difference("changed", f"{one}, and does not say so by changes=('robot',)")
+        for one in conversion.changed
+        if not one.declared
+    ]
     lost = [
         Difference("frame-lost", f"link '{link}' has no place in the .mbs", link=link)
         for link in conversion.robot.links
         if link not in conversion.frames
     ]
     differences = sorted(
-        lost + comparison.differences + comparison.frames, key=lambda difference: -difference.size
+        undeclared + lost + comparison.differences + comparison.frames,
+        key=lambda difference: -difference.size,
     )
-    conversion.report["check"] = {
-        "same": not differences,
-        "positions": comparison.positions,
-        "groups": comparison.groups,
-        "largest": comparison.largest,
-        "differences": [msgspec.to_builtins(difference) for difference in differences],
-        "not_compared": conversion.frozen,
-    }
+    conversion.proven = conversion.files[output]
+    conversion.proof = Proof(
+        not differences,
+        comparison.positions,
+        comparison.groups,
+        comparison.largest,
+        differences,
+        dict(conversion.frozen),
+    )
     if differences:
         conversion.rejected = output.with_suffix(".rejected.mbs")
         conversion.files[conversion.rejected] = conversion.files.pop(output)
 
 
-PASS = Pass("check", run, Options, needs=("robot", "mbs-file"), gives=("proof",))
+PASS = Pass("check", run, Options, needs=("robot", "mbs-file"))

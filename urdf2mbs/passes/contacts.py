@@ -71,11 +71,6 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 def run(conversion: Conversion, options: Options) -> None:
     if not options.links and not options.points:
         return
-    if conversion.mbs.base.position is not None:
-        raise ConfigError(
-            "pass-order", "contacts adds points, but the diagram is already laid out",
-            hint="put it after collect-anchors",
-        )  # fmt: skip
     _check(options)
     mbs, simulation = conversion.mbs, conversion.simulation
     g = mbs.base.gravity
@@ -321,5 +316,5 @@ def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
 
 PASS = Pass(
     "contacts", run, Options,
-    needs=("robot", "inertias", "joints", "anchors", "posture"),
+    needs=("robot", "inertias", "joints", "posture"), changes=("anchors",),
 )  # fmt: skip

@@ -28,7 +28,7 @@ from urdf2mbs.urdf import model as urdf
 from urdf2mbs.urdf.packages import Packages
 
 #: Stands in every file that is written; a new number makes all files anew.
-VERSION = 1
+VERSION = 2
 
 #: How our files begin; then comes the sha256 of what follows.
 OURS = b"#VRML V2.0 utf8\n# made by urdf2mbs, sha256 "
@@ -269,4 +269,4 @@ def _digest(data: bytes | None) -> str | None:
     return None if data is None else hashlib.sha256(data).hexdigest()
 
 
-PASS = Pass("convert-meshes", run, Options, needs=("robot", "shapes"), gives=("meshes",))
+PASS = Pass("convert-meshes", run, Options, needs=("robot",), changes=("shapes",))

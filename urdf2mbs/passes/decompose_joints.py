@@ -105,4 +105,4 @@ def _tell_axis(conversion: Conversion, step: Step) -> None:
         )
 
 
-PASS = Pass("decompose-joints", run, needs=("bodies",), gives=("joints",))
+PASS = Pass("decompose-joints", run, needs=("robot", "bodies"), gives=("joints",))

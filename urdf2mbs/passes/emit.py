@@ -9,6 +9,7 @@ from __future__ import annotations
 from math import hypot
 
 from urdf2mbs.conversion import Conversion, LinkFrame
+from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.mbs.names import identifiers, rename
@@ -34,7 +35,13 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     mbs.view = fit_view(conversion)
     conversion.frames = _frames(conversion)
     _tell(conversion)
-    conversion.files[conversion.settings.output] = write(mbs)
+    try:
+        conversion.files[conversion.settings.output] = write(mbs)
+    except ValueError as error:
+        raise ConversionError(
+            "mbs-unwritable", f"robot '{robot.name}': {error}", file=robot.file,
+            hint="look for huge numbers in the URDF, and for what a plugin's pass has put in",
+        ) from None  # fmt: skip
 
 
 def _frames(conversion: Conversion) -> dict[str, LinkFrame]:
@@ -136,7 +143,7 @@ def _tell(conversion: Conversion) -> None:
             conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
     tags: dict[str, int] = {}
     for extension in conversion.robot.extensions:
-        if extension.used:
+        if any(extension is one for one in conversion.simulation.used):
             continue
         tags[extension.tag] = tags.get(extension.tag, 0) + 1
     if tags:
@@ -145,22 +152,23 @@ def _tell(conversion: Conversion) -> None:
 
 
 def _tell_mimic(conversion: Conversion) -> None:
-    """Name the joints that should follow others, and are independent."""
+    """Name the joints that follow others in the URDF, and are independent in the .mbs."""
     free = {
-        step.joint.name: step.joint.mimic
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if step.joint.mimic is not None
-        and any(joint.nature == "independent" for joint in step.coordinates)
+        joint.name
+        for body in conversion.mbs.bodies
+        for joint in body.joints
+        if joint.nature == "independent"
     }
-    if free:
-        rules = ", ".join(
-            f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
-            for name, mimic in free.items()
-        )
+    rules = [
+        f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
+        for name, names in conversion.names.coordinates.items()
+        if (mimic := conversion.robot.joints[name].mimic) is not None and free.issuperset(names)
+    ]
+    if rules:
         conversion.warn(
             "mimic",
-            f"joints that follow others are independent in .mbs, which cannot hold this: {rules}",
+            "joints that follow others are independent in .mbs, which cannot hold this: "
+            f"{', '.join(rules)}",
             hint="a project can: 'output: {project: DIR}'",
         )
 

@@ -224,4 +224,4 @@ def _placed(solid: Solid, pose: Pose) -> Solid:
     return volume, compose(pose, Pose(centre)).xyz, rotate_inertia(pose.rot, tensor)
 
 
-PASS = Pass("estimate-inertia", run, Options, needs=("robot",), gives=("estimates",))
+PASS = Pass("estimate-inertia", run, Options, changes=("robot",))

@@ -68,4 +68,4 @@ def _named(conversion: Conversion) -> dict[str, str]:
     return found
 
 
-PASS = Pass("force-torque", run, Options, needs=("robot", "bodies"))
+PASS = Pass("force-torque", run, Options, needs=("robot",), changes=("bodies",))

@@ -17,6 +17,7 @@ from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Parameter, Point, Sensor, UserModel
+from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.simulation import Spring, Wrench
 from urdf2mbs.spatial import ZERO, Pose, Vec, compose
 
@@ -70,11 +71,14 @@ def run(conversion: Conversion, options: Options) -> None:
     if not options.wrenches and not options.springs:
         return
     mbs, simulation = conversion.mbs, conversion.simulation
-    if mbs.base.position is not None:
-        raise ConfigError(
-            "pass-order", "forces adds points, but the diagram is already laid out",
-            hint="put it after collect-anchors",
-        )  # fmt: skip
+    for name in (*options.wrenches, *options.springs):
+        if identifiers([name]) != [name]:
+            raise ConfigError(
+                "forces-name", f"forces: '{name}' cannot be a name in Robotran",
+                hint="take letters, digits and '_', a letter first",
+            )  # fmt: skip
+    # forces and links share a name space with bodies and joints, and must not take their names
+    taken = conversion.robot.links.keys() | conversion.robot.joints.keys()
     for name, wrench in options.wrenches.items():
         numbers = (*wrench.at, *wrench.force, *wrench.torque, wrench.start, wrench.stop)
         _check(name, numbers)
@@ -83,9 +87,7 @@ def run(conversion: Conversion, options: Options) -> None:
             raise ConfigError(
                 "forces-link", f"forces: '{name}' acts on link '{wrench.link}', which never moves"
             )
-        # forces share a name space with bodies and joints, and must not take their names
-        taken = name in conversion.robot.links or name in conversion.robot.joints
-        point.extforce = Sensor(f"{name}_force" if taken else name, MEASURES)
+        point.extforce = Sensor(f"{name}_force" if name in taken else name, MEASURES)
         keys = ("Fx", "Fy", "Fz", "Mx", "My", "Mz", "start", "stop")
         values = (*wrench.force, *wrench.torque, wrench.start, wrench.stop)
         model = _model(name, dict(zip(keys, values, strict=True)))
@@ -101,7 +103,8 @@ def run(conversion: Conversion, options: Options) -> None:
             _check(name, end.at)
             segment, point = _point(conversion, name, f"{name}_{number}", end.link, end.at)
             ends.append((None if segment.parent is None else segment.body.name, point.name))
-        link = Connection("link", name, ends[0], ends[1])
+        own = f"{name}_spring" if name in taken else name
+        link = Connection("link", own, ends[0], ends[1])
         mbs.links.append(link)
         one, two = (placement.point(mbs, *end) for end in ends)
         length = dist(one, two) if spring.length is None else spring.length
@@ -111,7 +114,7 @@ def run(conversion: Conversion, options: Options) -> None:
                 "forces-spring", f"forces: the ends of spring '{name}' coincide, so that its force "
                 "has no direction",
             )  # fmt: skip
-        stiffness[name], damping[name], lengths[name] = spring.stiffness, spring.damping, length
+        stiffness[own], damping[own], lengths[own] = spring.stiffness, spring.damping, length
         simulation.springs.append(Spring(link))
     if stiffness:
         mbs.user_models += [
@@ -155,4 +158,4 @@ def _model(name: str, values: dict[str, float]) -> UserModel:
     return UserModel(name, [Parameter(k, "scalar", (repr(float(v)),)) for k, v in values.items()])
 
 
-PASS = Pass("forces", run, Options, needs=("robot", "joints", "anchors", "posture"))
+PASS = Pass("forces", run, Options, needs=("robot", "joints", "posture"), changes=("anchors",))

@@ -73,4 +73,4 @@ def _unused(name: str, robot: Robot) -> str:
     return free
 
 
-PASS = Pass("insert-base", run, needs=("robot",), gives=("base",))
+PASS = Pass("insert-base", run, changes=("robot",), gives=("base",))

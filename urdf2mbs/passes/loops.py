@@ -81,12 +81,9 @@ def run(conversion: Conversion, options: Options) -> None:
             _from_sdf(conversion, extension, cuts, revolute)
     if not cuts:
         return
-    if mbs.base.position is not None:
-        raise ConfigError(
-            "pass-order", "loops adds points, but the diagram is already laid out",
-            hint="put it after collect-anchors",
-        )  # fmt: skip
     for name, cut in cuts.items():
+        if name in conversion.robot.links:
+            raise ConfigError("loops-name", f"loops: a cut and a link are both called '{name}'")
         if cut.length is not None and not (cut.kind == "rod" and 0 < cut.length < float("inf")):
             raise ConfigError(
                 "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
@@ -174,7 +171,7 @@ def _from_sdf(
                 f"joint '{name}' in <gazebo> closes a loop by a {kind} joint, which is no cut",
             )
             continue
-        extension.used = True
+        conversion.simulation.used.append(extension)
         # a joint's pose is that of its frame in the child link
         at = _numbers(joint.findtext("pose"))[:3]
         placement = place(conversion.mbs)
@@ -363,5 +360,5 @@ def _tell_open(conversion: Conversion, placement: Placement) -> None:
 
 PASS = Pass(
     "loops", run, Options,
-    needs=("robot", "joints", "anchors", "couplings", "posture"),
+    needs=("robot", "joints", "couplings", "posture"), changes=("anchors",),
 )  # fmt: skip

@@ -49,7 +49,6 @@ def run(conversion: Conversion, options: Options) -> None:
             else:
                 # the frames after a fixed joint move with what is before it
                 (steps[-1].frames if steps else holder.parts).update(carried)
-                step.frames = {}
                 offset = pose
         parts = {link: compose(offset, at) for link, at in segment.parts.items()}
         if steps:
@@ -80,4 +79,4 @@ def _tell_ground(conversion: Conversion) -> None:
         )
 
 
-PASS = Pass("lump-fixed", run, Options, needs=("bodies",), gives=("lumped",))
+PASS = Pass("lump-fixed", run, Options, needs=("robot",), changes=("bodies",))

@@ -124,4 +124,4 @@ def _commutes(shift: Vec, step: Step, axis: Vec) -> bool:
     return max(map(abs, cross(shift, axis))) <= ROUNDING * max(map(abs, shift))
 
 
-PASS = Pass("merge-massless", run, needs=("bodies",), gives=("merged",))
+PASS = Pass("merge-massless", run, needs=("robot",), changes=("bodies",))

@@ -50,11 +50,6 @@ def run(conversion: Conversion, options: Options) -> None:
                 hint=nearest(pattern, links) or "'*' in a pattern stands for any text: '*_sole'",
             )  # fmt: skip
         found += [(link, "frame", link, HERE) for link in named]
-    if found and conversion.mbs.base.position is not None:
-        raise ConfigError(
-            "pass-order", "sensors adds points, but the diagram is already laid out",
-            hint="put it after collect-anchors",
-        )  # fmt: skip
     holders = {
         link: (segment, pose)
         for segment in conversion.segments.values()
@@ -130,7 +125,7 @@ def _from_urdf(conversion: Conversion, options: Options) -> list[tuple[str, str,
                     "sensor-left-out", f"sensor '{name}' is on '{link}', which is no link"
                 )
                 continue
-            extension.used = True
+            conversion.simulation.used.append(extension)
             found.append((name, KINDS[kind], link, _pose(element)))
     return found
 
@@ -153,4 +148,4 @@ def _pose(element: etree._Element) -> Pose:
     return Pose((x, y, z), from_rpy((roll, pitch, yaw)))
 
 
-PASS = Pass("sensors", run, Options, needs=("robot", "anchors"))
+PASS = Pass("sensors", run, Options, needs=("robot",), changes=("anchors",))

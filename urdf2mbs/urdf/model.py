@@ -139,7 +139,9 @@ class Calibration(msgspec.Struct):
 
 
 class Joint(msgspec.Struct):
-    """``<joint>``; ``axis`` as written (not normalised), in the child link's frame."""
+    """``<joint>``; ``axis`` as written (not normalised), in the child link's frame.
+
+    A fixed or floating joint has no axis: what a file states of it is not read."""
 
     name: str
     type: str
@@ -167,8 +169,6 @@ class Extension(msgspec.Struct):
     xml: str
     reference: str | None = None
     line: int | None = None
-    used: bool = False
-    """Whether a pass has found something in it."""
 
     def element(self) -> etree._Element:
         """The element itself."""

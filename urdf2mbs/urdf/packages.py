@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import re
+from itertools import chain
 from pathlib import Path
+from stat import S_IWOTH
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
@@ -16,6 +18,10 @@ if TYPE_CHECKING:
 _NAME = re.compile(rb"<name[^>]*>\s*([^<]*?)\s*</name>")
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 _SCHEME = re.compile(r"(package|model|file):/*", re.IGNORECASE)
+_LOCALHOST = re.compile(r"^//localhost(?=/)", re.IGNORECASE)
+_DRIVE = re.compile(r"[A-Za-z](:|%3A)/", re.IGNORECASE)
+#: What the root of a git checkout, or of a workspace of colcon or catkin, has.
+_ROOTS = (".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall")
 #: Folders that a crawl through a ROS_PACKAGE_PATH entry does not enter, as rospack does.
 _NO_CRAWL = ("CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs")
 
@@ -26,17 +32,56 @@ def absolute(path: str | Path) -> str:
     return os.path.normpath(Path(path).absolute())
 
 
+def workspace(source: Path) -> Path:
+    """The folder below which packages with code are looked for, besides the ROS environment.
+
+    It is the outermost folder above the source that is a package (it has a ``package.xml``), a git
+    checkout, a workspace of colcon or catkin, or a folder ``src`` that directly holds one of
+    these; else the folder of the source.  The home folder and what is above it never is.
+    xacro is code: what lies beside the workspace may be a stranger's, and is used only where
+    ``packages:`` says so.
+    """
+    root = source.parent
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 which raises nothing
+    inner = False
+    for folder in source.parents:
+        if folder == home or folder.parent == folder:
+            break  # somebody's dotfiles in git are no workspace
+        marked = _marked(folder)
+        if marked or (inner and folder.name == "src"):
+            root = folder
+        inner = marked
+    return root
+
+
+def _neighbours(root: Path) -> list[Path]:
+    """The folders beside the root where that is no checkout or workspace: as in an archive,
+    packages may be unpacked side by side.  Not where anybody may put one, as in /tmp."""
+    holder = root.parent
+    closed = root.name == "src" or any((root / mark).exists() for mark in _ROOTS)
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 which raises nothing
+    if closed or holder in (home, holder.parent) or holder.stat().st_mode & S_IWOTH:
+        return []
+    return _subfolders(holder)
+
+
+def _marked(folder: Path) -> bool:
+    return any((folder / mark).exists() for mark in ("package.xml", *_ROOTS))
+
+
 class Packages:
     """Finds packages: the user's table, then around the source, then the ROS environment."""
 
     def __init__(self, table: Mapping[str, Path], source: Path) -> None:
         self.table = dict(table)
         self.source = Path(absolute(source))
+        self.root = workspace(self.source)
         self._found: dict[str, Path | None] = {}
+        self._beyond: dict[str, Path | None] = {}
         self._crawled: dict[str, dict[str, Path]] = {}
 
     def find(self, name: str) -> Path:
-        """The package's folder.
+        """The package's folder, which may hold code: never one beyond the workspace.
 
         :raises ConversionError: ``package-not-found``
         :raises ConfigError: ``package-folder``, the table names a folder that does not exist
@@ -56,6 +101,15 @@ class Packages:
         if found is None:
             places = "".join(f"\n  {place}" for place in self.places(name))
             close = nearest(name, self.table)
+            stranger = self._further(name)
+            if stranger is not None:
+                raise ConversionError(
+                    "package-not-found",
+                    f"package '{name}' was not found; looked in:{places}",
+                    hint=f"there is one outside, in {stranger}: if you trust it, add "
+                    f"`packages: {{{name}: {stranger}}}` to the config, or "
+                    f"`--package {name}={stranger}`",
+                )
             raise ConversionError(
                 "package-not-found",
                 f"package '{name}' was not found; looked in:{places}",
@@ -69,8 +123,8 @@ class Packages:
         known = ", ".join(self.table) or "empty"
         return [
             f"the table of packages ({known})",
-            f"{self.source.parent} and the folders above it, "
-            f"each with its subfolders {name} and */{name}",
+            f"{self.source.parent} and the folders above it; what is in {self.root} or, "
+            "unless that is a checkout or workspace, beside it",
             *(
                 f"{variable}={os.environ.get(variable) or '(not set)'}"
                 for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
@@ -99,13 +153,20 @@ class Packages:
     def _path(self, filename: str) -> Path | None:
         scheme, name, rest = _split(filename)
         if scheme in ("package", "model"):
-            return self.find(name) / rest
+            try:
+                return self.find(name) / rest
+            except ConversionError:
+                # a mesh is data: it may lie beyond the workspace
+                folder = None if name in self.table else self._further(name)
+                if folder is None:
+                    raise
+                return folder / rest
         if scheme in ("file", ""):
             return self.source.parent / rest
         return None
 
     def _search(self, name: str) -> Path | None:
-        if not name or name in (".", "..") or "/" in name or "\0" in name:
+        if not _is_name(name):
             return None
         for candidate in self._candidates(name):
             if _package_name(candidate) == name:
@@ -117,22 +178,46 @@ class Packages:
         for ancestor in self.source.parents:
             if ancestor.name == name:
                 return ancestor
-            if (ancestor / name).is_dir():
+            if ancestor.is_relative_to(self.root) and (ancestor / name).is_dir():
                 return ancestor / name
         return None
 
     def _candidates(self, name: str) -> Iterator[Path]:
         for ancestor in self.source.parents:
             yield ancestor
-            yield ancestor / name
-            for folder in _subfolders(ancestor):
-                yield folder / name
+            if ancestor.is_relative_to(self.root):
+                yield from _below(ancestor, name)
+        yield from _neighbours(self.root)
+        # a folder may have another name than its package
+        for folder in _subfolders(self.root):
+            yield folder
+            if self.root.name == "src" or _marked(self.root):  # else it may be large
+                yield from self._crawled_to(folder, name)
         for entry in _entries("ROS_PACKAGE_PATH"):
             yield entry
             yield entry / name
-            crawled = self._crawl(entry)
-            if name in crawled:
-                yield crawled[name]
+            yield from self._crawled_to(entry, name)
+
+    def _further(self, name: str) -> Path | None:
+        """A package beside the folders above the workspace; None: there is none."""
+        if not _is_name(name):
+            return None
+        if name not in self._beyond:
+            beyond = [above for above in self.source.parents if above in self.root.parents]
+            with_xml = (
+                folder
+                for above in beyond
+                for folder in _below(above, name)
+                if _package_name(folder) == name
+            )
+            plain = (above / name for above in beyond if (above / name).is_dir())
+            self._beyond[name] = next(chain(with_xml, plain), None)
+        return self._beyond[name]
+
+    def _crawled_to(self, top: Path, name: str) -> Iterator[Path]:
+        crawled = self._crawl(top)
+        if name in crawled:
+            yield crawled[name]
 
     def _crawl(self, top: Path) -> dict[str, Path]:
         """All packages below a folder, by name; a package's own folder is not searched further."""
@@ -156,13 +241,32 @@ def _split(filename: str) -> tuple[str, str, str]:
         scheme = match[1].lower()
         rest = filename[match.end() :]
         if scheme == "file":
-            absolute = "/" in match[0]
-            return scheme, "", unquote(f"/{rest}" if absolute else rest)
+            return scheme, "", unquote(_local(filename[len("file:") :]))
         name, _, rest = rest.partition("/")
         return scheme, name, rest
     if "://" in filename:
         return filename.partition("://")[0], "", ""
     return "", "", filename
+
+
+def _local(rest: str) -> str:
+    """The path that a ``file:`` URI means, of what follows the scheme."""
+    rest = _LOCALHOST.sub("", rest)
+    if not rest.startswith("/"):
+        return rest
+    path = rest.lstrip("/")
+    return path if _DRIVE.match(path) else f"/{path}"
+
+
+def _is_name(name: str) -> bool:
+    return name not in ("", ".", "..") and "/" not in name and "\0" not in name
+
+
+def _below(folder: Path, name: str) -> Iterator[Path]:
+    """``NAME`` and ``*/NAME``."""
+    yield folder / name
+    for inner in _subfolders(folder):
+        yield inner / name
 
 
 def _package_name(folder: Path) -> str | None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from lxml import etree
 
+from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.spatial import NO_INERTIA, ZERO, to_xyz_angles
 from urdf2mbs.urdf.model import (
@@ -131,8 +132,6 @@ _UNFINISHED = frozenset(
         "XMLDECL_NOT_FINISHED", "DOCUMENT_EMPTY",
     )
 )  # fmt: skip
-#: libxml2 keeps 16 bits of the line of an element without text; this one means: further on.
-_LAST_LINE = 65535
 
 
 def read_robot(
@@ -163,8 +162,20 @@ def read_robot(
         robot, diagnostics = parse(expansion.text, str(source), expanded=True)
         diagnostics[:0] = expansion.warnings
     if not robot.name:
-        robot.name = source.name.split(".")[0]
+        robot.name = stem(source)
     return robot, diagnostics
+
+
+#: Endings of a robot's file that are no part of its name.
+_ENDINGS = (".urdf", ".xacro", ".xml")
+
+
+def stem(source: Path) -> str:
+    """A robot's file name without its endings: ``panda_v1.0`` of ``panda_v1.0.urdf.xacro``."""
+    name = source
+    while name.suffix.lower() in _ENDINGS:
+        name = name.with_suffix("")
+    return name.name
 
 
 def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, list[Diagnostic]]:
@@ -243,8 +254,6 @@ class _Reader:
         self, code: str, message: str, element: Any = None, hint: str | None = None
     ) -> NoReturn:
         line = element if element is None or isinstance(element, int) else element.sourceline
-        if line == _LAST_LINE:
-            line = None
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def warn(
@@ -266,8 +275,7 @@ class _Reader:
         if group is None:
             if like is not None:
                 hint = nearest(like[0], sorted(like[1]))
-            shown = None if line == _LAST_LINE else line
-            group = self.groups[code, message] = _Group(level, shown, hint)
+            group = self.groups[code, message] = _Group(level, line, hint)
         group.owners[owner or self.owner] = None
         group.count += 1
 
@@ -300,7 +308,7 @@ class _Reader:
             _fail_empty(self.file)
         parser = _parser()
         try:
-            root = etree.fromstring(data, parser)
+            root = xml_lines.parse(data, parser)
         except etree.XMLSyntaxError as error:
             root = self._undeclared_prefixes(data, error, _log(parser))
         if root is None:
@@ -318,7 +326,7 @@ class _Reader:
             if not self.expanded and "xacro" in entry.message:
                 self.unexpanded("an element or attribute with the prefix xacro:", entry.line)
             self.warn("xml-namespace", entry.message.strip().rstrip("."), entry.line)
-        return etree.fromstring(data, _parser(recover=True))
+        return xml_lines.parse(data, _parser(recover=True))
 
     def _not_xml(self, data: bytes, error: etree.XMLSyntaxError, first: set[str]) -> NoReturn:
         line = error.lineno or None
@@ -843,7 +851,7 @@ class _Reader:
             name, kind, parent, child, self.origin(parts.get("origin")), line=element.sourceline
         )
         axis = parts.get("axis")
-        if axis is not None:
+        if axis is not None and kind not in ("fixed", "floating"):  # these have none
             self.axis(joint, axis)
         limit = parts.get("limit")
         if limit is not None:
@@ -891,11 +899,8 @@ class _Reader:
         return self.text(part, "link", name) if "$" in name else name
 
     def axis(self, joint: Joint, element: Any) -> None:
-        xyz = self.attribute(element, "xyz")
-        if xyz is None and joint.type in ("fixed", "floating"):
-            return
-        joint.axis = self.vector(element, "xyz", xyz)
-        if joint.axis == ZERO and joint.type not in ("fixed", "floating"):
+        joint.axis = self.vector(element, "xyz", self.attribute(element, "xyz"))
+        if joint.axis == ZERO:
             self.fail(
                 "axis-zero",
                 f"joint '{joint.name}' is {joint.type}, and its axis is zero",

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.parsers.expat import ExpatError
 
+from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf.packages import absolute
 
@@ -332,7 +333,7 @@ def _legacy(files: list[str]) -> ConversionError | None:
     parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True)
     for file in files:
         try:
-            root = etree.fromstring(_text(file).encode(), parser)
+            root = xml_lines.parse(_text(file).encode(), parser)
         except (etree.XMLSyntaxError, ValueError):
             continue
         children: Any = () if root is None else root.iterchildren(*LEGACY)

@@ -1,0 +1,109 @@
+"""Check: a file that is another robot does not take the place of a good one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs import Result
+from urdf2mbs.testing import TINY, convert_text
+
+#: A pass that changes the finished file, after ``emit`` and before ``check``.
+PLUGIN = """
+from urdf2mbs.hookspecs import Pass, hookimpl
+
+def run(conversion, options):
+    (output,) = conversion.files
+    text = conversion.files[output].decode()
+    assert {old!r} in text
+    conversion.files[output] = text.replace({old!r}, {new!r}, 1).encode()
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Pass("spoil", run)]
+"""
+
+Spoil = Callable[[str, str], Result]
+
+
+@pytest.fixture
+def spoiled(tmp_path: Path) -> Spoil:
+    """The tiny robot, with one text in its file replaced by another one."""
+
+    def convert(old: str, new: str, **settings: object) -> Result:
+        plugin = tmp_path / "spoil.py"
+        plugin.write_text(PLUGIN.format(old=old, new=new))
+        return convert_text(TINY, plugins=[plugin], after={"emit": "spoil"}, **settings)
+
+    return convert
+
+
+def test_the_same_robot(spoiled: Spoil) -> None:
+    for result in (convert_text(TINY), spoiled("<mass>0.5</mass>", "<mass>5e-1</mass>")):
+        found = result.report.proof
+        assert found.same is True
+        assert found.differences == []
+        assert max(found.largest.values()) < 1e-14
+        assert result.conversion.rejected is None
+        assert list(result.conversion.files) == [result.conversion.settings.output]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "kind"),
+    [
+        ("<mass>0.5</mass>", "<mass>0.5000001</mass>", "mass"),
+        ("<mass>0.5</mass>", "", "mass"),
+        ("<z>0.15</z>", "<z>0.1500001</z>", "motion"),
+        ("<Ixx>0.004</Ixx>", "<Ixx>0.0041</Ixx>", "inertia"),
+        ("<q>0.5</q>", "<q>0.5001</q>", "motion"),
+        ("<z>-9.81</z>", "<z>9.81</z>", "gravity"),
+    ],
+)
+def test_another_robot_is_rejected(spoiled: Spoil, old: str, new: str, kind: str) -> None:
+    result = spoiled(old, new)
+    found = result.report.proof
+    assert found.same is False
+    assert found.largest[kind] > 1e-9
+    output = result.conversion.settings.output
+    assert result.conversion.rejected == output.with_suffix(".rejected.mbs")
+    assert list(result.conversion.files) == [result.conversion.rejected]
+
+
+def test_the_largest_difference_comes_first(spoiled: Spoil) -> None:
+    sizes = [d.size for d in spoiled("<q>0.5</q>", "<q>0.6</q>").report.proof.differences]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+def test_the_tolerance_is_the_options(spoiled: Spoil) -> None:
+    change = ("<mass>0.5</mass>", "<mass>0.5000001</mass>")
+    loose = spoiled(*change, options={"check": {"tolerance": 1e-3}})
+    assert loose.report.proof.same is True
+    tight = spoiled("<mass>0.5</mass>", "<mass>0.50000000001</mass>")
+    assert tight.report.proof.same is True
+    tight = spoiled(
+        "<mass>0.5</mass>", "<mass>0.50000000001</mass>", options={"check": {"tolerance": 1e-12}}
+    )
+    assert tight.report.proof.same is False
+
+
+def test_a_frame_that_is_elsewhere_counts_though_no_mass_is(spoiled: Spoil) -> None:
+    found = spoiled("<z>0.1</z>", "<z>0.2</z>").report.proof  # the point of the massless tool
+    assert [(d.kind, d.link) for d in found.differences] == [("point", "tool")]
+    assert found.same is False
+
+
+def test_a_link_that_is_nowhere_is_a_difference(tmp_path: Path) -> None:
+    plugin = tmp_path / "lose.py"
+    plugin.write_text(
+        "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+        "def run(conversion, options):\n"
+        "    del conversion.frames['tool']\n"
+        "@hookimpl\n"
+        "def urdf2mbs_passes():\n"
+        "    return [Pass('lose', run)]\n"
+    )
+    found = convert_text(TINY, plugins=[plugin], after={"emit": "lose"}).report.proof
+    assert found.same is False
+    assert [(d.kind, d.link) for d in found.differences] == [("frame-lost", "tool")]

@@ -1,0 +1,164 @@
+"""Emit: the file itself: order, names, frames, view, and what .mbs has no place for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from proving import BOX, SOLID, joint, link, robot
+
+from urdf2mbs import Result
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY, convert_text
+
+A, B, C, D = (link(name, SOLID) for name in "abcd")
+
+
+def emitted(*elements: str, **settings: str) -> Result:
+    return convert_text(robot(link("world"), *elements), **settings)
+
+
+def names(result: Result) -> list[str]:
+    return [body.name for body in result.mbs.bodies]
+
+
+def test_bodies_on_the_bases_origin_stand_before_those_on_points() -> None:
+    """As MBSysPad numbers joints when it saves: else their numbers would change under the user."""
+    result = emitted(A, B, joint("world", "a", xyz="1 0 0"), joint("world", "b"))
+    assert names(result) == ["b", "a"]
+    assert result.mbs.numbers() == {"world_to_b": 1, "world_to_a": 2}
+
+
+def test_a_branch_stands_before_the_next() -> None:
+    result = emitted(
+        A, B, C, D,
+        joint("world", "a", xyz="1 0 0"), joint("world", "b", xyz="2 0 0"),
+        joint("a", "c", xyz="1 0 0"), joint("b", "d", xyz="1 0 0"),
+    )  # fmt: skip
+    assert names(result) == ["a", "c", "b", "d"]
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_the_order_is_the_one_of_the_files_own_points(pipeline: str) -> None:
+    """lump-fixed brings a body's children together from several links."""
+    result = emitted(
+        A, B, C, D,
+        joint("world", "a", xyz="0 0 1"), joint("a", "b", "fixed", xyz="1 0 0"),
+        joint("b", "c", xyz="1 0 0"), joint("a", "d", xyz="2 0 0"),
+        pipeline=pipeline,
+    )  # fmt: skip
+    found = read(result.data, "r.mbs")
+    assert [body.name for body in found.bodies] == [body.name for body in found.depth_first()]
+
+
+def test_the_file_is_the_model() -> None:
+    result = convert_text(TINY)
+    found = read(result.data, "tiny.mbs")
+    assert found.name == "tiny"
+    assert found.base.name == "ground"
+    assert [body.name for body in found.bodies] == names(result)
+    assert found.view is not None
+
+
+def test_names_become_identifiers_and_the_map_says_which() -> None:
+    result = emitted(
+        link("left foot", SOLID), joint("world", "left foot", name="2nd-joint", axis="0 1 1")
+    )
+    assert result.names.bodies == {"left foot": "left_foot"}
+    assert result.names.coordinates == {"2nd-joint": ["n_2nd_joint"]}
+    assert result.names.joints == {
+        "2nd-joint": ["n_2nd_joint_axis_R1", "n_2nd_joint", "n_2nd_joint_back_R1"]
+    }
+    assert result.mbs.name == "r"
+
+
+def test_a_fixed_joint_has_joints_and_no_coordinates() -> None:
+    result = emitted(A, B, joint("world", "a"), joint("a", "b", "fixed"))
+    assert result.names.joints["a_to_b"] == ["a_to_b"]
+    assert "a_to_b" not in result.names.coordinates
+
+
+def test_every_link_has_a_frame() -> None:
+    result = convert_text(TINY)
+    assert set(result.frames) == set(result.robot.links)
+    assert result.frames["ground"].body is None
+    assert (result.frames["wrist"].body, result.frames["wrist"].joint) == ("hand", "wrist_roll")
+    assert (result.frames["tool"].body, result.frames["tool"].joint) == ("hand", None)
+    assert result.frames["tool"].pose.xyz == (0.0, 0.0, 0.1)
+
+
+@pytest.mark.parametrize("scale", [0.01, 1.0, 100.0])
+def test_the_view_is_of_the_robots_size_and_looks_at_its_middle(scale: float) -> None:
+    box = BOX.replace('size="1 2 3"', f'size="{scale} {scale} {scale}"').replace(
+        'xyz="0.1 0 0.2" rpy="0.1 0.2 0.3"', f'xyz="{5 * scale} 0 0"'
+    )
+    light = SOLID.replace("0.1 -0.2 0.3", "0 0 0")
+    view = emitted(link("a", light, box), joint("world", "a")).mbs.view
+    (camera,) = view.viewpoints
+    half = 3**0.5 / 2 * scale  # the ball round the box
+    long = 5 * scale + half
+    assert camera.target == pytest.approx((long / 2, 0.0, 0.0), rel=6e-3)
+    size = max((long**2 + 2 * (2 * half) ** 2) ** 0.5, 0.1)
+    away = [a - b for a, b in zip(camera.position, camera.target, strict=True)]
+    assert away == pytest.approx([1.3 * size, 0.6 * size, 0.5 * size], rel=2e-2)
+    assert camera.back_clip == pytest.approx(30 * size, rel=6e-3)
+    assert camera.front_clip == pytest.approx(size / 200, rel=6e-3)
+    assert view.frame == pytest.approx(size / 18, rel=6e-3)
+    assert view.joint == view.com == pytest.approx(size / 9, rel=6e-3)
+    assert view.point == pytest.approx(size / 6, rel=6e-3)
+
+
+def test_the_view_sees_links_where_they_are_at_zero() -> None:
+    light = SOLID.replace("0.1 -0.2 0.3", "0 0 0")
+    down = joint("world", "a", xyz="0 0 -4", rpy="0 1.5707963267948966 0")
+    view = emitted(link("a", light), link("b", light), down, joint("a", "b", xyz="2 0 0")).mbs.view
+    assert view.viewpoints[0].target == pytest.approx((0.0, 0.0, -3.0), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("element", "code", "level"),
+    [
+        ('<dynamics damping="0.1"/>', "joint-dynamics", "warning"),
+        ('<dynamics friction="0.1"/>', "joint-dynamics", "warning"),
+        ('<safety_controller k_velocity="1"/>', "safety-controller", "note"),
+        ('<calibration rising="1"/>', "calibration", "note"),
+    ],
+)
+def test_what_an_mbs_has_no_place_for(element: str, code: str, level: str) -> None:
+    holding = joint("world", "a", name="j").replace("</joint>", f"{element}</joint>")
+    found = {d.code: d for d in emitted(A, holding).diagnostics}
+    assert found[code].level == level
+    assert found[code].message.endswith("1 joints: j")
+    assert found["limit"].level == "note"
+
+
+def test_no_damping_is_not_told_of() -> None:
+    holding = joint("world", "a").replace("</joint>", '<dynamics damping="0"/></joint>')
+    assert "joint-dynamics" not in [d.code for d in emitted(A, holding).diagnostics]
+
+
+def test_other_programs_elements_are_counted() -> None:
+    text = robot(link("world"), A, joint("world", "a"), "<gazebo/>", "<gazebo/>", "<transmission/>")
+    (told,) = [d for d in convert_text(text).diagnostics if d.code == "extension"]
+    assert told.level == "note"
+    assert "gazebo" in told.message
+    assert "transmission" in told.message
+
+
+def test_the_same_bytes_every_time(tmp_path: Path) -> None:
+    assert convert_text(TINY).data == convert_text(TINY).data
+
+
+def test_mimics_are_named_with_their_rule_and_frozen_ones_are_not() -> None:
+    follow = joint("a", "b", name="k").replace(
+        "</joint>", '<mimic joint="j" multiplier="-2" offset="0.5"/></joint>'
+    )
+    (told,) = [
+        d for d in emitted(A, B, joint("world", "a", name="j"), follow).diagnostics
+        if d.code == "mimic"
+    ]  # fmt: skip
+    assert "k = -2.0 * j + 0.5" in told.message
+    massless = emitted(A, link("b"), joint("world", "a", name="j"), follow)
+    codes = [d.code for d in massless.diagnostics]
+    assert "massless-leaf" in codes
+    assert "mimic" not in codes

@@ -1,0 +1,113 @@
+"""Insert base: a root without inertia, and the six degrees of freedom of a floating robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from proving import SOLID, joint, link, robot
+
+from urdf2mbs import Result
+from urdf2mbs.conversion import Conversion, Settings
+from urdf2mbs.hookspecs import NoOptions
+from urdf2mbs.passes.insert_base import run
+from urdf2mbs.testing import convert_text
+
+
+def based(*elements: str, base: str = "auto") -> Result:
+    return convert_text(robot(*elements), base=base, pipeline=["expand", "insert-base"])
+
+
+def added(result: Result) -> tuple[str, str, str] | None:
+    """Parent, type and child of the joint that was put in."""
+    name = result.conversion.inserted
+    if name is None:
+        return None
+    found = result.robot.joints[name]
+    return found.parent, found.type, found.child
+
+
+A = link("a", SOLID)
+WELDED = (link("world"), A, joint("world", "a", "fixed"))
+
+
+@pytest.mark.parametrize(
+    ("elements", "base", "floats", "joint_added", "why"),
+    [
+        # nothing ties it to the world
+        ((A,), "auto", True, ("ground", "floating", "a"), "nothing ties root link 'a'"),
+        ((link("a"), link("b", SOLID), joint("a", "b")), "auto", True,
+         ("ground", "floating", "a"), "nothing ties root link 'a'"),
+        # a root called world, or one that is welded to a world
+        (WELDED, "auto", False, None, "root link 'world' is called world"),
+        ((link("world", SOLID), A, joint("world", "a")), "auto", False,
+         ("ground", "fixed", "world"), "is called world"),
+        ((link("mount"), link("world"), A, joint("mount", "world", "fixed"), joint("mount", "a")),
+         "auto", False, None, "root link 'mount' is welded to world"),
+        # a world that can move away is none
+        ((link("cart"), link("world"), A, joint("cart", "world"), joint("cart", "a")), "auto",
+         True, ("ground", "floating", "cart"), "nothing ties"),
+        # as asked for
+        ((A,), "fixed", False, ("ground", "fixed", "a"), "as asked for"),
+        (WELDED, "floating", True, ("ground", "floating", "world"), "as asked for"),
+        ((link("a"), link("b", SOLID), joint("a", "b")), "fixed", False, None, "as asked for"),
+    ],
+)  # fmt: skip
+def test_which_base(
+    elements: tuple[str, ...], base: str, floats: bool, joint_added: object, why: str
+) -> None:
+    result = based(*elements, base=base)
+    assert result.conversion.floating is floats
+    assert added(result) == joint_added
+    (told,) = [found for found in result.diagnostics if found.code == "base"]
+    assert told.level == "note"
+    assert why in told.message
+    assert told.message.startswith("floating" if floats else "fixed")
+
+
+@pytest.mark.parametrize("base", ["auto", "floating", "fixed"])
+def test_a_floating_joint_of_the_robots_own_lets_it_float(base: str) -> None:
+    """Six coordinates more would say nothing new."""
+    result = based(link("odom"), A, joint("odom", "a", "floating"), base=base)
+    assert added(result) is None
+    (told,) = [found for found in result.diagnostics if found.code == "base"]
+    assert "joint 'odom_to_a' already lets it float" in told.message
+
+
+def test_a_floating_joint_behind_a_fixed_one_counts_and_one_behind_a_moving_one_does_not() -> None:
+    fixed = (link("w"), link("m"), A, joint("w", "m", "fixed"), joint("m", "a", "floating"))
+    assert added(based(*fixed)) is None
+    moving = (link("w"), link("m", SOLID), A, joint("w", "m"), joint("m", "a", "floating"))
+    assert added(based(*moving)) == ("ground", "floating", "w")
+
+
+def test_the_ground_is_first_and_has_nothing() -> None:
+    result = based(A, link("b", SOLID), joint("a", "b"))
+    assert list(result.robot.links) == ["ground", "a", "b"]
+    assert list(result.robot.joints) == ["floating_base", "a_to_b"]
+    assert result.robot.links["ground"].massless
+    assert result.robot.root() == "ground"
+
+
+def test_names_that_are_taken_get_a_number() -> None:
+    elements = (A, link("ground"), link("ground_2", SOLID))
+    joints = (joint("a", "ground", name="floating_base"), joint("a", "ground_2"))
+    result = based(*elements, *joints)
+    assert result.conversion.inserted == "floating_base_2"
+    assert result.robot.root() == "ground_3"
+
+
+def test_gravity_is_the_settings() -> None:
+    settings = Settings(Path("r.urdf"), Path("r.mbs"), gravity=(0.0, 1.0, -1.62))
+    conversion = Conversion(settings)
+    conversion.robot = based(A).robot
+    run(conversion, NoOptions())
+    assert conversion.mbs.base.gravity == (0.0, 1.0, -1.62)
+
+
+def test_of_several_floating_joints_the_first_is_named() -> None:
+    result = based(
+        link("w"), A, link("b", SOLID), joint("w", "a", "floating"), joint("w", "b", "floating")
+    )
+    (told,) = [found for found in result.diagnostics if found.code == "base"]
+    assert "joint 'w_to_a'" in told.message

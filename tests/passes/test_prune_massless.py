@@ -1,0 +1,142 @@
+"""Prune massless: which links become bodies, and where the frames of the others go."""
+
+from __future__ import annotations
+
+import pytest
+from proving import BOX, SOLID, joint, link, prove, robot
+
+from urdf2mbs import Result
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.testing import convert_text
+
+
+def pruned(*elements: str, keep: tuple[str, ...] = ()) -> Result:
+    text = robot(link("world"), *elements)
+    result = convert_text(
+        text,
+        pipeline=["expand", "insert-base", "prune-massless"],
+        options={"prune-massless": {"keep": list(keep)}},
+    )
+    # and by physics
+    prove(text, pipeline="faithful", options={"prune-massless": {"keep": list(keep)}})
+    return result
+
+
+def steps(result: Result) -> dict[str, list[str]]:
+    """The children of the URDF joints that lead to each body."""
+    return {
+        segment.link: [step.joint.child for step in segment.steps]
+        for segment in result.conversion.segments.values()
+        if segment.parent is not None
+    }
+
+
+def parts(result: Result) -> dict[str, list[str]]:
+    return {s.link: list(s.parts) for s in result.conversion.segments.values()}
+
+
+HAND = (link("hand", SOLID), joint("wrist", "hand"))
+
+
+def test_a_massless_link_hands_its_joint_on() -> None:
+    result = pruned(link("wrist"), *HAND, joint("world", "wrist"))
+    assert steps(result) == {"hand": ["wrist", "hand"]}
+    first, last = result.conversion.segments["hand"].steps
+    assert list(first.frames) == ["wrist"]
+    assert last.frames == {}
+
+
+def test_several_in_a_row_hand_on_theirs() -> None:
+    chain = (link("p"), link("q"), joint("world", "p"), joint("p", "q"), joint("q", "wrist"))
+    assert steps(pruned(*chain, link("wrist"), *HAND)) == {"hand": ["p", "q", "wrist", "hand"]}
+
+
+@pytest.mark.parametrize(
+    "between",
+    [
+        {"xyz": "0 0 0.1"},  # a shift
+        {"visual": BOX},  # something to show
+        {"branch": link("other", SOLID) + joint("wrist", "other")},  # something to carry
+        {"branch": link("tool") + joint("wrist", "tool", "fixed")},  # a frame to carry
+    ],
+)
+def test_it_stays_where_something_lies_between(between: dict[str, str]) -> None:
+    result = pruned(
+        link("wrist", between.get("visual", "")),
+        joint("world", "wrist"),
+        link("hand", SOLID),
+        joint("wrist", "hand", xyz=between.get("xyz", "0 0 0")),
+        between.get("branch", ""),
+    )
+    assert steps(result)["wrist"] == ["wrist"]
+    assert steps(result)["hand"] == ["hand"]
+
+
+def test_on_a_fixed_joint_it_is_a_part_of_the_body_and_may_show_something() -> None:
+    """Where the URDF's fixed joint only turns."""
+    result = pruned(
+        link("wrist", BOX), joint("world", "wrist"),
+        link("hand", SOLID), joint("wrist", "hand", "fixed", rpy="0.1 0.2 0.3"),
+    )  # fmt: skip
+    assert steps(result) == {"hand": ["wrist", "hand"]}
+    assert parts(result)["hand"] == ["hand", "wrist"]
+
+
+def test_a_leaf_goes_and_its_frame_stays() -> None:
+    result = pruned(
+        *(link("wrist", SOLID), joint("world", "wrist")),
+        *(link("tool"), joint("wrist", "tool", "fixed", xyz="1 2 3", rpy="0 0 1.5")),
+        *(link("tip"), joint("tool", "tip", "fixed", xyz="1 0 0")),
+    )
+    assert steps(result) == {"wrist": ["wrist"]}
+    assert parts(result) == {"world": ["world"], "wrist": ["wrist", "tool", "tip"]}
+    assert result.conversion.frozen == {}
+    assert [d for d in result.diagnostics if d.level == "warning"] == []
+
+
+def test_a_leaf_that_moves_is_held_at_zero_with_a_warning() -> None:
+    result = pruned(
+        *(link("wrist", SOLID), joint("world", "wrist")),
+        *(link("tool"), joint("wrist", "tool", xyz="0 0 1")),
+        *(link("tip"), joint("tool", "tip", "fixed", xyz="1 0 0")),
+    )
+    assert list(result.conversion.frozen) == ["wrist_to_tool"]
+    (told,) = [found for found in result.diagnostics if found.code == "massless-leaf"]
+    assert (told.level, told.joint, told.link) == ("warning", "wrist_to_tool", "tool")
+    at = result.conversion.segments["wrist"].parts
+    assert at["tip"].xyz == (1.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("keep", "bodies"),
+    [
+        ((), ["hand"]),
+        (("tool",), ["hand", "tool"]),
+        (("w*t",), ["wrist", "hand"]),
+        (("*",), ["wrist", "hand", "tool"]),
+        (("Tool", "t"), ["hand"]),
+    ],
+)
+def test_keep(keep: tuple[str, ...], bodies: list[str]) -> None:
+    tool = (link("tool"), joint("hand", "tool"))
+    result = pruned(link("wrist"), *HAND, *tool, joint("world", "wrist"), keep=keep)
+    assert list(steps(result)) == bodies
+    assert [body.name for body in result.mbs.bodies] == bodies
+
+
+def test_inertia_without_mass_is_something() -> None:
+    rotor = '<inertial><mass value="0"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    result = pruned(link("wrist", rotor + "</inertial>"), *HAND, joint("world", "wrist"))
+    assert list(steps(result)) == ["wrist", "hand"]
+
+
+def test_the_root_is_no_body_whatever_it_weighs_not() -> None:
+    result = pruned(link("hand", SOLID), joint("world", "hand"))
+    assert result.conversion.ground.link == "world"
+    assert result.conversion.ground.steps == []
+
+
+def test_nothing_left() -> None:
+    with pytest.raises(ConversionError) as refused:
+        convert_text(robot(link("world"), link("a"), joint("world", "a")))
+    assert refused.value.code == "nothing-left"

@@ -1,0 +1,173 @@
+"""What differs between two states of a robot: what a pass has changed of it, value by value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.urdf.model import Joint, Link, Robot
+
+#: What can change, and how one and several of it are called.
+KINDS = {
+    "name": ("the robot's name", ""),
+    "link-added": ("link added", "links added"),
+    "link-removed": ("link removed", "links removed"),
+    "link-renamed": ("link renamed", "links renamed"),
+    "mass": ("mass", "masses"),
+    "centre": ("centre of mass", "centres of mass"),
+    "inertia": ("inertia", "inertias"),
+    "visuals": ("link's visuals", "links' visuals"),
+    "collisions": ("link's collision shapes", "links' collision shapes"),
+    "joint-added": ("joint added", "joints added"),
+    "joint-removed": ("joint removed", "joints removed"),
+    "joint-renamed": ("joint renamed", "joints renamed"),
+    "type": ("joint type", "joint types"),
+    "parent": ("joint's parent", "joints' parents"),
+    "child": ("joint's child", "joints' children"),
+    "origin": ("joint origin", "joint origins"),
+    "axis": ("joint axis", "joint axes"),
+    "limit": ("joint's limits", "joints' limits"),
+    "dynamics": ("joint's damping and friction", "joints' damping and friction"),
+    "mimic": ("mimic rule", "mimic rules"),
+    "safety_controller": ("safety controller", "safety controllers"),
+    "calibration": ("calibration", "calibrations"),
+    "order": ("the order of links or joints", ""),
+    "materials": ("materials", ""),
+    "extensions": ("elements of other programs", ""),
+}
+
+
+class Change(msgspec.Struct):
+    """One value that is another now; units and frames are the URDF's."""
+
+    kind: str
+    """One of ``KINDS``."""
+    name: str
+    """The link or joint, by its name before; empty for what belongs to the whole robot."""
+    before: Any = None
+    after: Any = None
+
+
+def snapshot(robot: Robot) -> bytes:
+    """A copy of a robot that later changes do not reach; ``between`` reads it.
+
+    Raises TypeError or ValueError where the robot holds what a URDF cannot hold.
+    """
+    return msgspec.msgpack.encode(robot, enc_hook=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """What numpy has made, as Python's own numbers and lists."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{value!r} ({type(value).__name__})")
+
+
+def between(before: bytes, after: bytes) -> list[Change]:
+    """What differs between two snapshots, in the order of the file."""
+    if before == after:
+        return []
+    return list(_changes(*(msgspec.msgpack.decode(robot, type=Robot) for robot in (before, after))))
+
+
+def told(changes: list[Change]) -> str:
+    """Changes in words: "21 masses, 1 joint origin"."""
+    counts: dict[str, int] = {}
+    for change in changes:
+        counts[change.kind] = counts.get(change.kind, 0) + 1
+    return ", ".join(
+        f"{count} {KINDS[kind][count > 1]}" if KINDS[kind][1] else KINDS[kind][0]
+        for kind, count in counts.items()
+    )
+
+
+def _changes(before: Robot, after: Robot) -> Iterator[Change]:
+    if before.name != after.name:
+        yield Change("name", "", before.name, after.name)
+    links = _renamed(list(before.links), list(after.links))
+    joints = _renamed(list(before.joints), list(after.joints))
+    yield from _there("link", before.links, after.links, links)
+    for name, link in before.links.items():
+        now = after.links.get(links.get(name, name))
+        if now is not None:
+            yield from _of_link(link, now)
+    yield from _there("joint", before.joints, after.joints, joints)
+    for name, joint in before.joints.items():
+        other = after.joints.get(joints.get(name, name))
+        if other is not None:
+            yield from _of_joint(joint, other, links, joints)
+    for old, new, names in (
+        (before.links, after.links, links),
+        (before.joints, after.joints, joints),
+    ):
+        kept = [names.get(name, name) for name in old if names.get(name, name) in new]
+        if kept != [name for name in new if name in set(kept)]:
+            yield Change("order", "")
+            break
+    for field in ("materials", "extensions"):
+        if getattr(before, field) != getattr(after, field):
+            yield Change(field, "")
+
+
+def _renamed(before: list[str], after: list[str]) -> dict[str, str]:
+    """The names that have another in their place."""
+    if len(before) != len(after):
+        return {}
+    old, new = set(before), set(after)
+    return {
+        one: two
+        for one, two in zip(before, after, strict=True)
+        if one not in new and two not in old
+    }
+
+
+def _there(
+    kind: str, before: Mapping[str, object], after: Mapping[str, object], names: Mapping[str, str]
+) -> Iterator[Change]:
+    """Which links or joints came, went, or have another name."""
+    for name in before:
+        if name in names:
+            yield Change(f"{kind}-renamed", name, name, names[name])
+        elif name not in after:
+            yield Change(f"{kind}-removed", name)
+    known = {*before, *names.values()}
+    for name in after:
+        if name not in known:
+            yield Change(f"{kind}-added", name)
+
+
+def _of_link(before: Link, after: Link) -> Iterator[Change]:
+    one, two = before.inertial, after.inertial
+    for kind, old, new in (
+        ("mass", one and one.mass, two and two.mass),
+        ("centre", one and one.origin, two and two.origin),
+        ("inertia", one and one.inertia, two and two.inertia),
+    ):
+        if old != new:
+            yield Change(kind, before.name, old, new)
+    for kind in ("visuals", "collisions"):
+        if getattr(before, kind) != getattr(after, kind):
+            yield Change(kind, before.name)
+
+
+def _of_joint(
+    before: Joint, after: Joint, links: Mapping[str, str], joints: Mapping[str, str]
+) -> Iterator[Change]:
+    mimic = before.mimic
+    if mimic is not None:
+        mimic = msgspec.structs.replace(mimic, joint=joints.get(mimic.joint, mimic.joint))
+    expected = msgspec.structs.replace(
+        before,
+        parent=links.get(before.parent, before.parent),
+        child=links.get(before.child, before.child),
+        mimic=mimic,
+    )
+    for kind in (
+        "type", "parent", "child", "origin", "axis", "limit", "dynamics", "mimic",
+        "safety_controller", "calibration",
+    ):  # fmt: skip
+        old, new = getattr(expected, kind), getattr(after, kind)
+        if old != new:
+            yield Change(kind, before.name, old, new)

@@ -1,0 +1,53 @@
+"""Lines of XML elements in long files.
+
+libxml2 keeps 16 bits of an element's line.  Past line 65,534 lxml's ``sourceline`` is the line of
+some neighbour.  There the lines are counted by a second parser, expat.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+from xml.parsers import expat
+
+from lxml import etree
+
+#: From this line on, ``sourceline`` is a guess.
+LIMIT = 65535
+
+
+class _Placed(etree.ElementBase):
+    """An element whose line was counted; None: not known."""
+
+    sourceline: Any = None
+    placed: Any = None
+    """Of the root: all elements, since lxml forgets what it made of an element in no use."""
+
+
+def parse(data: bytes, parser: etree.XMLParser) -> Any:
+    """``lxml.etree.fromstring``, with every element's true ``sourceline``, or None if unknown.
+
+    :raises lxml.etree.XMLSyntaxError: as that does
+    """
+    if data.count(b"\n") + 1 < LIMIT:
+        return etree.fromstring(data, parser)
+    parser.set_element_class_lookup(etree.ElementDefaultClassLookup(element=_Placed))
+    root: Any = etree.fromstring(data, parser)
+    if root is not None:
+        root.placed = list(root.iter("*"))
+        lines = _lines(data)
+        if len(lines) == len(root.placed):
+            for element, line in zip(root.placed, lines, strict=True):
+                element.sourceline = line
+    return root
+
+
+def _lines(data: bytes) -> list[int]:
+    """The line on which each element begins, in the order of the file."""
+    lines: list[int] = []
+    counter = expat.ParserCreate()
+    counter.StartElementHandler = lambda *_: lines.append(counter.CurrentLineNumber)
+    try:
+        counter.Parse(data, True)
+    except (expat.ExpatError, LookupError, ValueError):
+        return []  # an encoding, say, that only libxml2 knows
+    return lines
