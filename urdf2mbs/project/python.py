@@ -90,8 +90,16 @@ def _list(name: str, rows: Iterable[Any]) -> str:
 
 
 def _dict(name: str, rows: Iterable[tuple[str, Any]]) -> str:
-    lines = [f"    {_literal(key)}: {_literal(value)},\n" for key, value in rows]
+    lines = [_entry(key, value) for key, value in rows]
     return f"{name} = {{\n{''.join(lines)}}}\n" if lines else f"{name} = {{}}\n"
+
+
+def _entry(key: str, value: Any) -> str:
+    line = f"    {_literal(key)}: {_literal(value)},\n"
+    if len(line) <= 101 or not isinstance(value, tuple):
+        return line
+    parts = "".join(f"        {_literal(part)},\n" for part in value)
+    return f"    {_literal(key)}: (\n{parts}    ),\n"
 
 
 def _literal(value: Any) -> str:
