@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import SHARED
-from project.standin import MbsData, from1, make, user_functions
+from project.standin import MbsData, from1, make, user_functions, without_meshes
 from project.test_mimic import CHAIN
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -257,4 +257,5 @@ def test_names_that_c_cannot_have(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not GRIPPER.is_file(), reason="the real robots are not beside the checkout")
 def test_a_gripper(tmp_path: Path) -> None:
-    compare(make(tmp_path, GRIPPER, language="both"), "gripper")
+    pipeline = without_meshes("faithful")
+    compare(make(tmp_path, GRIPPER, language="both", pipeline=pipeline), "gripper")

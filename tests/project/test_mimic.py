@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import SHARED
-from project.standin import MbsData, from1, make, user_functions
+from project.standin import MbsData, from1, make, user_functions, without_meshes
 
 from urdf2mbs import convert
-from urdf2mbs.config import Lines, preset
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.packages import Packages
@@ -167,8 +166,7 @@ def test_real_robots(tmp_path: Path, path: str, count: int, name: str) -> None:
     source = SHARED / path if (SHARED / path).is_file() else _installed(path)
     if source is None:
         pytest.skip(f"{path} is neither beside the checkout nor in example-robot-data")
-    pipeline = [one for one in preset(name, Lines())[0] if one != "convert-meshes"]
-    project = make(tmp_path, source, pipeline=pipeline)
+    project = make(tmp_path, source, pipeline=without_meshes(name))
     robot = read_robot(source, Packages({}, source), {})[0]
     data = MbsData(project / "dataR" / "robot.mbs")
     kept = {joint.name for body in data.mbs.bodies for joint in body.joints}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import SHARED
-from project.standin import MbsData, make, user_functions
+from project.standin import MbsData, make, user_functions, without_meshes
 
 pin = pytest.importorskip("pinocchio")
 
@@ -22,7 +22,7 @@ GRIPPER = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
 def test_a_gripper_falls_as_a_reduction_by_hand(tmp_path: Path) -> None:
     """Five joints follow one: the same motion as of one degree of freedom, whose equation is
     q'' = (Q - S' (M S' 0 + c)) / (S' M S) with the constant S of the mimic rules."""
-    project = make(tmp_path, GRIPPER, base="fixed", pipeline="compact")
+    project = make(tmp_path, GRIPPER, base="fixed", pipeline=without_meshes("compact"))
     data = MbsData(project / "dataR" / "robot.mbs")
     for kind in data.user_model["joint_forces"]:
         data.user_model["joint_forces"][kind] = 0.0
