@@ -93,7 +93,10 @@ def test_convert(robot: Path, capsys: Any) -> None:
         (["--set", "check=1"], "--set check=1: it reads PASS.OPTION=VALUE"),
         (["--set", "check.tolerance"], "it reads --set PASS.OPTION=VALUE"),
         (["--set", "chek.tolerance=1"], "did you mean 'check'?"),
-        (["--set", "check.tolerance=x"], "'passes.check.tolerance': expected `float`, got `str`"),
+        (
+            ["--set", "check.tolerance=x"],
+            "'passes.check.tolerance': a number is wanted, and this is a word",
+        ),
         (["--arg", "a=1"], "it reads --arg NAME:=VALUE"),
         (["--package", "a"], "it reads --package NAME=DIR"),
         (["--package", "a=nowhere"], "error[package-missing]"),

@@ -51,30 +51,57 @@ passes: {check: {tolerance: 1e-6}}
         ("- a", r"robot.yaml:1: error\[config-type\]"),
         ("a", r"robot.yaml:1: error\[config-type\]"),
         ("output: x", r"config-key-missing\]: the config has no 'source'\n  add 'source: ROBOT"),
-        ("sorce: x", r"config-key-missing\]: the config has no 'source'\n  did you mean 'source'"),
+        (
+            "base: fixed\nsorce: x",
+            r"robot.yaml:2: .*unknown key 'sorce', and there is no 'source'\n  did you mean",
+        ),
+        (
+            "source: x\ndiagnostics:\n  base: eror",
+            r"robot.yaml:3: .*'diagnostics.base': 'eror' is not one of its values\n"
+            "  it is one of: error, ignore, note, warning",
+        ),
+        ("source: x\nstrict: 1", r"'strict': true or false is wanted, and this is a whole number"),
         (
             "source: x\n\noutptu: y",
             r"robot.yaml:3: error\[unknown-key\]: unknown key 'outptu'\n  did you mean 'output'\?",
         ),
         ("source: x\nzzz: 1", r"robot.yaml:2: .*unknown key 'zzz'\n  known: source, output"),
-        ("source: 3", r"robot.yaml:1: error\[config-type\]: 'source': expected `str`, got `int`"),
-        ("source: x\nbase: float", r"robot.yaml:2: .*'base': invalid enum value 'float'"),
-        ("source: x\ngravity: [1, 2]", r"robot.yaml:2: .*'gravity': expected `array` of length 3"),
-        ("source: x\ngravity: [0, 0, down]", r"robot.yaml:2: .*'gravity.2': expected `float`"),
-        ("source: x\npackages:\n  a: 1\n", r"robot.yaml:3: .*'packages.a': expected `str`"),
-        ("source: x\npasses:\n  a: b\n", r"robot.yaml:3: .*'passes.a': expected `object`"),
-        ("source: x\noutput: {projekt: y}", r"robot.yaml:2: .*'output': .*unknown field `projekt`"),
+        (
+            "source: 3",
+            r"robot.yaml:1: error\[config-type\]: 'source': a word is wanted, and this is a wh",
+        ),
+        (
+            "source: x\nbase: float",
+            r"robot.yaml:2: .*'base': 'float' is not one of its values\n  it is one of: auto, fix",
+        ),
+        ("source: x\ngravity: [1, 2]", r"robot.yaml:2: .*'gravity': a list of 3 is wanted"),
+        ("source: x\ngravity: [0, 0, down]", r"robot.yaml:2: .*'gravity.2': a number is wanted"),
+        ("source: x\npackages:\n  a: 1\n", r"robot.yaml:3: .*'packages.a': a word is wanted"),
+        (
+            "source: x\npasses:\n  a: b\n",
+            r"robot.yaml:3: .*'passes.a': a block of 'key: value' lines is wanted",
+        ),
+        (
+            "source: x\noutput: {projekt: y}",
+            r"robot.yaml:2: .*'output': .*the unknown key 'projekt'",
+        ),
         (
             "source: x\nsource: y",
             r"robot.yaml:2: error\[config-key-doubled\]: 'source' is there tw",
         ),
         ("passes:\n  a: {b: 1,\n    b: 2}", r"robot.yaml:3: .*'passes.a.b' is there twice"),
-        ("source: [", r"robot.yaml:2: error\[config-yaml\]: this is not YAML: while parsing"),
+        (
+            "source: [",
+            r"robot.yaml:2: error\[config-yaml\]: this is not YAML: a bracket is not closed",
+        ),
         ("source: x\n\tbase: y", r"robot.yaml:2: error\[config-yaml\].*tab character"),
-        ("source: *x", r"robot.yaml:1: error\[config-yaml\].*undefined alias"),
-        ("source: !!python/object:a.b {}", r"robot.yaml:1: error\[config-yaml\].*constructor"),
+        ("source: *x", r"robot.yaml:1: error\[config-yaml\].*a word begins with '\*'"),
+        (
+            "source: !!python/object:a.b {}",
+            r"robot.yaml:1: error\[config-yaml\].*a value begins with '!'",
+        ),
         ("source: 'a\x07'", r"robot.yaml: error\[config-yaml\]"),
-        ("a: 1\n---\nb: 2", r"robot.yaml:2: error\[config-yaml\].*another document"),
+        ("a: 1\n---\nb: 2", r"robot.yaml:2: error\[config-yaml\].*a line '---'"),
     ],
 )
 def test_what_is_wrong_and_where(text: str, said: str) -> None:
@@ -108,14 +135,14 @@ class Options(msgspec.Struct):
     ("options", "line", "said"),
     [
         ("{words: a}", 3, r"'passes.p.must' must be given\n  add 'must: ...' under 'passes.p'"),
-        ("{must: 1.5}", 3, r"'passes.p.must': expected `int`, got `float`"),
+        ("{must: 1.5}", 3, r"'passes.p.must': a whole number is wanted, and this is a number"),
         ("{must: 1, wods: a}", 3, r"unknown key 'passes.p.wods'\n  did you mean 'words'\?"),
-        ("\n    must: 1\n    rules:\n      - name: 1", 6, r"'passes.p.rules.0.name': expected `st"),
-        ("\n    must: 1\n    rules:\n      - nam: a", 6, r"'passes.p.rules.0': .*field `nam`"),
+        ("\n    must: 1\n    rules:\n      - name: 1", 6, r"'passes.p.rules.0.name': a word is w"),
+        ("\n    must: 1\n    rules:\n      - nam: a", 6, r"'passes.p.rules.0': .*key 'nam'"),
         (
             "\n    must: 1\n    table:\n      x: {}",
             6,
-            r"'passes.p.table.x': .*required field `name`",
+            r"'passes.p.table.x': .*must have the key 'name'",
         ),
         ("[]", 3, r"'passes.p' wants 'key: value' lines, not \[\]"),
     ],
@@ -142,7 +169,7 @@ def test_dataclasses_do_too() -> None:
         size: float = 1.0
 
     assert typed(Plain, {"words": "a"}, Lines()) == Plain(["a"])
-    with pytest.raises(ConfigError, match="'size': expected `float`, got `str`"):
+    with pytest.raises(ConfigError, match="'size': a number is wanted, and this is a word"):
         typed(Plain, {"size": "a"}, Lines())
 
 
@@ -315,15 +342,15 @@ class Kebab(msgspec.Struct, rename="kebab", forbid_unknown_fields=True):
 @pytest.mark.parametrize(
     ("given", "key", "said"),
     [
-        ("{max-mass: x}", "max-mass", "expected `float`, got `str`"),
-        ("{by-link: 3}", "by-link", "expected `object | null`, got `int`"),
-        ("{by-link: {a: 1, b: x}}", "by-link.b", "expected `float`, got `str`"),
-        ("{by-link: {a: 1, '...': x}}", "by-link....", "expected `float`, got `str`"),
-        ("{for-each: {a: {}, b: 3}}", "for-each.b", "expected `object`, got `int`"),
-        ("{for-each: {a: {by-link: {c: 1, d: x}}}}", "for-each.a.by-link.d", "got `str`"),
-        ("{listed: [{}, {by-link: {c: x}}]}", "listed.1.by-link.c", "got `str`"),
-        ("{by-number: {1: 1, x: 1}}", "by-number", "a key here: expected `int`, got `str`"),
-        ("{deep-words: {a.b: [{}, {k: 1, l: x}]}}", "deep-words.a.b.1.l", "got `str`"),
+        ("{max-mass: x}", "max-mass", "a number is wanted, and this is a word"),
+        ("{by-link: 3}", "by-link", "lines or nothing is wanted"),
+        ("{by-link: {a: 1, b: x}}", "by-link.b", "a number is wanted, and this is a word"),
+        ("{by-link: {a: 1, '...': x}}", "by-link....", "a number is wanted, and this is a word"),
+        ("{for-each: {a: {}, b: 3}}", "for-each.b", "lines is wanted, and this is a wh"),
+        ("{for-each: {a: {by-link: {c: 1, d: x}}}}", "for-each.a.by-link.d", "and this is a word"),
+        ("{listed: [{}, {by-link: {c: x}}]}", "listed.1.by-link.c", "and this is a word"),
+        ("{by-number: {1: 1, x: 1}}", "by-number", "a key here: a whole number is wanted, and"),
+        ("{deep-words: {a.b: [{}, {k: 1, l: x}]}}", "deep-words.a.b.1.l", "and this is a word"),
     ],
 )
 def test_a_wrong_value_below_a_key_that_is_spelt_otherwise(given: str, key: str, said: str) -> None:

@@ -132,7 +132,9 @@ def test_an_error_in_after_names_its_line(tmp_path: Path) -> None:
 def test_options_reach_a_pass_and_the_line_of_a_wrong_one() -> None:
     with pytest.raises(ConfigError, match=r"unknown key 'passes.check.tolerence'\n.*'tolerance'"):
         convert_text(options={"check": {"tolerence": 1}})
-    with pytest.raises(ConfigError, match=r"'passes.check.tolerance': expected `float`, got `str`"):
+    with pytest.raises(
+        ConfigError, match=r"'passes.check.tolerance': a number is wanted, and this is a word"
+    ):
         convert_text(options={"check": {"tolerance": "x"}})
     with pytest.raises(ConfigError, match="pass 'lump-fixed' is not in this pipeline"):
         convert_text(options={"lump-fixed": {}})

@@ -13,7 +13,6 @@ from reference import Comparison, Urdf, lost_shapes, structure_faults
 from strategies import robots, snapped
 
 from urdf2mbs import convert
-from urdf2mbs.diagnostics import ConversionError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -257,9 +256,18 @@ def test_a_robot_of_any_size(file: Path, scale: float) -> None:
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])
-def test_nothing_but_frames_is_refused(file: Path, base: str) -> None:
-    file.write_bytes(robot(link("a"), link("b"), joint("j", "continuous", "a", "b")))
-    with pytest.raises(ConversionError) as refused:
-        convert(file, base=base)
-    assert refused.value.code == "nothing-left"
-    assert "keep" in str(refused.value)
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_nothing_but_frames(file: Path, base: str, pipeline: str) -> None:
+    """All stay, as bodies without mass, and that is said."""
+    for links in ("a", "ab"):
+        text = robot(*map(link, links), *([joint("j", "continuous", "a", "b")] * (links == "ab")))
+        file.write_bytes(text)
+        result = convert(file, base=base, pipeline=pipeline)
+        proof = result.report.proof
+        assert proof is not None
+        assert proof.same
+        assert result.mbs.bodies
+        assert sum(body.mass or 0.0 for body in result.mbs.bodies) == 0.0
+        (said,) = [found for found in result.diagnostics if found.level == "warning"]
+        assert said.code == "no-mass"
+        assert "estimate-inertia" not in (said.hint or "")

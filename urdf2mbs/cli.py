@@ -16,7 +16,7 @@ import msgspec
 
 from urdf2mbs.config import Config, Lines, load, preset, presets, typed, word
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.dump import Dump
 from urdf2mbs.hookspecs import Pass, hookimpl
 from urdf2mbs.output import write, write_files
@@ -45,7 +45,8 @@ def main(argv: Sequence[str] | None = None) -> int:
                 {
                     "error": {
                         k: getattr(error, k) for k in ("code", "message", "file", "line", "hint")
-                    }
+                    },
+                    "diagnostics": error.said,
                 }
             )
         return error.exit_code
@@ -89,14 +90,23 @@ def _parser() -> argparse.ArgumentParser:
         "--dump", type=Path, metavar="DIR", help="write the state after every pass, as YAML"
     )
 
+    levels = argparse.ArgumentParser(add_help=False)
+    levels.add_argument(
+        "--level", action="append", default=[], metavar="CODE=LEVEL",
+        help="how much a warning weighs: error, warning, note or ignore",
+    )  # fmt: skip
+    levels.add_argument("--strict", action="store_true", help="warnings are errors")
+
     run = commands.add_parser(
-        "run", parents=[common, running], help="convert as a config file says"
+        "run", parents=[common, running, levels], help="convert as a config file says"
     )
     run.add_argument("config", type=Path, metavar="CONFIG.yaml")
     run.set_defaults(command=_run)
 
     convert = commands.add_parser(
-        "convert", parents=[common, running], help="convert one robot, without a config file"
+        "convert",
+        parents=[common, running, levels],
+        help="convert one robot, without a config file",
     )
     convert.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
     convert.add_argument(
@@ -107,7 +117,9 @@ def _parser() -> argparse.ArgumentParser:
     convert.set_defaults(command=_convert)
 
     explain = commands.add_parser(
-        "explain", parents=[common], help="show the passes of a config, without running them"
+        "explain",
+        parents=[common, levels],
+        help="show the passes of a config, without running them",
     )
     explain.add_argument("config", type=Path, metavar="CONFIG.yaml")
     explain.add_argument(
@@ -134,7 +146,9 @@ def _parser() -> argparse.ArgumentParser:
     schema.set_defaults(command=_schema)
 
     page = commands.add_parser(
-        "report", parents=[common], help="convert, and write one HTML page to look at instead"
+        "report",
+        parents=[common, levels],
+        help="convert, and write one HTML page to look at instead",
     )
     page.add_argument(
         "config", type=Path, metavar="CONFIG.yaml",
@@ -143,7 +157,7 @@ def _parser() -> argparse.ArgumentParser:
     page.add_argument(
         "-o", "--output", type=Path, metavar="OUT.html", help="default: beside the output"
     )
-    page.add_argument("-v", "--verbose", action="store_true", help="show each pass")
+    page.add_argument("-v", "--verbose", action="store_true", help="show each pass and all notes")
     _add_settings(page)
     page.set_defaults(command=_report)
 
@@ -200,8 +214,26 @@ def _add_settings(command: argparse.ArgumentParser) -> None:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    config, lines = load(arguments.config)
-    return _carry_out(config, lines, arguments)
+    return _carry_out(*_configured(arguments), arguments)
+
+
+def _configured(arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """The config file, with the levels of the command line."""
+    return _with_levels(*load(arguments.config), arguments)
+
+
+def _with_levels(
+    config: Config, lines: Lines, arguments: argparse.Namespace
+) -> tuple[Config, Lines]:
+    given = typed(Config, {"source": config.source, **_levels(arguments)}, Lines())
+    config.diagnostics = {**config.diagnostics, **given.diagnostics}
+    config.strict = config.strict or given.strict
+    return config, lines
+
+
+def _levels(arguments: argparse.Namespace) -> dict[str, Any]:
+    pairs = _pairs(arguments.level, "=", "--level", "CODE=LEVEL")
+    return {"diagnostics": dict(pairs), "strict": arguments.strict}
 
 
 def _convert(arguments: argparse.Namespace) -> int:
@@ -239,6 +271,7 @@ def _without_config(robot: str, output: Any, arguments: argparse.Namespace) -> t
         "plugins": arguments.plugin,
         "after": after,
         "passes": options,
+        **_levels(arguments),
     }
     lines = Lines()
     return typed(Config, given, lines), lines
@@ -293,7 +326,7 @@ SHOWN = 10
 
 def _proof(groups: int, positions: int, largest: dict[str, float]) -> str:
     found = ", ".join(f"{kind} {off:.1e}" for kind, off in largest.items())
-    return f"{groups} rigid groups at {positions} positions; largest deviations: {found}"
+    return f"{counted(groups, 'rigid group')} at {positions} positions; largest deviations: {found}"
 
 
 def _pairs(words: list[str], sign: str, flag: str, form: str) -> list[tuple[str, str]]:
@@ -310,9 +343,14 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
-        if arguments.dump is not None:
-            pipeline.plugins.watch(Dump(arguments.dump))
-        conversion = pipeline.run(stop_after=arguments.stop_after)
+        dump = None if arguments.dump is None else Dump(arguments.dump)
+        if dump is not None:
+            pipeline.plugins.watch(dump)
+        try:
+            conversion = pipeline.run(stop_after=arguments.stop_after)
+        finally:
+            if dump is not None:
+                dump.finish()
     write(conversion)
     found = report(conversion)
     if arguments.json:
@@ -365,27 +403,36 @@ def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namesp
     output = conversion.rejected or conversion.settings.output
     if output in conversion.files:
         print(f"{found.robot}: written to {_near(output)}")
-        print(f"  {found.links} links -> {found.bodies} bodies, mass {found.mass:.6g} kg")
-        joints = found.joints
-        print(f"  {joints.urdf} URDF joints -> {_joints(joints)}; {found.base_in_words}")
+        _tell(conversion, found, arguments.verbose)
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
+        _tell_diagnostics(conversion, arguments.verbose)
+
+
+def _tell(conversion: Conversion, found: Report, verbose: bool) -> None:
+    """What became of the robot: the same for every command that converts."""
+    joints = found.joints
+    links, bodies = counted(found.links, "link"), counted(found.bodies, "body")
+    print(f"  {links} -> {bodies}, mass {found.mass:.6g} kg")
+    if any(said.code == "no-mass" for said in conversion.diagnostics):
+        print("  NO DYNAMICS: no link has a mass")
+    print(f"  {counted(joints.urdf, 'URDF joint')} -> {_joints(joints)}; {found.base_in_words}")
     if found.proof is not None:
         proof = found.proof
         verdict = found.verdict if proof.same else "NOT THE SAME ROBOT, kept under this name"
         print(f"  {verdict}: {_proof(proof.groups, proof.positions, proof.largest)}")
         for difference in proof.differences:
             print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
+    _tell_diagnostics(conversion, verbose)
+
+
+def _tell_diagnostics(conversion: Conversion, verbose: bool) -> None:
     warnings = [d for d in conversion.diagnostics if d.level == "warning"]
     notes = [d for d in conversion.diagnostics if d.level == "note"]
-    more = "" if arguments.verbose or not notes else " (-v shows them)"
-    print(f"  {_count(warnings, 'warning')}, {_count(notes, 'note')}{more}")
-    for diagnostic in warnings + (notes if arguments.verbose else []):
+    more = "" if verbose or not notes else " (-v shows them)"
+    print(f"  {counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}{more}")
+    for diagnostic in warnings + (notes if verbose else []):
         print(diagnostic, file=sys.stderr)
-
-
-def _count(things: list[Any], name: str) -> str:
-    return f"{len(things)} {name}{'' if len(things) == 1 else 's'}"
 
 
 def _near(path: Path) -> str:
@@ -393,7 +440,7 @@ def _near(path: Path) -> str:
 
 
 def _explain(arguments: argparse.Namespace) -> int:
-    config, lines = load(arguments.config)
+    config, lines = _configured(arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     _warn_of(pipeline.plugins)
     if arguments.json:
@@ -426,6 +473,7 @@ def _explain(arguments: argparse.Namespace) -> int:
         print(f"   gives    {', '.join(pass_.gives) or '-'}")
         options = msgspec.to_builtins(bound.options)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
+    print(f"\n{METHOD}")
     if arguments.cost:
         print("\ncost")
         for name, joints in _cost(config, lines, pipeline, arguments).items():
@@ -459,7 +507,7 @@ def _cost(
 
 
 def _joints(joints: Joints) -> str:
-    return f"{joints}; {joints.per_degree_of_freedom:.2f} a degree of freedom"
+    return f"{joints}; {joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
 
 
 def _instead(bound: Bound, plugins: Plugins) -> str:
@@ -485,13 +533,21 @@ def _passes(arguments: argparse.Namespace) -> int:
         trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(out) or '-'}"
         print(f"{pass_.name:{width}}  {pass_.summary}")
         print(f"{'':{width}}  {trade}; {_origin(one)}")
+    print(f"\n{METHOD}")
     return 0
+
+
+#: What the summaries of the passes call "the method".
+METHOD = (
+    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
+    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
+)
 
 
 def _report(arguments: argparse.Namespace) -> int:
     from urdf2mbs.page import make
 
-    config, lines = _robot_or_config(arguments)
+    config, lines = _with_levels(*_robot_or_config(arguments), arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
@@ -511,7 +567,8 @@ def _report(arguments: argparse.Namespace) -> int:
             f"meshes {sizes['meshes'] / 1e6:.2f}"
         )
         if page.missing:
-            print(f"  {_count(page.missing, 'mesh file')} not there; the page names them")
+            print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
+        _tell(conversion, found, arguments.verbose)
     return 0 if conversion.rejected is None else 3
 
 
@@ -559,7 +616,7 @@ def _diagram(arguments: argparse.Namespace) -> int:
     if arguments.json:
         _print_json({"model": mbs.name, "output": str(output)})
     else:
-        print(f"{mbs.name}: diagram of {len(mbs.bodies)} bodies written to {output}")
+        print(f"{mbs.name}: diagram of {counted(len(mbs.bodies), 'body')} written to {output}")
     return 0
 
 

@@ -15,6 +15,7 @@ import yaml
 from msgspec import Meta
 
 from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.levels import Level
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -63,6 +64,10 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
         Meta(description="pass: the plugin whose pass of the same name replaces it"),
     ] = {}
     passes: Annotated[dict[str, dict[str, Any]], Meta(description="pass: its options")] = {}
+    diagnostics: Annotated[
+        dict[str, Level], Meta(description="code of a warning, say: how much it weighs")
+    ] = {}
+    strict: Annotated[bool, Meta(description="warnings are errors")] = False
 
 
 class Lines:
@@ -101,12 +106,18 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
             "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
         )
     if "source" not in data:
-        unknown = next((k for k in data if k not in Config.__struct_fields__), None)
-        hint = nearest(str(unknown), Config.__struct_fields__) if unknown is not None else None
+        for key in data:
+            if key not in Config.__struct_fields__ and nearest(str(key), ["source"]):
+                raise lines.error(
+                    "unknown-key",
+                    f"unknown key '{key}', and there is no 'source'",
+                    (key,),
+                    "did you mean 'source'?",
+                )
         raise lines.error(
             "config-key-missing",
             "the config has no 'source'",
-            hint=hint or "add 'source: ROBOT.urdf'",
+            hint="add 'source: ROBOT.urdf'",
         )
     return typed(Config, data, lines), lines
 
@@ -159,12 +170,64 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
     except msgspec.ValidationError as error:
         what, path = _told(error, data, kind)
         where: Key = (*at, *path)
-        type_ = fields[str(path[0])].type if len(path) == 1 else None
-        words = getattr(type_, "values", ())  # of a Literal
+        field = str(path[0]) if path else ""
         raise lines.error(
-            "config-type", f"'{_dotted(where)}': {what[0].lower()}{what[1:]}", where,
-            f"it is one of: {', '.join(words)}" if words else None,
-        ) from None  # fmt: skip
+            "config-type",
+            f"'{_dotted(where)}': {_plainly(what)}",
+            where,
+            _choices(fields[field].type if field in fields else None),
+        ) from None
+
+
+#: What msgspec calls the kinds of values, and what we do.
+_KINDS = {
+    "str": "a word",
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a block of 'key: value' lines",
+    "null": "nothing",
+}
+
+
+def _plainly(what: str) -> str:
+    """What msgspec says, in the words of a reader of YAML."""
+
+    def kinds(found: re.Match[str]) -> str:
+        return " or ".join(_KINDS.get(kind, kind) for kind in found[1].split(" | "))
+
+    said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", what)
+    said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
+    said = re.sub(r"`([a-z |]+)`", kinds, said)
+    said = re.sub(r"[Ee]xpected (.*), got (.*)$", r"\1 is wanted, and this is \2", said)
+    said = re.sub(r"a list of length (\d+)", r"a list of \1", said)
+    said = re.sub(r"^Invalid enum value '(.*)'$", r"'\1' is not one of its values", said)
+    return said.replace("Object ", "this ")
+
+
+def _choices(kind: Any) -> str | None:
+    """The words that a value may be, for a hint."""
+    while isinstance(kind, (msgspec.inspect.Metadata, msgspec.inspect.DictType)):
+        kind = kind.type if isinstance(kind, msgspec.inspect.Metadata) else kind.value_type
+    words = getattr(kind, "values", ())  # of a Literal
+    return f"it is one of: {', '.join(words)}" if words else None
+
+
+#: What PyYAML says, what we say of it, and what to do.
+_YAML: list[tuple[str, str, str | None]] = [
+    ("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
+    ("undefined alias", "a word begins with '*'", "write it in quotes"),
+    ("constructor", "a value begins with '!'", "write it in quotes"),
+    ("another document", "a line '---' begins a second config", "keep one of the two"),
+    ("quoted scalar", "a quote is not closed", "close it"),
+    ("flow (mapping|sequence|node)", "a bracket is not closed, or a comma is missing",
+     "look for [ and { in this line and before it"),
+    ("mapping values are not allowed", "a second ':' in one line", "write the value in quotes"),
+    ("could not find expected ':'", "this line has no ':'", "write 'key: value'"),
+    ("block (mapping|collection|sequence)", "this line does not continue the lines before it",
+     "look at its indentation"),
+]  # fmt: skip
 
 
 def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
@@ -250,9 +313,12 @@ def _tree(text: str, file: Path | None) -> tuple[Any, Lines]:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         message = " ".join(part for part in (error.context, error.problem) if part)
+        reason, hint = next(
+            (said for pattern, *said in _YAML if re.search(pattern, message)), (message, None)
+        )
         raise ConfigError(
-            "config-yaml", f"this is not YAML: {message}", file=str(file) if file else None,
-            line=mark.line + 1 if mark else None,
+            "config-yaml", f"this is not YAML: {reason}", file=str(file) if file else None,
+            line=mark.line + 1 if mark else None, hint=hint,
         ) from None  # fmt: skip
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ConfigError(

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.diagnostics import Diagnostic, Difference
+from urdf2mbs.levels import Levels
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
@@ -31,6 +32,7 @@ class Settings(msgspec.Struct, frozen=True):
     """Acceleration in base axes, m/s^2."""
     project: Path | None = None
     """The Robotran project folder that the output is part of, if one is asked for."""
+    levels: Levels = Levels()
     languages: tuple[str, ...] = ("python",)
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
@@ -158,6 +160,8 @@ class Conversion:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.robot: Robot = Robot(name="")
+        self.expanded: bytes | None = None
+        """The URDF that xacro made of the source; None where there is no xacro in it."""
         self.floating = False
         self.inserted: str | None = None
         """The joint, and with it the link above it, that insert-base added to the robot."""

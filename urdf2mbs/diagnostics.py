@@ -33,9 +33,14 @@ class ConversionError(Exception):
         self.file = file
         self.line = line
         self.hint = hint
+        self.said: list[Diagnostic] = []
+        """What was found before, in the same robot."""
 
     def __str__(self) -> str:
-        return render("error", self.code, self.message, self.file, self.line, self.hint)
+        """All errors, in the order in which they were found."""
+        before = [str(one) for one in self.said if one.level == "error"]
+        own = render("error", self.code, self.message, self.file, self.line, self.hint)
+        return "\n".join([*before, own])
 
 
 class ConfigError(ConversionError):
@@ -45,10 +50,14 @@ class ConfigError(ConversionError):
 
 
 class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A warning (something of the robot is not in the .mbs as a user would expect)
-    or a note (a decision that the program took)."""
+    """A warning (something of the robot is not in the .mbs as a user would expect) or a note
+    (a decision that the program took).
 
-    level: Literal["warning", "note"]
+    An error among them stops the conversion, unless the user lowers its level: what happens
+    then is defined.
+    """
+
+    level: Literal["error", "warning", "note"]
     code: str
     message: str
     link: str | None = None
@@ -81,6 +90,19 @@ def render(
     where = f"{file}:{line}: " if file and line else f"{file}: " if file else ""
     text = f"{where}{level}[{code}]: {message}"
     return f"{text}\n  {hint}" if hint else text
+
+
+def counted(number: int, thing: str) -> str:
+    """``1 joint``, ``2 joints``."""
+    plural = {"body": "bodies", "mesh": "meshes", "inertia": "inertias"}.get(thing, f"{thing}s")
+    return f"{number} {thing if number == 1 else plural}"
+
+
+def some(names: Iterable[str], shown: int = 5) -> str:
+    """The first few of some names, and how many more there are."""
+    names = list(names)
+    more = len(names) - shown
+    return ", ".join(names[:shown]) + (f" and {more} more" if more > 0 else "")
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:

@@ -1,4 +1,5 @@
-"""The state after every pass, as YAML to read and to compare with ``diff``.
+"""The state after every pass, as YAML to read and to compare with ``diff``, and beside it the
+URDF that xacro made.
 
 What has its default value is left out, and so are the paths of this machine.
 """
@@ -21,6 +22,8 @@ from urdf2mbs.spatial import IDENTITY, Pose
 
 #: How our files begin, by which those of an earlier run are known.
 MARK = "# urdf2mbs, the state after pass "
+#: The URDF that xacro made.
+EXPANDED = "expanded.urdf"
 #: A word that YAML reads as just this text.
 _PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII).fullmatch
 #: What YAML wants escaped, beside what JSON does.
@@ -34,8 +37,10 @@ class Dump:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._count = 0
+        self._conversion: Conversion | None = None
         try:
             folder.mkdir(parents=True, exist_ok=True)
+            (folder / EXPANDED).unlink(missing_ok=True)
             for old in folder.glob("[0-9]*-*.yaml"):
                 with old.open(encoding="utf-8") as file:
                     ours = file.readline().startswith(MARK)
@@ -43,6 +48,19 @@ class Dump:
                     old.unlink()
         except OSError as error:
             raise _unwritable(folder, error) from None
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, conversion: Conversion) -> None:
+        self._conversion = conversion
+
+    def finish(self) -> None:
+        """Write the URDF that xacro made, also where it could not be read."""
+        if self._conversion is not None and self._conversion.expanded is not None:
+            file = self._folder / EXPANDED
+            try:
+                file.write_bytes(self._conversion.expanded)
+            except OSError as error:
+                raise _unwritable(file, error) from None
 
     @hookimpl(trylast=True)
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:

@@ -17,7 +17,7 @@ from urllib.parse import unquote, urlsplit
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.vrml import Material, Part
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
             _read_collada(mesh, data, up_axis)
         else:
             _read_trimesh(mesh, data, ending)
-    except (MeshError, ConversionError):
+    except (MeshError, ConfigError):
         raise
     except Exception as error:  # the readers raise whatever a bad file makes them stumble on
         raise MeshError(f"{type(error).__name__}: {error}".rstrip(": ")) from error
@@ -179,11 +179,11 @@ def read_beside(path: Path, name: str) -> bytes | None:
     return None
 
 
-def missing_extra(error: ImportError) -> ConversionError:
-    return ConversionError(
+def missing_extra(error: ImportError) -> ConfigError:
+    return ConfigError(
         "extra-missing",
         f"converting meshes needs the package '{error.name}', which is not installed",
-        hint="pip install urdf2mbs[meshes]",
+        hint="pip install 'urdf2mbs[meshes]'",
     )
 
 
@@ -253,7 +253,7 @@ def _read_collada(mesh: Mesh, data: bytes, up_axis: bool) -> None:
                     colors=_collada_colors(mesh, primitive),
                     uv=_collada_uv(primitive, str(sets.get(channel, ""))) if look.texture else None,
                 )  # fmt: skip
-            except (ConversionError, MemoryError):
+            except (ConfigError, MemoryError):
                 raise
             except Exception as error:  # what this one is broken in does not concern the others
                 mesh.problems.append(
@@ -369,7 +369,7 @@ def _read_trimesh(mesh: Mesh, data: bytes, ending: str) -> None:
             continue  # lines or single points
         try:
             look, colors, uv = _trimesh_look(mesh, geometry)
-        except ConversionError:
+        except ConfigError:
             raise
         except Exception as error:
             look, colors, uv = Material(), None, None

@@ -19,8 +19,9 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.diagram import draw
+from urdf2mbs.left_out import left_out
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.result import report
@@ -92,6 +93,7 @@ def make(conversion: Conversion, *, up_axis: bool = True) -> Page:
         "joints": _joints(conversion, model),
         "bodies": _bodies(conversion, model),
         "names": _names(conversion),
+        "left_out": _left_out(conversion),
         "proof": _proof(conversion),
         "messages": _messages(conversion),
         "footer": _footer(conversion, licenses, len(viewer), len(arrays) + textures),
@@ -156,12 +158,14 @@ def _facts(conversion: Conversion) -> str:
     found = report(conversion)
     warnings = sum(d.level == "warning" for d in conversion.diagnostics)
     facts = [
-        f"{found.links} links → {found.bodies} bodies",
-        f"{found.joints.urdf} URDF joints → {found.joints}",
+        f"{counted(found.links, 'link')} → {counted(found.bodies, 'body')}",
+        f"{counted(found.joints.urdf, 'URDF joint')} → {found.joints}",
         f"{found.mass:.6g} kg",
         found.base_in_words,
         f"{warnings} warning{'' if warnings == 1 else 's'}",
     ]
+    if any(d.code == "no-mass" for d in conversion.diagnostics):
+        facts.append("<b>NO DYNAMICS: no link has a mass</b>")
     return " · ".join(facts)
 
 
@@ -212,7 +216,7 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value + 0.0:.6g}"
 
 
-def _vector(values: Iterable[float] | None) -> str:
+def _vector(values: Iterable[float | None] | None) -> str:
     return "" if values is None else ", ".join(map(_number, values))
 
 
@@ -317,6 +321,21 @@ def _names(conversion: Conversion) -> str:
         + "<h3>Joints</h3>"
         + _table(("URDF joint", "type", ".mbs joints, in the order in which they act"), joints)
     )
+
+
+def _left_out(conversion: Conversion) -> str:
+    """Every number of the URDF's joints that the .mbs has no place for."""
+    rows = []
+    for name, parts in left_out(conversion.robot).items():
+        for part, values in parts.items():
+            listed = ", ".join(
+                f"{key} {'none' if value is None else value if key == 'joint' else repr(value)}"
+                for key, value in values.items()
+            )
+            rows.append(("", [escape(name), escape(part.replace("_", " ")), escape(listed)]))
+    if not rows:
+        return '<p class="note">Nothing.</p>'
+    return _table(("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]"), rows)
 
 
 def _proof(conversion: Conversion) -> str:

@@ -16,6 +16,7 @@ from urdf2mbs.conversion import Conversion, RobotChange, Settings
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.hookspecs import Pass
+from urdf2mbs.levels import DEFAULTS, Levels
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.plugins import FAILURES, GROUP, Found, Plugins
 from urdf2mbs.urdf.changes import between, snapshot
@@ -53,12 +54,18 @@ class Pipeline:
             # what is missing may be in a plugin that was left out
             error.hint = "\n  ".join([error.hint or "", *map(str, self.plugins.broken)]).lstrip()
             raise
+        self._check_levels(config, lines)
         passes = [bound.found.pass_ for bound in self.passes]
         check_order(passes, lines, [one.at for one in self.passes])
         _check_output(self.settings, passes, lines)
 
     def run(self, *, stop_after: str | None = None) -> Conversion:
-        """Run the passes; raises ConversionError. Nothing is written to disk."""
+        """Run the passes; raises ConversionError. Nothing is written to disk.
+
+        What is said gets the user's levels here, and only here: after each pass, and with the
+        error that ends a run.  An error of which something can be made is raised at the end, so
+        that all are told at once.
+        """
         names = [bound.found.pass_.name for bound in self.passes]
         if stop_after is not None and stop_after not in names:
             raise ConfigError(
@@ -74,6 +81,17 @@ class Pipeline:
                 f"({', '.join(brought)})",
                 hint=f"put one in, such as 'after: {{{self._place(brought[0])}: {brought[0]}}}'",
             )
+        levels = self.settings.levels
+        try:
+            self._run(conversion, stop_after)
+        except ConversionError as error:
+            error.said = levels.applied([*conversion.diagnostics, *error.said])
+            raise
+        levels.judge(conversion.diagnostics)
+        return conversion
+
+    def _run(self, conversion: Conversion, stop_after: str | None) -> None:
+        levels = self.settings.levels
         ran: list[Found] = []
         for bound in self.passes:
             found = bound.found
@@ -95,10 +113,23 @@ class Pipeline:
             except FAILURES as error:
                 raise pass_failed(found, conversion, error, ran) from error
             ran.append(found)
+            conversion.diagnostics = levels.applied(conversion.diagnostics)
             self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
             if pass_.name == stop_after:
                 break
-        return conversion
+
+    def _check_levels(self, config: Config, lines: Lines) -> None:
+        """A code is one whose level can be changed, or may be a plugin's."""
+        if any(name != GROUP for name in self.plugins.names()):
+            return
+        for code in config.diagnostics:
+            if code not in DEFAULTS:
+                raise lines.error(
+                    "unknown-code",
+                    f"there is no '{code}' among the codes whose level can be changed",
+                    ("diagnostics", code),
+                    nearest(code, DEFAULTS) or "docs/diagnostics.md lists them",
+                )
 
     def _idle(self) -> list[tuple[str, list[str]]]:
         """The config's plugins that bring nothing but passes, of which none is used."""
@@ -285,7 +316,7 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
             )
     return Settings(
         source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
-        languages, _path(folder),
+        Levels(config.diagnostics, config.strict), languages, _path(folder),
     )  # fmt: skip
 
 

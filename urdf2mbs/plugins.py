@@ -93,6 +93,10 @@ class Plugins:
         names = [impl.plugin_name for impl in callers]
         return [name for name in names if name in self._files and name != GROUP]
 
+    def names(self) -> list[str]:
+        """All plugins, the built-in one among them."""
+        return list(self._packages)
+
     def only_passes(self, plugin: str) -> list[str]:
         """The passes that a plugin brings; none if it has other hooks too."""
         callers = self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or []

@@ -11,7 +11,8 @@ import msgspec
 
 from urdf2mbs.config import Config, Lines, typed
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Proof, RobotChange
-from urdf2mbs.diagnostics import Diagnostic
+from urdf2mbs.diagnostics import Diagnostic, counted
+from urdf2mbs.left_out import left_out
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.pipeline import Pipeline
 from urdf2mbs.spatial import Vec
@@ -74,14 +75,17 @@ def convert(
     plugins: Sequence[str | os.PathLike[str]] = (),
     after: Mapping[str, str | list[str]] | None = None,
     swap: Mapping[str, str] | None = None,
+    diagnostics: Mapping[str, str] | None = None,
+    strict: bool = False,
 ) -> Result:
     """Convert a URDF or xacro file, without writing anything.
 
     ``base`` is ``auto``, ``floating`` or ``fixed``; ``packages`` maps ROS packages to
     directories; ``options`` maps passes to their options; ``plugins`` are Python files,
     ``after`` maps a pass to those to put right after it, ``swap`` a pass to the plugin whose
-    pass of the same name replaces it.  Paths are relative to the working folder.
-    Raises ConversionError.
+    pass of the same name replaces it; ``diagnostics`` maps codes to ``error``, ``warning``,
+    ``note`` or ``ignore``, and ``strict`` makes warnings errors.  Paths are relative to the
+    working folder.  Raises ConversionError.
     """
     given = {
         "source": os.fspath(source),
@@ -93,6 +97,8 @@ def convert(
         "plugins": [os.fspath(plugin) for plugin in plugins],
         "after": dict(after or {}),
         "swap": dict(swap or {}),
+        "diagnostics": dict(diagnostics or {}),
+        "strict": strict,
     }
     lines = Lines()
     return Result(Pipeline(typed(Config, given, lines), lines).run())
@@ -110,7 +116,8 @@ class Joints(msgspec.Struct):
 
     def __str__(self) -> str:
         dependent = f"{self.dependent} dependent, " if self.dependent else ""
-        return f"{self.mbs} joints: {self.independent} independent, {dependent}{self.driven} driven"
+        joints = counted(self.mbs, "joint")
+        return f"{joints}: {self.independent} independent, {dependent}{self.driven} driven"
 
 
 class Report(msgspec.Struct):
@@ -139,6 +146,8 @@ class Report(msgspec.Struct):
     """Moving URDF joints that are held at zero, and why."""
     changed: list[RobotChange]
     """What passes have changed of the robot that the URDF states."""
+    left_out: dict[str, dict[str, dict[str, Any]]]
+    """What the URDF's joints have and an .mbs has no place for: every number by its name."""
     proof: Proof | None
     """What ``check`` found; None: it did not run."""
     diagnostics: list[Diagnostic]
@@ -188,6 +197,7 @@ def report(conversion: Conversion) -> Report:
         frames=conversion.frames,
         frozen=conversion.frozen,
         changed=conversion.changed,
+        left_out=left_out(robot),
         proof=conversion.proof,
         diagnostics=conversion.diagnostics,
         passes=conversion.report,

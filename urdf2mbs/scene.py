@@ -245,7 +245,9 @@ def urdf_side(
                 "xyz": joint.origin.xyz,
                 "rpy": joint.origin.rpy,
                 "axis": joint.axis,
-                "limit": joint.limit and (joint.limit.lower, joint.limit.upper),
+                "limit": None
+                if joint.limit is None or None in (joint.limit.lower, joint.limit.upper)
+                else (joint.limit.lower, joint.limit.upper),
                 "mimic": joint.mimic
                 and (joint.mimic.joint, joint.mimic.multiplier, joint.mimic.offset),
             }

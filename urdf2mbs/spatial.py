@@ -195,7 +195,7 @@ def lump(parts: list[tuple[float, Vec, Sym]]) -> tuple[float, Vec, Sym]:
         return parts[0]
     mass = sum(m for m, _, _ in parts)
     com = ZERO
-    if mass > 0.0:
+    if mass != 0.0:
         for m, (x, y, z), _ in parts:
             com = add(com, (m * x / mass, m * y / mass, m * z / mass))
     inertia = NO_INERTIA

@@ -176,12 +176,16 @@ def test_missing_mesh_is_named_with_where_it_was_looked_for(tmp_path: Path) -> N
         [visual("package://nowhere_at_all/a.stl")],
         packages={"p": tmp_path / "p"},
     )
-    assert codes(conversion) == ["mesh-missing", "mesh-missing"]
-    first, second = conversion.diagnostics
-    assert str(tmp_path / "p" / "gone.stl") in first.message
-    assert "link0 and 1 more" in first.message
-    assert (first.link, second.link) == ("link0", "link2")
-    assert "nowhere_at_all" in second.message
+    (one,) = conversion.diagnostics
+    assert (one.code, one.link) == ("mesh-missing", "link0")
+    assert one.message == (
+        "2 meshes not found: 'package://p/gone.stl' (link link0 and 1 more), "
+        "'package://nowhere_at_all/a.stl' (link link2)"
+    )
+    assert str(tmp_path / "p" / "gone.stl") in (one.hint or "")
+    assert "nowhere_at_all" in (one.hint or "")
+    lost = conversion.report["convert-meshes"]["lost"]["missing"]
+    assert lost["package://p/gone.stl"]["links"] == ["link0", "link1"]
     assert len(conversion.files) == 1
     assert [shape.scale for shape in shapes_of(conversion)][2] == (1.0, -1.0, 1.0)
 
@@ -190,7 +194,7 @@ def test_unreadable_mesh_leaves_the_rest_intact(tmp_path: Path) -> None:
     (tmp_path / "bad.stl").write_bytes(stl_binary_data()[:99])
     conversion = convert(tmp_path, [visual("bad.stl"), visual(stl_ascii(tmp_path))])
     assert codes(conversion) == ["mesh-unreadable"]
-    assert str(tmp_path / "bad.stl") in conversion.diagnostics[0].message
+    assert str(tmp_path / "bad.stl") in (conversion.diagnostics[0].hint or "")
     assert [path.name for path in conversion.files] == ["ascii.wrl"]
 
 
@@ -200,9 +204,10 @@ def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
     (tmp_path / "c.obj").write_text(obj_lines(["f 1 2 3"], "mtllib lost.mtl\n"))
     meshes = [visual("a.dae"), visual("b.dae"), visual("c.obj")]
     conversion = convert(tmp_path, meshes)
-    assert codes(conversion) == ["mesh-file-missing", "mesh-file-missing"]
-    assert "'lost.png'" in conversion.diagnostics[0].message
-    assert "a.dae, b.dae" in conversion.diagnostics[0].message
+    (one,) = conversion.diagnostics
+    assert one.code == "mesh-file-missing"
+    assert "2 files" in one.message
+    assert "'lost.png' (of a.dae, b.dae), 'lost.mtl' (of c.obj)" in one.message
     assert len(conversion.files) == 3
     write(conversion)
     again = convert(tmp_path, meshes)
@@ -285,7 +290,7 @@ def test_a_file_that_is_not_ours_is_left_alone(tmp_path: Path, content: bytes) -
     mesh.write_bytes(stl_binary_data())
     conversion = convert(tmp_path, [visual(mesh)])
     assert codes(conversion) == ["mesh-not-ours"]
-    assert str(target) in conversion.diagnostics[0].message
+    assert str(target) in (conversion.diagnostics[0].hint or "")
     assert not conversion.files
 
 
@@ -329,7 +334,8 @@ def test_a_missing_extra_is_one_error_that_says_what_to_do(
     with pytest.raises(ConversionError) as error:
         convert(tmp_path, [visual(name)])
     assert error.value.code == "extra-missing"
-    assert error.value.hint == "pip install urdf2mbs[meshes]"
+    assert error.value.hint == "pip install 'urdf2mbs[meshes]'"
+    assert error.value.exit_code == 2
 
 
 def test_a_robot_without_meshes_needs_no_extra(

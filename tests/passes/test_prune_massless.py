@@ -6,7 +6,6 @@ import pytest
 from proving import BOX, SOLID, joint, link, prove, robot
 
 from urdf2mbs import Result
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.testing import convert_text
 
 
@@ -136,7 +135,7 @@ def test_the_root_is_no_body_whatever_it_weighs_not() -> None:
     assert result.conversion.ground.steps == []
 
 
-def test_nothing_left() -> None:
-    with pytest.raises(ConversionError) as refused:
-        convert_text(robot(link("world"), link("a"), joint("world", "a")))
-    assert refused.value.code == "nothing-left"
+def test_without_any_mass_all_frames_are_kept() -> None:
+    result = convert_text(robot(link("world"), link("a"), joint("world", "a")))
+    assert "no-mass" in {one.code for one in result.diagnostics}
+    assert [body.name for body in result.mbs.bodies] == ["a"]

@@ -120,7 +120,7 @@ def test_nothing_on_the_base() -> None:
         ({"links": ["arm"]}, "link 'arm' has no box"),
         ({"links": ["hand"], "down": "z"}, "down is 'z'\n.*-z"),
         ({}, "'passes.foot-contacts.links' must be given\n.*add 'links: ...'"),
-        ({"links": ["hand"], "corners": [[1, 2]]}, "corners.*length 3"),
+        ({"links": ["hand"], "corners": [[1, 2]]}, "corners.*a list of 3"),
     ],
 )
 def test_what_cannot_be_meant_is_an_error(options: dict[str, Any], said: str) -> None:

@@ -59,6 +59,13 @@ def test_damping_friction_and_stops(tmp_path: Path) -> None:
             assert found["wrist_pitch"] == pytest.approx(wanted, abs=1e-12)
 
 
+def test_a_limit_on_one_side(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY.replace('lower="-1.5" upper="1.5"', 'lower="-inf" upper="1.5"'))
+    with user_functions(project) as user:
+        assert joint_forces(project, user, {"shoulder": (-50.0, 0.0)})["shoulder"] == 0.0
+        assert joint_forces(project, user, {"shoulder": (1.6, 0.0)})["shoulder"] < 0.0
+
+
 def test_each_kind_can_be_switched_off(tmp_path: Path) -> None:
     project = make(tmp_path, FRICTION)
     with user_functions(project) as user:

@@ -241,5 +241,5 @@ def test_the_command_says_when_it_is_another_robot(
     (tmp_path / "heavier.py").write_text(HEAVIER)
     file = config(tmp_path, "plugins: [heavier.py]\nafter: {reframe-inertia: heavier}\n")
     assert main(["report", str(file)]) == 3
-    assert "NOT the same" in capsys.readouterr().out
+    assert "NOT THE SAME ROBOT" in capsys.readouterr().out
     assert b"NOT the same robot" in (tmp_path / "out" / "robot.html").read_bytes()

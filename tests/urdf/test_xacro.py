@@ -13,7 +13,7 @@ import xacro
 from xacro import substitution_args
 
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
-from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import read_robot
 from urdf2mbs.urdf.xacro import Expansion, _lock, expand
@@ -207,7 +207,6 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "property": ('\n<link name="${x}"/>', "xacro", "main.urdf", 3, ("'x' is not defined",)),
     "division": ('<link name="${1/0}"/>', "xacro", "main.urdf", 2, ("division by zero",)),
     "syntax": ('<link name="${1 +}"/>', "xacro", "main.urdf", 2, ("1 +",)),
-    "macro": ("\n\n<xacro:leg/>", "xacro", "main.urdf", 4, ("xacro:leg",)),
     "parameter": (
         '<xacro:macro name="leg" params="a b"/><xacro:leg a="1"/>',
         "xacro", "main.urdf", None, ("[b]", "in the macro 'leg'"),
@@ -239,10 +238,10 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
         '\n<xacro:include filename="deep.xacro"/>',
         "xacro", "deep", 4, ("no.xacro", "in the file", "deep.xacro", "included from", "main.urdf"),
     ),
-    "malformed": ("<link>\n</lonk>", "xacro", "main.urdf", 3, ("mismatched tag",)),
+    "malformed": ("<link>\n</lonk>", "xml-syntax", "main.urdf", 3, ("</lonk>",)),
     "malformed include": (
         '<xacro:include filename="bad.xacro"/>',
-        "xacro", "bad", 2, ("mismatched tag", "included from", "main.urdf"),
+        "xml-syntax", "bad", 2, ("</b>", "included from", "main.urdf"),
     ),
     "yaml": (
         "${xacro.load_yaml('no.yaml')}", "xacro", "main.urdf", 2, ("no.yaml",),
@@ -260,7 +259,16 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
         "package-not-found", "main.urdf", 3, ("no_such_pkg", "looked in"),
     ),
     "package in a property": (
-        '<xacro:property name="p" value="$(find no_such_pkg)"/>\n<link name="${p}"/>',
+        '<xacro:property name="p" value="$(find no_such_pkg)"/>\n'
+        '<xacro:include filename="${p}/a.xacro"/>',
+        "package-not-found", "main.urdf", 2, ("no_such_pkg",),
+    ),
+    "package in a pattern": (
+        '<xacro:include filename="$(find no_such_pkg)/*.xacro"/>',
+        "package-not-found", "main.urdf", 2, ("no_such_pkg",),
+    ),
+    "package in yaml": (
+        "${xacro.load_yaml('$(find no_such_pkg)/a.yaml')}",
         "package-not-found", "main.urdf", 2, ("no_such_pkg",),
     ),
     "legacy": (
@@ -322,7 +330,8 @@ def test_a_source_that_is_not_there(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["robot.xacro", "robot.urdf.xacro", "ROBOT.XACRO"])
 def test_faults_of_the_expanded_text_say_so(tmp_path: Path, name: str) -> None:
-    source = write(tmp_path, '<link name="a"/>\n<link name="${\'a\'}"/>').rename(tmp_path / name)
+    main = '<link name="a"><visual/></link>\n<link name="${\'a\'}"/>'
+    source = write(tmp_path, main).rename(tmp_path / name)
     with pytest.raises(ConversionError) as caught:
         read(source)
     error = caught.value
@@ -333,11 +342,80 @@ def test_faults_of_the_expanded_text_say_so(tmp_path: Path, name: str) -> None:
 
 
 def test_legacy_elements_that_xacro_copies(tmp_path: Path) -> None:
-    source = write(tmp_path, '<link name="a"/><macro name="m"/>')
-    with pytest.raises(ConversionError) as caught:
-        read(source)
-    assert caught.value.code == "xacro-legacy"
-    assert "<xacro:macro ...>" in (caught.value.hint or "")
+    source = write(tmp_path, '<link name="a"/><macro name="m"/><property name="p" value="1"/>')
+    _, (macro, unused) = read(source)
+    assert (macro.level, macro.code) == ("error", "xacro-legacy")
+    assert "<xacro:macro ...>" in (macro.hint or "")
+    assert (unused.level, unused.code) == ("warning", "property-unused")
+
+
+def test_macros_that_nobody_defines_are_left_out_and_listed(tmp_path: Path) -> None:
+    """Each is an error that the user may lower; so all are told, and what is left is read."""
+    source = write(
+        tmp_path,
+        '<xacro:macro name="leg" params="*block"><xacro:hip/><link name="a">'
+        '<xacro:insert_block name="block"/></link></xacro:macro>\n'
+        '<xacro:leg><visual/></xacro:leg>\n<xacro:foot><link name="b"/></xacro:foot>',
+        parts__foot='<xacro:macro name="foot"/>',
+    )
+    robot, (hip, foot, _) = read(source)
+    assert list(robot.links) == ["a"]
+    assert {(one.level, one.code) for one in (hip, foot)} == {("error", "xacro-macro-unknown")}
+    assert ("'hip'" in hip.message, hip.line) == (True, 2)
+    assert ("'foot'" in foot.message, foot.line) == (True, 4)
+    assert "no .xacro file around defines it" in (hip.hint or "")
+    assert str(tmp_path / "parts" / "foot.xacro") in (foot.hint or "")
+
+
+def test_missing_arguments_are_listed_at_once(tmp_path: Path) -> None:
+    source = write(
+        tmp_path,
+        '<link name="$(arg a)"/><xacro:if value="$(arg b)"><link name="$(arg no)"/></xacro:if>\n'
+        "<link name=\"${xacro.arg('c')}_$(arg d)\"/>",
+    )
+    error = failure(source, d="1")
+    assert (error.code, error.message) == (
+        "xacro-arg",
+        "the arguments 'a', 'b', 'c' are not defined",
+    )
+    assert "--arg a:=VALUE --arg b:=VALUE --arg c:=VALUE" in (error.hint or "")
+
+
+def test_a_package_that_only_file_names_need(tmp_path: Path) -> None:
+    source = write(
+        tmp_path,
+        '<link name="a"><visual><geometry><mesh filename="file://$(find gone)/m.stl"/></geometry>'
+        '</visual></link><gazebo><a b="$(find gone)"/></gazebo>',
+    )
+    robot, (one,) = read(source)
+    assert robot.links["a"].visuals[0].geometry == Mesh("package://gone/m.stl")
+    assert (one.level, one.code) == ("warning", "package-unresolved")
+
+
+def test_a_file_with_xacro_in_it_is_expanded_whatever_its_name(tmp_path: Path) -> None:
+    source = tmp_path / "robot.urdf"
+    for text, expected in (
+        (HEAD + '<xacro:property name="w" value="2"/><link name="a${w}"/></robot>', "a2"),
+        ('<robot name="r"><link name="a${1 + 1}"/></robot>', "a2"),
+        ('<robot name="r" xmlns:x="http://ros.org/wiki/xacro"><link name="a"/></robot>', "a"),
+        ('<robot name="r"><link name="a"/><gazebo><b>${no}</b></gazebo></robot>', "a"),
+    ):
+        source.write_text(text)
+        robot, diagnostics = read(source)
+        assert (list(robot.links), diagnostics) == ([expected], [])
+
+
+def test_slips_of_xml_in_xacro_files(tmp_path: Path) -> None:
+    source = write(tmp_path, '<xacro:include filename="part.xacro"/>')
+    (tmp_path / "part.xacro").write_text(f'\n<?xml version="1.0"?>\n{HEAD}<link name="a"/></robot>')
+    robot, (one,) = read(source)
+    assert list(robot.links) == ["a"]
+    assert (one.code, one.file, one.line) == ("xml-mended", str(tmp_path / "part.xacro"), 2)
+    (tmp_path / "part.xacro").write_text(f'{HEAD}<<<<<<< HEAD\n<link name="a"/></robot>')
+    error = failure(source)
+    assert (error.code, error.file, error.line) == (
+        "merge-conflict", str(tmp_path / "part.xacro"), 2,
+    )  # fmt: skip
 
 
 def test_an_empty_file(tmp_path: Path) -> None:
@@ -361,6 +439,8 @@ def state() -> list[object]:
         xacro.message,
         xacro.print_location,
         xacro._empty_text_node,
+        xacro.parse,
+        xacro.handle_macro_call,
         substitution_args._eval_find,
         substitution_args._eval_dict["find"],
         dict(xacro._global_symbols["xacro"]),
@@ -373,7 +453,7 @@ def test_nothing_is_left_behind(tmp_path: Path) -> None:
     expected = run(good)
     for main, *_ in BAD.values():
         (tmp_path / "bad").mkdir(exist_ok=True)
-        failure(write(tmp_path / "bad", main, deep="<xacro:no/>", bad="<a></b>"), a="2")
+        failure(write(tmp_path / "bad", main, deep='<xacro:include filename="no"/>', bad="<a></b>"))
         assert state() == before
         assert run(good) == expected
     assert state() == before
@@ -388,7 +468,8 @@ def test_macros_and_properties_do_not_leak(tmp_path: Path) -> None:
         '<link name="${x}"/></xacro:macro><xacro:arg name="g" default="h"/><xacro:m/>',
     )
     assert links(first) == ["a"]
-    assert failure(write(tmp_path / "two", "<xacro:m/>")).code == "xacro"
+    (leaked,) = run(write(tmp_path / "two", "<xacro:m/>")).warnings
+    assert leaked.code == "xacro-macro-unknown"
     assert failure(write(tmp_path / "two", '<link name="${x}"/>')).code == "xacro"
     assert failure(write(tmp_path / "two", '<link name="$(arg g)"/>')).code == "xacro-arg"
 

@@ -13,6 +13,7 @@ visual shows the same mesh in another colour.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
@@ -20,7 +21,7 @@ import msgspec
 
 from urdf2mbs import vrml
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, counted, some
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.meshes import Mesh, MeshError, read, read_beside, turned
@@ -62,14 +63,22 @@ class Made(msgspec.Struct, omit_defaults=True):
     turned_up: str | None = None
 
 
+class Lost(msgspec.Struct):
+    """Mesh files that are not converted, by the names that the URDF gives them, and why."""
+
+    missing: dict[str, list[str]] = {}
+    not_ours: dict[str, str] = {}
+    unreadable: dict[str, str] = {}
+
+
 def run(conversion: Conversion, options: Options) -> None:
     settings = conversion.settings
     if settings.project is None:
         if conversion.meshes:
             conversion.note(
                 "mesh-not-converted",
-                f"{len(conversion.meshes)} mesh files are left as they are: the .mbs names the "
-                ".wrl files that 'output: {project: DIR}' makes of them",
+                f"{counted(len(conversion.meshes), 'mesh file')} left as they are: the .mbs names "
+                "the .wrl files that 'output: {project: DIR}' makes of them",
             )
         return
     if settings.output in conversion.files:
@@ -84,18 +93,14 @@ def run(conversion: Conversion, options: Options) -> None:
     links = _links(conversion)
     names = _name_files(conversion.meshes, uses)
     told: dict[str, Made] = {}
+    lost = Lost()
     counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
     for number, (filename, looks) in enumerate(uses.items(), start=1):
         conversion.progress(f"{filename} ({number} of {len(uses)})")
         path = packages.resolve(filename)
         if path is None:
             counts["unusable"] += 1
-            conversion.warn(
-                "mesh-missing",
-                f"mesh '{filename}' ({_shown_by(links[filename])}) was not found; looked in: "
-                + "; ".join(packages.looked(filename)),
-                link=links[filename][0],
-            )
+            lost.missing[filename] = packages.looked(filename)
             continue
         mesh: Mesh | None = None
         for look, shapes in looks.items():
@@ -103,13 +108,7 @@ def run(conversion: Conversion, options: Options) -> None:
             old = read_beside(target, target.name)
             made = None if old is None else made_from(old)
             if old is not None and made is None:
-                conversion.warn(
-                    "mesh-not-ours",
-                    f"mesh '{filename}' is not converted: {target} is already there, and was not "
-                    "written by urdf2mbs, or was changed since",
-                    link=links[filename][0],
-                    hint="move it away to have the mesh converted",
-                )
+                lost.not_ours[filename] = str(target)
             elif old is not None and made and is_current(made, options, look, path, folder):
                 counts["kept"] += 1
                 counts["bytes"] += len(old)
@@ -120,12 +119,7 @@ def run(conversion: Conversion, options: Options) -> None:
                         mesh = read(path, up_axis=options.up_axis == "apply")
                     except MeshError as error:
                         counts["unusable"] += 1
-                        conversion.warn(
-                            "mesh-unreadable",
-                            f"mesh '{filename}' ({_shown_by(links[filename])}) cannot be used: "
-                            f"{path}: {error}",
-                            link=links[filename][0],
-                        )
+                        lost.unreadable[filename] = f"{path}: {error}"
                         break
                 told[filename], content = convert(mesh, look, options)
                 conversion.files[target] = content
@@ -138,8 +132,15 @@ def run(conversion: Conversion, options: Options) -> None:
                 shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.name}"
                 x, y, z = shape.scale
                 shape.scale = (abs(x), abs(y), abs(z))
+    _tell_lost(conversion, lost, links)
     _tell(conversion, told, links)
-    conversion.report["convert-meshes"] = {"folder": str(folder), **counts}
+    conversion.report["convert-meshes"] = {
+        "folder": str(folder), **counts,
+        "lost": {
+            kind: {name: {"links": links[name], "why": why} for name, why in found.items()}
+            for kind, found in msgspec.structs.asdict(lost).items()
+        },
+    }  # fmt: skip
 
 
 def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
@@ -196,30 +197,68 @@ def _shown_by(links: list[str]) -> str:
     return f"link {links[0]}" + (f" and {len(links) - 1} more" if len(links) > 1 else "")
 
 
+def _tell_lost(conversion: Conversion, lost: Lost, links: dict[str, list[str]]) -> None:
+    """One warning for all meshes with one fate."""
+
+    def warn(code: str, found: Iterable[str], what: str, hint: str | None = None) -> None:
+        files = list(found)
+        named = (f"'{name}' ({_shown_by(links[name])})" for name in files)
+        conversion.warn(
+            code,
+            f"{counted(len(files), 'mesh')} {what}: {some(named, 3)}",
+            link=links[files[0]][0],
+            hint=hint,
+        )
+
+    if lost.missing:
+        places = dict.fromkeys(place for looked in lost.missing.values() for place in looked)
+        warn(
+            "mesh-missing", lost.missing, "not found",
+            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 8)}",
+        )  # fmt: skip
+    if lost.not_ours:
+        warn(
+            "mesh-not-ours", lost.not_ours,
+            "not converted, as a file of the name is there that urdf2mbs did not write, or that "
+            "was changed since",
+            f"move away: {some(lost.not_ours.values())}",
+        )  # fmt: skip
+    if lost.unreadable:
+        warn(
+            "mesh-unreadable", lost.unreadable, "cannot be used",
+            some(lost.unreadable.values(), 3),
+        )  # fmt: skip
+
+
 def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[str]]) -> None:
     """Warn of what the files do not show as the meshes say: of kept files, too."""
     lost: dict[str, list[str]] = {}
+    parts: dict[str, list[str]] = {}
+    turned_up: list[str] = []
     for filename, made in told.items():
         for problem in made.problems:
-            conversion.warn("mesh-part", f"mesh '{filename}': {problem}", link=links[filename][0])
+            parts.setdefault(problem, []).append(filename)
         for name, digest in made.sources.items():
             if digest is None:
                 lost.setdefault(name, []).append(filename)
         if made.turned_up:
-            conversion.warn(
-                "mesh-up-axis",
-                f"mesh '{filename}' says {made.turned_up} and was turned so that z is up; RViz "
-                "and Gazebo draw it unturned",
-                link=links[filename][0],
-                hint="passes: {convert-meshes: {up_axis: ignore}} does as they do",
-            )
-    for name, meshes in lost.items():
-        some = ", ".join(meshes[:5])
-        if len(meshes) > 5:
-            some += f" and {len(meshes) - 5} more"
+            turned_up.append(filename)
+    for problem, meshes in parts.items():
+        conversion.warn("mesh-part", f"{problem}: mesh {some(meshes)}", link=links[meshes[0]][0])
+    if turned_up:
+        conversion.warn(
+            "mesh-up-axis",
+            f"{counted(len(turned_up), 'mesh')} turned so that z is up, as the COLLADA file says; "
+            f"RViz and Gazebo draw them unturned: {some(turned_up)}",
+            link=links[turned_up[0]][0],
+            hint="passes: {convert-meshes: {up_axis: ignore}} does as they do",
+        )
+    if lost:
+        named = (f"'{name}' (of {some(meshes, 3)})" for name, meshes in lost.items())
         conversion.warn(
             "mesh-file-missing",
-            f"'{name}' is not there; shown without it (named relative to the mesh): {some}",
+            f"{counted(len(lost), 'file')} that meshes name not found, relative to the mesh; "
+            f"shown without: {some(named, 3)}",
         )
 
 

@@ -13,6 +13,7 @@ from math import pi
 from pathlib import PurePosixPath
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
@@ -98,9 +99,8 @@ def _tell(conversion: Conversion) -> None:
         )
 
 
-def _some(names: list[str]) -> str:
-    shown = ", ".join(names[:5])
-    return f"{len(names)} links: {shown}" + (", ..." if len(names) > 5 else "")
+def _some(links: list[str]) -> str:
+    return f"{counted(len(links), 'link')}: {some(links)}"
 
 
 PASS = Pass("convert-visuals", run, needs=("robot", "bodies"), gives=("shapes",))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import hypot
 
 from urdf2mbs.conversion import Conversion, LinkFrame
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagnostics import ConversionError, counted, some
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.mbs.names import identifiers, rename
@@ -174,8 +174,7 @@ def _tell_mimic(conversion: Conversion) -> None:
 
 
 def _some(joints: list[Joint]) -> str:
-    shown = ", ".join(joint.name for joint in joints[:5])
-    return f"{len(joints)} joints: {shown}" + (", ..." if len(joints) > 5 else "")
+    return f"{counted(len(joints), 'joint')}: {some(joint.name for joint in joints)}"
 
 
 PASS = Pass(

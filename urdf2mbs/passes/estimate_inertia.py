@@ -6,20 +6,24 @@ by their enclosed volume (their convex hull's where they do not enclose one; ext
 Where a mesh is not there, cannot be read or is flat, the link is taken for rods of ``rod_radius``
 from its origin to what it carries, or a ball where it carries nothing.  Every link is named in
 the report.
+
+``repair`` replaces each inertia that no body can have by the nearest one (``urdf.inertia`` says
+in which sense), and says by how much it moved.
 """
 
 from __future__ import annotations
 
-from math import hypot, isfinite, pi
+from math import hypot, isfinite, pi, sqrt
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, counted, some
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
+from urdf2mbs.urdf import inertia
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
 from urdf2mbs.urdf.packages import Packages
 
@@ -34,9 +38,56 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """kg of the whole robot: what its own inertias leave is shared out by volume."""
     rod_radius: float = 0.05
     """m; of the rods that stand in for meshes that cannot be read."""
+    repair: bool = False
+    """Replace inertias that no body can have by the nearest ones."""
 
 
 def run(conversion: Conversion, options: Options) -> None:
+    if options.repair:
+        _repair(conversion)
+    _estimate(conversion, options)
+
+
+#: What the reader says of an inertia that no body can have.
+IMPOSSIBLE = ("inertia-indefinite", "inertia-triangle", "mass-negative")
+
+
+def _repair(conversion: Conversion) -> None:
+    repaired: dict[str, dict[str, Any]] = {}
+    for link in conversion.robot.links.values():
+        old = link.inertial
+        if old is None or (old.mass >= 0.0 and inertia.fault(old.inertia, old.mass) is None):
+            continue
+        link.inertial, moved = inertia.nearest(old)
+        size = sqrt(sum(value * value for value in inertia.second_moments(old.inertia)))
+        repaired[link.name] = {
+            "mass": [old.mass, link.inertial.mass],
+            "inertia": [old.inertia, link.inertial.inertia],
+            "principal_moments": [
+                inertia.moments(old.inertia), inertia.moments(link.inertial.inertia),
+            ],
+            "moved": moved,
+            "moved_relative": moved / size if size else 0.0,
+        }  # fmt: skip
+    if not repaired:
+        return
+    # what was wrong with them is no more
+    conversion.diagnostics = [d for d in conversion.diagnostics if d.code not in IMPOSSIBLE]
+    listed = some(
+        f"link '{name}' by {it['moved']:.3g} kg m^2 ({100 * it['moved_relative']:.3g} %)"
+        + (f" and from {it['mass'][0]:.6g} kg to 0" if it["mass"][0] < 0.0 else "")
+        for name, it in repaired.items()
+    )
+    conversion.warn(
+        "inertia-repaired",
+        f"{counted(len(repaired), 'inertia')} that no body can have moved to the nearest possible "
+        f"one: {listed}",
+        link=next(iter(repaired)),
+    )
+    conversion.report["inertia-repair"] = repaired
+
+
+def _estimate(conversion: Conversion, options: Options) -> None:
     if options.density is None and options.total_mass is None:
         return
     if options.density is not None and options.total_mass is not None:
@@ -57,6 +108,7 @@ def run(conversion: Conversion, options: Options) -> None:
             if solid[0] > 0.0:
                 solids[link.name] = solid, means
     if not solids:
+        conversion.report["estimate-inertia"] = {"links": {}}
         return
     density = options.density or _density(conversion, solids, options.total_mass or 0.0)
     for name, ((volume, centre, tensor), _) in solids.items():
@@ -88,7 +140,8 @@ def _tell(conversion: Conversion, solids: dict[str, tuple[Solid, str]], density:
     )
     conversion.warn(
         "inertia-estimated",
-        f"{len(solids)} links have an inertia estimated at {density:.6g} kg/m^3: {listed}",
+        f"{counted(len(solids), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "
+        f"{listed}",
     )
     conversion.report["estimate-inertia"] = {
         "density": density,

@@ -36,7 +36,8 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     kind = "floating" if conversion.floating else "fixed"
     conversion.note("base", f"{kind} base: {why}", link=root)
 
-    if conversion.floating or not robot.links[root].massless:
+    # a robot of one link without mass must have a body, too
+    if conversion.floating or not robot.links[root].massless or not robot.joints:
         ground = _unused("ground", robot)
         joint = Joint(
             name=_unused(f"{kind}_base", robot), type=kind,

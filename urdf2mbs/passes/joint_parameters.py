@@ -66,11 +66,10 @@ def run(conversion: Conversion, options: Options) -> None:
             else options.friction_speed
             for name, value in models["friction"].items()
         }
-    if "q_min" in models and options.stops:
+    stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
+    if stopped and options.stops:
         switches |= {"stops": 1.0, "stop_speed": 1.0}
-        models["stop_stiffness"] = {
-            name: _short(inertias[name] * stiff) for name in models["q_min"]
-        }
+        models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
     if switches:
         models = {"joint_forces": switches, **models}
     hold = conversion.simulation.hold
@@ -113,8 +112,9 @@ def _kinds(
         values: dict[str, float | None] = {}
         if joint.limit is not None:
             kept.setdefault("limit", set()).add(joint.name)
-            if joint.type != "continuous" and joint.limit.lower < joint.limit.upper:
-                values["q_min"], values["q_max"] = joint.limit.lower, joint.limit.upper
+            low, high = joint.limit.lower, joint.limit.upper
+            if joint.type != "continuous" and (low is None or high is None or low < high):
+                values["q_min"], values["q_max"] = low, high
             values["effort"], values["velocity"] = joint.limit.effort, joint.limit.velocity
         if joint.dynamics is not None:
             kept.setdefault("joint-dynamics", set()).add(joint.name)

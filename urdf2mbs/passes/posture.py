@@ -9,7 +9,7 @@ by a PD controller.
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from math import isfinite, pi
+from math import inf, isfinite, pi
 
 import msgspec
 from lxml import etree
@@ -161,17 +161,14 @@ def _tell_limits(conversion: Conversion, given: dict[str, float]) -> None:
     for segment in conversion.segments.values():
         for step in segment.steps:
             limit = step.joint.limit
-            if (
-                limit is None
-                or len(step.coordinates) != 1
-                or step.joint.type == "continuous"
-                or not limit.lower < limit.upper
-            ):
+            if limit is None or len(step.coordinates) != 1 or step.joint.type == "continuous":
                 continue
+            low = -inf if limit.lower is None else limit.lower
+            high = inf if limit.upper is None else limit.upper
             q = step.coordinates[0].q or 0.0
-            if not limit.lower - ROUNDING <= q <= limit.upper + ROUNDING:
+            if low < high and not low - ROUNDING <= q <= high + ROUNDING:
                 unit = "m" if step.joint.type == "prismatic" else "rad"
-                told = f"{step.joint.name} at {q:g} of [{limit.lower:g}, {limit.upper:g}] {unit}"
+                told = f"{step.joint.name} at {q:g} of [{low:g}, {high:g}] {unit}"
                 if step.joint.name in given and unit == "rad" and abs(q) > 2 * pi:
                     told += " (positions are in rad)"
                 beyond.append(told)

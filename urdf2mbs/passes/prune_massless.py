@@ -6,7 +6,8 @@ added in the bodytree".  Neglected are the links, never their frames nor their c
 * a massless link with nothing but massless links behind it goes.  Its frame stays, as an
   anchor point of the body it is rigid with; if it moves, it is held at zero, with a warning;
 * a massless link on the way to a body chains its joints into that body's joints, where
-  nothing lies between them; else it stays, as a body without mass.
+  nothing lies between them; else it stays, as a body without mass;
+* where no link at all has mass, every link stays, as a body without mass, with a warning.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from fnmatch import fnmatchcase
 import msgspec
 
 from urdf2mbs.conversion import NOTHING_HEAVY, Conversion, Segment, Step
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
@@ -44,22 +45,26 @@ def run(conversion: Conversion, options: Options) -> None:
         if joint.child in needed:
             needed.add(joint.parent)
     if not any(joint.child in needed for joint in order):
-        raise _nothing_left(conversion)
+        bodied = needed = set(robot.links)
+    if all(link.massless for link in robot.links.values()):
+        _tell_no_mass(conversion)
 
     chained = _chained(conversion, order, children, bodied, needed)
     _make_segments(conversion, root, order, needed, chained)
     _attach_frames(conversion, order, needed, chained)
 
 
-def _nothing_left(conversion: Conversion) -> ConversionError:
-    return ConversionError(
-        "nothing-left",
-        f"robot '{conversion.robot.name}' has no link with mass that the base carries: "
-        "without its massless links nothing of it would be left",
-        file=conversion.robot.file,
-        hint="to keep massless links as bodies: 'passes: {prune-massless: {keep: [\"*\"]}}' in the "
-        "config, or --set 'prune-massless.keep=*'; to estimate what they weigh: "
-        "'passes: {estimate-inertia: {total_mass: KG}}'",
+def _tell_no_mass(conversion: Conversion) -> None:
+    links = conversion.robot.links.values()
+    shown = any(link.visuals or link.collisions for link in links)
+    asked = "estimate-inertia" in conversion.report
+    conversion.warn(
+        "no-mass",
+        "NO DYNAMICS: no link has a mass or an inertia; the frames are kept, as bodies without "
+        "mass, but the model cannot move by forces until masses are given",
+        hint="estimate-inertia: {total_mass: KG} estimates them from the geometry"
+        if shown and not asked
+        else "give each link an <inertial>, or each body its mass in the .mbs",
     )
 
 
@@ -136,6 +141,7 @@ def _attach_frames(
         for segment in conversion.segments.values()
         for link, pose in segment.parts.items()
     }
+    held: list[Joint] = []
     for joint in order:
         if joint.child in needed:
             continue
@@ -145,14 +151,29 @@ def _attach_frames(
         holder[joint.child] = (segment, at)
         if joint.moves:
             conversion.frozen[joint.name] = NOTHING_HEAVY
-            conversion.warn(
-                "massless-leaf",
-                f"joint '{joint.name}' ({joint.type}) moves nothing that has mass: its degree "
-                f"of freedom is left out, and link '{joint.child}' stays where it is at zero",
-                joint=joint.name,
-                link=joint.child,
-                hint="keep it with prune-massless: {keep: [...]}",
-            )
+            held.append(joint)
+    _tell_held(conversion, held)
+
+
+def _tell_held(conversion: Conversion, held: list[Joint]) -> None:
+    if not held:
+        return
+    first = held[0]
+    listed = some(f"joint '{joint.name}' ({joint.type})" for joint in held)
+    one = len(held) == 1
+    conversion.warn(
+        "massless-leaf",
+        f"{listed} {'moves' if one else 'move'} nothing that has mass: "
+        + (
+            f"its degree of freedom is left out, and link '{first.child}' stays"
+            if one
+            else f"{counted(len(held), 'joint')} are left out, and their links stay"
+        )
+        + " where the joint is at zero",
+        joint=first.name,
+        link=first.child,
+        hint=f'keep {"it" if one else "them"} with prune-massless: {{keep: ["*"]}}',
+    )
 
 
 PASS = Pass("prune-massless", run, Options, needs=("robot", "base"), gives=("bodies",))

@@ -89,10 +89,13 @@ def _joint_forces(models: dict[str, list[str]], simulation: Simulation) -> Itera
         yield "    if (m->joint_forces.stops != 0.0) {"
         yield "        const double speed = m->joint_forces.stop_speed;"
         for name in models["stop_stiffness"]:
-            yield f"        Qq[{name}_id] -= stop(q[{name}_id] - m->q_max.{name}, qd[{name}_id],"
-            yield f"            m->stop_stiffness.{name}, speed);"
-            yield f"        Qq[{name}_id] += stop(m->q_min.{name} - q[{name}_id], -qd[{name}_id],"
-            yield f"            m->stop_stiffness.{name}, speed);"
+            number, stiffness = f"{name}_id", f"m->stop_stiffness.{name}"
+            if name in models.get("q_max", ()):
+                yield f"        Qq[{number}] -= stop(q[{number}] - m->q_max.{name}, qd[{number}],"
+                yield f"            {stiffness}, speed);"
+            if name in models.get("q_min", ()):
+                yield f"        Qq[{number}] += stop(m->q_min.{name} - q[{number}], -qd[{number}],"
+                yield f"            {stiffness}, speed);"
         yield "    }"
     if simulation.hold is not None:
         efforts = models.get("effort", [])

@@ -105,10 +105,10 @@ class Link(msgspec.Struct):
 
 
 class Limit(msgspec.Struct):
-    """rad or m; effort in N m or N; velocity in rad/s or m/s."""
+    """rad or m; effort in N m or N; velocity in rad/s or m/s.  None is no limit."""
 
-    lower: float = 0.0
-    upper: float = 0.0
+    lower: float | None = 0.0
+    upper: float | None = 0.0
     effort: float | None = None
     velocity: float | None = None
 

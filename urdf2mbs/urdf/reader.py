@@ -1,7 +1,8 @@
 """From a URDF or xacro file to a ``Robot``, or to one error that says what is wrong where.
 
-Stricter than ROS's own parser (urdfdom): what that one drops or guesses is an error or a
-warning here. Where URDF leaves a choice, urdfdom's is taken.
+An error only where no meaning is left.  What is odd is kept as it is, and what the .mbs does not
+need is left out where it cannot be read; both are warnings.  Where URDF leaves a choice,
+urdfdom's is taken.
 """
 
 from __future__ import annotations
@@ -9,13 +10,13 @@ from __future__ import annotations
 import re
 from math import hypot, isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeVar
 
 from lxml import etree
 
-from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.spatial import NO_INERTIA, ZERO, to_xyz_angles
+from urdf2mbs.urdf import inertia, xml
 from urdf2mbs.urdf.model import (
     JOINT_TYPES,
     Box,
@@ -38,10 +39,10 @@ from urdf2mbs.urdf.model import (
     Sphere,
     Visual,
 )
-from urdf2mbs.urdf.xacro import LEGACY, LEGACY_HINT, expand
+from urdf2mbs.urdf.xacro import LEGACY, LEGACY_HINT, Expansion, expand
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from urdf2mbs.spatial import Sym, Vec
     from urdf2mbs.urdf.packages import Packages
@@ -112,54 +113,78 @@ OTHER_ROOTS = {
     "X3D": "an X3D scene",
     "svg": "a picture",
 }
-#: How far, as a share of the trace, a principal moment may be below zero, and the largest
-#: above the sum of the two others.
-PSD_TOLERANCE = 1e-9
-TRIANGLE_TOLERANCE = 1e-6
-#: m^2; times the mass, what rounding may leave of a zero (iCub has -5e-20 kg m^2).
-NOISE = 1e-15
-
 _NAMES_SHOWN = 4
-#: Blanks and byte order marks, in any encoding.
-_BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
+_Part = TypeVar("_Part")
+_REPAIR = "estimate-inertia: {repair: true} puts the nearest one that a body can have"
 _BLANKS = re.compile(r"[ \t\r\n]+")
-_SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
-#: libxml2's first complaint about a file that is cut off.
-_UNFINISHED = frozenset(
-    f"ERR_{what}"
-    for what in (
-        "TAG_NOT_FINISHED", "COMMENT_NOT_FINISHED", "CDATA_NOT_FINISHED", "PI_NOT_FINISHED",
-        "XMLDECL_NOT_FINISHED", "DOCUMENT_EMPTY",
-    )
-)  # fmt: skip
+#: A file name that a package which was not found stands in.
+_UNRESOLVED = re.compile(r"^file:/*(?=package://)")
 
 
 def read_robot(
     source: Path, packages: Packages, xacro_args: Mapping[str, str]
 ) -> tuple[Robot, list[Diagnostic]]:
-    """Read a robot; a file called ``*.xacro`` is expanded first.
+    """Read a robot; a file with xacro in it is expanded first, whatever its name.
+
+    An error among the diagnostics is one that the user may lower; then what it is about is left
+    out.
 
     :raises ConversionError: the codes of ``parse`` and of ``xacro.expand``, and
         ``file-not-found``, ``file-is-directory``, ``file-unreadable``
     """
+    return read_text(source, *expanded(source, packages, xacro_args), xacro_args)
+
+
+def expanded(
+    source: Path, packages: Packages, xacro_args: Mapping[str, str]
+) -> tuple[bytes, Expansion | None]:
+    """A file's bytes, and what xacro makes of them; None where there is no xacro in it."""
     data = _read(source)
-    if source.suffix.lower() != ".xacro":
+    if not data.strip():
+        raise ConversionError("file-empty", "the file is empty", file=str(source))
+    if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
+        return data, None
+    return data, expand(source, packages, xacro_args)
+
+
+def has_xacro(data: bytes, file: str) -> bool:
+    """Whether a URDF has elements, or values of links and joints, that xacro must expand."""
+    if b"xacro" not in data and b"${" not in data and b"$(" not in data:
+        return False
+    root, _ = xml.parse(data, file)
+    for element in root.iter(etree.Element):
+        if _is_xacro(element):
+            return True
+    for child in root.iterchildren("{*}link", "{*}joint", "{*}material"):
+        for element in child.iter(etree.Element):
+            for value in element.values():
+                if "${" in value or "$(" in value:
+                    return True
+    return False
+
+
+def read_text(
+    source: Path, data: bytes, expansion: Expansion | None, xacro_args: Mapping[str, str]
+) -> tuple[Robot, list[Diagnostic]]:
+    """Read what ``expanded`` gave; raises ConversionError."""
+    if expansion is None:
         robot, diagnostics = parse(data, str(source))
         if xacro_args:
             diagnostics.append(
                 Diagnostic(
                     "warning",
                     "xacro-unused-arg",
-                    "arguments have no effect: the file is not a .xacro: "
+                    "arguments have no effect, as there is no xacro in the file: "
                     + ", ".join(sorted(xacro_args)),
                     file=str(source),
                 )
             )
     else:
-        if not data.strip():
-            _fail_empty(str(source))
-        expansion = expand(source, packages, xacro_args)
-        robot, diagnostics = parse(expansion.text, str(source), expanded=True)
+        try:
+            robot, diagnostics = parse(expansion.text, str(source), expanded=True)
+        except ConversionError as error:
+            error.said[:0] = expansion.warnings
+            raise
         diagnostics[:0] = expansion.warnings
     if not robot.name:
         robot.name = stem(source)
@@ -183,7 +208,12 @@ def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, lis
 
     :raises ConversionError: one for the first thing that is wrong
     """
-    return _Reader(f"{file} (expanded)" if expanded else file, expanded).robot(data)
+    reader = _Reader(f"{file} (expanded)" if expanded else file, expanded)
+    try:
+        return reader.robot(data)
+    except ConversionError as error:
+        error.said = reader.diagnostics()
+        raise
 
 
 def _read(source: Path) -> bytes:
@@ -192,7 +222,12 @@ def _read(source: Path) -> bytes:
         return source.read_bytes()
     except FileNotFoundError:
         try:
-            known = [entry.name for entry in source.parent.iterdir()]
+            known = [
+                entry.name
+                for entry in sorted(source.parent.iterdir())
+                if entry.suffix.lower() in (".urdf", ".xacro")
+                and nearest(source.name.split(".")[0], [entry.name.split(".")[0]])
+            ]
         except OSError:
             known = []
         raise ConversionError(
@@ -213,19 +248,17 @@ def _read(source: Path) -> bytes:
         ) from None
 
 
-def _fail_empty(file: str) -> NoReturn:
-    raise ConversionError("file-empty", "the file is empty", file=file)
-
-
 class _Group:
     """Warnings of one kind, said once for all the elements they are about."""
 
-    def __init__(self, level: Literal["warning", "note"], line: int | None, hint: str | None):
+    def __init__(
+        self, level: Literal["error", "warning", "note"], line: int | None, hint: str | None
+    ) -> None:
         self.level = level
         self.line = line
         self.hint = hint
-        self.owners: dict[tuple[str, str], None] = {}
-        self.count = 0
+        self.owners: dict[tuple[str, str], str] = {}
+        """Kind and name, and what is to be said of it alone."""
 
 
 class _Reader:
@@ -240,6 +273,10 @@ class _Reader:
         self.vectors: dict[str, Vec] = {}
         self.line: int | None = None
         """Of <robot>."""
+        self.colourless: set[str] = set()
+        """Materials whose colour could not be read, which is said."""
+        self.legacy: str | None = None
+        """The first ``<property>`` that xacro does not read any more."""
         self.quaternions = False
         """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
 
@@ -254,6 +291,9 @@ class _Reader:
         self, code: str, message: str, element: Any = None, hint: str | None = None
     ) -> NoReturn:
         line = element if element is None or isinstance(element, int) else element.sourceline
+        if self.expanded:
+            more = "the line is one of the expanded text: --dump DIR writes it, as expanded.urdf"
+            hint = f"{hint}; {more}" if hint else more
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def warn(
@@ -265,32 +305,37 @@ class _Reader:
         hint: str | None = None,
         like: tuple[str, Iterable[str]] | None = None,
         owner: tuple[str, str] | None = None,
-        level: Literal["warning", "note"] = "warning",
+        level: Literal["error", "warning", "note"] = "warning",
+        detail: str = "",
     ) -> None:
         """The same message about several links or joints is said once, with their names.
 
-        ``like``: a wrong name and the right ones, the nearest of which is offered.
+        ``like``: a wrong name and the right ones, the nearest of which is offered; ``detail``:
+        what differs from one link or joint to the next.
         """
         group = self.groups.get((code, message))
         if group is None:
             if like is not None:
                 hint = nearest(like[0], sorted(like[1]))
             group = self.groups[code, message] = _Group(level, line, hint)
-        group.owners[owner or self.owner] = None
-        group.count += 1
+        owner = owner or self.owner
+        before = group.owners.get(owner, "")
+        group.owners[owner] = f"{before}; {detail}" if before and detail else before or detail
 
     def diagnostics(self) -> list[Diagnostic]:
         said = []
         for (code, message), group in self.groups.items():
             owners = list(group.owners)
             kind, name = owners[0]
-            shown = ", ".join(f"{kind} '{name}'" for kind, name in owners[:_NAMES_SHOWN] if name)
+            shown = ", ".join(
+                f"{kind} '{name}'" + (f" ({detail})" if detail else "")
+                for (kind, name), detail in list(group.owners.items())[:_NAMES_SHOWN]
+                if name
+            )
             more = len(owners) - _NAMES_SHOWN
             text = f"{message}: {shown}" if shown else message
             if more > 0:
                 text += f" and {more} more"
-            if group.count > len(owners):
-                text += f" ({group.count} times)"
             said.append(
                 Diagnostic(
                     group.level, code, text,
@@ -304,71 +349,10 @@ class _Reader:
     # -- XML --------------------------------------------------------------------------
 
     def xml(self, data: bytes) -> Any:
-        if not data.strip(_BLANK):
-            _fail_empty(self.file)
-        parser = _parser()
-        try:
-            root = xml_lines.parse(data, parser)
-        except etree.XMLSyntaxError as error:
-            root = self._undeclared_prefixes(data, error, _log(parser))
-        if root is None:
-            self.fail("xml-syntax", "there is no XML element in the file")
-        dtd: Any = root.getroottree().docinfo.internalDTD
-        if dtd is not None and next(dtd.iterentities(), None) is not None:
-            self.bad_entities(1)
+        root, slips = xml.parse(data, self.file)
+        for slip in slips:
+            self.warn(slip.code, slip.message, slip.line)
         return root
-
-    def _undeclared_prefixes(self, data: bytes, error: etree.XMLSyntaxError, log: list[Any]) -> Any:
-        """Old files use prefixes that they do not declare; only that is forgiven."""
-        if not log or any(entry.domain_name != "NAMESPACE" for entry in log):
-            self._not_xml(data, error, {entry.type_name for entry in log[:1]})
-        for entry in log:
-            if not self.expanded and "xacro" in entry.message:
-                self.unexpanded("an element or attribute with the prefix xacro:", entry.line)
-            self.warn("xml-namespace", entry.message.strip().rstrip("."), entry.line)
-        return xml_lines.parse(data, _parser(recover=True))
-
-    def _not_xml(self, data: bytes, error: etree.XMLSyntaxError, first: set[str]) -> NoReturn:
-        line = error.lineno or None
-        text = data.strip(_BLANK)
-        if not text.startswith(b"<"):
-            begin = text[:60].replace(b"\0", b"").decode("utf-8", "replace")
-            self.fail(
-                "not-xml",
-                f"not an XML file: it begins with {_shown(begin[:30])}",
-                line,
-                "a URDF file begins with <?xml ...?> or <robot name=...>",
-            )
-        reason = (error.msg or "it cannot be parsed").partition(", ")[0].strip().rstrip(".")
-        at_end = line is not None and line > data.rstrip(_BLANK).count(b"\n")
-        if first & _UNFINISHED or (at_end and not text.endswith(b">")):
-            self.fail(
-                "xml-truncated",
-                f"the file ends before its elements are closed ({reason})",
-                line,
-                "it seems to be cut off: get it again, or close the elements",
-            )
-        if b"<!ENTITY" in data:
-            self.bad_entities(line, reason)
-        hints = {
-            "ERR_RESERVED_XML_NAME": "nothing may stand before <?xml ...?>",
-            "ERR_INVALID_ENCODING": _SAVE_UTF_8,
-            "ERR_UNSUPPORTED_ENCODING": _SAVE_UTF_8,
-            "ERR_UNDECLARED_ENTITY": "write &amp; for an ampersand",
-            "ERR_ENTITYREF_SEMICOL_MISSING": "write &amp; for an ampersand",
-            "ERR_NAME_REQUIRED": "write &lt; and &amp; for < and &",
-            "ERR_DOCUMENT_END": "an XML file has one outermost element",
-        }
-        hint = next((hints[name] for name in first if name in hints), None)
-        self.fail("xml-syntax", f"not well-formed XML: {reason}", line, hint)
-
-    def bad_entities(self, line: int | None, reason: str = "") -> NoReturn:
-        self.fail(
-            "xml-entity",
-            "the file declares XML entities, which are not read" + (reason and f" ({reason})"),
-            line,
-            "write out what the entities stand for, and take the DOCTYPE away",
-        )
 
     def attributes(self, element: Any) -> dict[str, str]:
         """All of an element's attributes; those that we do not know are reported."""
@@ -390,8 +374,6 @@ class _Reader:
             if name in known:
                 continue
             if name.startswith("{") or ":" in name:
-                if "xacro" in name:
-                    self.unexpanded(f"the attribute {_plain(name)}", element.sourceline)
                 continue
             self.warn(
                 "unknown-attribute",
@@ -419,7 +401,8 @@ class _Reader:
         tag = child.tag
         if not isinstance(tag, str):  # a comment or processing instruction
             return
-        self.xacro_left(child)
+        if self.xacro_left(child):
+            return
         self.warn(
             "unknown-element",
             f"<{_plain(tag)}> in <{parent}> is not known and has no effect",
@@ -434,35 +417,56 @@ class _Reader:
             child.sourceline,
         )
 
-    def xacro_left(self, element: Any) -> None:
-        """Fail for an element that xacro should have dealt with."""
+    def xacro_left(self, element: Any) -> bool:
+        """Whether an element is one that xacro should have dealt with; it is left out, and that
+        is said."""
         tag = element.tag
-        space = tag.partition("}")[0] if tag.startswith("{") else tag.partition(":")[0]
-        if element.prefix == "xacro" or (space != tag and "xacro" in space):
-            self.unexpanded(f"<xacro:{_plain(tag).rpartition(':')[2]}>", element.sourceline)
+        if _is_xacro(element):
+            self.warn(
+                "xacro-macro-unknown",
+                f"<xacro:{_plain(tag).rpartition(':')[2]}> was left by xacro",
+                element.sourceline,
+                level="error",
+            )
+            return True
+        if tag == "property":
+            self.legacy = self.legacy or element.get("name") or "?"
+            self.warn(
+                "property-unused",
+                "<property> without the prefix xacro: has no effect, and is not used",
+                element.sourceline,
+                owner=("property", element.get("name") or ""),
+            )
+            return True
         if tag in LEGACY:
-            self.fail(
+            self.warn(
                 "xacro-legacy",
                 f"<{tag}> without the prefix xacro: is not read by xacro any more",
-                element,
-                LEGACY_HINT.format(tag=tag)
-                + ("" if self.expanded else ", and give the file a name that ends in .xacro"),
+                element.sourceline,
+                hint=LEGACY_HINT.format(tag=tag),
+                level="error",
             )
+            return True
+        return False
 
     def unexpanded(self, what: str, line: int | None) -> NoReturn:
-        self.fail(
-            "xacro-unexpanded",
-            f"{self.where}: {what} was left by xacro"
-            if self.expanded
-            else f"{what}: this is xacro that has not been expanded",
-            line,
-            None if self.expanded else "give the file a name that ends in .xacro: it is expanded",
-        )
+        if self.legacy is not None:
+            self.fail(
+                "xacro-legacy",
+                f"{what}: '{self.legacy}' is given by <property> without the prefix xacro:, which "
+                "is not read by xacro any more",
+                line,
+                LEGACY_HINT.format(tag="property"),
+            )
+        self.fail("xacro-unexpanded", f"{what} was left by xacro", line)
 
     # -- values -----------------------------------------------------------------------
 
-    def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str:
-        """The ``name`` of a link or joint: there must be one, and only once."""
+    def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
+        """The ``name`` of a link or joint: there must be one, and only once.
+
+        None for an element that says again, word for word, what another of its name has said.
+        """
         name: str | None = element.get("name")
         if not name or not name.strip():
             self.fail(
@@ -472,14 +476,15 @@ class _Reader:
                 f"every <{kind}> needs a name of its own",
             )
         self.owner = (kind, name)
-        if "$" in name:
-            self.text(element, "name", name)
         if name != name.strip():
             self.warn(
                 "name-blank", "the name begins or ends with a blank, which is kept",
                 element.sourceline,
             )  # fmt: skip
         if name in taken:
+            if _says_the_same(element, kind, name):
+                self.doubled("robot", element)
+                return None
             self.fail(
                 "name-doubled",
                 f"two {kind}s are called '{name}'; the first is in line {taken[name].line}",
@@ -538,12 +543,11 @@ class _Reader:
             except ValueError:
                 value = None
             if value is None:
-                point = word.count(",") == 1 and word.replace(",", "").lstrip("+-").isdecimal()
                 self.fail(
                     "number-invalid",
                     f"{what} is {_shown(text)}: {_shown(word)} is not a number",
                     element,
-                    "write decimals with a point" if point else "write it as 1.5 or -2e-3",
+                    _comma_hint(text, count) or "write it as 1.5 or -2e-3",
                 )
             if not isfinite(value):
                 self.fail(
@@ -558,6 +562,14 @@ class _Reader:
             element,
             f"give {wanted}" + (", with blanks between them" if count > 1 else ""),
         )
+
+    def left_out(self, element: Any, what: str, error: ConversionError) -> None:
+        """Say that something that the .mbs does not need is left out, as it cannot be read."""
+        reason = error.message.partition(f"{self.where}: ")[2] or error.message
+        self.warn(
+            "number-left-out", f"{what} is left out, as it cannot be read", element.sourceline,
+            detail=reason,
+        )  # fmt: skip
 
     def origin(self, element: Any) -> Origin:
         if element is None:
@@ -603,6 +615,8 @@ class _Reader:
 
     def link(self, element: Any, links: dict[str, Link]) -> None:
         name = self.name(element, "link", links)
+        if name is None:
+            return
         if len(element.attrib) != 1:
             self.unknown_attributes(element)
         inertial: Any = None
@@ -635,26 +649,32 @@ class _Reader:
         parts = self.parts(element)
         origin = self.origin(parts.get("origin"))
         mass_element, inertia_element = parts.get("mass"), parts.get("inertia")
-        mass, inertia = 0.0, NO_INERTIA
+        mass, tensor = 0.0, NO_INERTIA
         if mass_element is not None:
             mass = self.number(mass_element, "value", self.attribute(mass_element, "value"))
             if mass < 0.0:
-                self.fail(
-                    "mass-negative", f"{self.where}: the mass is negative ({mass!r} kg)",
-                    mass_element,
+                self.warn(
+                    "mass-negative", "no body has a mass below zero; it is kept",
+                    mass_element.sourceline, detail=f"{mass!r} kg", hint=_REPAIR,
                 )  # fmt: skip
+        if inertia_element is not None and not inertia_element.attrib:
+            inertia_element = None
         if inertia_element is not None:
-            get = self.attributes(inertia_element).get
-            inertia = (
-                self.number(inertia_element, "ixx", get("ixx")),
-                self.number(inertia_element, "ixy", get("ixy")),
-                self.number(inertia_element, "ixz", get("ixz")),
-                self.number(inertia_element, "iyy", get("iyy")),
-                self.number(inertia_element, "iyz", get("iyz")),
-                self.number(inertia_element, "izz", get("izz")),
+            given = self.attributes(inertia_element)
+            missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
+            if missing:
+                self.warn(
+                    "inertia-incomplete",
+                    "<inertia> has not all products of inertia; those missing are zero",
+                    inertia_element.sourceline, detail=", ".join(missing),
+                )  # fmt: skip
+            xx, xy, xz, yy, yz, zz = (
+                0.0 if name in missing else self.number(inertia_element, name, given.get(name))
+                for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
             )
-            if inertia != NO_INERTIA:
-                self.check_inertia(inertia, mass, inertia_element)
+            tensor = (xx, xy, xz, yy, yz, zz)
+            if tensor != NO_INERTIA:
+                self.check_inertia(tensor, mass, inertia_element)
         line = element.sourceline
         if mass_element is None:
             self.warn(
@@ -672,62 +692,53 @@ class _Reader:
                 hint="give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>",
             )
             return Inertial(mass, NO_INERTIA, origin)
-        if mass == 0.0 and inertia != NO_INERTIA:
+        if mass == 0.0 and tensor != NO_INERTIA:
             self.warn("inertia-without-mass", "inertia, but no mass", line)
-        elif mass > 0.0 and inertia == NO_INERTIA:
+        elif mass > 0.0 and tensor == NO_INERTIA:
             self.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
-        return Inertial(mass, inertia, origin)
+        return Inertial(mass, tensor, origin)
 
     def check_inertia(self, tensor: Sym, mass: float, element: Any) -> None:
-        """Principal moments a, b, c are those of a body if a + b >= c and so on.
-
-        That holds just where ``J = trace/2 - I`` is positive semi-definite, which implies that
-        I is; and J is positive definite if its leading minors are positive.
-        """
-        xx, xy, xz, yy, yz, zz = tensor
-        half = (xx + yy + zz) / 2
-        a, b, c = half - xx, half - yy, half - zz
-        least = 1e-12 * half
-        ab = a * b - xy * xy
-        determinant = ab * c - a * yz * yz - b * xz * xz - 2 * xy * xz * yz
-        if a > least and ab > least * half and determinant > least * half * half:
+        """Warn of an inertia that no body has."""
+        fault = inertia.fault(tensor, mass)
+        if fault is None:
             return
-        small, middle, large = _principal_moments(tensor)
-        trace = small + middle + large
-        moments = f"its principal moments are {small:.6g}, {middle:.6g}, {large:.6g} kg m^2"
-        if small < -NOISE * mass - PSD_TOLERANCE * abs(trace):
-            self.fail(
-                "inertia-not-psd",
-                f"{self.where}: the inertia is not positive semi-definite: {moments}",
-                element,
-                "no body has such an inertia: check its signs, and that it is about the centre"
-                " of mass",
-            )
-        if large - small - middle > NOISE * mass + TRIANGLE_TOLERANCE * abs(trace):
-            self.warn(
-                "inertia-triangle",
-                f"no real body has such an inertia: {moments}, the largest is more than the"
-                " others together",
-                element.sourceline,
-            )
+        self.warn(
+            fault.code,
+            "no body has such an inertia, which is kept: "
+            + (
+                "a principal moment is below zero"
+                if fault.code == "inertia-indefinite"
+                else "one principal moment is more than the others together"
+            ),
+            element.sourceline,
+            detail="principal moments " + ", ".join(f"{m:.6g}" for m in fault.moments) + " kg m^2",
+            hint="check that it is about the centre of mass, and its signs; " + _REPAIR,
+        )
 
     def visual(self, element: Any, visuals: list[Visual]) -> None:
         name = self.attribute(element, "name")
         parts = self.parts(element)
-        origin = self.origin(parts.get("origin"))
-        geometry = self.geometry(element, parts.get("geometry"))
         material = parts.get("material")
         look = None if material is None else self.material(material)
-        if geometry is not None:
-            visuals.append(Visual(geometry, origin, look, name, element.sourceline))
+        placed = self.shape(element, parts)
+        if placed is not None:
+            visuals.append(Visual(*placed, look, name, element.sourceline))
 
     def collision(self, element: Any, collisions: list[Collision]) -> None:
         name = self.attribute(element, "name")
-        parts = self.parts(element)
-        origin = self.origin(parts.get("origin"))
-        geometry = self.geometry(element, parts.get("geometry"))
-        if geometry is not None:
-            collisions.append(Collision(geometry, origin, name, element.sourceline))
+        placed = self.shape(element, self.parts(element))
+        if placed is not None:
+            collisions.append(Collision(*placed, name, element.sourceline))
+
+    def shape(self, element: Any, parts: dict[str, Any]) -> tuple[Geometry, Origin] | None:
+        """Of a visual or collision; None where it cannot be read, which is said."""
+        try:
+            geometry = self.geometry(element, parts.get("geometry"))
+            return None if geometry is None else (geometry, self.origin(parts.get("origin")))
+        except ConversionError as error:
+            self.left_out(element, f"a <{element.tag}>", error)
+            return None
 
     def geometry(self, owner: Any, element: Any) -> Geometry | None:
         shape = None
@@ -759,11 +770,10 @@ class _Reader:
                     shape.sourceline,
                 )  # fmt: skip
                 return None
-            if "$" in filename:
-                self.text(shape, "filename", filename)
+            filename = _UNRESOLVED.sub("", filename)
             if "scale" not in attributes:
                 return Mesh(filename)
-            scale = self.vector(shape, "scale", attributes["scale"])
+            scale = self.scale(shape, attributes["scale"])
             geometry, sizes = Mesh(filename, scale), tuple(map(abs, scale))  # < 0 is a mirror
         elif tag == "box":
             geometry = Box(self.vector(shape, "size", attributes.get("size")))
@@ -793,10 +803,19 @@ class _Reader:
             )
         return geometry
 
+    def scale(self, element: Any, text: str) -> Vec:
+        """Of a mesh: three numbers, or one for all directions."""
+        if len(text.split()) != 1:
+            return self.vector(element, "scale", text)
+        factor = self.number(element, "scale", text)
+        self.warn(
+            "mesh-scale", "the scale of a mesh is one number, taken for all directions",
+            element.sourceline, detail=text.strip(),
+        )  # fmt: skip
+        return (factor, factor, factor)
+
     def material(self, element: Any) -> Material | None:
         name = self.attribute(element, "name") or ""
-        if "$" in name:
-            self.text(element, "name", name)
         color: tuple[float, float, float, float] | None = None
         texture: str | None = None
         if len(element):
@@ -804,15 +823,17 @@ class _Reader:
             if "color" in parts:
                 child = parts["color"]
                 rgba = self.attribute(child, "rgba")
-                r, g, b, a = self.numbers(child, "rgba", rgba, 4)
-                color = (r, g, b, a)
-                if min(color) < 0.0 or max(color) > 1.0:
+                try:
+                    r, g, b, a = self.numbers(child, "rgba", rgba, 4)
+                    color = (r, g, b, a)
+                except ConversionError as error:
+                    self.left_out(child, "a colour", error)
+                    self.colourless.add(name)
+                if color is not None and (min(color) < 0.0 or max(color) > 1.0):
                     self.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
             if "texture" in parts:
                 child = parts["texture"]
                 texture = self.attribute(child, "filename") or None
-                if texture and "$" in texture:
-                    self.text(child, "filename", texture)
         if not name and color is None and texture is None:
             return None
         return Material(name, color, texture)
@@ -821,6 +842,8 @@ class _Reader:
 
     def joint(self, element: Any, joints: dict[str, Joint]) -> None:
         name = self.name(element, "joint", joints)
+        if name is None:
+            return
         kind = element.get("type")
         if len(element.attrib) != 2:
             self.unknown_attributes(element)
@@ -832,12 +855,19 @@ class _Reader:
                     f"the types are: {types}",
                 )  # fmt: skip
             self.text(element, "type", kind)
-            self.fail(
-                "joint-type-unknown",
-                f"joint '{name}' is of the type {_shown(kind)}, which URDF does not know",
-                element,
-                nearest(kind.lower(), JOINT_TYPES) or f"the types are: {types}",
-            )
+            plain = kind.strip().lower()
+            if plain not in JOINT_TYPES:
+                self.fail(
+                    "joint-type-unknown",
+                    f"joint '{name}' is of the type {_shown(kind)}, which URDF does not know",
+                    element,
+                    nearest(plain, JOINT_TYPES) or f"the types are: {types}",
+                )
+            self.warn(
+                "joint-type-spelling", f"the type {_shown(kind)} is read as '{plain}'",
+                element.sourceline,
+            )  # fmt: skip
+            kind = plain
         parts = self.parts(element)
         parent = self.end(element, parts, "parent")
         child = self.end(element, parts, "child")
@@ -862,19 +892,36 @@ class _Reader:
                 f"a {kind} joint wants a <limit>, and is read as one without limits",
                 element.sourceline,
             )
-        if "dynamics" in parts:
-            joint.dynamics = Dynamics(**self.known_numbers(parts["dynamics"]))
-        if "mimic" in parts:
-            part = parts["mimic"]
-            leader = self.text(part, "joint", part.get("joint") or "")
-            joint.mimic = Mimic(leader, **self.known_numbers(part))
-        if "safety_controller" in parts:
-            part = parts["safety_controller"]
-            if part.get("k_velocity") is None:
-                self.bad_number(part, "k_velocity", None, 1)
-            joint.safety_controller = SafetyController(**self.known_numbers(part))
-        if "calibration" in parts:
-            joint.calibration = Calibration(**self.known_numbers(parts["calibration"]))
+        joint.dynamics = self.optional(parts, "dynamics", self.dynamics)
+        joint.mimic = self.optional(parts, "mimic", self.mimic)
+        joint.safety_controller = self.optional(parts, "safety_controller", self.safety)
+        joint.calibration = self.optional(parts, "calibration", self.calibration)
+
+    def optional(
+        self, parts: dict[str, Any], tag: str, read: Callable[[Any], _Part]
+    ) -> _Part | None:
+        """A part of a joint that the .mbs does not have: left out where it cannot be read."""
+        if tag not in parts:
+            return None
+        try:
+            return read(parts[tag])
+        except ConversionError as error:
+            self.left_out(parts[tag], f"<{tag}>", error)
+            return None
+
+    def dynamics(self, element: Any) -> Dynamics:
+        return Dynamics(**self.known_numbers(element))
+
+    def mimic(self, element: Any) -> Mimic:
+        return Mimic(element.get("joint") or "", **self.known_numbers(element))
+
+    def safety(self, element: Any) -> SafetyController:
+        if element.get("k_velocity") is None:
+            self.bad_number(element, "k_velocity", None, 1)
+        return SafetyController(**self.known_numbers(element))
+
+    def calibration(self, element: Any) -> Calibration:
+        return Calibration(**self.known_numbers(element))
 
     def known_numbers(self, element: Any) -> dict[str, float]:
         """All attributes that are numbers, by their names in the model."""
@@ -896,7 +943,7 @@ class _Reader:
                 element if part is None else part,
                 f'give <{which} link="..."/>',
             )
-        return self.text(part, "link", name) if "$" in name else name
+        return name
 
     def axis(self, joint: Joint, element: Any) -> None:
         joint.axis = self.vector(element, "xyz", self.attribute(element, "xyz"))
@@ -909,13 +956,24 @@ class _Reader:
             )
 
     def limit(self, joint: Joint, element: Any) -> Limit:
-        limit = Limit(**self.known_numbers(element))
-        if limit.lower > limit.upper and joint.type in ("revolute", "prismatic"):
+        """Each number by itself; one that cannot be read, or is infinite, is no limit."""
+        numbers: dict[str, float | None] = {}
+        for name, text in self.attributes(element).items():
+            if name not in ATTRIBUTES["limit"]:
+                continue
+            try:
+                numbers[name] = self.number(element, name, text)
+            except ConversionError as error:
+                self.left_out(element, "a limit", error)
+                numbers[name] = None
+        limit = Limit(**numbers)
+        lower, upper = limit.lower, limit.upper
+        ranged = joint.type in ("revolute", "prismatic") and None not in (lower, upper)
+        if ranged and lower > upper:  # type: ignore[operator]
             self.warn(
-                "limit-order",
-                f"the lower limit ({limit.lower!r}) is above the upper one ({limit.upper!r})",
-                element.sourceline,
-            )
+                "limit-order", "the lower limit is above the upper one", element.sourceline,
+                detail=f"{lower!r} and {upper!r}",
+            )  # fmt: skip
         return limit
 
     # -- the robot --------------------------------------------------------------------
@@ -938,7 +996,8 @@ class _Reader:
             elif isinstance(tag, str):
                 self.owner = ("robot", "")
                 if tag not in FOREIGN:
-                    self.xacro_left(child)
+                    if self.xacro_left(child):
+                        continue
                     if "{" not in tag and ":" not in tag:
                         self.warn(
                             "unknown-element",
@@ -966,8 +1025,6 @@ class _Reader:
                 _strip_namespace(root, f"{{{space}}}")
         if tag == "robot":
             return
-        if "xacro" in tag or tag in LEGACY:
-            self.xacro_left(root)
         kind = OTHER_ROOTS.get(tag)
         self.fail(
             "wrong-root",
@@ -981,8 +1038,6 @@ class _Reader:
         robot.name = (self.attributes(root).get("name") or "").strip()
         if not robot.name:
             self.warn("robot-unnamed", "<robot> has no name", root.sourceline)
-        elif "$" in robot.name:
-            self.text(root, "name", robot.name)
 
     def global_material(self, element: Any, robot: Robot) -> None:
         self.owner = ("material", element.get("name") or "")
@@ -1007,7 +1062,7 @@ class _Reader:
                 else:
                     robot.materials.setdefault(material.name, material)
         for name, link_name, line in used:
-            if name not in robot.materials:
+            if name not in robot.materials and name not in self.colourless:
                 self.warn(
                     "material-undefined",
                     f"the material '{name}' is not defined",
@@ -1022,6 +1077,8 @@ class _Reader:
         if not links:
             self.fail("no-links", "the robot has no links", self.line)
         above: dict[str, Joint] = {}
+        self.imply_world(robot)
+        links = robot.links
         for joint in robot.joints.values():
             for which, name in (("parent", joint.parent), ("child", joint.child)):
                 if name not in links:
@@ -1044,12 +1101,41 @@ class _Reader:
         self.check_loops(links, above)
         roots = [name for name in links if name not in above]
         if len(roots) > 1:
+            roots = self.without_unattached(robot, roots)
+        if len(roots) > 1:
             self.fail(
                 "several-roots",
                 f"{len(roots)} links have no parent: {_listed(roots)}",
                 links[roots[1]].line,
                 "join them by a joint, or take away what does not belong to the robot",
             )
+
+    def imply_world(self, robot: Robot) -> None:
+        """A link ``world`` that joints name as their parent need not be declared."""
+        for joint in robot.joints.values():
+            if joint.parent == "world" and "world" not in robot.links:
+                robot.links = {"world": Link("world"), **robot.links}
+                self.warn(
+                    "world-implied", "there is no link called 'world': it is implied",
+                    joint.line, owner=("joint", joint.name),
+                )  # fmt: skip
+
+    def without_unattached(self, robot: Robot, roots: list[str]) -> list[str]:
+        """Take away links that no joint holds and that hold nothing: no mass, no shape."""
+        holding = {joint.parent for joint in robot.joints.values()}
+        empty = [
+            link
+            for name, link in robot.links.items()
+            if name in roots and name not in holding
+            and link.massless and not link.visuals and not link.collisions
+        ]  # fmt: skip
+        for link in empty if len(empty) < len(roots) else []:
+            del robot.links[link.name]
+            self.warn(
+                "link-unattached", "no joint leads to it, and nothing is in it: left out",
+                link.line, owner=("link", link.name),
+            )  # fmt: skip
+        return [name for name in roots if name in robot.links]
 
     def check_loops(self, links: Mapping[str, Link], above: Mapping[str, Joint]) -> None:
         seen: dict[str, str] = {}
@@ -1075,6 +1161,7 @@ class _Reader:
                     )
 
     def check_mimics(self, robot: Robot) -> None:
+        """A joint that follows nothing, or itself, is free: the .mbs has no mimic anyway."""
         joints = robot.joints
         leaders: dict[str, str] = {}
         for joint in joints.values():
@@ -1082,17 +1169,18 @@ class _Reader:
                 continue
             leader = joint.mimic.joint
             if leader not in joints:
-                self.fail(
-                    "mimic-unknown",
-                    f"joint '{joint.name}' mimics '{leader}', which is no joint"
+                joint.mimic = None
+                self.warn(
+                    "mimic-left-out",
+                    f"it mimics '{leader}', which is no joint, so it is free"
                     if leader
-                    else f"joint '{joint.name}' does not say which joint it mimics",
-                    joint.line,
-                    nearest(leader, joints),
-                )
-            leaders[joint.name] = leader
+                    else "it does not say which joint it mimics, so it is free",
+                    joint.line, owner=("joint", joint.name), like=(leader, joints),
+                )  # fmt: skip
+            else:
+                leaders[joint.name] = leader
         seen: dict[str, str] = {}
-        for start in leaders:
+        for start in list(leaders):
             name = start
             while name in leaders and name not in seen:
                 seen[name] = start
@@ -1101,24 +1189,13 @@ class _Reader:
                 loop = [name]
                 while leaders[loop[-1]] != name:
                     loop.append(leaders[loop[-1]])
-                self.fail(
-                    "mimic-loop",
-                    f"joint '{name}' mimics itself"
-                    if len(loop) == 1
-                    else f"the joints {_listed(loop)} mimic one another",
-                    joints[name].line,
-                    "take one <mimic> away",
-                )
-
-
-def _log(parser: etree.XMLParser) -> list[Any]:
-    """What the parser said; an exception's own log also has what other parsers said before."""
-    entries: Any = parser.error_log
-    return list(entries)
-
-
-def _parser(recover: bool = False) -> etree.XMLParser:
-    return etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, recover=recover)
+                for one in loop:
+                    joints[one].mimic = None
+                    self.warn(
+                        "mimic-left-out",
+                        "joints that mimic one another, or themselves, are free",
+                        joints[loop[0]].line, owner=("joint", one),
+                    )  # fmt: skip
 
 
 def _strip_namespace(root: Any, space: str) -> None:
@@ -1146,25 +1223,30 @@ def _listed(names: list[str]) -> str:
     return f"{shown} and {len(names) - 6} more" if len(names) > 6 else shown
 
 
-def _principal_moments(tensor: Sym) -> tuple[float, float, float]:
-    """Eigenvalues of a symmetric tensor, ascending, by Jacobi's method (Golub and Van Loan,
-    Matrix Computations, 8.5): each as exact as the tensor's largest element allows."""
-    size = max(map(abs, tensor))
-    xx, xy, xz, yy, yz, zz = (value / size for value in tensor)
-    a = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
-    for _ in range(10):
-        if abs(a[0][1]) + abs(a[0][2]) + abs(a[1][2]) < 1e-17:
-            break
-        for p, q in ((0, 1), (0, 2), (1, 2)):
-            if a[p][q] == 0.0:
-                continue
-            theta = (a[q][q] - a[p][p]) / (2 * a[p][q])
-            t = (1.0 if theta >= 0 else -1.0) / (abs(theta) + hypot(theta, 1.0))
-            c = 1.0 / hypot(t, 1.0)
-            s = t * c
-            for k in range(3):
-                a[k][p], a[k][q] = c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]
-            for k in range(3):
-                a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
-    small, middle, large = sorted(a[k][k] * size for k in range(3))
-    return small, middle, large
+def _is_xacro(element: Any) -> bool:
+    """Whether an element is xacro's, by its namespace or its prefix."""
+    tag = element.tag
+    space = tag.partition("}")[0] if tag.startswith("{") else tag.partition(":")[0]
+    return element.prefix == "xacro" or (space != tag and "xacro" in space)
+
+
+def _says_the_same(element: Any, kind: str, name: str) -> bool:
+    """Whether the first element of a kind and name is the same as this one, blanks aside."""
+    first = next(one for one in element.getparent().iterchildren(kind) if one.get("name") == name)
+    said = [
+        [
+            (e.tag, len(e), sorted(e.items()), (e.text or "").strip())
+            for e in one.iter(etree.Element)
+        ]
+        for one in (first, element)
+    ]
+    return said[0] == said[1]
+
+
+def _comma_hint(text: str, count: int) -> str | None:
+    """What to do about commas in numbers."""
+    if "," not in text:
+        return None
+    if count > 1 and len(text.replace(",", " ").split()) == count:
+        return "numbers are separated by blanks, not commas"
+    return "write decimals with a point"

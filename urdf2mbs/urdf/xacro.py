@@ -8,12 +8,14 @@ import threading
 import warnings
 from contextlib import contextmanager
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.parsers.expat import ExpatError
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
+from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.packages import absolute
 
 if TYPE_CHECKING:
@@ -27,6 +29,8 @@ LEGACY_HINT = (
     'write <xacro:{tag} ...> and declare xmlns:xacro="http://www.ros.org/wiki/xacro" on <robot>'
 )
 
+_UNKNOWN_MACRO = "unknown macro name: "
+
 # xacro keeps its state in module globals: one run at a time.
 _lock = threading.RLock()
 _EXPRESSION = re.compile(r"when evaluating expression '(.*)'$", re.MULTILINE)
@@ -37,6 +41,14 @@ _SHOWN = 8
 
 #: Something that xacro says: level, text and the file being processed.
 _Said = tuple[Literal["warning", "note"], str, "str | None"]
+
+#: What a value that is not given stands for while the others that are not are looked for.
+_ANY = "0"
+#: What ``$(find NAME)`` gives for a package that was not found.
+_NOWHERE = "package://"
+_NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
+#: So many files at most are searched for a macro's definition.
+_SEARCHED = 500
 
 
 class Expansion(NamedTuple):
@@ -71,6 +83,7 @@ class _Args(dict[str, str]):
 
     def __init__(self, args: Mapping[str, str]) -> None:
         super().__init__({name: str(value) for name, value in args.items()})
+        self.given = dict(self)
         self.asked: dict[str, None] = {}
 
     def __contains__(self, name: object) -> bool:
@@ -82,65 +95,200 @@ class _Args(dict[str, str]):
         return super().__getitem__(name)
 
 
+class _Run:
+    """One run of xacro on one file: what it says, and what it does not find."""
+
+    def __init__(self, file: str, packages: Packages, args: Mapping[str, str]) -> None:
+        self.file = file
+        self.packages = packages
+        self.args = _Args(args)
+        self.said: list[_Said] = []
+        self.slips: dict[tuple[str, xml.Slip], None] = {}
+        self.macros: dict[tuple[str, str], None] = {}
+        """Macros that are called and not defined, and the file that calls each."""
+        self.packages_missing: dict[str, ConversionError] = {}
+        self.text = b""
+        self.read: list[str] = []
+
+    def __call__(self) -> None:
+        import xacro
+
+        with _lock, _borrowed(xacro, self):
+            try:
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+                    document = xacro.process_file(self.file, mappings=self.args, verbosity=1)
+                    self.text = document.toprettyxml(indent="  ").encode()
+            except Exception as error:
+                failure = _explain(xacro, error, self)
+                failure.said = self.diagnostics()
+                raise failure from error
+            self.read = [absolute(name) for name in (self.file, *xacro.all_includes)]
+        self.said += [
+            ("warning", f"{one.category.__name__}: {one.message}", None) for one in caught
+        ]
+
+    def diagnostics(self) -> list[Diagnostic]:
+        found = [
+            Diagnostic("warning", slip.code, slip.message, file=file, line=slip.line)
+            for file, slip in self.slips
+        ]
+        for name, caller in self.macros:
+            where = _locate([f"xacro:{name}"], [caller])
+            found.append(
+                Diagnostic(
+                    "error",
+                    "xacro-macro-unknown",
+                    f"the macro '{name}' is not defined: the <xacro:include> of the file that "
+                    "defines it is missing",
+                    file=caller,
+                    line=where and where[1],
+                    hint=_defined_in(name, self.packages)
+                    or f"no .xacro file around defines it; --level {_LOWERED} leaves it out",
+                )
+            )
+        found += [
+            Diagnostic(
+                "warning",
+                "package-unresolved",
+                f"package '{name}' was not found; file names that begin with $(find {name}) lead "
+                "nowhere",
+                file=self.file,
+                hint=failure.hint,
+            )
+            for name, failure in self.packages_missing.items()
+        ]
+        found += [
+            Diagnostic(
+                level,
+                "xacro-warning" if level == "warning" else "xacro-message",
+                message,
+                file=where or self.file,
+            )
+            for level, message, where in dict.fromkeys(self.said)
+        ]
+        return found
+
+
+_LOWERED = "xacro-macro-unknown=warning"
+
+
 def expand(source: Path, packages: Packages, args: Mapping[str, str]) -> Expansion:
     """Run xacro on a file; ``args`` are those of ``NAME:=VALUE``.
 
+    A macro that is not defined is left out, which is an error among the diagnostics.
+
     :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``
     """
-    import xacro
-
-    file = absolute(source)
-    said: list[_Said] = []
-    given = _Args(args)
-    with _lock, _borrowed(xacro, packages, given, said):
-        try:
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                document = xacro.process_file(file, mappings=given, verbosity=1)
-                text = document.toprettyxml(indent="  ").encode()
-        except Exception as error:
-            raise _explain(xacro, error, file) from error
-        read = [absolute(name) for name in (file, *xacro.all_includes)]
-    said += [("warning", f"{one.category.__name__}: {one.message}", None) for one in caught]
-    diagnostics = [
-        Diagnostic(
-            level,
-            "xacro-warning" if level == "warning" else "xacro-message",
-            message,
-            file=where or file,
-        )
-        for level, message, where in dict.fromkeys(said)
-    ]
+    run = _Run(absolute(source), packages, args)
+    undefined = None
+    try:
+        run()
+    except UndefinedArgumentError as error:
+        undefined = error
+    if undefined is not None:
+        # outside the handler, else each new error would have the first one as its context
+        _list_undefined(undefined, run)
+        raise undefined
+    diagnostics = run.diagnostics()
+    asked = run.args.asked
     for name in args:
-        if name not in given.asked:
-            known = [other for other in given.asked if other not in args]
+        if name not in asked:
+            known = [other for other in asked if other not in args]
             diagnostics.append(
                 Diagnostic(
                     "warning",
                     "xacro-unused-arg",
                     f"the argument '{name}' has no effect: no file declares or uses it",
-                    file=file,
-                    hint=nearest(name, known) or _declares(given.asked),
+                    file=run.file,
+                    hint=nearest(name, known) or _declares(asked),
                 )
             )
-    files = [name for name in dict.fromkeys(read) if Path(name).is_file()]
-    return Expansion(text, files, diagnostics)
+    files = [name for name in dict.fromkeys(run.read) if Path(name).is_file()]
+    return Expansion(run.text, files, diagnostics)
+
+
+class UndefinedArgumentError(ConversionError):
+    """``xacro-arg``: a value that nobody has given."""
+
+    name = ""
+
+
+def _list_undefined(error: UndefinedArgumentError, first: _Run) -> None:
+    """Make an error name all arguments that are not defined, as far as they can be found."""
+    missing = [error.name]
+    while len(missing) < 50:
+        given = {**first.args.given, **dict.fromkeys(missing, _ANY)}
+        try:
+            _Run(first.file, first.packages, given)()
+        except UndefinedArgumentError as other:
+            if other.name in missing:
+                break
+            missing.append(other.name)
+        except ConversionError:
+            break  # the stand-in may not do everywhere
+        else:
+            break
+    if len(missing) > 1:
+        listed = ", ".join(f"'{name}'" for name in missing)
+        _, stack, rest = error.message.partition("\n")
+        error.message = f"the arguments {listed} are not defined{stack}{rest}"
+        words = " ".join(f"--arg {name}:=VALUE" for name in missing)
+        keys = ", ".join(f"{name}: VALUE" for name in missing)
+        error.hint = f"give each a value: `xacro_args: {{{keys}}}` or `{words}`"
 
 
 @contextmanager
-def _borrowed(xacro: Any, packages: Packages, args: _Args, said: list[_Said]) -> Iterator[None]:
-    """xacro's globals fresh, its ``find`` and its messages ours; all put back at the end."""
-    import xml.dom.minidom
+def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
+    """xacro's globals fresh, its ``find``, its messages and its reading of files ours; all put
+    back at the end."""
+    import xml.dom.minidom as minidom
 
     from xacro import substitution_args as substitution
 
     def find(package: str) -> str:
-        return str(packages.find(package))
+        try:
+            return str(run.packages.find(package))
+        except ConfigError:
+            raise
+        except ConversionError as error:
+            # whether anything is lost is seen where the path is used
+            run.packages_missing[package] = error
+            return f"{_NOWHERE}{package}"
 
     def say(level: Literal["warning", "note"], *message: Any, **_: Any) -> str:
         where = xacro.filestack[-1] if xacro.filestack else None
-        said.append((level, " ".join(str(part) for part in message), where))
+        text = " ".join(str(part) for part in message)
+        missing = _missing_package(text, run)
+        if missing is not None:  # an include by a pattern, which matches nothing
+            raise missing
+        run.said.append((level, text, where))
         return ""
+
+    plain_parse, plain_call = xacro.parse, xacro.handle_macro_call
+
+    def parse(inp: Any, filename: str | None = None) -> Any:
+        try:
+            return plain_parse(inp, filename)
+        except (ExpatError, UnicodeError):
+            if inp is not None or filename is None:
+                raise
+            data, slips = xml.mend(Path(xacro.root_dir, filename).read_bytes())
+            document = minidom.parseString(data)
+            run.slips.update(((absolute(filename), slip), None) for slip in slips)
+            return document
+
+    def handle_macro_call(node: Any, macros: Any, symbols: Any) -> Any:
+        depth = len(xacro.macrostack or ())
+        try:
+            return plain_call(node, macros, symbols)
+        except xacro.XacroException as error:
+            if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
+                raise
+            run.macros[node.tagName.partition(":")[2], absolute(xacro.filestack[-1])] = None
+            xacro.remove_previous_comments(node)
+            xacro.replace_node(node, by=None)
+            return True
 
     functions: dict[str, Any] = {
         "message": partial(say, "note"),
@@ -152,10 +300,12 @@ def _borrowed(xacro: Any, packages: Packages, args: _Args, said: list[_Said]) ->
         "filestack": None,
         "macrostack": None,
         "all_includes": [],
-        "substitution_args_context": _Context(xacro, args),
+        "substitution_args_context": _Context(xacro, run.args),
+        "parse": parse,
+        "handle_macro_call": handle_macro_call,
         "verbosity": 1,
         "root_dir": os.curdir,
-        "_empty_text_node": xml.dom.minidom.Document().createTextNode("\n\n"),
+        "_empty_text_node": minidom.Document().createTextNode("\n\n"),
         **functions,
     }
     borrowed: list[tuple[dict[str, Any], dict[str, Any]]] = [
@@ -174,8 +324,9 @@ def _borrowed(xacro: Any, packages: Packages, args: _Args, said: list[_Said]) ->
             dict.update(owner, old)
 
 
-def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
+def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
     """The one error to show for anything that went wrong inside xacro."""
+    source = run.file
     chain = _chain(error)
     files = [absolute(name) for name in xacro.filestack or [source]]
     read = list(dict.fromkeys([*files, *map(absolute, xacro.all_includes), source]))
@@ -184,6 +335,8 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
     code, hint = "xacro", None
 
     ours = next((one for one in chain if isinstance(one, ConversionError)), None)
+    if ours is None:
+        ours = _missing_package(f"{text} {chain[-1]}", run)
     expression = _EXPRESSION.search(str(error))
     undefined = _undefined_arg(chain, expression[1] if expression else "")
     deep = next((one for one in chain if isinstance(one, RecursionError)), None)
@@ -203,9 +356,17 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
         )
         looked_for = [f"$(arg {undefined})", f"'{undefined}'"]
     elif syntax is not None:
-        text, line = f"not well-formed XML: {syntax}", syntax.lineno
+        try:
+            xml.explain_text(Path(file).read_bytes(), file)
+            text, line = "not well-formed XML: it cannot be read here", syntax.lineno
+        except ConversionError as explained:
+            code, text, line = explained.code, explained.message, explained.line
+            hint = explained.hint
+        except OSError:
+            text, line = "not well-formed XML", syntax.lineno
         looked_for = []
-        if "unbound prefix" in text:
+        if "unbound prefix" in str(syntax):
+            text = "the prefix xacro: is not declared"
             hint = 'declare xmlns:xacro="http://www.ros.org/wiki/xacro" on the root element'
     elif deep is not None:
         text = "macros, includes or properties that call themselves without an end"
@@ -226,12 +387,30 @@ def _explain(xacro: Any, error: Exception, source: str) -> ConversionError:
     if line is None:
         places = dict.fromkeys([*map(absolute, filter(None, macro_files[:1])), *read])
         file, line = _locate(looked_for, list(places)) or (file, None)
-    exception = ConversionError(
-        code, text + _stack(xacro, files, file), file=file, line=line, hint=hint
-    )
+    kind = ConversionError if undefined is None else UndefinedArgumentError
+    exception = kind(code, text + _stack(xacro, files, file), file=file, line=line, hint=hint)
+    if isinstance(exception, UndefinedArgumentError):
+        exception.name = undefined or ""
     if ours is not None and ours.exit_code != exception.exit_code:
         exception = ConfigError(code, ours.message, hint=ours.hint)
     return exception
+
+
+def _missing_package(text: str, run: _Run) -> ConversionError | None:
+    """The error of a package that was not found, if a message names a file in it."""
+    named = _NOWHERE_IN.search(text)
+    return run.packages_missing.get(named[1]) if named else None
+
+
+def _defined_in(macro: str, packages: Packages) -> str | None:
+    """A hint that names the .xacro file, around the source or in the packages, of a macro."""
+    wanted = re.compile(rf"""<xacro:macro\s[^>]*\bname\s*=\s*["']{re.escape(macro)}["']""")
+    folders = dict.fromkeys([packages.source.parent, *packages.table.values()])
+    files = (file for folder in folders for file in sorted(folder.rglob("*.xacro")))
+    for file in islice(files, _SEARCHED):
+        if wanted.search(_text(str(file))):
+            return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
+    return None
 
 
 def _sentence(error: BaseException) -> str:

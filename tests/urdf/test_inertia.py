@@ -1,0 +1,114 @@
+"""Inertias that no body can have: found, and moved to the nearest that one can."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from urdf2mbs.spatial import Sym
+from urdf2mbs.testing import assert_same_robot, convert_text
+from urdf2mbs.urdf.inertia import fault, moments, nearest, principal
+from urdf2mbs.urdf.model import Inertial, Origin
+
+numbers = st.floats(-10, 10, allow_subnormal=False)
+tensors = st.tuples(*[numbers] * 6)
+
+
+def matrix(tensor: Sym) -> Any:
+    xx, xy, xz, yy, yz, zz = tensor
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def second_moment(tensor: Sym) -> Any:
+    full = matrix(tensor)
+    return np.eye(3) * np.trace(full) / 2 - full
+
+
+@settings(deadline=None, database=None, derandomize=True)
+@given(tensors)
+def test_principal_moments(tensor: Sym) -> None:
+    values, axes = principal(tensor)
+    size = max(map(abs, tensor)) or 1.0
+    rows = np.array(axes)
+    assert np.abs(rows.T @ rows - np.eye(3)).max() <= 1e-14
+    assert np.abs(rows @ np.diag(values) @ rows.T - matrix(tensor)).max() <= 1e-14 * size
+    assert np.abs(np.linalg.eigvalsh(matrix(tensor)) - moments(tensor)).max() <= 1e-14 * size
+
+
+@settings(deadline=None, database=None, derandomize=True)
+@given(tensors, tensors)
+def test_the_nearest_is_possible_and_none_is_nearer(tensor: Sym, other: Sym) -> None:
+    old = Inertial(1.0, tensor, Origin((1.0, 2.0, 3.0)))
+    new, moved = nearest(old)
+    size = max(*map(abs, tensor), 1e-12)
+    wanted = second_moment(tensor)
+    found = second_moment(new.inertia)
+    assert (new.mass, new.origin) == (old.mass, old.origin)
+    assert np.linalg.eigvalsh(found).min() >= -1e-13 * size
+    assert abs(np.linalg.norm(found - wanted) - moved) <= 1e-13 * size
+    # the projection on a convex cone: no member of it is in the direction of what was taken away
+    factor = matrix(other)
+    assert np.sum((wanted - found) * (factor @ factor.T - found)) <= 1e-11 * size * 1e3
+    assert nearest(new)[1] <= 1e-13 * size
+    assert fault(new.inertia, 1.0) is None or max(map(abs, new.inertia)) <= 1e-12 * size
+
+
+def test_what_is_possible_stays() -> None:
+    for tensor in ((2.0, 0.1, -0.2, 3.0, 0.3, 4.0), (1.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0,) * 6):
+        old = Inertial(1.0, tensor)
+        new, moved = nearest(old)
+        assert new.inertia == pytest.approx(tensor, abs=1e-14)
+        assert moved <= 1e-15
+    assert nearest(Inertial(-1.0))[0] == Inertial(0.0)
+
+
+def robot(mass: str, moments: str) -> str:
+    return (
+        '<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
+        f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="b"><inertial>'
+        f'<origin xyz="0 0 1" rpy="0 0 1"/><mass value="{mass}"/><inertia {moments}/></inertial>'
+        '</link><joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>'
+        "</robot>"
+    )
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+@pytest.mark.parametrize(
+    ("mass", "values", "wanted", "said"),
+    [
+        # J = diag(1.5, 1.5, -0.5): the last becomes zero
+        ("1", (1, 0, 0, 1, 0, 3), (1.5, 0, 0, 1.5, 0, 3), "by 0.5 kg m^2 (22.9 %)"),
+        ("1", (-1, 0, 0, 1, 0, 1), (0, 0, 0, 1.5, 0, 1.5), "by 0.707 kg m^2 (42.6 %)"),
+        ("-1", (1, 0, 0, 1, 0, 1), (1, 0, 0, 1, 0, 1), "from -1 kg to 0"),
+    ],
+)
+def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -> None:
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    text = robot(mass, " ".join(f'{n}="{v}"' for n, v in zip(names, values, strict=True)))
+    kept = convert_text(text, pipeline=pipeline)
+    assert_same_robot(kept)
+    (warned,) = [one for one in kept.diagnostics if one.level == "warning"]
+    assert "estimate-inertia: {repair: true}" in (warned.hint or "")
+
+    result = convert_text(text, pipeline=pipeline, options={"estimate-inertia": {"repair": True}})
+    assert_same_robot(result)
+    inertial = result.robot.links["b"].inertial
+    assert inertial is not None
+    assert inertial.inertia == pytest.approx(wanted, abs=1e-14)
+    codes = [one.code for one in result.diagnostics if one.level == "warning"]
+    assert codes[0] == "inertia-repaired"
+    assert warned.code not in codes  # a hint never recommends what is set
+    assert said in next(d.message for d in result.diagnostics if d.code == "inertia-repaired")
+    assert result.report.passes["inertia-repair"]["b"]["inertia"][0] == tuple(map(float, values))
+
+
+@pytest.mark.parametrize("mass", ["-0.5", "-2"])
+def test_a_negative_mass_is_lumped_as_any_other(mass: str) -> None:
+    text = robot(mass, 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"')
+    result = convert_text(text.replace("continuous", "fixed"), pipeline="compact")
+    assert result.report.mass == 1.0 + float(mass)
+    assert_same_robot(result)

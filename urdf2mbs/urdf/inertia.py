@@ -1,0 +1,125 @@
+"""Which inertias a body can have, and the nearest one that it can.
+
+The second moment about the centre of mass, ``J = trace(I)/2 - I`` (the integral of r r^T dm),
+of a body of positive mass is positive semi-definite, and any such J is some body's: just then
+is the 4 x 4 pseudo-inertia ``[[J, 0], [0, m]]`` (P. M. Wensing, S. Kim, J.-J. Slotine, "Linear
+Matrix Inequalities for Physically-Consistent Inertial Parameter Identification", IEEE Robotics
+and Automation Letters 3(1), 2018).  In principal moments: none is above the sum of the others.
+"""
+
+from __future__ import annotations
+
+from math import hypot, sqrt
+
+import msgspec
+
+from urdf2mbs.spatial import Sym
+from urdf2mbs.urdf.model import Inertial
+
+#: How far, as a share of the trace, a principal moment may be below zero, and the largest
+#: above the sum of the two others.
+PSD_TOLERANCE = 1e-9
+TRIANGLE_TOLERANCE = 1e-6
+#: m^2; times the mass, what rounding may leave of a zero (iCub has -5e-20 kg m^2).
+NOISE = 1e-15
+
+Rows = list[list[float]]
+
+
+class Fault(msgspec.Struct, frozen=True):
+    """What no body's inertia is like."""
+
+    code: str
+    """``inertia-indefinite`` or ``inertia-triangle``."""
+    moments: tuple[float, float, float]
+    """Principal moments, ascending (kg m^2)."""
+
+
+def fault(tensor: Sym, mass: float) -> Fault | None:
+    """What is wrong with an inertia (kg m^2, about the centre of mass); None: nothing is."""
+    xx, xy, xz, yy, yz, zz = tensor
+    half = (xx + yy + zz) / 2
+    a, b, c = half - xx, half - yy, half - zz
+    least = 1e-12 * half
+    ab = a * b - xy * xy
+    determinant = ab * c - a * yz * yz - b * xz * xz - 2 * xy * xz * yz
+    # J is positive definite where its leading minors are positive
+    if a > least and ab > least * half and determinant > least * half * half:
+        return None
+    small, middle, large = moments = _sorted(principal(tensor)[0])
+    trace = small + middle + large
+    if small < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):
+        return Fault("inertia-indefinite", moments)
+    if large - small - middle > NOISE * abs(mass) + TRIANGLE_TOLERANCE * abs(trace):
+        return Fault("inertia-triangle", moments)
+    return None
+
+
+def nearest(inertial: Inertial) -> tuple[Inertial, float]:
+    """The nearest inertia that a body can have, and by how much it moved (kg m^2).
+
+    Mass below zero becomes zero, and so does each negative eigenvalue of J: of all positive
+    semi-definite matrices that one is the nearest to the pseudo-inertia about the centre of mass
+    in the Frobenius norm (N. J. Higham, "Computing a nearest symmetric positive semidefinite
+    matrix", Linear Algebra and its Applications 103, 1988).  The centre of mass stays.  "Moved"
+    is the Frobenius norm of the change of J.
+    """
+    xx, xy, xz, yy, yz, zz = inertial.inertia
+    if not any(inertial.inertia):
+        return Inertial(max(inertial.mass, 0.0), inertial.inertia, inertial.origin), 0.0
+    half = (xx + yy + zz) / 2
+    values, axes = principal((half - xx, -xy, -xz, half - yy, -yz, half - zz))
+    kept = [max(value, 0.0) for value in values]
+    moved = sqrt(sum(value * value for value in values if value < 0.0))
+    j = [
+        [sum(kept[k] * axes[p][k] * axes[q][k] for k in range(3)) for q in range(3)]
+        for p in range(3)
+    ]
+    trace = sum(kept)
+    tensor = (trace - j[0][0], -j[0][1], -j[0][2], trace - j[1][1], -j[1][2], trace - j[2][2])
+    return Inertial(max(inertial.mass, 0.0), tensor, inertial.origin), moved
+
+
+def second_moments(tensor: Sym) -> list[float]:
+    """Eigenvalues of J (kg m^2)."""
+    half = sum(moments(tensor)) / 2
+    return [half - moment for moment in moments(tensor)]
+
+
+def moments(tensor: Sym) -> tuple[float, float, float]:
+    """Principal moments, ascending (kg m^2)."""
+    return _sorted(principal(tensor)[0])
+
+
+def principal(tensor: Sym) -> tuple[list[float], Rows]:
+    """Eigenvalues of a symmetric matrix, and its eigenvectors as the columns of a 3 x 3 matrix,
+    by Jacobi's method (Golub and Van Loan, Matrix Computations, 8.5): each value as exact as
+    the largest element allows."""
+    size = max(map(abs, tensor)) or 1.0
+    xx, xy, xz, yy, yz, zz = (value / size for value in tensor)
+    a = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+    for _ in range(10):
+        if abs(a[0][1]) + abs(a[0][2]) + abs(a[1][2]) < 1e-17:
+            break
+        for p, q in ((0, 1), (0, 2), (1, 2)):
+            if a[p][q] == 0.0:
+                continue
+            theta = (a[q][q] - a[p][p]) / (2 * a[p][q])
+            t = (1.0 if theta >= 0 else -1.0) / (abs(theta) + hypot(theta, 1.0))
+            c = 1.0 / hypot(t, 1.0)
+            s = t * c
+            for rows in (a, axes):
+                for k in range(3):
+                    rows[k][p], rows[k][q] = (
+                        c * rows[k][p] - s * rows[k][q],
+                        s * rows[k][p] + c * rows[k][q],
+                    )
+            for k in range(3):
+                a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
+    return [a[k][k] * size for k in range(3)], axes
+
+
+def _sorted(values: list[float]) -> tuple[float, float, float]:
+    small, middle, large = sorted(values)
+    return small, middle, large
