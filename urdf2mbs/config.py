@@ -32,7 +32,7 @@ class Project(msgspec.Struct, forbid_unknown_fields=True):
     project: Annotated[str, Meta(description="the project's folder")]
     language: Annotated[
         Literal["python", "c", "both"] | list[Literal["python", "c"]],
-        Meta(description="of the project's code: python for MBsysPy, c for MBsysC"),
+        Meta(description="of the project's code: python for MBsysPy, c for MBsysC, or both"),
     ] = "python"
 
 

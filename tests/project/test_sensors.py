@@ -173,6 +173,8 @@ def test_sensors_of_the_config(tmp_path: Path) -> None:
         ("posture", {"joints": {"shuolder": 1.0}}, "posture-joint"),
         ("posture", {"joints": {"tool_mount": 1.0}}, "posture-joint"),
         ("posture", {"joints": {"shoulder": float("nan")}}, "posture-value"),
+        ("posture", {"hold": {"stiffness": float("inf"), "damping": 1.0}}, "config-type"),
+        ("joint-parameters", {"stop_frequency": -1.0}, "config-type"),
         ("posture", {"state": "home"}, "posture-srdf"),
         ("posture", {"state": "home", "srdf": "not_there.srdf"}, "posture-srdf"),
     ],

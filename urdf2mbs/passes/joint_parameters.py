@@ -16,7 +16,7 @@ it moves (``I``, at the start position, with all joints further out locked):
 
 from __future__ import annotations
 
-from math import isfinite, pi
+from math import inf, isfinite, pi
 
 import msgspec
 
@@ -42,6 +42,11 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     friction_speed: float = 0.01
     """The speed (rad/s or m/s) from which on friction is nearly constant; more for a joint that
     moves little inertia."""
+
+    def __post_init__(self) -> None:
+        for value in (self.stop_frequency, self.friction_speed):
+            if not 0.0 < value < inf:
+                raise ValueError(f"{value} is not possible: give a finite number above 0")
 
 
 def run(conversion: Conversion, options: Options) -> None:

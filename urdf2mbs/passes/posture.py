@@ -29,6 +29,11 @@ class HoldOptions(msgspec.Struct, forbid_unknown_fields=True):
     joints: list[str] = []
     """Patterns of the joints that are held; none: all that move freely, without the base's."""
 
+    def __post_init__(self) -> None:
+        for value in (self.stiffness, self.damping):
+            if not 0.0 <= value < inf:
+                raise ValueError(f"{value} holds nothing: give a finite number, not below 0")
+
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     joints: dict[str, float] = {}
@@ -175,7 +180,7 @@ def _tell_limits(conversion: Conversion, given: dict[str, float]) -> None:
     if beyond:
         conversion.warn(
             "posture-limit",
-            f"{len(beyond)} joints start beyond their limits: {'; '.join(beyond)}",
+            f"joints that start beyond their limits: {'; '.join(beyond)}",
             hint="give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'",
         )
 
