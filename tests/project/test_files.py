@@ -11,6 +11,8 @@ import pytest
 from project.standin import MbsData, make, user_functions
 from project.test_mimic import CHAIN
 
+from urdf2mbs.config import Config, Lines, typed
+from urdf2mbs.pipeline import Pipeline
 from urdf2mbs.project import FOLDER
 from urdf2mbs.testing import TINY
 
@@ -178,3 +180,14 @@ def test_a_folder_whose_name_is_no_identifier(tmp_path: Path) -> None:
     assert (project / "dataR" / "my_robot_2.mbs").is_file()
     assert (project / "userfctR" / "my_robot_2_robot.py").is_file()
     assert "<mbsname>my_robot_2</mbsname>" in (project / "dataR" / "my_robot_2.mbs").read_text()
+
+
+def test_a_project_that_was_renamed(tmp_path: Path) -> None:
+    """Its user functions still call the module of the old name: that is told."""
+    make(tmp_path, TINY, name="old", language="both").rename(tmp_path / "new")
+    settings = {"source": str(tmp_path / "source.urdf")}
+    given = {**settings, "output": {"project": str(tmp_path / "new"), "language": "both"}}
+    conversion = Pipeline(typed(Config, given, Lines()), Lines(), installed_plugins=False).run()
+    (told,) = [found for found in conversion.diagnostics if found.code == "project-renamed"]
+    assert "the project is called 'new', and yours call 'old_robot'" in told.message
+    assert "user_ExtForces.c" in told.message

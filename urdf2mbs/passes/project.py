@@ -8,11 +8,16 @@ belong to the user from then on.
 
 from __future__ import annotations
 
+import re
+
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.project import starters
 from urdf2mbs.project.c import generated
 from urdf2mbs.project.python import robot_module
+
+#: The generated module, where a user function loads it.
+_MODULE = re.compile(r"^(?:import |#include \")(\w+)_robot\b", re.MULTILINE).search
 
 #: What most accounts of Robotran's generator of equations allow.
 JOINTS, CUTS, SENSORS = 80, 30, 30
@@ -38,11 +43,29 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
         "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
     }
+    _tell_renamed(conversion)
     if mbs.name != folder.name:
         conversion.note(
             "project-name",
             f"the folder '{folder.name}' has a name that Robotran cannot use for equations; the "
             f"model is called '{mbs.name}'",
+        )
+
+
+def _tell_renamed(conversion: Conversion) -> None:
+    """User functions that are there already may call the module of another name."""
+    stale: dict[str, list[str]] = {}
+    for path in conversion.starters:
+        if path.is_file():
+            calls = _MODULE(path.read_text("utf-8", errors="replace"))
+            if calls and calls[1] != conversion.mbs.name:
+                stale.setdefault(calls[1], []).append(path.name)
+    for name, files in stale.items():
+        new = conversion.mbs.name
+        conversion.warn(
+            "project-renamed",
+            f"the project is called '{new}', and yours call '{name}_robot': {', '.join(files)}",
+            hint=f"change '{name}_robot' to '{new}_robot' in them, or move them away",
         )
 
 
