@@ -312,7 +312,7 @@ def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
     wanted = [(tag, name) for tag, names in ATTRIBUTES.items() for name in ("", *names)]
     assert sorted(rows) == sorted(wanted)
     gaps = re.findall(r"^\|.*\*\*GAP\*\*.*$", text, re.MULTILINE)
-    assert len(gaps) >= 10
+    assert gaps
     for row in gaps:
         codes = re.findall(r"\[`([a-z-]+)`\]\(diagnostics\.md\)", row)
         assert codes, f"which warning or note tells of it? {row}"

@@ -34,11 +34,11 @@ def levels(**settings: Any) -> dict[str, str]:
 def test_every_level(folder: Path) -> None:
     usual = levels()
     assert (usual["unknown-element"], usual["joint-dynamics"]) == ("warning", "warning")
-    assert usual["limit"] == "note"
+    assert usual["base"] == "note"
     changed = levels(diagnostics={"unknown-element": "ignore", "joint-dynamics": "note",
-                                  "limit": "warning"})  # fmt: skip
+                                  "base": "warning"})  # fmt: skip
     assert "unknown-element" not in changed
-    assert (changed["joint-dynamics"], changed["limit"]) == ("note", "warning")
+    assert (changed["joint-dynamics"], changed["base"]) == ("note", "warning")
     assert changed.keys() | {"unknown-element"} == usual.keys()
 
 

@@ -27,10 +27,11 @@ def config(tmp_path: Path) -> Path:
 def test_a_project_has_the_folders_that_robotran_expects(config: Path) -> None:
     assert main(["run", str(config)]) == 0
     project = config.parent / "robot"
-    found = sorted(path.relative_to(project).as_posix() for path in project.rglob("*"))
-    assert found == [
-        ".urdf2mbs", "animationR", "dataR", "dataR/robot.mbs", "symbolicR", "userfctR", "workR",
-    ]  # fmt: skip
+    found = {path.relative_to(project).as_posix() for path in project.rglob("*")}
+    assert {path for path in found if not path.startswith("userfctR/")} == {
+        ".urdf2mbs", "animationR", "animationR/vrml", "dataR", "dataR/robot.mbs", "resultsR",
+        "symbolicR", "userfctR", "workR", "workR/main.py",
+    }  # fmt: skip
     data = (project / "dataR" / "robot.mbs").read_bytes()
     record = (project / ".urdf2mbs").read_text()
     assert record == f"{sha256(data).hexdigest()}  dataR/robot.mbs\n"

@@ -373,13 +373,15 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
         finally:
             if dump is not None:
                 dump.finish()
-    _tell_many(conversion, config, lines, arguments)
     write(conversion)
     found = report(conversion)
     if arguments.json:
         _print_json(found)
     else:
         _summarise(conversion, found, arguments)
+        fewer = _fewer(conversion, config, lines, arguments)
+        if fewer:
+            print(f"  {fewer}")
     return 0 if conversion.rejected is None else 3
 
 
@@ -557,32 +559,20 @@ def _by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> 
     return pipelines
 
 
-#: The joints that Robotran's generator of equations takes, by most accounts.
-MOST_JOINTS = 80
-
-
-def _tell_many(
+def _fewer(
     conversion: Conversion, config: Config, lines: Lines, arguments: argparse.Namespace
-) -> None:
-    """Note that there are more joints than Robotran's generator takes, and how many others make."""
-    count = len(conversion.mbs.numbers())
-    if count <= MOST_JOINTS or conversion.settings.output not in conversion.files:
-        return
+) -> str:
+    """How many joints the other presets make, where Robotran's generator minds."""
+    if all(one.code != "generator-limits" for one in conversion.diagnostics):
+        return ""
     others = []
     for name, other in _by_presets(config, lines, arguments).items():
         try:
             made = other.run(stop_after="decompose-joints").mbs.numbers()
         except ConversionError:
             continue  # this is not what was asked for
-        others.append(f"; preset '{name}' makes {len(made)}")
-    conversion.note(
-        "many-joints",
-        f"{count} joints are more than the {MOST_JOINTS} that Robotran's generator of equations "
-        f"takes by most accounts{''.join(others)}",
-    )
-    levels = conversion.settings.levels
-    conversion.diagnostics = levels.applied(conversion.diagnostics)
-    levels.judge(conversion.diagnostics)
+        others.append(f"the preset '{name}' makes {counted(len(made), 'joint')}")
+    return "; ".join(others)
 
 
 def _joints(joints: Joints) -> str:
@@ -631,7 +621,6 @@ def _report(arguments: argparse.Namespace) -> int:
     with _Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
         conversion = pipeline.run()
-        _tell_many(conversion, config, lines, arguments)
         conversion.progress("the page")
         page = make(conversion)
     output = arguments.output or _beside(conversion.settings.output, ".html")

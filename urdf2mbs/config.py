@@ -30,6 +30,10 @@ class Project(msgspec.Struct, forbid_unknown_fields=True):
     """A whole Robotran project folder instead of one file."""
 
     project: Annotated[str, Meta(description="the project's folder")]
+    language: Annotated[
+        Literal["python", "c", "both"] | list[Literal["python", "c"]],
+        Meta(description="of the project's code: python for MBsysPy, c for MBsysC, or both"),
+    ] = "python"
 
 
 class Config(msgspec.Struct, forbid_unknown_fields=True):

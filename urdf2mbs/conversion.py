@@ -11,6 +11,7 @@ import msgspec
 from urdf2mbs.diagnostics import Diagnostic, Difference
 from urdf2mbs.levels import Levels
 from urdf2mbs.mbs import model as mbs
+from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
 from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
@@ -32,6 +33,10 @@ class Settings(msgspec.Struct, frozen=True):
     project: Path | None = None
     """The Robotran project folder that the output is part of, if one is asked for."""
     levels: Levels = Levels()
+    languages: tuple[str, ...] = ("python",)
+    """What the project's code is written in: ``python``, ``c``, or both."""
+    folder: Path = Path()
+    """That of the config, to which the paths in it are relative."""
 
 
 class Step(msgspec.Struct):
@@ -45,6 +50,8 @@ class Step(msgspec.Struct):
     xyz: Vec
     turns: tuple[Turn, ...]
     axis: Vec
+    measured: str | None = None
+    """Of a fixed joint: the force-torque sensor that it is; then it becomes six driven joints."""
     after: tuple[Turn, ...] = ()
     """Turns after the motion, which the frames below have seen."""
     flipped: bool = False
@@ -177,6 +184,10 @@ class Conversion:
         """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
         self.files: dict[Path, bytes] = {}
         """What will be written, once all passes are done."""
+        self.starters: dict[Path, bytes] = {}
+        """What is written only where there is nothing yet: it belongs to the user from then on."""
+        self.simulation = Simulation()
+        """What a project's code is made from."""
         self.diagnostics: list[Diagnostic] = []
         self.rejected: Path | None = None
         """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""

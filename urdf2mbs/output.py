@@ -26,6 +26,8 @@ def write(conversion: Conversion) -> None:
     """
     settings = conversion.settings
     files = dict(conversion.files)
+    # links count as well, even those that lead nowhere
+    files |= {path: data for path, data in conversion.starters.items() if not os.path.lexists(path)}
     if settings.project is not None and settings.output in files:
         record = settings.project / RECORD
         line = _checksum(settings.project, settings.output, files[settings.output])
@@ -40,7 +42,7 @@ def write(conversion: Conversion) -> None:
                 )
         files[record] = line.encode()
     if settings.project is not None:
-        for name in ("animationR", "dataR", "symbolicR", "userfctR", "workR"):
+        for name in ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR"):
             folder = settings.project / name
             try:
                 folder.mkdir(parents=True, exist_ok=True)

@@ -17,6 +17,7 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.hookspecs import Pass
 from urdf2mbs.levels import DEFAULTS, Levels
+from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.plugins import FAILURES, GROUP, Found, Plugins
 from urdf2mbs.urdf.changes import between, snapshot
 from urdf2mbs.urdf.reader import stem
@@ -286,9 +287,14 @@ class _Known:
 def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
     source = _path(folder / config.source)
     project = None
+    languages: tuple[str, ...] = ()
     if isinstance(config.output, Project):
         project = _path(folder / config.output.project)
-        output = project / "dataR" / f"{project.name}.mbs"
+        output = project / "dataR" / f"{identifiers([project.name])[0]}.mbs"
+        language = config.output.language
+        if language == "both":
+            language = ["python", "c"]
+        languages = (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
     elif config.output is not None:
         output = _path(folder / config.output)
     else:
@@ -310,7 +316,7 @@ def _settings(config: Config, lines: Lines, folder: Path) -> Settings:
             )
     return Settings(
         source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
-        Levels(config.diagnostics, config.strict),
+        Levels(config.diagnostics, config.strict), languages, _path(folder),
     )  # fmt: skip
 
 

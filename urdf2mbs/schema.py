@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
+import typing
 from itertools import pairwise
 from typing import Any
 
@@ -53,15 +54,31 @@ def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
     (reference,), components = msgspec.json.schema_components(
         [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
     )
+    docs = {inner.__name__: field_docs(inner) for inner in _inner(kind)}
     for name, component in components.items():
         component.pop("title", None)
         defs[f"{prefix}.{name}"] = component
+        for field, text in docs.get(name, {}).items():
+            component["properties"][field].setdefault("description", text)
     top = components.get(kind.__name__, reference)
     top["additionalProperties"] = False
     for name, text in field_docs(kind).items():
         if name in top.get("properties", {}):
             top["properties"][name].setdefault("description", text)
     return reference
+
+
+def _inner(kind: type) -> list[type]:
+    """The classes that the options of a pass are made of, without their own."""
+    found: list[type] = []
+    todo = list(typing.get_type_hints(kind).values())
+    while todo:
+        one = todo.pop()
+        todo += typing.get_args(one)
+        if isinstance(one, type) and issubclass(one, msgspec.Struct) and one not in found:
+            found.append(one)
+            todo += typing.get_type_hints(one).values()
+    return found
 
 
 def field_docs(kind: type) -> dict[str, str]:

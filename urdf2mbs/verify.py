@@ -326,13 +326,15 @@ class _Comparing:
                 continue
             for (own, kind), name in zip(ours, theirs, strict=True):
                 nature = known[name].nature
-                if nature == "driven" or (nature == "dependent" and joint.mimic is None):
+                # what follows another joint, or closes a loop, moves without being independent
+                follows = joint.mimic is not None or (nature == "dependent" and self.mbs.cuts)
+                if nature != "independent" and not follows:
                     told = f"joint '{name}' is {nature}, and should be independent"
                     self._differ("nature", told, urdf="independent", mbs=nature, **where)
                 if name in taken:
                     told = f"joint '{name}' is given for '{joint.name}' and for another joint"
                     self._differ("joint-missing", told, **where)
-                elif nature == "driven":
+                elif nature == "driven" and not follows:
                     held[own] = known[name].q or 0.0
                 elif known[name].type[0] != kind[0]:
                     does = "shifts" if kind[0] == "R" else "turns"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def model(tmp_path: Path) -> Path:
-    path = tmp_path / "project" / "dataR" / "tiny.mbs"
+    path = tmp_path / "project" / "dataR" / "robot.mbs"
     path.parent.mkdir(parents=True)
     path.write_bytes(convert_text().data)
     return path
@@ -32,13 +32,13 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
     folder = model.parent.parent / "symbolicR"
     names = "accelred cons_hJ cons_jdqd dirdyna extforces gensensor invdyna link3D link sensor"
     assert sorted(file.name for file in folder.iterdir()) == [
-        f"mbs_{name}_tiny.py" for name in names.split()
+        f"mbs_{name}_robot.py" for name in names.split()
     ]
     assert main(["equations", str(model), "--language", "c", "--fold"]) == 0
     assert (
-        (folder / "mbs_dirdyna_tiny.c")
+        (folder / "mbs_dirdyna_robot.c")
         .read_text()
-        .startswith("// Written by urdf2mbs from tiny.mbs")
+        .startswith("// Written by urdf2mbs from robot.mbs")
     )
 
 
@@ -50,7 +50,7 @@ def test_json_has_the_counts(model: Path, tmp_path: Path, capsys: Any) -> None:
 
 
 def test_robotrans_own_files_are_not_replaced(model: Path, capsys: Any) -> None:
-    file = model.parent.parent / "symbolicR" / "mbs_dirdyna_tiny.py"
+    file = model.parent.parent / "symbolicR" / "mbs_dirdyna_robot.py"
     file.parent.mkdir()
     file.write_text("# of another program\n")
     assert main(["equations", str(model)]) == 2
@@ -61,7 +61,7 @@ def test_robotrans_own_files_are_not_replaced(model: Path, capsys: Any) -> None:
 @pytest.mark.parametrize(
     ("change", "code"),
     [
-        ((b"<mbsname>tiny<", b"<mbsname>my robot<"), "mbsname-no-identifier"),
+        ((b"<mbsname>robot<", b"<mbsname>my robot<"), "mbsname-no-identifier"),
         ((b"<", b""), "not-xml"),
     ],
 )

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from proving import BOX, SOLID, joint, link, robot
 
 from urdf2mbs import Result
+from urdf2mbs.config import Lines, preset
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 
 A, B, C, D = (link(name, SOLID) for name in "abcd")
 
 
-def emitted(*elements: str, **settings: str) -> Result:
+def emitted(*elements: str, **settings: Any) -> Result:
     return convert_text(robot(link("world"), *elements), **settings)
 
 
@@ -125,11 +127,15 @@ def test_the_view_sees_links_where_they_are_at_zero() -> None:
     ],
 )
 def test_what_an_mbs_has_no_place_for(element: str, code: str, level: str) -> None:
+    """Without joint-parameters, which finds a place for it."""
     holding = joint("world", "a", name="j").replace("</joint>", f"{element}</joint>")
-    found = {d.code: d for d in emitted(A, holding).diagnostics}
+    pipeline = [one for one in preset("faithful", Lines())[0] if one != "joint-parameters"]
+    found = {d.code: d for d in emitted(A, holding, pipeline=pipeline).diagnostics}
     assert found[code].level == level
     assert found[code].message.endswith("1 joint: j")
     assert found["limit"].level == "note"
+    codes = {d.code for d in emitted(A, holding).diagnostics}
+    assert not codes & {"limit", "safety-controller", "calibration"}
 
 
 def test_no_damping_is_not_told_of() -> None:

@@ -8,7 +8,8 @@ Robotran's joints act along or about the current coordinate axes.  So a URDF joi
 3. the real joint, which keeps the URDF joint's name (a planar joint is three, a floating six);
 4. the rotations of 2. undone, so that the body frame is the URDF link frame.
 
-Angles that are zero leave no joint.  A fixed joint is a T3 driven at 0.  The last row of
+Angles that are zero leave no joint.  A fixed joint is a T3 driven at 0; one that is a
+force-torque sensor is T1 T2 T3 R1 R2 R3, all driven at 0.  The last row of
 Table A.2 is corrected: the angle of its R2 is ``-atan2(z, hypot(x, y))``.
 """
 
@@ -17,6 +18,7 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Joint
+from urdf2mbs.simulation import ForceTorque
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
 #: What a unit axis may be off a coordinate axis or plane without a word: the rounding of a double.
@@ -36,6 +38,12 @@ def run(conversion: Conversion, options: NoOptions) -> None:
             _tell_axis(conversion, step)
             if step.flipped:
                 conversion.names.flipped.append(step.joint.name)
+            if step.measured is not None:
+                link = step.joint.child
+                at = segment.parts.get(link) or step.frames[link]
+                conversion.simulation.force_torques.append(
+                    ForceTorque(step.measured, link, step.joints[-6:], at.rot)
+                )
         segment.body.joints = joints
 
 
@@ -44,6 +52,12 @@ def decompose(step: Step) -> None:
     name, kind = step.joint.name, step.joint.type
     origin = [_driven(f"{name}_origin_R{k}", k, angle) for k, angle in step.turns]
     turns: tuple[Turn, ...] = ()
+    if kind == "fixed" and step.measured is not None:
+        step.coordinates = []
+        six = ("T1", "T2", "T3", "R1", "R2", "R3")
+        held = [Joint(f"{name}_{type_}", type_, "driven", q=0.0, symbols=("q",)) for type_ in six]
+        step.joints = [*origin, *held]
+        return
     if kind == "fixed":
         step.coordinates = []
         step.joints = [*origin, Joint(name, "T3", "driven", q=0.0, symbols=("q",))]

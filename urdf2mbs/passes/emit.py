@@ -68,6 +68,8 @@ def _frames(conversion: Conversion) -> dict[str, LinkFrame]:
     return frames
 
 
+#: What most accounts of Robotran's generator of equations allow.
+JOINTS, CUTS, SENSORS = 80, 30, 30
 #: The height (m) of the human-sized robots whose view the scale factors are taken from.
 HUMAN = 1.8
 
@@ -128,10 +130,18 @@ def _short(value: float) -> float:
 
 
 def _tell(conversion: Conversion) -> None:
-    """Name what .mbs has no place for."""
-    _tell_mimic(conversion)
+    """Name what .mbs has no place for, and no pass has found one."""
     joints = conversion.robot.joints.values()
-    lossy = [j for j in joints if j.dynamics and (j.dynamics.damping or j.dynamics.friction)]
+    kept = conversion.simulation.kept
+    _tell_mimic(conversion)
+    _tell_limits(conversion)
+    lossy = [
+        joint
+        for joint in joints
+        if joint.dynamics
+        and (joint.dynamics.damping or joint.dynamics.friction)
+        and joint.name not in kept.get("joint-dynamics", ())
+    ]
     if lossy:
         conversion.warn(
             "joint-dynamics",
@@ -143,14 +153,37 @@ def _tell(conversion: Conversion) -> None:
         ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
         ("calibration", "calibration", [j for j in joints if j.calibration]),
     ):
+        found = [joint for joint in found if joint.name not in kept.get(code, ())]
         if found:
             conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
     tags: dict[str, int] = {}
     for extension in conversion.robot.extensions:
+        if any(extension is one for one in conversion.simulation.used):
+            continue
         tags[extension.tag] = tags.get(extension.tag, 0) + 1
     if tags:
         listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
         conversion.note("extension", f".mbs has no place for {listed}; left out")
+
+
+def _tell_limits(conversion: Conversion) -> None:
+    """Robotran's generator is a web service that counts."""
+    mbs = conversion.mbs
+    counted = {
+        "joints": (sum(len(body.joints) for body in mbs.bodies), JOINTS),
+        "cuts": (len(mbs.cuts), CUTS),
+        "sensors": (
+            sum(point.sensor is not None for body in mbs.bodies for point in body.points),
+            SENSORS,
+        ),
+    }
+    over = [f"{count} {what} ({most})" for what, (count, most) in counted.items() if count > most]
+    if over:
+        conversion.note(
+            "generator-limits",
+            "more than most accounts of Robotran's generator of equations allow: "
+            f"{', '.join(over)}; the pass 'equations' writes them without a limit",
+        )
 
 
 def _tell_mimic(conversion: Conversion) -> None:
@@ -172,8 +205,7 @@ def _tell_mimic(conversion: Conversion) -> None:
             "mimic",
             "joints that follow others are independent in .mbs, which cannot hold this: "
             f"{', '.join(rules)}",
-            hint="to couple them, make them dependent and write these constraints in the "
-            "project's user_cons_hJ",
+            hint="a project can: 'output: {project: DIR}'",
         )
 
 

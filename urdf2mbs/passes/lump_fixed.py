@@ -41,7 +41,7 @@ def run(conversion: Conversion, options: Options) -> None:
             carried = {link: compose(pose, at) for link, at in step.frames.items()}
             needed = not steps and step is segment.steps[-1]
             stays = needed and (_matches(segment.link, options.keep) or (still and len(kept) == 1))
-            if step.joint.moves or stays:
+            if step.joint.moves or step.measured or stays:
                 if offset is not HERE:
                     step.xyz, step.turns = pose.xyz, fewest_turns(pose.rot)
                 steps.append(step)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 
 import msgspec
+from lxml import etree
 
 from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Sym, Vec, from_rpy
 
@@ -190,6 +191,19 @@ class Extension(msgspec.Struct):
     xml: str
     reference: str | None = None
     line: int | None = None
+
+    def element(self) -> etree._Element:
+        """The element itself."""
+        return etree.fromstring(
+            self.xml, etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
+        )
+
+    def sensors(self) -> Iterator[tuple[str, str, etree._Element]]:
+        """The name and type of each ``<sensor>`` that it is or has, and what it stands on."""
+        if self.tag in ("sensor", "gazebo"):
+            root = self.element()
+            for sensor in [root] if self.tag == "sensor" else root.iterchildren("sensor"):
+                yield str(sensor.get("name")), str(sensor.get("type")), sensor
 
 
 class Robot(msgspec.Struct):

@@ -1,0 +1,17 @@
+/* Declarations of our own, with the names that MBsysC's user functions use: for tests only. */
+#ifndef MBS_DATA_h
+#define MBS_DATA_h
+#include "mbs_user_interface.h"
+
+typedef struct MbsData {
+    int njoint, process, flag_stop;
+    double *q, *qd, *qdd, *q0, *Qq, *Qc, *ux, *uxd;
+    double *dpt[4];
+    int *xfidpt;
+    double **SWr, **l3DWr;
+    double g[4];
+    UserModel *user_model;
+} MbsData;
+
+void mbs_delete_data(MbsData *mbs_data);
+#endif

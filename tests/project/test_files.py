@@ -1,0 +1,193 @@
+"""Who owns which file of a project, and the main script as a user would start it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from project.standin import MbsData, make, user_functions
+from project.test_mimic import CHAIN
+
+from urdf2mbs.config import Config, Lines, typed
+from urdf2mbs.pipeline import Pipeline
+from urdf2mbs.project import FOLDER
+from urdf2mbs.testing import TINY
+
+#: All twelve user functions of MBsysPy, and what is called in each file.
+FUNCTIONS = {
+    "user_Derivative": ["user_derivatives"],
+    "user_DrivenJoints": ["user_DrivenJoints"],
+    "user_ExtForces": ["user_ExtForces"],
+    "user_JointForces": ["user_JointForces"],
+    "user_Link3DForces": ["user_Link3DForces"],
+    "user_LinkForces": ["user_LinkForces"],
+    "user_cons_J_accelred": ["user_cons_J_accelred"],
+    "user_cons_hJ": ["user_cons_hJ"],
+    "user_cons_jdqd": ["user_cons_jdqd"],
+    "user_dirdyn": ["user_dirdyn_init", "user_dirdyn_loop", "user_dirdyn_finish"],
+    "user_equil": ["user_equil_init", "user_equil_loop", "user_equil_finish", "user_equil_fxe"],
+    "user_invdyn": ["user_invdyn_init", "user_invdyn_loop", "user_invdyn_finish"],
+}
+
+#: Stands for MBsysPy: it writes down what the main script asks for.
+MBSYSPY = """
+import sys
+from pathlib import Path
+sys.path[:0] = {paths!r}
+import numpy as np
+from project.standin import MbsData as Data
+
+class MbsData(Data):
+    def set_nb_userc(self, count):
+        print("constraints", count)
+
+class Module:
+    def __init__(self, mbs_data):
+        self.mbs_data = mbs_data
+        print(type(self).__name__, mbs_data.process)
+
+    def set_options(self, **options):
+        print(*(f"{{key}}={{value}}" for key, value in options.items()))
+
+    def run(self):
+        self.q = np.zeros((3, self.mbs_data.njoint + 1))
+        return self
+
+class MbsPart(Module):
+    pass
+
+class MbsDirdyn(Module):
+    pass
+"""
+
+
+def test_all_twelve_user_functions_are_there(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY)
+    with user_functions(project) as user:
+        assert set(user) == set(FUNCTIONS)
+        for name, functions in FUNCTIONS.items():
+            for function in functions:
+                assert callable(getattr(user[name], function))
+    for folder in ("resultsR", "animationR/vrml", "symbolicR"):
+        assert (project / folder).is_dir()
+
+
+def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> None:
+    project = make(tmp_path, CHAIN, language="both")
+    kept = project / "userfctR" / "user_JointForces.py"
+    kept.write_text("mine = 1\n")
+    other = project / "workR" / "main.py"
+    other.unlink()
+    module = project / "userfctR" / "robot_robot.py"
+    module.write_text("old")
+    before = {
+        path: path.read_bytes() for path in project.rglob("*") if path.is_file() and path != module
+    }
+    more = CHAIN.replace('multiplier="2"', 'multiplier="4"')
+    (project / "dataR" / "robot.mbs").unlink()
+    make(tmp_path, more, language="both")
+    assert '("two", "one", 4.0, 0.5)' in module.read_text()
+    assert other.is_file(), "what is not there is written"
+    changed = [
+        path.name for path, data in before.items() if path.exists() and path.read_bytes() != data
+    ]
+    # only what depends on the robot is written anew
+    assert set(changed) <= {"robot.mbs", ".urdf2mbs", "robot_robot.c"}
+    assert kept.read_text() == "mine = 1\n"
+
+
+def test_a_link_that_leads_nowhere_is_the_users_too(tmp_path: Path) -> None:
+    (tmp_path / "robot" / "workR").mkdir(parents=True)
+    (tmp_path / "robot" / "workR" / "main.py").symlink_to(tmp_path / "elsewhere.py")
+    make(tmp_path, TINY)
+    assert (tmp_path / "robot" / "workR" / "main.py").is_symlink()
+
+
+def test_the_same_bytes_each_time(tmp_path: Path) -> None:
+    texts = []
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        project = make(tmp_path / name, CHAIN, language="both")
+        texts.append(
+            {
+                path.relative_to(project).as_posix(): path.read_bytes()
+                for path in project.rglob("*")
+                if path.is_file()
+            }
+        )
+    assert texts[0] == texts[1]
+
+
+@pytest.mark.parametrize("start", ["workR", ".", "/"])
+def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
+    project = make(tmp_path, CHAIN, passes={"posture": {"joints": {"one": 0.25}}})
+    library = tmp_path / "library"
+    library.mkdir()
+    tests = str(Path(__file__).resolve().parents[1])
+    (library / "MBsysPy.py").write_text(MBSYSPY.format(paths=[tests]))
+    (library / "matplotlib.py").write_text("raise ImportError('none here')\n")
+    done = subprocess.run(
+        [sys.executable, str(project / "workR" / "main.py")],
+        cwd=project / start, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(library)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == [
+        "constraints 2", "MbsPart 1", "rowperm=1 verbose=1", "MbsDirdyn 3",
+        "dt0=0.001 tf=1.0 save2file=1", "no plot: pip install matplotlib",
+    ]  # fmt: skip
+
+
+def test_user_functions_are_found_however_they_are_loaded(tmp_path: Path) -> None:
+    """By path, by name with the folder on Python's path, and as text without a file."""
+    project = make(tmp_path, CHAIN)
+    folder = project / "userfctR"
+    text = (folder / "user_cons_hJ.py").read_text()
+    script = (
+        "import sys, runpy\n"
+        f"runpy.run_path({str(folder / 'user_cons_hJ.py')!r})\n"
+        f"sys.path.insert(0, {str(folder)!r})\n"
+        "import user_cons_jdqd\n"
+        f"exec(compile({text!r}, 'user_cons_hJ', 'exec'), {{}})\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd="/", capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_nothing_of_urdf2mbs_is_needed_at_run_time() -> None:
+    for file in FOLDER.rglob("*.py.in"):
+        assert "import urdf2mbs" not in file.read_text()
+
+
+def test_numbers_are_looked_up_once(tmp_path: Path) -> None:
+    project = make(tmp_path, CHAIN)
+    data = MbsData(project / "dataR" / "robot.mbs")
+    with user_functions(project) as user:
+        robot = user["user_dirdyn"].robot
+        first = robot.look_up(data)
+        assert robot.look_up(data) is first
+        other = MbsData(project / "dataR" / "robot.mbs")
+        assert robot.look_up(other) is not first
+
+
+def test_a_folder_whose_name_is_no_identifier(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY, name="my robot-2")
+    assert (project / "dataR" / "my_robot_2.mbs").is_file()
+    assert (project / "userfctR" / "my_robot_2_robot.py").is_file()
+    assert "<mbsname>my_robot_2</mbsname>" in (project / "dataR" / "my_robot_2.mbs").read_text()
+
+
+def test_a_project_that_was_renamed(tmp_path: Path) -> None:
+    """Its user functions still call the module of the old name: that is told."""
+    make(tmp_path, TINY, name="old", language="both").rename(tmp_path / "new")
+    settings = {"source": str(tmp_path / "source.urdf")}
+    given = {**settings, "output": {"project": str(tmp_path / "new"), "language": "both"}}
+    conversion = Pipeline(typed(Config, given, Lines()), Lines(), installed_plugins=False).run()
+    (told,) = [found for found in conversion.diagnostics if found.code == "project-renamed"]
+    assert "the project is called 'new', and yours call 'old_robot'" in told.message
+    assert "user_ExtForces.c" in told.message

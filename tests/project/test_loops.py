@@ -1,0 +1,173 @@
+"""Loops: cuts, where they end, and which joints they make dependent."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import SHARED
+from project.test_mimic import joint, link
+
+from urdf2mbs.config import load
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.pipeline import Pipeline
+from urdf2mbs.testing import convert_text
+
+ROOT = Path(__file__).resolve().parents[2]
+LENGTH = "loops-length"
+
+
+def at(x: float, y: float, z: float) -> str:
+    return f'<origin xyz="{x} {y} {z}"/>'
+
+
+#: A four-bar linkage in the plane x z: the tips of two chains from the base meet.
+FOUR_BAR = (
+    '<robot name="four_bar">'
+    + "".join(link(name) for name in ("base", "left", "coupler", "right"))
+    + joint("crank", "base", "left", at(0, 0, 0))
+    + joint("elbow", "left", "coupler", at(0, 0, 1))
+    + joint("rocker", "base", "right", at(1, 0, 0))
+    + "</robot>"
+)
+SDF = (
+    '<gazebo><joint name="pin" type="revolute"><parent>coupler</parent><child>right</child>'
+    "<pose>0 0 1 0 0 0</pose><axis><xyz>0 1 0</xyz></axis></joint></gazebo></robot>"
+)
+BALL = {"pin": {"ends": [{"link": "coupler", "at": [1, 0, 0]}, {"link": "right", "at": [0, 0, 1]}]}}
+
+
+def natures(result: Any) -> dict[str, str]:
+    return {j.name: j.nature for b in result.mbs.bodies for j in b.joints}
+
+
+def test_a_ball_makes_two_joints_of_a_four_bar_dependent() -> None:
+    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": BALL}})
+    assert natures(result)["crank"] == "independent"
+    assert [k for k, v in natures(result).items() if v == "dependent"] == ["elbow", "rocker"]
+    mbs = read(result.data, "four_bar.mbs")
+    (cut,) = mbs.cuts
+    assert cut.kind == "ball"
+    placement = place(mbs)
+    for end in (cut.endpoint1, cut.endpoint2):
+        assert placement.point(mbs, *end) == pytest.approx((1, 0, 1))
+    assert not [found for found in result.diagnostics if found.code == "loop-open"]
+
+
+def test_dependent_joints_by_name() -> None:
+    options = {"cuts": BALL, "dependent": ["crank", "elbow"]}
+    result = convert_text(FOUR_BAR, base="fixed", options={"loops": options})
+    assert natures(result)["rocker"] == "independent"
+    options = {"cuts": BALL, "dependent": ["crank"]}
+    with pytest.raises(ConfigError, match="make 2 joints dependent, of which 1"):
+        convert_text(FOUR_BAR, base="fixed", options={"loops": options})
+
+
+def test_motors_stay_independent() -> None:
+    options = {"loops": {"cuts": BALL}, "actuators": {"joints": ["rocker"]}}
+    result = convert_text(FOUR_BAR, base="fixed", options=options)
+    assert natures(result)["rocker"] == "independent"
+
+
+def test_a_joint_in_gazebo_closes_the_loop() -> None:
+    """In a plane, one ball is all that a revolute joint adds; in space it wants another."""
+    result = convert_text(FOUR_BAR.replace("</robot>", SDF), base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin_1"]
+    assert sum(nature == "dependent" for nature in natures(result).values()) == 2
+    skew = FOUR_BAR.replace(
+        joint("rocker", "base", "right", at(1, 0, 0)),
+        link("carrier")
+        + joint("swivel", "base", "carrier", at(1, 0, 0)).replace("0 1 0", "0 0 1")
+        + joint("tilt", "carrier", "right", at(0, 0, 0)).replace("0 1 0", "1 0 0"),
+    )
+    result = convert_text(skew.replace("</robot>", SDF), base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin_1", "pin_2"]
+
+
+def test_an_open_loop_is_told_with_its_distance() -> None:
+    options = {"loops": {"cuts": BALL}, "posture": {"joints": {"crank": pi / 2}}}
+    result = convert_text(FOUR_BAR, base="fixed", options=options)
+    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    # the coupler's end is at (1, 0, -1), the rocker's at (1, 0, 1)
+    assert "by 2 m" in told
+
+
+def test_a_rod_keeps_the_distance_of_the_start() -> None:
+    rod = {
+        "rod": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right", "at": [0, 0, 1]}]}
+    }
+    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": rod}})
+    (cut,) = read(result.data, "x").cuts
+    assert cut.kind == "rod"
+    assert cut.length == pytest.approx(1.0)
+    assert sum(nature == "dependent" for nature in natures(result).values()) == 1
+    rod["rod"]["length"] = 0.75  # type: ignore[assignment]
+    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": rod}})
+    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    assert "by 0.25 m" in told
+
+
+def test_the_chosen_joints_solve_the_constraints() -> None:
+    """Against Pinocchio's Jacobian, for a cut between random chains in space."""
+    pin = pytest.importorskip("pinocchio")
+    from urdf2mbs.dynamics import to_pinocchio
+
+    random = np.random.default_rng(2)
+    for _ in range(5):
+        names = "abcdefg"
+        text = '<robot name="r">' + "".join(link(name) for name in ("root", *names))
+        for k, name in enumerate(names):
+            parent = "root" if k in (0, 3) else names[k - 1]
+            axis = " ".join(map(str, random.normal(size=3)))
+            xyz = random.normal(size=3)
+            text += joint(f"j{name}", parent, name, at(*xyz)).replace("0 1 0", axis)
+        ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "g", "at": [0, 0.5, 0]}]
+        cuts = {"ball": {"ends": ends}}
+        options = {"loops": {"cuts": cuts}}
+        result = convert_text(f"{text}</robot>", base="fixed", options=options)
+        mbs = read(result.data, "r.mbs")
+        model = to_pinocchio(mbs)
+        data = model.createData()
+        pin.computeJointJacobians(model, data, np.zeros(model.nq))
+        pin.updateFramePlacements(model, data)
+        rows = []
+        for owner, point in (mbs.cuts[0].endpoint1, mbs.cuts[0].endpoint2):
+            frame = model.getFrameId(f"{owner}/{point}")
+            world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+            rows.append(pin.getFrameJacobian(model, data, frame, world)[:3])
+        jacobian = rows[1] - rows[0]
+        chosen = [k for k, v in natures(result).items() if v == "dependent"]
+        columns = [list(model.names).index(name) - 1 for name in chosen]
+        assert len(columns) == 3
+        assert np.linalg.cond(jacobian[:, columns]) < 1e4
+
+
+@pytest.mark.parametrize(
+    ("cut", "code"),
+    [
+        ({"ends": [{"link": "coupler"}, {"link": "rihgt"}]}, "loops-link"),
+        ({"ends": [{"link": "coupler"}, {"link": "right"}], "length": 1.0}, LENGTH),
+        ({"kind": "rod", "ends": [{"link": "left"}, {"link": "right"}], "length": -1}, LENGTH),
+    ],
+)  # fmt: skip
+def test_wrong_cuts(cut: dict[str, Any], code: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        convert_text(FOUR_BAR, options={"loops": {"cuts": {"x": cut}}})
+    assert caught.value.code == code
+
+
+def test_cassies_rods_close() -> None:
+    config = ROOT / "configs" / "cassie.yaml"
+    if not (SHARED / "robots" / "cassie").is_dir():
+        pytest.skip("the real robots are not beside the checkout")
+    conversion = Pipeline(*load(config)).run()
+    codes = {found.code for found in conversion.diagnostics}
+    assert not codes & {"loop-open", "posture-limit"}
+    assert conversion.rejected is None
+    dependent = [j.name for b in conversion.mbs.bodies for j in b.joints if j.nature == "dependent"]
+    assert sorted(dependent) == ["LeftTarsusPitch", "RightTarsusPitch"]

@@ -1,0 +1,183 @@
+"""Joints that follow others: the generated constraints, on a stand-in for Robotran's data."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import SHARED
+from project.standin import MbsData, from1, make, user_functions, without_meshes
+
+from urdf2mbs import convert
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.testing import convert_text
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import read_robot
+
+
+def link(name: str) -> str:
+    return (
+        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" '
+        'iyy="1" iyz="0" izz="1"/></inertial></link>'
+    )
+
+
+def joint(name: str, parent: str, child: str, more: str = "", kind: str = "continuous") -> str:
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<axis xyz="0 1 0"/>{more}</joint>'
+    )
+
+
+CHAIN = (
+    '<robot name="chain">'
+    + "".join(link(name) for name in "abcde")
+    + joint("one", "a", "b")
+    + joint("two", "b", "c", '<mimic joint="one" multiplier="2" offset="0.5"/>')
+    + joint("three", "c", "d", '<mimic joint="two" multiplier="-3" offset="0.25"/>')
+    + joint("four", "d", "e")
+    + "</robot>"
+)
+#: What the rules say: follower, leader, multiplier, offset.
+RULES = [("two", "one", 2.0, 0.5), ("three", "one", -6.0, -1.25)]
+
+
+def check_constraints(project: Path, rules: list[tuple[str, str, float, float]]) -> None:
+    """The constraints are those of the rules; J is their derivative; jdqd that of J times qd."""
+    data = MbsData(project / "dataR" / f"{project.name}.mbs")
+    random = np.random.default_rng(3)
+    with user_functions(project) as user:
+        n = len(rules)
+
+        def at(q: Any) -> tuple[Any, Any]:
+            data.q[1:] = q
+            h, jac = from1(n), from1(n, data.njoint)
+            h[1:] = np.nan
+            user["user_cons_hJ"].user_cons_hJ(h, jac, data, 0.1)
+            return np.array(h)[1:], np.array(jac)[1:, 1:]
+
+        q = random.normal(size=data.njoint)
+        h, jac = at(q)
+        number = data.joint_id
+        wanted = [q[number[f] - 1] - m * q[number[leader] - 1] - b for f, leader, m, b in rules]
+        assert np.allclose(h, wanted, rtol=0, atol=1e-14)
+        for j in range(data.njoint):
+            step = np.zeros(data.njoint)
+            step[j] = 0.5
+            slope = (at(q + step)[0] - at(q - step)[0]) / 1.0  # h is linear
+            assert np.allclose(slope, jac[:, j], rtol=0, atol=1e-12)
+        jdqd = from1(n)
+        jdqd[1:] = np.nan
+        user["user_cons_jdqd"].user_cons_jdqd(jdqd, data)
+        assert np.array_equal(np.array(jdqd)[1:], np.zeros(n))
+        # the start position closes the constraints, and they pick the dependent joints
+        start = np.array(data.q0)[1:]
+        assert np.allclose(at(start)[0], 0.0, rtol=0, atol=1e-15)
+        dependent = [j.name for b in data.mbs.bodies for j in b.joints if j.nature == "dependent"]
+        assert sorted(dependent) == sorted(f for f, *_ in rules)
+        columns = [number[name] - 1 for name in dependent]
+        assert abs(np.linalg.det(jac[:, columns])) > 0.5
+
+
+def test_chains_are_resolved(tmp_path: Path) -> None:
+    check_constraints(make(tmp_path, CHAIN), RULES)
+
+
+def test_followers_follow_the_start_position(tmp_path: Path) -> None:
+    passes = {"posture": {"joints": {"one": 0.7}}}
+    project = make(tmp_path, CHAIN, passes=passes)
+    data = MbsData(project / "dataR" / "robot.mbs")
+    start = {name: data.q0[k] for name, k in data.joint_id.items()}
+    assert start["two"] == pytest.approx(1.9, abs=1e-15)
+    assert start["three"] == pytest.approx(-5.45, abs=1e-15)
+    check_constraints(project, RULES)
+
+
+def test_a_plain_mbs_keeps_them_independent_and_warns() -> None:
+    result = convert_text(CHAIN)
+    assert "mimic" in {found.code for found in result.diagnostics}
+    natures = {j.name: j.nature for b in result.mbs.bodies for j in b.joints}
+    assert natures["two"] == natures["three"] == "independent"
+    assert not result.mbs.user_constraints
+
+
+def test_a_project_does_not_warn(tmp_path: Path) -> None:
+    project = make(tmp_path, CHAIN)
+    text = (project / "dataR" / "robot.mbs").read_text()
+    assert text.count("<nature>dependent</nature>") == 2
+    assert text.count("<user_constraint>") == 2
+
+
+def test_natures_by_joint(tmp_path: Path) -> None:
+    """A follower that is free leads those that follow it; one that is driven is moved."""
+    passes = {"mimic": {"joints": {"two": "independent"}}}
+    check_constraints(make(tmp_path, CHAIN, passes=passes), [("three", "two", -3.0, 0.25)])
+    (tmp_path / "driven").mkdir()
+    passes = {"mimic": {"joints": {"*": "driven"}}}
+    project = make(tmp_path / "driven", CHAIN, passes=passes)
+    data = MbsData(project / "dataR" / "robot.mbs")
+    one, two, three = (data.joint_id[name] for name in ("one", "two", "three"))
+    data.q[one], data.qd[one], data.qdd[one] = 0.1, 0.2, 0.3
+    with user_functions(project) as user:
+        user["user_DrivenJoints"].user_DrivenJoints(data, 0.0)
+    assert [data.q[two], data.qd[two], data.qdd[two]] == pytest.approx([0.7, 0.4, 0.6])
+    assert [data.q[three], data.qd[three], data.qdd[three]] == pytest.approx([-1.85, -1.2, -1.8])
+
+
+def test_an_unknown_follower_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="no joint that mimics another is called 'for'"):
+        make(tmp_path, CHAIN, passes={"mimic": {"joints": {"for": "driven"}}})
+
+
+def test_a_leader_that_does_not_move(tmp_path: Path) -> None:
+    text = CHAIN.replace('name="one" type="continuous"', 'name="one" type="fixed"')
+    source = tmp_path / "robot.urdf"
+    source.write_text(text)
+    result = convert(source, options={"mimic": {"joints": {"*": "dependent"}}})
+    assert [found.joint for found in result.diagnostics if found.code == "mimic-leader"] == [
+        "two", "three",
+    ]  # fmt: skip
+
+
+def _installed(path: str) -> Path | None:
+    """A robot of the package example-robot-data, which is no requirement: 130 MB."""
+    for folder in sys.path:
+        found = Path(folder, "cmeel.prefix/share/example-robot-data/robots", path)
+        if found.is_file():
+            return found
+    return None
+
+
+@pytest.mark.parametrize(
+    ("path", "count"),
+    [
+        ("pr2_description/urdf/pr2.urdf", 10),
+        ("talos_data/robots/talos_full_v2.urdf", 12),
+        ("robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf", 5),
+        ("robots/nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf", 17),
+    ],
+)
+@pytest.mark.parametrize("name", ["faithful", "compact"])
+def test_real_robots(tmp_path: Path, path: str, count: int, name: str) -> None:
+    source = SHARED / path if (SHARED / path).is_file() else _installed(path)
+    if source is None:
+        pytest.skip(f"{path} is neither beside the checkout nor in example-robot-data")
+    project = make(tmp_path, source, pipeline=without_meshes(name))
+    robot = read_robot(source, Packages({}, source), {})[0]
+    data = MbsData(project / "dataR" / "robot.mbs")
+    kept = {joint.name for body in data.mbs.bodies for joint in body.joints}
+    rules = []
+    for name in robot.joints:
+        follower = re.sub(r"[^A-Za-z0-9_]", "_", name)
+        if robot.joints[name].mimic is None or follower not in kept:
+            continue
+        m, b, leader = 1.0, 0.0, name
+        while (mimic := robot.joints[leader].mimic) is not None:
+            m, b, leader = m * mimic.multiplier, b + m * mimic.offset, mimic.joint
+        rules.append((follower, re.sub(r"[^A-Za-z0-9_]", "_", leader), m, b))
+    assert len(rules) == count
+    check_constraints(project, rules)

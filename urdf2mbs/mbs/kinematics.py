@@ -1,0 +1,79 @@
+"""Where everything in an .mbs is at its initial position: forward kinematics, joint by joint."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from urdf2mbs.mbs.model import Joint, Mbs
+from urdf2mbs.spatial import HERE, IDENTITY, ZERO, Pose, Vec, add, compose, from_turn, rotate
+
+AXES: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Placed(NamedTuple):
+    """A joint at its initial position, in the axes of the base."""
+
+    joint: Joint
+    axis: Vec
+    """Along or about which it moves, of length 1."""
+    origin: Vec
+    """A point of its axis (m)."""
+    before: int
+    """Index of the joint before it, on the way to the base; -1: there is none."""
+
+
+class Placement(NamedTuple):
+    """Where bodies and joints are at the initial position, in the base (m)."""
+
+    bodies: dict[str | None, Pose]
+    """By name; None is the base."""
+    joints: list[Placed]
+    """In the order of the model."""
+    last: dict[str | None, int]
+    """Index of each body's last joint; -1 for the base."""
+
+    def point(self, mbs: Mbs, body: str | None, point: str | None) -> Vec:
+        """Where an anchor point is (m); None is the body's own frame."""
+        pose = self.bodies[body]
+        if point is None:
+            return pose.xyz
+        owner = mbs.base if body is None else next(b for b in mbs.bodies if b.name == body)
+        at = next(p.coordinates for p in owner.points if p.name == point)
+        return add(pose.xyz, rotate(pose.rot, at))
+
+    def way(self, body: str | None) -> list[int]:
+        """Indices of the joints that move a body, from the body to the base."""
+        found: list[int] = []
+        at = self.last[body]
+        while at >= 0:
+            found.append(at)
+            at = self.joints[at].before
+        return found
+
+
+def place(mbs: Mbs) -> Placement:
+    """The initial position of a model whose bodies stand parents first."""
+    points: dict[tuple[str | None, str | None], Vec] = {
+        (None, point.name): point.coordinates for point in mbs.base.points
+    } | {(body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points}
+    bodies: dict[str | None, Pose] = {None: HERE}
+    last: dict[str | None, int] = {None: -1}
+    joints: list[Placed] = []
+    for body in mbs.bodies:
+        at = compose(
+            bodies[body.parent], Pose(points.get((body.parent, body.point), ZERO), IDENTITY)
+        )
+        before = last[body.parent]
+        for joint in body.joints:
+            k = int(joint.type[1])
+            axis = rotate(at.rot, AXES[k - 1])
+            joints.append(Placed(joint, axis, at.xyz, before))
+            before = len(joints) - 1
+            q = joint.q or 0.0
+            if joint.type[0] == "R":
+                at = compose(at, Pose(ZERO, from_turn((k, q))))
+            else:
+                at = Pose(add(at.xyz, (q * axis[0], q * axis[1], q * axis[2])), at.rot)
+        bodies[body.name] = at
+        last[body.name] = before
+    return Placement(bodies, joints, last)

@@ -1,0 +1,320 @@
+"""Contacts: points that touch the ground, each with an external force.
+
+Beyond the method.  At the start position the lowest points of a link's collision shapes (visual
+ones where there are none) become anchor points with an ``extforce``: the corners of the lowest
+face of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a
+cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
+``stiffness depth (1 + rate / speed)``, never pulls, and rubs with ``friction tanh(slip /
+slip_speed)`` times that.
+
+A floating base is raised or lowered, so that the robot stands on the lowest of these points: a
+robot at zero has its feet below the ground.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from math import hypot, isfinite, sqrt
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, Segment
+from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Parameter, Point, Sensor, UserModel
+from urdf2mbs.simulation import Contact
+from urdf2mbs.spatial import (
+    Pose,
+    Vec,
+    add,
+    compose,
+    dot,
+    rotate,
+    transpose,
+    unit,
+)
+from urdf2mbs.urdf import model as urdf
+from urdf2mbs.urdf.packages import Packages
+
+#: All that Robotran can compute at a point: what is not asked for arrives as zeros, or worse.
+MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
+
+#: The longest time step (s) where there are contacts.
+TIME_STEP = 2.5e-4
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    links: list[str] = []
+    """Patterns (``*_foot``) of the links that touch the ground."""
+    points: dict[str, list[Vec]] = {}
+    """Link: its contact points, in its frame (m), instead of those of its shapes."""
+    within: float = 0.005
+    """Shapes of a link count whose lowest point is at most this (m) above the link's lowest."""
+    stand: bool = True
+    """Whether a floating base is shifted so that the lowest contact point is on the ground."""
+    ground: float = 0.0
+    """Height of the ground (m)."""
+    depth: float = 0.001
+    """How deep (m) the robot sinks in when it stands on all points; gives the stiffness."""
+    stiffness: float | None = None
+    """Of the ground at each point (N/m), instead of ``depth``."""
+    speed: float = 0.1
+    """Speed (m/s) at which the ground pushes twice as hard on the way in: less damps more."""
+    friction: float = 0.8
+    """Coefficient of friction."""
+    slip_speed: float = 0.02
+    """Speed of slip (m/s) from which on friction is nearly full."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    if not options.links and not options.points:
+        return
+    _check(options)
+    mbs, simulation = conversion.mbs, conversion.simulation
+    g = mbs.base.gravity
+    if any(g):
+        x, y, z = unit(g)
+        simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
+    up = simulation.up
+    placement = place(mbs)
+    lowest: list[float] = []
+    for link, (segment, pose) in _chosen(conversion, options).items():
+        at = compose(placement.bodies[segment.body.name], pose)
+        corners = options.points.get(link) or _lowest_points(conversion, link, at, options.within)
+        for number, corner in enumerate(corners, start=1):
+            name = f"{link}_contact_{number}"
+            point = Point(name, compose(pose, Pose(corner)).xyz)
+            point.extforce = Sensor(f"{name}_force", MEASURES)
+            segment.body.points.append(point)
+            simulation.contacts.append(Contact(link, point))
+            lowest.append(dot(up, add(at.xyz, rotate(at.rot, corner))))
+    if options.stand:
+        _stand(conversion, options.ground - min(lowest))
+    _add_law(conversion, options)
+    simulation.time_step = min(simulation.time_step, _time_step(conversion, options))
+    conversion.report["contacts"] = [
+        {"link": contact.link, "point": contact.point} for contact in simulation.contacts
+    ]
+
+
+def _check(options: Options) -> None:
+    """Numbers with which there would be no force, or one without bounds."""
+    wrong = [
+        name
+        for name in ("depth", "stiffness", "speed", "slip_speed")
+        if (value := getattr(options, name)) is not None and not 0.0 < value < float("inf")
+    ]
+    wrong += [name for name in ("friction", "within") if not 0.0 <= getattr(options, name) < 1e9]
+    if not isfinite(options.ground):
+        wrong.append("ground")
+    if wrong:
+        raise ConfigError(
+            "contacts-value", f"contacts: {wrong[0]} is {getattr(options, wrong[0])}",
+            hint="it must be a positive number" if wrong[0] != "ground" else None,
+        )  # fmt: skip
+
+
+def _chosen(conversion: Conversion, options: Options) -> dict[str, tuple[Segment, Pose]]:
+    """The links, each with its body and its pose in it."""
+    links = list(conversion.robot.links)
+    for name in (*options.links, *options.points):
+        if not any(fnmatchcase(link, name) for link in links):
+            raise ConfigError(
+                "contacts-links", f"contacts: no link is called '{name}'",
+                hint=nearest(name, links) or "'*' in a pattern stands for any text: '*_foot'",
+            )  # fmt: skip
+    holders = {
+        link: (segment, pose)
+        for segment in conversion.segments.values()
+        for link, pose in segment.parts.items()
+    }
+    found: dict[str, tuple[Segment, Pose]] = {}
+    for link in links:
+        if link not in options.points and not any(fnmatchcase(link, p) for p in options.links):
+            continue
+        segment, pose = holders.get(link, (None, None))
+        if segment is None or pose is None or segment.parent is None:
+            why = "has no body of its own" if segment is None else "never moves"
+            raise ConfigError(
+                "contacts-body", f"contacts: link '{link}' {why}, so that no force can act on it",
+                hint="leave it out of 'links'" if segment is not None
+                else f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body",
+            )  # fmt: skip
+        found[link] = (segment, pose)
+    return found
+
+
+def _stand(conversion: Conversion, rise: float) -> None:
+    """Shift the floating base, the first body that has three shifts, along the vertical."""
+    up = conversion.simulation.up
+    for body in conversion.mbs.bodies:
+        shifts = [j for j in body.joints if j.type[0] == "T" and j.nature == "independent"]
+        if body.parent is None and len(shifts) == 3:
+            axes = {placed.joint.name: placed.axis for placed in place(conversion.mbs).joints}
+            for joint in shifts:
+                joint.q = (joint.q or 0.0) + rise * dot(axes[joint.name], up)
+            conversion.note(
+                "stand",
+                f"the base starts {rise:+.4g} m higher, so that the robot touches the ground",
+            )
+            return
+    conversion.note("stand", "the base is fixed, and stays where it is, wherever the ground is")
+
+
+def _add_law(conversion: Conversion, options: Options) -> None:
+    mbs = conversion.mbs
+    stiffness = options.stiffness
+    if stiffness is None:
+        mass = sum(body.mass or 0.0 for body in mbs.bodies)
+        weight = mass * hypot(*mbs.base.gravity)
+        stiffness = weight / (options.depth * len(conversion.simulation.contacts))
+        stiffness = float(f"{stiffness:.2g}") or 1000.0
+    law = {
+        "ground": options.ground, "stiffness": stiffness, "speed": options.speed,
+        "friction": options.friction, "slip_speed": options.slip_speed,
+    }  # fmt: skip
+    mbs.user_models.append(
+        UserModel("contact", [Parameter(key, "scalar", (repr(v),)) for key, v in law.items()])
+    )
+
+
+def _time_step(conversion: Conversion, options: Options) -> float:
+    """A step (s) with which Runge-Kutta stays stable, which is below 2.8 time constants: friction
+    and damping of the ground slow a foot that carries its share of the weight."""
+    mbs = conversion.mbs
+    touching = {contact.link for contact in conversion.simulation.contacts}
+    weight = sum(body.mass or 0.0 for body in mbs.bodies) * hypot(*mbs.base.gravity)
+    share = weight / len(touching)
+    slope = max(options.friction / options.slip_speed, 2.0 / options.speed)
+    masses = [
+        segment.body.mass
+        for segment in conversion.segments.values()
+        if segment.body.mass and touching & segment.parts.keys()
+    ]
+    fastest = share * slope / min(masses, default=1.0)
+    return min(TIME_STEP, float(f"{1.75 / fastest:.2g}")) if fastest > 0.0 else TIME_STEP
+
+
+# --- the lowest points of shapes ---
+
+
+def _lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -> list[Vec]:
+    """In the link's frame (m); ``at`` is where the link is at the start position."""
+    x, y, z = rotate(transpose(at.rot), conversion.simulation.up)
+    down = (-x, -y, -z)
+    element = conversion.robot.links[link]
+    found: list[list[Vec]] = []
+    for part in element.collisions or element.visuals:
+        pose = part.origin.pose
+        local = rotate(transpose(pose.rot), down)
+        points = _lowest_of(conversion, link, part.geometry, local)
+        if points:
+            found.append([add(pose.xyz, rotate(pose.rot, point)) for point in points])
+    if not found:
+        raise ConfigError(
+            "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
+            hint=f"give them (m, in its frame): 'contacts: {{points: {{{link}: [[x, y, z]]}}}}'",
+        )  # fmt: skip
+    deepest = max(dot(down, point) for points in found for point in points)
+    return [
+        point
+        for points in found
+        if max(dot(down, point) for point in points) >= deepest - within
+        for point in points
+    ]
+
+
+def _lowest_of(conversion: Conversion, link: str, shape: urdf.Geometry, down: Vec) -> list[Vec]:
+    """The points of a shape that reach furthest down, in the shape's own frame (m)."""
+    if isinstance(shape, urdf.Sphere):
+        x, y, z = down
+        return [(shape.radius * x, shape.radius * y, shape.radius * z)]
+    if isinstance(shape, urdf.Box):
+        return _box_face(shape.size, down)
+    if isinstance(shape, urdf.Cylinder):
+        return _cylinder(shape, down)
+    return _mesh_face(conversion, link, shape, down)
+
+
+def _box_face(size: Vec, down: Vec) -> list[Vec]:
+    """The corners of the face that looks most downwards, all round."""
+    k = max(range(3), key=lambda axis: abs(down[axis]))
+    one, two = (k + 1) % 3, (k + 2) % 3
+    corners: list[Vec] = []
+    for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1)):
+        corner = [0.0, 0.0, 0.0]
+        corner[k] = size[k] / 2 if down[k] > 0 else -size[k] / 2
+        corner[one], corner[two] = a * size[one] / 2, b * size[two] / 2
+        corners.append((corner[0], corner[1], corner[2]))
+    return corners
+
+
+def _cylinder(shape: urdf.Cylinder, down: Vec) -> list[Vec]:
+    """Four points of the lower rim where the axis is steep; else the ends of the lowest line."""
+    r, half = shape.radius, shape.length / 2
+    x, y, z = down
+    if abs(z) > sqrt(0.5):
+        end = half if z > 0 else -half
+        return [(r, 0.0, end), (0.0, r, end), (-r, 0.0, end), (0.0, -r, end)]
+    across = hypot(x, y)
+    return [(r * x / across, r * y / across, half), (r * x / across, r * y / across, -half)]
+
+
+def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) -> list[Vec]:
+    """The outermost of the vertices that are lowest, one in each quarter."""
+    vertices = _vertices(conversion, link, mesh)
+    if vertices is None:
+        return []
+    import numpy as np
+
+    d = np.array(down)
+    depth = vertices @ d
+    size = float(np.ptp(vertices, axis=0).max())
+    near = vertices[depth >= depth.max() - 0.02 * size]
+    # two axes of the mesh across the vertical
+    k = int(np.argmax(np.abs(d)))
+    one = np.eye(3)[(k + 1) % 3]
+    one -= d * (one @ d)
+    one /= np.linalg.norm(one)
+    two = np.cross(d, one)
+    spans = [max(float(np.ptp(near @ axis)), 1e-9) for axis in (one, two)]
+    corners: list[Vec] = []
+    for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1)):
+        index = int(np.argmax(a * (near @ one) / spans[0] + b * (near @ two) / spans[1]))
+        corner: Vec = tuple(float(c) for c in near[index])  # type: ignore[assignment]
+        if corner not in corners:
+            corners.append(corner)
+    return corners
+
+
+def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
+    """All vertices of a mesh file, scaled (m), as rows; None, with a warning: it cannot be read."""
+    from urdf2mbs.meshes import MeshError, read
+
+    packages = Packages(conversion.settings.packages, conversion.settings.source)
+    path = packages.resolve(mesh.filename)
+    problem = "it was not found"
+    if path is not None:
+        try:
+            parts = read(path).parts
+        except MeshError as error:
+            problem = str(error)
+        else:
+            import numpy as np
+
+            rows = [np.asarray(part.points, float).reshape(-1, 3) for part in parts]
+            if rows and len(points := np.concatenate(rows)):
+                return points * np.array(mesh.scale)
+            problem = "it has no vertices"
+    conversion.warn(
+        "contacts-mesh", f"contacts: mesh '{mesh.filename}' cannot be used: {problem}", link=link
+    )
+    return None
+
+
+PASS = Pass(
+    "contacts", run, Options,
+    needs=("robot", "inertias", "joints", "posture"), changes=("anchors",),
+)  # fmt: skip

@@ -1,0 +1,161 @@
+"""Forces: external forces at points, and springs between points, from the config.
+
+Beyond the method.  A wrench is an ``extforce`` at a point; a user model of its name says how large
+it is, in the axes of the base, and from when to when it acts.  A spring is a ``link`` between two
+points, with the force ``K (Z - Z0) + D dZ/dt`` along it; stiffness, damping and length are
+parameters of user models, called as the springs are.
+"""
+
+from __future__ import annotations
+
+from math import dist, isfinite
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, Segment
+from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Connection, Parameter, Point, Sensor, UserModel
+from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.simulation import Spring, Wrench
+from urdf2mbs.spatial import ZERO, Pose, Vec, compose
+
+#: All that Robotran can compute at a point.
+MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
+#: A time (s) that no simulation reaches.
+NEVER = 1e9
+
+
+class WrenchOptions(msgspec.Struct, forbid_unknown_fields=True):
+    link: str
+    """On which it acts."""
+    at: Vec = ZERO
+    """In the link's frame (m)."""
+    force: Vec = ZERO
+    """N, in the axes of the base."""
+    torque: Vec = ZERO
+    """N m, in the axes of the base."""
+    start: float = 0.0
+    """s."""
+    stop: float = NEVER
+    """s."""
+
+
+class End(msgspec.Struct, forbid_unknown_fields=True):
+    link: str
+    """Where it ends."""
+    at: Vec = ZERO
+    """In the link's frame (m)."""
+
+
+class SpringOptions(msgspec.Struct, forbid_unknown_fields=True):
+    ends: tuple[End, End]
+    """``[{link: a, at: [x, y, z]}, {link: b, at: [x, y, z]}]``"""
+    stiffness: float
+    """N/m."""
+    damping: float = 0.0
+    """N s/m."""
+    length: float | None = None
+    """Where it is at rest (m); none: as long as it is at the start position."""
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    wrenches: dict[str, WrenchOptions] = {}
+    """Name: ``{link, at, force, torque, start, stop}``."""
+    springs: dict[str, SpringOptions] = {}
+    """Name: ``{ends: [{link, at}, {link, at}], stiffness, damping, length}``."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    if not options.wrenches and not options.springs:
+        return
+    mbs, simulation = conversion.mbs, conversion.simulation
+    for name in (*options.wrenches, *options.springs):
+        if identifiers([name]) != [name]:
+            raise ConfigError(
+                "forces-name", f"forces: '{name}' cannot be a name in Robotran",
+                hint="take letters, digits and '_', a letter first",
+            )  # fmt: skip
+    # forces and links share a name space with bodies and joints, and must not take their names
+    taken = conversion.robot.links.keys() | conversion.robot.joints.keys()
+    for name, wrench in options.wrenches.items():
+        numbers = (*wrench.at, *wrench.force, *wrench.torque, wrench.start, wrench.stop)
+        _check(name, numbers)
+        segment, point = _point(conversion, name, f"{name}_at", wrench.link, wrench.at)
+        if segment.parent is None:
+            raise ConfigError(
+                "forces-link", f"forces: '{name}' acts on link '{wrench.link}', which never moves"
+            )
+        point.extforce = Sensor(f"{name}_force" if name in taken else name, MEASURES)
+        keys = ("Fx", "Fy", "Fz", "Mx", "My", "Mz", "start", "stop")
+        values = (*wrench.force, *wrench.torque, wrench.start, wrench.stop)
+        model = _model(name, dict(zip(keys, values, strict=True)))
+        mbs.user_models.append(model)
+        simulation.wrenches.append(Wrench(point, model))
+    placement = place(mbs)
+    stiffness: dict[str, float] = {}
+    damping: dict[str, float] = {}
+    lengths: dict[str, float] = {}
+    for name, spring in options.springs.items():
+        ends: list[tuple[str | None, str | None]] = []
+        for number, end in enumerate(spring.ends, start=1):
+            _check(name, end.at)
+            segment, point = _point(conversion, name, f"{name}_{number}", end.link, end.at)
+            ends.append((None if segment.parent is None else segment.body.name, point.name))
+        own = f"{name}_spring" if name in taken else name
+        link = Connection("link", own, ends[0], ends[1])
+        mbs.links.append(link)
+        one, two = (placement.point(mbs, *end) for end in ends)
+        length = dist(one, two) if spring.length is None else spring.length
+        _check(name, (spring.stiffness, spring.damping, length))
+        if dist(one, two) == 0.0:
+            raise ConfigError(
+                "forces-spring", f"forces: the ends of spring '{name}' coincide, so that its force "
+                "has no direction",
+            )  # fmt: skip
+        stiffness[own], damping[own], lengths[own] = spring.stiffness, spring.damping, length
+        simulation.springs.append(Spring(link))
+    if stiffness:
+        mbs.user_models += [
+            _model("link_stiffness", stiffness),
+            _model("link_damping", damping),
+            _model("link_length", lengths),
+        ]
+    conversion.report["forces"] = {
+        "wrenches": [wrench.point for wrench in simulation.wrenches],
+        "springs": [spring.link for spring in simulation.springs],
+    }
+
+
+def _point(
+    conversion: Conversion, name: str, point: str, link: str, at: Vec
+) -> tuple[Segment, Point]:
+    """A new anchor point of a link, and what carries it."""
+    for segment in conversion.segments.values():
+        if link in segment.parts:
+            made = Point(point, compose(segment.parts[link], Pose(at)).xyz)
+            ground = segment.parent is None
+            (conversion.mbs.base if ground else segment.body).points.append(made)
+            return segment, made
+    known = conversion.robot.links
+    raise ConfigError(
+        "forces-link",
+        f"forces: '{name}' acts on link '{link}', which "
+        + ("has no body of its own" if link in known else "does not exist"),
+        hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
+        if link in known
+        else nearest(link, known),
+    )
+
+
+def _check(name: str, numbers: tuple[float, ...]) -> None:
+    if not all(map(isfinite, numbers)):
+        raise ConfigError("forces-value", f"forces: '{name}' has a number that is not finite")
+
+
+def _model(name: str, values: dict[str, float]) -> UserModel:
+    return UserModel(name, [Parameter(k, "scalar", (repr(float(v)),)) for k, v in values.items()])
+
+
+PASS = Pass("forces", run, Options, needs=("robot", "joints", "posture"), changes=("anchors",))

@@ -1,0 +1,202 @@
+"""Joint parameters: limits, damping, friction and the like, as user models of the .mbs.
+
+Beyond the method: an .mbs has no such properties of joints, but it has user models, which can be
+edited in MBSysPad and read by user functions.  Each kind of property is one user model; its
+parameters are scalars, called as the joints are.
+
+In a Robotran project the generated joint forces apply damping, Coulomb friction and soft stops at
+the limits.  What these want in addition is chosen here, for each joint, after the inertia that
+it moves (``I``, at the start position, with all joints further out locked):
+
+* a stop is a spring of stiffness ``I (2 pi f)^2``, so that under its own weight a limb of
+  length l sinks into it by about ``g / (l (2 pi f)^2)``, whatever it weighs;
+* friction rises as ``tanh(qd / speed)``, where ``speed`` is not so small that the slope at
+  rest, ``friction / speed``, would want a very short time step.
+"""
+
+from __future__ import annotations
+
+from math import inf, isfinite, pi
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs import model as mbs
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Parameter, UserModel
+from urdf2mbs.spatial import ZERO, Sym, Vec, add, cross, dot, lump, rotate, rotate_inertia
+from urdf2mbs.urdf.model import Joint
+
+#: The slope of friction at rest is at most this times the inertia (1/s).
+FASTEST = 300.0
+#: Time steps (s) of a fixed-step integrator: the longest, and the shortest that is chosen.
+LONGEST, SHORTEST = 1e-3, 1e-5
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    stops: bool = True
+    """Whether joints have soft stops at their limits."""
+    stop_frequency: float = 20.0
+    """How stiff the stops are: the frequency (Hz) at which what the joint moves would swing."""
+    friction_speed: float = 0.01
+    """The speed (rad/s or m/s) from which on friction is nearly constant; more for a joint that
+    moves little inertia."""
+
+    def __post_init__(self) -> None:
+        for value in (self.stop_frequency, self.friction_speed):
+            if not 0.0 < value < inf:
+                raise ValueError(f"{value} is not possible: give a finite number above 0")
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    held = {
+        step.joint.name: (step.joint, step.coordinates[0])
+        for segment in conversion.segments.values()
+        for step in segment.steps
+        if len(step.coordinates) == 1
+    }
+    kinds = _kinds(conversion, list(held.values()))
+    models: dict[str, dict[str, float]] = {kind: values for kind, values in kinds.items() if values}
+    switches: dict[str, float] = {}
+    inertias = moved_inertias(conversion.mbs)
+    stiff = (2 * pi * options.stop_frequency) ** 2
+    if "damping" in models:
+        switches["damping"] = 1.0
+    if "friction" in models:
+        switches["friction"] = 1.0
+        models["friction_speed"] = {
+            name: _short(max(options.friction_speed, value / (FASTEST * inertias[name])))
+            if inertias[name] > 0.0
+            else options.friction_speed
+            for name, value in models["friction"].items()
+        }
+    stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
+    if stopped and options.stops:
+        switches |= {"stops": 1.0, "stop_speed": 1.0}
+        models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
+    if switches:
+        models = {"joint_forces": switches, **models}
+    hold = conversion.simulation.hold
+    if hold is not None:
+        models["hold"] = {"on": 1.0, "stiffness": hold.stiffness, "damping": hold.damping}
+    for model, values in models.items():
+        conversion.mbs.user_models.append(
+            UserModel(
+                model,
+                [Parameter(name, "scalar", (repr(value),)) for name, value in values.items()],
+            )
+        )
+    conversion.simulation.time_step = _time_step(conversion, models, inertias)
+    if models:
+        conversion.report["joint-parameters"] = models
+    if conversion.settings.project is None and {"damping", "friction"} & models.keys():
+        names = {**models.get("damping", {}), **models.get("friction", {})}
+        conversion.warn(
+            "joint-dynamics",
+            f"damping and friction of {len(names)} joints are in user models, but nothing "
+            "applies them",
+            hint="a project does: 'output: {project: DIR}'; or add them in user_JointForces",
+        )
+
+
+def _kinds(
+    conversion: Conversion, joints: list[tuple[Joint, mbs.Joint]]
+) -> dict[str, dict[str, float]]:
+    """Each kind of property, and its value by .mbs joint; marks what has found its place."""
+    kinds: dict[str, dict[str, float]] = {
+        kind: {}
+        for kind in (
+            "q_min", "q_max", "effort", "velocity", "damping", "friction",
+            "soft_q_min", "soft_q_max", "k_position", "k_velocity",
+            "calibration_rising", "calibration_falling",
+        )
+    }  # fmt: skip
+    kept = conversion.simulation.kept
+    for joint, own in joints:
+        values: dict[str, float | None] = {}
+        if joint.limit is not None:
+            kept.setdefault("limit", set()).add(joint.name)
+            low, high = joint.limit.lower, joint.limit.upper
+            if joint.type != "continuous" and (low is None or high is None or low < high):
+                values["q_min"], values["q_max"] = low, high
+            values["effort"], values["velocity"] = joint.limit.effort, joint.limit.velocity
+        if joint.dynamics is not None:
+            kept.setdefault("joint-dynamics", set()).add(joint.name)
+            values["damping"] = joint.dynamics.damping or None
+            values["friction"] = joint.dynamics.friction or None
+        if joint.safety_controller is not None:
+            kept.setdefault("safety-controller", set()).add(joint.name)
+            safety = joint.safety_controller
+            if safety.soft_lower_limit < safety.soft_upper_limit:
+                values["soft_q_min"] = safety.soft_lower_limit
+                values["soft_q_max"] = safety.soft_upper_limit
+            values["k_position"], values["k_velocity"] = safety.k_position, safety.k_velocity
+        if joint.calibration is not None:
+            kept.setdefault("calibration", set()).add(joint.name)
+            values["calibration_rising"] = joint.calibration.rising
+            values["calibration_falling"] = joint.calibration.falling
+        for kind, value in values.items():
+            if value is not None and isfinite(value):
+                kinds[kind][own.name] = float(value)
+    return kinds
+
+
+def moved_inertias(model: mbs.Mbs) -> dict[str, float]:
+    """What each joint moves at the initial position, all joints further out locked: kg m^2
+    about its axis for a turn, kg for a shift."""
+    placement = place(model)
+    #: Mass, centre and inertia about it, in the base, of what hangs on each joint.
+    carried: list[tuple[float, Vec, Sym]] = [(0.0, ZERO, (0.0,) * 6)] * len(placement.joints)
+    for body in model.bodies:
+        if body.mass:
+            pose = placement.bodies[body.name]
+            centre = add(pose.xyz, rotate(pose.rot, body.com or ZERO))
+            tensor = rotate_inertia(pose.rot, body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+            at = placement.last[body.name]
+            carried[at] = lump([carried[at], (body.mass, centre, tensor)])
+    found: dict[str, float] = {}
+    for index in range(len(placement.joints) - 1, -1, -1):
+        joint, axis, origin, before = placement.joints[index]
+        mass, centre, tensor = carried[index]
+        if before >= 0 and mass:
+            carried[before] = lump([carried[before], carried[index]])
+        if joint.type[0] == "T":
+            found[joint.name] = mass
+            continue
+        x, y, z = axis
+        xx, xy, xz, yy, yz, zz = tensor
+        about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
+        arm = cross(axis, (centre[0] - origin[0], centre[1] - origin[1], centre[2] - origin[2]))
+        found[joint.name] = about + mass * dot(arm, arm)
+    return found
+
+
+def _time_step(
+    conversion: Conversion, models: dict[str, dict[str, float]], inertias: dict[str, float]
+) -> float:
+    """A step (s) that suits the fastest joint: its time constant. Runge-Kutta's is stable up to
+    2.8 times that, but a joint may feel less inertia than all that it moves."""
+    rates = [0.0]
+    for name, value in models.get("damping", {}).items():
+        if inertias[name] > 0.0:
+            rates.append(value / inertias[name])
+    hold = conversion.simulation.hold
+    for joint in hold.joints if hold is not None else ():
+        if hold is not None and inertias[joint.name] > 0.0:
+            rates.append(hold.damping / inertias[joint.name])
+            rates.append((max(hold.stiffness, 0.0) / inertias[joint.name]) ** 0.5)
+    fastest = max(rates)
+    if not fastest > 0.0:
+        return LONGEST
+    return max(min(LONGEST, _short(1.0 / fastest)), SHORTEST)
+
+
+def _short(value: float) -> float:
+    """Two significant digits: what is chosen, not what the robot states."""
+    return float(f"{value:.2g}")
+
+
+PASS = Pass(
+    "joint-parameters", run, Options, needs=("robot", "inertias", "joints", "anchors", "posture")
+)  # fmt: skip

@@ -1,0 +1,364 @@
+"""Loops: cuts that close kinematic loops, which a URDF cannot.
+
+Beyond the method.  A cut ties two points: ``ball`` makes them coincide (3 constraints), ``rod``
+keeps their distance (1), ``solid`` fixes one body to the other (6).  Cuts come from the config, and
+from SDF joints inside ``<gazebo>`` between two links of the robot: a ball or universal joint is
+a ball, a fixed joint a solid, a revolute joint a ball, and a second one further along its axis
+where that adds a constraint.
+
+Each independent constraint makes one joint dependent.  These are chosen by Gaussian elimination
+of the constraints' Jacobian at the start position: joints without a motor first, those further
+out before those nearer to the base.  A loop that is not closed there is told, with the distance.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from math import dist, isfinite
+from typing import Literal
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, Segment
+from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs.kinematics import Placed, Placement, place
+from urdf2mbs.mbs.model import Connection, Mbs, Point
+from urdf2mbs.spatial import (
+    ZERO,
+    Pose,
+    Vec,
+    compose,
+    cross,
+    inverse,
+    multiply,
+    transpose,
+    unit,
+)
+from urdf2mbs.urdf.model import Extension
+
+#: A loop counts as closed up to this (m or rad).
+CLOSED = 1e-6
+#: Elements of the reduced Jacobian up to this (m or 1) are rounding.
+SINGULAR = 1e-6
+#: From one ball to the other along the axis of a revolute joint (m).
+APART = 0.1
+
+
+class End(msgspec.Struct, forbid_unknown_fields=True):
+    """One of the two points of a cut."""
+
+    link: str
+    """Where it ends."""
+    at: Vec = ZERO
+    """In the link's frame (m)."""
+
+
+class Cut(msgspec.Struct, forbid_unknown_fields=True):
+    ends: tuple[End, End]
+    """``[{link: a, at: [x, y, z]}, {link: b, at: [x, y, z]}]``"""
+    kind: Literal["ball", "rod", "solid"] = "ball"
+    """``ball`` (3 constraints), ``rod`` (1) or ``solid`` (6)."""
+    length: float | None = None
+    """Of a rod (m); none: the distance at the start position."""
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    cuts: dict[str, Cut] = {}
+    """Name: ``{kind: ball, rod or solid, ends: [{link, at}, {link, at}], length}``."""
+    from_urdf: bool = True
+    """Whether joints inside ``<gazebo>`` that close a loop are taken."""
+    dependent: list[str] = []
+    """Patterns of the joints to make dependent, instead of those that are chosen."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    mbs = conversion.mbs
+    cuts = dict(options.cuts)
+    revolute: dict[str, str] = {}
+    if options.from_urdf:
+        for extension in conversion.robot.extensions:
+            _from_sdf(conversion, extension, cuts, revolute)
+    if not cuts:
+        return
+    for name, cut in cuts.items():
+        if name in conversion.robot.links:
+            raise ConfigError("loops-name", f"loops: a cut and a link are both called '{name}'")
+        if cut.length is not None and not (cut.kind == "rod" and 0 < cut.length < float("inf")):
+            raise ConfigError(
+                "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
+                hint="only a rod has a length, a positive number of metres",
+            )  # fmt: skip
+        first, second = (_end(conversion, name, number, cut) for number in (1, 2))
+        mbs.cuts.append(Connection(cut.kind, name, first, second))
+    placement = place(mbs)
+    for connection in mbs.cuts:
+        if connection.kind == "rod":
+            given = cuts[connection.name].length
+            one, two = _ends(mbs, placement, connection)
+            connection.length = dist(one, two) if given is None else given
+    rows = [row for connection in mbs.cuts for row in _rows(conversion, placement, connection)]
+    order = _order(conversion, placement, options)
+    if revolute:
+        rows = _without_needless(conversion, placement, order, revolute)
+    dependent = independent_columns(rows, order)
+    if options.dependent and len(dependent) < rank(rows, placement):
+        raise ConfigError(
+            "loops-dependent",
+            f"loops: the cuts make {rank(rows, placement)} joints dependent, of which "
+            f"{len(dependent)} can be among those in 'dependent'",
+            hint="name more, or leave 'dependent' out to have them chosen",
+        )
+    for index in dependent:
+        placement.joints[index].joint.nature = "dependent"
+        placement.joints[index].joint.actuated = False
+    _tell_open(conversion, placement)
+    names = [placement.joints[index].joint for index in dependent]
+    conversion.report["loops"] = {"cuts": mbs.cuts, "dependent": names}
+    conversion.note(
+        "loops",
+        f"{len(mbs.cuts)} cuts make {len(names)} joints dependent: "
+        f"{', '.join(joint.name for joint in names) or 'none'}",
+    )
+
+
+# --- where cuts come from ---
+
+
+def _end(conversion: Conversion, name: str, number: int, cut: Cut) -> tuple[str | None, str | None]:
+    """Body and anchor point of one end of a cut; the point is made."""
+    end = cut.ends[number - 1]
+    segment, pose = _holder(conversion, name, end.link)
+    if not all(map(isfinite, end.at)):
+        raise ConfigError("loops-link", f"loops: cut '{name}' ends at {end.at}")
+    ground = segment.parent is None
+    points = conversion.mbs.base.points if ground else segment.body.points
+    point = Point(f"{name}_{number}", compose(pose, Pose(end.at)).xyz)
+    points.append(point)
+    return None if ground else segment.body.name, point.name
+
+
+def _holder(conversion: Conversion, name: str, link: str) -> tuple[Segment, Pose]:
+    for segment in conversion.segments.values():
+        if link in segment.parts:
+            return segment, segment.parts[link]
+    known = conversion.robot.links
+    raise ConfigError(
+        "loops-link",
+        f"loops: cut '{name}' ends at link '{link}', which "
+        + ("has no body of its own" if link in known else "does not exist"),
+        hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
+        if link in known
+        else nearest(link, known),
+    )
+
+
+def _from_sdf(
+    conversion: Conversion, extension: Extension, cuts: dict[str, Cut], revolute: dict[str, str]
+) -> None:
+    """The SDF joints of a ``<gazebo>`` element that lie between two links of the robot."""
+    if extension.tag != "gazebo":
+        return
+    links = conversion.robot.links
+    for joint in extension.element().iterchildren("joint"):
+        name, kind = str(joint.get("name")), str(joint.get("type"))
+        parent, child = (str(joint.findtext(tag) or "").strip() for tag in ("parent", "child"))
+        if parent not in links or child not in links or name in cuts:
+            continue
+        if kind not in ("ball", "universal", "revolute", "fixed"):
+            conversion.warn(
+                "loop-left-out",
+                f"joint '{name}' in <gazebo> closes a loop by a {kind} joint, which is no cut",
+            )
+            continue
+        conversion.simulation.used.append(extension)
+        # a joint's pose is that of its frame in the child link
+        at = _numbers(joint.findtext("pose"))[:3]
+        placement = place(conversion.mbs)
+        points = [at]
+        if kind == "revolute":
+            axis = _numbers(joint.findtext("axis/xyz")) or [0.0, 0.0, 1.0]
+            x, y, z = unit((axis[0], axis[1], axis[2]))
+            points.append([at[0] + APART * x, at[1] + APART * y, at[2] + APART * z])
+        for number, point in enumerate(points, start=1):
+            own = name if len(points) == 1 else f"{name}_{number}"
+            here: Vec = (point[0], point[1], point[2])
+            there = _seen_from(conversion, placement, name, child, here, parent)
+            cuts[own] = Cut(
+                (End(parent, there), End(child, here)), "solid" if kind == "fixed" else "ball"
+            )
+            if number == 2:
+                revolute[own] = name
+
+
+def _seen_from(
+    conversion: Conversion, placement: Placement, name: str, link: str, at: Vec, other: str
+) -> Vec:
+    """A point of a link at the start position, in the frame of another link."""
+    poses = []
+    for one in (link, other):
+        segment, pose = _holder(conversion, name, one)
+        body = None if segment.parent is None else segment.body.name
+        poses.append(compose(placement.bodies[body], pose))
+    return compose(compose(inverse(poses[1]), poses[0]), Pose(at)).xyz
+
+
+def _numbers(text: str | None) -> list[float]:
+    try:
+        return [float(word) for word in (text or "0 0 0").split()]
+    except ValueError:
+        return [0.0, 0.0, 0.0]
+
+
+# --- the Jacobian ---
+
+
+def _ends(mbs: Mbs, placement: Placement, connection: Connection) -> tuple[Vec, Vec]:
+    one, two = connection.endpoint1, connection.endpoint2
+    return placement.point(mbs, *one), placement.point(mbs, *two)
+
+
+def _rows(
+    conversion: Conversion, placement: Placement, connection: Connection
+) -> list[dict[int, float]]:
+    """The derivatives of a cut's constraints by the joints, by index; a joint that follows
+    another counts for that one."""
+    mbs = conversion.mbs
+    rows: list[dict[int, float]] = [{} for _ in range(6)]
+    one, two = _ends(mbs, placement, connection)
+    bodies = (connection.endpoint1[0], connection.endpoint2[0])
+    for sign, body, at in zip((-1.0, 1.0), bodies, (one, two), strict=True):
+        for index in placement.way(body):
+            joint, axis, origin, _ = placement.joints[index]
+            arm = (at[0] - origin[0], at[1] - origin[1], at[2] - origin[2])
+            turns = joint.type[0] == "R"
+            moved = (*(cross(axis, arm) if turns else axis), *(axis if turns else ZERO))
+            for row, value in zip(rows, moved, strict=True):
+                row[index] = row.get(index, 0.0) + sign * value
+    if connection.kind == "rod":
+        d = (two[0] - one[0], two[1] - one[1], two[2] - one[2])
+        d = unit(d) if any(d) else (1.0, 0.0, 0.0)
+        rows = [{i: sum(c * rows[k][i] for k, c in enumerate(d)) for i in rows[0]}]
+    elif connection.kind == "ball":
+        rows = rows[:3]
+    return [_folded(conversion, placement, row) for row in rows]
+
+
+def _folded(
+    conversion: Conversion, placement: Placement, row: dict[int, float]
+) -> dict[int, float]:
+    index = {id(placed.joint): i for i, placed in enumerate(placement.joints)}
+    out = {i: value for i, value in row.items() if placement.joints[i].joint.nature != "driven"}
+    for coupling in conversion.simulation.couplings:
+        value = out.pop(index[id(coupling.follower)], 0.0)
+        if value:
+            leader = index[id(coupling.leader)]
+            out[leader] = out.get(leader, 0.0) + coupling.multiplier * value
+    return out
+
+
+def _order(conversion: Conversion, placement: Placement, options: Options) -> list[int]:
+    """The joints that may become dependent, the best first."""
+    of = {
+        id(joint): step.joint.name
+        for segment in conversion.segments.values()
+        for step in segment.steps
+        if len(step.coordinates) == 1
+        for joint in step.coordinates
+    }
+    free = [i for i, placed in enumerate(placement.joints) if _free(placed, of)]
+    if options.dependent:
+        free = [
+            i for i in free
+            if any(fnmatchcase(of[id(placement.joints[i].joint)], p) for p in options.dependent)
+        ]  # fmt: skip
+    return sorted(free, key=lambda i: (placement.joints[i].joint.actuated, -i))
+
+
+def _free(placed: Placed, of: dict[int, str]) -> bool:
+    return id(placed.joint) in of and placed.joint.nature == "independent"
+
+
+def independent_columns(rows: list[dict[int, float]], order: list[int]) -> list[int]:
+    """As many of the columns in ``order`` as are linearly independent, each with a row of its
+    own: Gaussian elimination, the largest element of a column as its pivot."""
+    left = [dict(row) for row in rows]
+    chosen: list[int] = []
+    # first the columns with a good pivot, so that the constraints can be solved for them
+    for least in (1e-2, SINGULAR):
+        for column in order:
+            if column in chosen or not left:
+                continue
+            pivot = max(left, key=lambda row: abs(row.get(column, 0.0)))
+            top = pivot.get(column, 0.0)
+            if abs(top) <= least * max(max(map(abs, row.values()), default=0.0) for row in rows):
+                continue
+            chosen.append(column)
+            left.remove(pivot)
+            for row in left:
+                factor = row.get(column, 0.0) / top
+                if factor:
+                    for i, value in pivot.items():
+                        row[i] = row.get(i, 0.0) - factor * value
+                    row[column] = 0.0
+    return chosen
+
+
+def rank(rows: list[dict[int, float]], placement: Placement) -> int:
+    return len(independent_columns(rows, list(range(len(placement.joints)))))
+
+
+def _without_needless(
+    conversion: Conversion, placement: Placement, order: list[int], revolute: dict[str, str]
+) -> list[dict[int, float]]:
+    """Drop the second ball of a revolute joint where it adds no constraint; returns all rows."""
+    mbs = conversion.mbs
+
+    def rows() -> list[dict[int, float]]:
+        return [row for cut in mbs.cuts for row in _rows(conversion, placement, cut)]
+
+    for second in list(mbs.cuts):
+        if second.name not in revolute:
+            continue
+        before = rank(rows(), placement)
+        mbs.cuts.remove(second)
+        if rank(rows(), placement) < before:
+            mbs.cuts.append(second)
+            continue
+        for body_name, point_name in (second.endpoint1, second.endpoint2):
+            owner = mbs.base if body_name is None else next(
+                body for body in mbs.bodies if body.name == body_name
+            )  # fmt: skip
+            owner.points[:] = [point for point in owner.points if point.name != point_name]
+    return rows()
+
+
+def _tell_open(conversion: Conversion, placement: Placement) -> None:
+    mbs = conversion.mbs
+    for cut in mbs.cuts:
+        one, two = _ends(mbs, placement, cut)
+        off = dist(one, two)
+        if cut.kind == "rod":
+            off = abs(off - (cut.length or 0.0))
+        told = f"{off:.3g} m"
+        if cut.kind == "solid":
+            a, b = (placement.bodies[end[0]].rot for end in (cut.endpoint1, cut.endpoint2))
+            turned = multiply(transpose(a), b)
+            # a solid keeps the axes of the two bodies parallel
+            angle = dist(turned, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)) / 2**0.5
+            if angle > CLOSED:
+                told += f" and {angle:.3g} rad"
+                off = max(off, angle)
+        if off > CLOSED:
+            conversion.warn(
+                "loop-open",
+                f"cut '{cut.name}' is open at the start position, by {told}: Robotran will try "
+                "to close it",
+                hint="give a start position that closes it: 'passes: {posture: {joints: ...}}'",
+            )
+
+
+PASS = Pass(
+    "loops", run, Options,
+    needs=("robot", "joints", "couplings", "posture"), changes=("anchors",),
+)  # fmt: skip

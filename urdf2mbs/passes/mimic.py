@@ -1,0 +1,126 @@
+"""Mimic: joints that follow others (``<mimic>``) become dependent, each with a constraint.
+
+Beyond the method.  In a Robotran project the generated ``user_cons_hJ`` holds the constraint
+``q_follower - multiplier q_leader - offset = 0``, and the main script says how many there are:
+the ``<user_constraint>`` in the .mbs tells a reader, but makes no constraint.  A follower that
+were driven instead would move right, but its inertia would not be felt by its leader.
+
+In a plain .mbs nothing can hold the constraint, so there the joints stay independent, with a
+warning, unless the option says otherwise.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from typing import Literal
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.hookspecs import Pass
+from urdf2mbs.mbs import model as mbs
+from urdf2mbs.mbs.model import UserConstraint
+from urdf2mbs.simulation import Coupling
+from urdf2mbs.urdf.model import Robot
+
+Nature = Literal["dependent", "independent", "driven"]
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    joints: dict[str, Nature] = {}
+    """Pattern of followers: ``dependent`` (a constraint), ``independent`` (free) or ``driven``
+    (moved by user code; its inertia is not felt). The first that fits counts."""
+
+
+def run(conversion: Conversion, options: Options) -> None:
+    robot, simulation = conversion.robot, conversion.simulation
+    coordinates = {
+        step.joint.name: step.coordinates
+        for segment in conversion.segments.values()
+        for step in segment.steps
+    }
+    followers = [
+        name
+        for name, joint in robot.joints.items()
+        if joint.mimic is not None and joint.moves and name not in conversion.frozen
+    ]
+    for pattern in options.joints:
+        if not any(fnmatchcase(name, pattern) for name in followers):
+            raise ConfigError(
+                "mimic-joints", f"mimic: no joint that mimics another is called '{pattern}'",
+                hint=nearest(pattern, followers),
+            )  # fmt: skip
+    in_project = conversion.settings.project is not None
+    natures = {name: _nature(name, options, in_project=in_project) for name in followers}
+    for name, nature in natures.items():
+        if nature == "independent":
+            continue
+        leader, multiplier, offset = resolve(robot, name, natures)
+        own, others = coordinates.get(name, []), coordinates.get(leader, [])
+        if len(own) != 1 or len(others) != 1:
+            conversion.warn(
+                "mimic-leader",
+                f"joint '{name}' follows '{leader}', which does not move in the .mbs by one "
+                f"coordinate: '{name}' stays independent",
+                joint=name,
+            )
+            continue
+        coupling = Coupling(own[0], others[0], multiplier, offset)
+        follow(coupling)
+        own[0].nature = nature
+        if nature == "driven":
+            simulation.driven.append(coupling)
+            conversion.warn(
+                "mimic-driven",
+                f"joint '{name}' is driven by '{leader}': it moves right, but '{leader}' does not "
+                "feel its inertia",
+                joint=name,
+                hint="'dependent' is exact",
+            )
+        else:
+            simulation.couplings.append(coupling)
+            conversion.mbs.user_constraints.append(
+                UserConstraint(f"{name}_mimic", (own[0].name, others[0].name))
+            )
+    conversion.report["mimic"] = [
+        {
+            "follower": coupling.follower, "leader": coupling.leader,
+            "multiplier": coupling.multiplier, "offset": coupling.offset,
+        }
+        for coupling in (*simulation.couplings, *simulation.driven)
+    ]  # fmt: skip
+    if not conversion.report["mimic"]:
+        del conversion.report["mimic"]
+
+
+def resolve(robot: Robot, name: str, natures: dict[str, Nature]) -> tuple[str, float, float]:
+    """The first joint up the chain of mimics that is free, and the multiplier and offset (rad
+    or m) with which ``name`` follows it."""
+    mimic = robot.joints[name].mimic
+    multiplier, offset = 1.0, 0.0
+    # the reader has seen to it that there are no loops
+    while mimic is not None:
+        offset += multiplier * mimic.offset
+        multiplier *= mimic.multiplier
+        name = mimic.joint
+        mimic = None if natures.get(name) == "independent" else robot.joints[name].mimic
+    return name, multiplier, offset
+
+
+def follow(coupling: Coupling) -> None:
+    """Give the follower the initial position and velocity that the rule wants."""
+    leader: mbs.Joint = coupling.leader
+    coupling.follower.q = coupling.multiplier * (leader.q or 0.0) + coupling.offset
+    if leader.qd is not None:
+        coupling.follower.qd = coupling.multiplier * leader.qd
+
+
+def _nature(name: str, options: Options, *, in_project: bool) -> Nature:
+    for pattern, nature in options.joints.items():
+        if fnmatchcase(name, pattern):
+            return nature
+    return "dependent" if in_project else "independent"
+
+
+PASS = Pass("mimic", run, Options, needs=("robot", "joints"), gives=("couplings",))

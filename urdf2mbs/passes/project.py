@@ -1,0 +1,62 @@
+"""Project: the code around the .mbs, so that the Robotran project starts as it is.
+
+Beyond the method.  ``userfctR/NAME_robot.py`` (for C: ``NAME_robot.c``, ``NAME_robot.h`` and what
+MBSysPad would generate) holds what is known of the robot, and is written anew at each conversion.
+The user functions and the main script call it; they are written once, where there are none, and
+belong to the user from then on.
+"""
+
+from __future__ import annotations
+
+import re
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.project import starters
+from urdf2mbs.project.c import generated
+from urdf2mbs.project.python import robot_module
+
+#: The generated module, where a user function loads it.
+_MODULE = re.compile(r"^(?:import |#include \")(\w+)_robot\b", re.MULTILINE).search
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    folder = conversion.settings.project
+    if folder is None or conversion.rejected is not None:
+        return
+    mbs = conversion.mbs
+    if "python" in conversion.settings.languages:
+        conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
+            mbs, conversion.simulation
+        )
+    if "c" in conversion.settings.languages:
+        for name, data in generated(mbs, conversion.simulation).items():
+            conversion.files[folder / "userfctR" / name] = data
+    for language in conversion.settings.languages:
+        for path, data in starters(language, mbs.name).items():
+            conversion.starters[folder / path] = data
+    conversion.report["project"] = {
+        "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
+        "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
+    }
+    _tell_renamed(conversion)
+
+
+def _tell_renamed(conversion: Conversion) -> None:
+    """User functions that are there already may call the module of another name."""
+    stale: dict[str, list[str]] = {}
+    for path in conversion.starters:
+        if path.is_file():
+            calls = _MODULE(path.read_text("utf-8", errors="replace"))
+            if calls and calls[1] != conversion.mbs.name:
+                stale.setdefault(calls[1], []).append(path.name)
+    for name, files in stale.items():
+        new = conversion.mbs.name
+        conversion.warn(
+            "project-renamed",
+            f"the project is called '{new}', and yours call '{name}_robot': {', '.join(files)}",
+            hint=f"change '{name}_robot' to '{new}_robot' in them, or move them away",
+        )
+
+
+PASS = Pass("project", run, needs=("mbs-file",))

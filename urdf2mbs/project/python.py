@@ -1,0 +1,111 @@
+"""The generated module of a project in Python: tables of names, and code that uses them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.project import FOLDER, fill
+from urdf2mbs.simulation import Simulation
+
+
+def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
+    """The text of ``NAME_robot.py``; all names in the model must be final."""
+    return (
+        fill(FOLDER / "python_robot.py.in", mbs.name)
+        .replace("@TABLES@\n", _tables(mbs, simulation))
+        .encode()
+    )
+
+
+def _tables(mbs: Mbs, simulation: Simulation) -> str:
+    held = simulation.hold.joints if simulation.hold is not None else []
+    return "".join(
+        [
+            "# Constraints: follower, leader, multiplier, offset.\n",
+            _list(
+                "COUPLINGS",
+                ((c.follower.name, c.leader.name, c.multiplier, c.offset)
+                 for c in simulation.couplings),
+            ),
+            "N_CONSTRAINTS = len(COUPLINGS)\n\n",
+            "# Joints that are driven by another: the same columns.\n",
+            _list(
+                "DRIVEN",
+                ((c.follower.name, c.leader.name, c.multiplier, c.offset)
+                 for c in simulation.driven),
+            ),
+            "\n# Joints that a controller holds at the start position.\n",
+            _list("HELD", (joint.name for joint in held)),
+            "\n# External forces from the ground, and the URDF link of each.\n",
+            _dict("CONTACTS", ((_force(c.point), c.link) for c in simulation.contacts)),
+            f"UP = {simulation.up!r}\n",
+            "\n# Other external forces, each with the user model that says how large it is.\n",
+            _dict("WRENCHES", ((_force(w.point), w.model.name) for w in simulation.wrenches)),
+            "\n# Springs and dampers between two points.\n",
+            _list("SPRINGS", (s.link.name for s in simulation.springs)),
+            "\n# Sensors: Robotran's name, and the sensor's axes in the body, row by row.\n",
+            _dict(
+                "SENSORS",
+                ((s.name, (s.point.sensor.name, s.rotation))
+                 for s in simulation.sensors if s.point.sensor is not None),
+            ),
+            "\n# Force-torque sensors: the joints whose Qc they read, the link's axes in them.\n",
+            _dict(
+                "FORCE_TORQUE",
+                ((f.name, (tuple(j.name for j in f.joints), f.rotation))
+                 for f in simulation.force_torques),
+            ),
+            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers.\n",
+            f"TIME_STEP = {simulation.time_step!r}\n",
+            "\n# What workR/main.py plots.\n",
+            _list("PLOTTED", plotted(mbs)),
+        ]
+    )  # fmt: skip
+
+
+def plotted(mbs: Mbs) -> list[str]:
+    """The joints that move, without the six of a floating base unless there are no others."""
+    moving = [
+        joint.name for body in mbs.bodies for joint in body.joints if joint.nature != "driven"
+    ]
+    base = [
+        joint.name
+        for body in mbs.bodies
+        if body.parent is None and len(body.joints) == 6
+        for joint in body.joints
+        if joint.nature == "independent"
+    ]
+    return [name for name in moving if name not in base] or moving
+
+
+def _force(point: Any) -> str:
+    return str(point.extforce.name)
+
+
+def _list(name: str, rows: Iterable[Any]) -> str:
+    lines = [f"    {_literal(row)},\n" for row in rows]
+    return f"{name} = [\n{''.join(lines)}]\n" if lines else f"{name} = []\n"
+
+
+def _dict(name: str, rows: Iterable[tuple[str, Any]]) -> str:
+    lines = [_entry(key, value) for key, value in rows]
+    return f"{name} = {{\n{''.join(lines)}}}\n" if lines else f"{name} = {{}}\n"
+
+
+def _entry(key: str, value: Any) -> str:
+    line = f"    {_literal(key)}: {_literal(value)},\n"
+    if len(line) <= 101 or not isinstance(value, tuple):
+        return line
+    parts = "".join(f"        {_literal(part)},\n" for part in value)
+    return f"    {_literal(key)}: (\n{parts}    ),\n"
+
+
+def _literal(value: Any) -> str:
+    """A Python literal, strings in double quotes."""
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_literal, value))}{',' if len(value) == 1 else ''})"
+    return repr(value + 0.0) if isinstance(value, float) else repr(value)

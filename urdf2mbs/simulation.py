@@ -1,0 +1,106 @@
+"""What a simulation needs to know of a robot beside its .mbs file.
+
+The passes gather it in a ``Simulation``; the code that is generated for a Robotran project is
+made from it.  It holds the very joints and points of the model, not their names: ``emit`` may
+still change a name, and then the new one is seen here.
+"""
+
+from __future__ import annotations
+
+import msgspec
+
+from urdf2mbs.mbs.model import Connection, Joint, Point, UserModel
+from urdf2mbs.spatial import IDENTITY, Rot, Vec
+from urdf2mbs.urdf.model import Extension
+
+
+class Coupling(msgspec.Struct):
+    """A ``<mimic>``: q of ``follower`` = ``multiplier`` * q of ``leader`` + ``offset``.
+
+    Chains are resolved: no leader is a follower itself.
+    """
+
+    follower: Joint
+    leader: Joint
+    multiplier: float
+    offset: float
+    """rad or m."""
+
+
+class Contact(msgspec.Struct):
+    """A point that may touch the ground."""
+
+    link: str
+    """The URDF link it belongs to."""
+    point: Point
+
+
+class Wrench(msgspec.Struct):
+    """An external force and torque at a point, in the axes of the base."""
+
+    point: Point
+    model: UserModel
+    """The user model that says how large they are."""
+
+
+class Spring(msgspec.Struct):
+    """A spring and damper between two points, of which user models say the law."""
+
+    link: Connection
+
+
+class PointSensor(msgspec.Struct):
+    """A sensor at a point."""
+
+    name: str
+    """As the URDF or the config calls it."""
+    kind: str
+    """``imu``, ``accelerometer``, ``gyroscope``, or ``frame``."""
+    link: str
+    point: Point
+    rotation: Rot = IDENTITY
+    """The sensor's axes in the body frame, since a point has none."""
+
+
+class ForceTorque(msgspec.Struct):
+    """A force-torque sensor: six driven joints, whose ``Qc`` is the wrench."""
+
+    name: str
+    link: str
+    """What is measured is what the sensor does to this link."""
+    joints: list[Joint]
+    """Three shifts and three turns, held at zero."""
+    rotation: Rot = IDENTITY
+    """The link's axes in the frame of these joints."""
+
+
+class Hold(msgspec.Struct):
+    """A PD controller that holds the start pose."""
+
+    joints: list[Joint]
+    stiffness: float
+    """N m/rad or N/m."""
+    damping: float
+    """N m s/rad or N s/m."""
+
+
+class Simulation(msgspec.Struct):
+    """Everything that a project's code is made from, and that is not in the .mbs."""
+
+    couplings: list[Coupling] = []
+    driven: list[Coupling] = []
+    """Followers that are moved by user code instead of by a constraint."""
+    contacts: list[Contact] = []
+    wrenches: list[Wrench] = []
+    springs: list[Spring] = []
+    sensors: list[PointSensor] = []
+    force_torques: list[ForceTorque] = []
+    hold: Hold | None = None
+    up: Vec = (0.0, 0.0, 1.0)
+    """Against gravity, in the axes of the base."""
+    time_step: float = 1e-3
+    """A step (s) that a fixed-step integrator can take."""
+    used: list[Extension] = []
+    """The elements of other programs in which a pass has found something."""
+    kept: dict[str, set[str]] = {}
+    """Code of a note that ``emit`` would give: the joints whose property has found a place."""
