@@ -26,9 +26,9 @@ import numpy as np
 import pinocchio as pin
 
 from urdf2mbs import convert
-from urdf2mbs.dynamics import to_pinocchio
+from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.verdict import verify
+from urdf2mbs.proof.dynamics import to_pinocchio
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "robots"
 

@@ -28,7 +28,7 @@ from lxml import etree
 from robots import generated, real
 
 from urdf2mbs import convert
-from urdf2mbs.config import Lines, preset
+from urdf2mbs.engine.config import Lines, preset
 
 if TYPE_CHECKING:
     from collections.abc import Callable

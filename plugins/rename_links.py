@@ -20,7 +20,7 @@ import re
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):

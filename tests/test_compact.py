@@ -185,7 +185,7 @@ def test_explain_says_what_each_preset_costs(
         "passes: {align-frames: {axes: z}, foot: {size: 2}, prune-massless: {keep: ['*']}}\n"
     )
     (tmp_path / "foot.py").write_text(
-        "from urdf2mbs.hookspecs import Pass, hookimpl\nimport msgspec\n"
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\nimport msgspec\n"
         "class Options(msgspec.Struct):\n    size: int = 1\n"
         "def run(conversion, options):\n    pass\n"
         "@hookimpl\ndef urdf2mbs_passes():\n    yield Pass('foot', run, Options)\n"

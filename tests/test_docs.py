@@ -23,16 +23,16 @@ import yaml
 from installed import FOOT_CONTACTS, install
 from lxml import etree
 
-from urdf2mbs import hookspecs
 from urdf2mbs.cli import main
-from urdf2mbs.config import Lines, load, parse, preset
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.dump import state
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine import hookspecs
+from urdf2mbs.engine.config import Lines, load, parse, preset
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.kit.dump import state
+from urdf2mbs.kit.schema import field_docs
 from urdf2mbs.output import write_files
-from urdf2mbs.pipeline import Pipeline
-from urdf2mbs.plugins import Plugins
-from urdf2mbs.schema import field_docs
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.reader import ATTRIBUTES
 

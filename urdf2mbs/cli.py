@@ -14,15 +14,15 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.config import Config, Lines, load, preset, presets, typed, word
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
-from urdf2mbs.dump import Dump
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.config import Config, Lines, load, preset, presets, typed, word
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.pipeline import Bound, Pipeline
+from urdf2mbs.engine.plugins import GROUP, Found, Plugins
+from urdf2mbs.kit.dump import Dump
 from urdf2mbs.output import write, write_files
-from urdf2mbs.pipeline import Bound, Pipeline
-from urdf2mbs.plugins import GROUP, Found, Plugins
-from urdf2mbs.result import Joints, Report, report
+from urdf2mbs.summary import Joints, Report, report
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -298,8 +298,8 @@ def _without_config(robot: str, output: Any, arguments: argparse.Namespace) -> t
 
 
 def _verify(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.verdict import verify
-    from urdf2mbs.verify import SIX
+    from urdf2mbs.api import verify
+    from urdf2mbs.proof.compare import SIX
 
     verdict = verify(
         arguments.robot,
@@ -614,7 +614,7 @@ METHOD = (
 
 
 def _report(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.page import make
+    from urdf2mbs.report.page import make
 
     config, lines = _with_levels(*_robot_or_config(arguments), arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
@@ -661,7 +661,7 @@ def _beside(model: Path, suffix: str) -> Path:
 
 
 def _diagram(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.diagram import draw
+    from urdf2mbs.diagram.draw import draw
     from urdf2mbs.mbs.reader import read
 
     try:
@@ -724,14 +724,14 @@ def _equations(arguments: argparse.Namespace) -> int:
 
 
 def _new_pass(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.new_pass import new_pass
+    from urdf2mbs.kit.new_pass import new_pass
 
     print(new_pass(arguments.name, arguments.output))
     return 0
 
 
 def _schema(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.schema import schema
+    from urdf2mbs.kit.schema import schema
 
     files = [Path(file) for file in arguments.plugin]
     plugins = Plugins(files, installed=not arguments.no_plugins)

@@ -18,9 +18,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+from urdf2mbs.api import Result, convert
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.result import Result, convert
-from urdf2mbs.verify import compare
+from urdf2mbs.proof.compare import compare
 
 #: A robot with a bit of all that robots have: a root with mass, a turned joint, an axis between
 #: two coordinate axes, a massless link on the way (``wrist``) and one at the end (``tool``).

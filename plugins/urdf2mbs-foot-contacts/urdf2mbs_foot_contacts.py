@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.spatial import Pose, Vec, compose
 from urdf2mbs.urdf.model import Box

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.config import parse
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import parse
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.output import write_files
-from urdf2mbs.pipeline import Pipeline
 from urdf2mbs.testing import TINY, convert_text
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from urdf2mbs.dynamics import to_pinocchio
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs.mbs.singular import Singular, find_singular
+from urdf2mbs.proof.dynamics import to_pinocchio
 
 pin = pytest.importorskip("pinocchio")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from urdf2mbs.conversion import Conversion, Segment, Settings
-from urdf2mbs.hookspecs import NoOptions
+from urdf2mbs.engine.hookspecs import NoOptions
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.passes import convert_meshes, convert_visuals
 from urdf2mbs.spatial import HERE

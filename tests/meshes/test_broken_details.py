@@ -20,7 +20,7 @@ from meshes.samples import (
     stl_ascii_text,
 )
 
-from urdf2mbs.meshes import Mesh, MeshError, read
+from urdf2mbs.meshes.reader import Mesh, MeshError, read
 
 FACES = [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in TRIANGLES]
 

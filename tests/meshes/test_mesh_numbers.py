@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from urdf2mbs.vrml import _rows, shortest
+from urdf2mbs.meshes.vrml import _rows, shortest
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
 

@@ -16,11 +16,11 @@ from proving import SOLID, chains, driven, joint, link, prove, robot
 from strategies import robots
 
 from urdf2mbs import convert
+from urdf2mbs.api import verify
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.passes.align_frames import Options, _across, _exchange, _Search
 from urdf2mbs.spatial import dot, fewest_turns, from_rpy, unit
 from urdf2mbs.testing import convert_text
-from urdf2mbs.verdict import verify
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,7 +12,7 @@ from urdf2mbs.testing import TINY, convert_text
 
 #: A pass that changes the finished file, after ``emit`` and before ``check``.
 PLUGIN = """
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 
 def run(conversion, options):
     (output,) = conversion.files
@@ -97,7 +97,7 @@ def test_a_frame_that_is_elsewhere_counts_though_no_mass_is(spoiled: Spoil) -> N
 def test_a_link_that_is_nowhere_is_a_difference(tmp_path: Path) -> None:
     plugin = tmp_path / "lose.py"
     plugin.write_text(
-        "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
         "def run(conversion, options):\n"
         "    del conversion.frames['tool']\n"
         "@hookimpl\n"

@@ -30,7 +30,7 @@ from meshes.samples import (
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.mbs.model import Shape
-from urdf2mbs.meshes import MeshError
+from urdf2mbs.meshes.reader import MeshError
 from urdf2mbs.passes.convert_meshes import PASS, Options
 
 

@@ -9,7 +9,7 @@ import pytest
 from proving import BOX, SOLID, joint, link, robot
 
 from urdf2mbs import Result
-from urdf2mbs.config import Lines, preset
+from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 

@@ -11,7 +11,7 @@ from proving import SOLID, joint, link, robot
 from robots import CONVERTIBLE
 
 from urdf2mbs import convert
-from urdf2mbs.dynamics import to_pinocchio
+from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:

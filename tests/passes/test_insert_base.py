@@ -9,7 +9,7 @@ from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
 from urdf2mbs.conversion import Conversion, Settings
-from urdf2mbs.hookspecs import NoOptions
+from urdf2mbs.engine.hookspecs import NoOptions
 from urdf2mbs.passes.insert_base import run
 from urdf2mbs.testing import convert_text
 

@@ -11,10 +11,10 @@ import pytest
 
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.plugins import Plugins
+from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import TINY, convert_text, run_pass
 
-HOOKS = "from urdf2mbs.hookspecs import Pass, hookimpl\nimport msgspec\n"
+HOOKS = "from urdf2mbs.engine.hookspecs import Pass, hookimpl\nimport msgspec\n"
 PASS = HOOKS + "def run(conversion, options): pass\n@hookimpl\ndef urdf2mbs_passes(): return "
 
 

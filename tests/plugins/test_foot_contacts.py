@@ -13,9 +13,9 @@ import pytest
 
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.mbs.model import Body, Point
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.plugins import Plugins
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -191,7 +191,7 @@ def test_an_installed_plugin_that_is_broken_names_its_package(tmp_path: Path, ca
         sys.modules.pop("urdf2mbs_foot_contacts", None)
 
 
-HOOK = "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+HOOK = "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,9 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.config import Lines, preset
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.plugins import Plugins
+from urdf2mbs.engine.config import Lines, preset
+from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import TINY, convert_text
 
 BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
@@ -20,7 +20,7 @@ BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
 BUILT_IN = preset("faithful", Lines())[0]
 
 STAND_IN = """
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs import passes
 
 original = next(one for one in passes.urdf2mbs_passes() if one.name == "{name}")
@@ -95,7 +95,7 @@ def test_explain_says_what_does_not(tmp_path: Path, capsys: Any) -> None:
 def test_a_plugin_that_lends_our_function_is_still_the_source(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(
-        "from urdf2mbs.hookspecs import Pass, hookimpl\n"
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
         "from urdf2mbs.passes import layout\n"
         "@hookimpl\ndef urdf2mbs_passes(): return [Pass('mine', layout.run)]\n"
     )

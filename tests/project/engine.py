@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 from project.standin import BOUND, MbsData
 
-from urdf2mbs.dynamics import to_pinocchio
+from urdf2mbs.proof.dynamics import to_pinocchio
 
 
 class Engine:

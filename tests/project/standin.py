@@ -126,16 +126,16 @@ def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
 
 def without_meshes(name: str) -> list[str]:
     """A preset's passes but the one that takes long."""
-    from urdf2mbs.config import Lines, preset
+    from urdf2mbs.engine.config import Lines, preset
 
     return [one for one in preset(name, Lines())[0] if one != "convert-meshes"]
 
 
 def make(folder: Path, source: Path | str, name: str = "robot", **settings: Any) -> Path:
     """Convert a robot (its file, or its text) into a project; returns the project's folder."""
-    from urdf2mbs.config import Config, Lines, typed
+    from urdf2mbs.engine.config import Config, Lines, typed
+    from urdf2mbs.engine.pipeline import Pipeline
     from urdf2mbs.output import write
-    from urdf2mbs.pipeline import Pipeline
 
     if isinstance(source, str):
         file = folder / "source.urdf"

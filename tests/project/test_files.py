@@ -11,8 +11,8 @@ import pytest
 from project.standin import MbsData, make, user_functions
 from project.test_mimic import CHAIN
 
-from urdf2mbs.config import Config, Lines, typed
-from urdf2mbs.pipeline import Pipeline
+from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.project import FOLDER
 from urdf2mbs.testing import TINY
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
 
-from urdf2mbs.config import Lines, preset
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.passes.joint_parameters import moved_inertias
@@ -118,7 +118,7 @@ def test_renamed_joints_keep_their_parameters(tmp_path: Path) -> None:
 
 def test_the_moved_inertia_is_the_diagonal_of_the_mass_matrix() -> None:
     pin = pytest.importorskip("pinocchio")
-    from urdf2mbs.dynamics import to_pinocchio
+    from urdf2mbs.proof.dynamics import to_pinocchio
 
     result = convert_text(TINY, options={"posture": {"joints": {"*": 0.4}}})
     model = to_pinocchio(result.mbs)

@@ -11,11 +11,11 @@ import pytest
 from conftest import SHARED
 from project.test_mimic import joint, link
 
-from urdf2mbs.config import load
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import load
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.pipeline import Pipeline
 from urdf2mbs.testing import convert_text
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -115,7 +115,7 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
 def test_the_chosen_joints_solve_the_constraints() -> None:
     """Against Pinocchio's Jacobian, for a cut between random chains in space."""
     pin = pytest.importorskip("pinocchio")
-    from urdf2mbs.dynamics import to_pinocchio
+    from urdf2mbs.proof.dynamics import to_pinocchio
 
     random = np.random.default_rng(2)
     for _ in range(5):

@@ -40,7 +40,7 @@ class MbsSensor:
     def comp_s_sensor(self, number: int) -> None:
         import pinocchio as pin
 
-        from urdf2mbs.dynamics import to_pinocchio
+        from urdf2mbs.proof.dynamics import to_pinocchio
 
         data = self.data
         owner, point = data.sensor_at[number]
@@ -112,7 +112,7 @@ def test_an_imu_reads_in_its_own_axes(tmp_path: Path, preset: str, robotran: Non
 @pytest.mark.parametrize("preset", ["faithful", "compact"])
 def test_a_force_torque_sensor_weighs_what_hangs_on_it(tmp_path: Path, preset: str) -> None:
     pin = pytest.importorskip("pinocchio")
-    from urdf2mbs.dynamics import to_pinocchio
+    from urdf2mbs.proof.dynamics import to_pinocchio
 
     heavy = TINY.replace(
         '<link name="tool"/>',

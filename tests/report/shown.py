@@ -8,9 +8,9 @@ from typing import Any
 
 from conftest import SHARED
 
-from urdf2mbs.config import Config, Lines, typed
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.pipeline import Pipeline
+from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.pipeline import Pipeline
 
 ROBOTS = SHARED / "robots"
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"

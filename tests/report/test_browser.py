@@ -19,7 +19,7 @@ from evaluator import Evaluator, rotation
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.page import make
+from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ import pytest
 from evaluator import Evaluator
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
-from urdf2mbs import page
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConfigError, Difference
-from urdf2mbs.page import make
+from urdf2mbs.report import page
+from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY
 
 pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
@@ -223,14 +223,14 @@ def test_the_command_writes_the_page_and_nothing_else(
 
 
 HEAVIER = """
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 
 def run(conversion, options):
     conversion.mbs.bodies[-1].mass *= 2
 
 @hookimpl
 def urdf2mbs_passes():
-    from urdf2mbs.hookspecs import NoOptions
+    from urdf2mbs.engine.hookspecs import NoOptions
     return [Pass("heavier", run, NoOptions, needs=("inertias",), gives=("heavier",))]
 """
 

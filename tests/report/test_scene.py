@@ -12,10 +12,11 @@ import pytest
 from meshes.samples import dae_y_up_centimetres
 from report.shown import data, shown
 
-from urdf2mbs import meshes, vrml
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.meshes import MeshError
-from urdf2mbs.scene import Store, lookup, mbs_side, read_vrml, urdf_side
+from urdf2mbs.meshes import reader as meshes
+from urdf2mbs.meshes import vrml
+from urdf2mbs.meshes.reader import MeshError
+from urdf2mbs.report.scene import Store, lookup, mbs_side, read_vrml, urdf_side
 from urdf2mbs.urdf.packages import Packages
 
 HEAD = b"#VRML V2.0 utf8\n"

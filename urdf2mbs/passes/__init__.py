@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from urdf2mbs.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.passes import (
     actuators,
     align_frames,

@@ -24,7 +24,7 @@ from typing import Literal
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Step
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.spatial import (
     IDENTITY,
     ROUNDING,

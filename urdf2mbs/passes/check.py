@@ -14,9 +14,9 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion, Proof
 from urdf2mbs.diagnostics import Difference
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.verify import TOLERANCE, compare
+from urdf2mbs.proof.compare import TOLERANCE, compare
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):

@@ -21,7 +21,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Parameter, Point, Sensor, UserModel
 from urdf2mbs.simulation import Contact
@@ -291,7 +291,7 @@ def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) ->
 
 def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
     """All vertices of a mesh file, scaled (m), as rows; None, with a warning: it cannot be read."""
-    from urdf2mbs.meshes import MeshError, read
+    from urdf2mbs.meshes.reader import MeshError, read
 
     packages = Packages(conversion.settings.packages, conversion.settings.source)
     path = packages.resolve(mesh.filename)

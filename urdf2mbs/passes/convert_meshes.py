@@ -19,12 +19,12 @@ from typing import Literal
 
 import msgspec
 
-from urdf2mbs import vrml
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted, some
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
-from urdf2mbs.meshes import Mesh, MeshError, read, read_beside, turned
+from urdf2mbs.meshes import vrml
+from urdf2mbs.meshes.reader import Mesh, MeshError, read, read_beside, turned
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs.urdf.packages import Packages
 

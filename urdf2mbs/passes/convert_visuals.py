@@ -14,7 +14,7 @@ from pathlib import PurePosixPath
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted, some
-from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere

@@ -10,7 +10,7 @@ from math import hypot
 
 from urdf2mbs.conversion import Conversion, LinkFrame
 from urdf2mbs.diagnostics import ConversionError, counted, some
-from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.mbs.names import identifiers, rename
 from urdf2mbs.mbs.writer import write

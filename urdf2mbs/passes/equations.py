@@ -11,8 +11,8 @@ from typing import Any, Literal
 import msgspec
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.equations import equations, not_ours
-from urdf2mbs.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 
 

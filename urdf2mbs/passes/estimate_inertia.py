@@ -21,7 +21,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted, some
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
 from urdf2mbs.urdf import inertia
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
@@ -207,7 +207,7 @@ def _ball(r: float) -> Solid:
 
 def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
     """By the divergence theorem over the triangles (trimesh's ``mass_properties``)."""
-    from urdf2mbs.meshes import MeshError, read
+    from urdf2mbs.meshes.reader import MeshError, read
 
     try:
         mesh = read(path)
@@ -243,7 +243,7 @@ def _convex_hull(points: Any) -> Any:
     try:
         from scipy.spatial import ConvexHull, QhullError
     except ImportError as error:
-        from urdf2mbs.meshes import missing_extra
+        from urdf2mbs.meshes.reader import missing_extra
 
         raise missing_extra(error) from None
     try:

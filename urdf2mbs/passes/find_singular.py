@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.singular import Singular, find_singular
 from urdf2mbs.urdf.model import Robot
 

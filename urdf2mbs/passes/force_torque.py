@@ -14,7 +14,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):

@@ -21,7 +21,7 @@ from math import inf, isfinite, pi
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Parameter, UserModel

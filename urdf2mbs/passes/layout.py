@@ -11,11 +11,11 @@ from typing import Any, Literal
 
 import msgspec
 
-from urdf2mbs.arrange import arrange
-from urdf2mbs.arrange.keep import keep
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.diagram import arrange
+from urdf2mbs.diagram.keep import keep
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 
 

@@ -21,7 +21,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
 from urdf2mbs.spatial import (

@@ -13,7 +13,7 @@ from fnmatch import fnmatchcase
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment, Step
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.spatial import HERE, Pose, compose, fewest_turns, from_turns
 
 

@@ -16,7 +16,7 @@ from lxml import etree
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.simulation import Hold
 

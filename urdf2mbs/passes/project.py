@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.project import starters
 from urdf2mbs.project.c import generated
 from urdf2mbs.project.python import robot_module

@@ -18,7 +18,7 @@ import msgspec
 
 from urdf2mbs.conversion import NOTHING_HEAVY, Conversion, Segment, Step
 from urdf2mbs.diagnostics import counted, some
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
 from urdf2mbs.urdf.model import Joint

@@ -8,7 +8,7 @@ about the centre of mass in both.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.spatial import Sym, Vec, compose, lump, rotate_inertia
 from urdf2mbs.urdf.model import Robot
 

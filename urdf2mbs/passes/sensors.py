@@ -18,7 +18,7 @@ from lxml import etree
 
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.hookspecs import Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.simulation import PointSensor
 from urdf2mbs.spatial import HERE, Pose, compose, from_rpy

@@ -1,0 +1,360 @@
+"""The config: typed data, errors with file, line, key and the nearest known name; its schema."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import yaml
+
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import Config, Lines, load, parse, preset, presets, typed, word
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.kit.schema import schema
+
+ROOT = Path(__file__).resolve().parents[2]
+FILE = Path("robot.yaml")
+
+
+def test_all_keys() -> None:
+    config, lines = parse(
+        """
+source: a.urdf.xacro
+output: {project: out}
+base: fixed
+gravity: [0, 0, -1.62]
+packages: {a: ../a}
+xacro_args: {hand: false, mass: 1.50, name: x, on: on}
+plugins: one.py
+pipeline: [expand, emit]
+after: {expand: x, emit: [y, z]}
+swap: {layout: mine}
+passes: {check: {tolerance: 1e-6}}
+""",
+        FILE,
+    )
+    assert config.gravity == (0, 0, -1.62)
+    assert config.xacro_args == {"hand": "false", "mass": "1.50", "name": "x", "on": "on"}
+    assert config.plugins == ["one.py"]
+    assert config.after == {"expand": "x", "emit": ["y", "z"]}
+    assert lines.error("c", "m", ("after", "emit", 1)).line == 10
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", r"config-type\]: a config is a list of 'key: value' lines"),
+        ("- a", r"robot.yaml:1: error\[config-type\]"),
+        ("a", r"robot.yaml:1: error\[config-type\]"),
+        ("output: x", r"config-key-missing\]: the config has no 'source'\n  add 'source: ROBOT"),
+        (
+            "base: fixed\nsorce: x",
+            r"robot.yaml:2: .*unknown key 'sorce', and there is no 'source'\n  did you mean",
+        ),
+        (
+            "source: x\ndiagnostics:\n  base: eror",
+            r"robot.yaml:3: .*'diagnostics.base': 'eror' is not one of its values\n"
+            "  it is one of: error, ignore, note, warning",
+        ),
+        ("source: x\nstrict: 1", r"'strict': true or false is wanted, and this is a whole number"),
+        (
+            "source: x\n\noutptu: y",
+            r"robot.yaml:3: error\[unknown-key\]: unknown key 'outptu'\n  did you mean 'output'\?",
+        ),
+        ("source: x\nzzz: 1", r"robot.yaml:2: .*unknown key 'zzz'\n  known: source, output"),
+        (
+            "source: 3",
+            r"robot.yaml:1: error\[config-type\]: 'source': a word is wanted, and this is a wh",
+        ),
+        (
+            "source: x\nbase: float",
+            r"robot.yaml:2: .*'base': 'float' is not one of its values\n  it is one of: auto, fix",
+        ),
+        ("source: x\ngravity: [1, 2]", r"robot.yaml:2: .*'gravity': a list of 3 is wanted"),
+        ("source: x\ngravity: [0, 0, down]", r"robot.yaml:2: .*'gravity.2': a number is wanted"),
+        ("source: x\npackages:\n  a: 1\n", r"robot.yaml:3: .*'packages.a': a word is wanted"),
+        (
+            "source: x\npasses:\n  a: b\n",
+            r"robot.yaml:3: .*'passes.a': a block of 'key: value' lines is wanted",
+        ),
+        (
+            "source: x\noutput: {projekt: y}",
+            r"robot.yaml:2: .*'output': .*the unknown key 'projekt'",
+        ),
+        (
+            "source: x\nsource: y",
+            r"robot.yaml:2: error\[config-key-doubled\]: 'source' is there tw",
+        ),
+        ("passes:\n  a: {b: 1,\n    b: 2}", r"robot.yaml:3: .*'passes.a.b' is there twice"),
+        (
+            "source: [",
+            r"robot.yaml:2: error\[config-yaml\]: this is not YAML: a bracket is not closed",
+        ),
+        ("source: x\n\tbase: y", r"robot.yaml:2: error\[config-yaml\].*tab character"),
+        ("source: *x", r"robot.yaml:1: error\[config-yaml\].*a word begins with '\*'"),
+        (
+            "source: !!python/object:a.b {}",
+            r"robot.yaml:1: error\[config-yaml\].*a value begins with '!'",
+        ),
+        ("source: 'a\x07'", r"robot.yaml: error\[config-yaml\]"),
+        ("a: 1\n---\nb: 2", r"robot.yaml:2: error\[config-yaml\].*a line '---'"),
+    ],
+)
+def test_what_is_wrong_and_where(text: str, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        parse(text, FILE)
+    assert re.search(said, str(caught.value)), str(caught.value)
+    assert caught.value.exit_code == 2
+
+
+@pytest.mark.parametrize("content", [None, b"\xff\xfe\x00x"])
+def test_a_file_that_cannot_be_read(content: bytes | None, tmp_path: Path) -> None:
+    if content is not None:
+        (tmp_path / "c.yaml").write_bytes(content)
+    with pytest.raises(ConfigError, match=r"c.yaml: error\[config-unreadable\]: cannot read"):
+        load(tmp_path / "c.yaml")
+
+
+class Rule(msgspec.Struct, forbid_unknown_fields=True):
+    name: str
+    weight: float = 1.0
+
+
+class Options(msgspec.Struct):
+    must: int
+    words: list[str] = []
+    rules: list[Rule] = []
+    table: dict[str, Rule] = {}
+
+
+@pytest.mark.parametrize(
+    ("options", "line", "said"),
+    [
+        ("{words: a}", 3, r"'passes.p.must' must be given\n  add 'must: ...' under 'passes.p'"),
+        ("{must: 1.5}", 3, r"'passes.p.must': a whole number is wanted, and this is a number"),
+        ("{must: 1, wods: a}", 3, r"unknown key 'passes.p.wods'\n  did you mean 'words'\?"),
+        ("\n    must: 1\n    rules:\n      - name: 1", 6, r"'passes.p.rules.0.name': a word is w"),
+        ("\n    must: 1\n    rules:\n      - nam: a", 6, r"'passes.p.rules.0': .*key 'nam'"),
+        (
+            "\n    must: 1\n    table:\n      x: {}",
+            6,
+            r"'passes.p.table.x': .*must have the key 'name'",
+        ),
+        ("[]", 3, r"'passes.p' wants 'key: value' lines, not \[\]"),
+    ],
+)
+def test_options_of_a_pass(options: str, line: int, said: str) -> None:
+    data = yaml.safe_load(f"source: x\npasses:\n  p: {options}")
+    lines = parse(f"source: x\npasses:\n  p: {'{}' if options == '[]' else options}", FILE)[1]
+    with pytest.raises(ConfigError) as caught:
+        typed(Options, data["passes"]["p"], lines, ("passes", "p"))
+    assert re.search(said, str(caught.value)), str(caught.value)
+    assert caught.value.line == line
+
+
+def test_one_word_is_a_list_of_one() -> None:
+    assert typed(Options, {"must": 1, "words": "a"}, Lines()).words == ["a"]
+
+
+def test_dataclasses_do_too() -> None:
+    import dataclasses
+
+    @dataclasses.dataclass
+    class Plain:
+        words: list[str] = dataclasses.field(default_factory=list)
+        size: float = 1.0
+
+    assert typed(Plain, {"words": "a"}, Lines()) == Plain(["a"])
+    with pytest.raises(ConfigError, match="'size': a number is wanted, and this is a word"):
+        typed(Plain, {"size": "a"}, Lines())
+
+
+def test_words_of_the_command_line() -> None:
+    assert [word(text) for text in ("1.5", "[a, b]", "a b", "{", "true", "*")] == [
+        1.5, ["a", "b"], "a b", "{", True, "*",
+    ]  # fmt: skip
+
+
+def test_presets() -> None:
+    assert "faithful" in presets()
+    with pytest.raises(ConfigError, match="no preset 'faithfull'\n  did you mean 'faithful'"):
+        preset("faithfull", Lines())
+
+
+# --- the schema ------------------------------------------------------------------------------
+
+
+def fault(value: Any, rule: dict[str, Any], whole: dict[str, Any], at: str = "$") -> str | None:
+    """What a JSON schema has against a value: as much of the standard as our schema uses."""
+    for key in rule:
+        assert key in {
+            "$schema", "$defs", "$ref", "title", "description", "default", "type", "enum", "anyOf",
+            "properties", "required", "additionalProperties", "propertyNames", "items",
+            "prefixItems", "minItems", "maxItems",
+        }, f"the test does not know {key}"  # fmt: skip
+    if "$ref" in rule:
+        wrong = fault(value, whole["$defs"][rule["$ref"].removeprefix("#/$defs/")], whole, at)
+        if wrong:
+            return wrong
+    if "anyOf" in rule:
+        wrongs = [fault(value, one, whole, at) for one in rule["anyOf"]]
+        if all(wrongs):
+            return wrongs[0]
+    if "enum" in rule and value not in rule["enum"]:
+        return f"{at}: {value!r} is not one of {rule['enum']}"
+    kinds = rule.get("type", [])
+    types = {
+        "string": str, "number": (int, float), "integer": int, "boolean": bool, "array": list,
+        "object": dict, "null": type(None),
+    }  # fmt: skip
+    for kind in [kinds] if isinstance(kinds, str) else kinds:
+        if isinstance(value, types[kind]) and not (isinstance(value, bool) and kind != "boolean"):
+            break
+    else:
+        if kinds:
+            return f"{at}: {value!r} is not {kinds}"
+    if isinstance(value, dict):
+        for name in rule.get("required", []):
+            if name not in value:
+                return f"{at}: no {name}"
+        for name, inner in value.items():
+            more = rule.get("additionalProperties", True)
+            known = rule.get("properties", {}).get(name, more)
+            if known is False:
+                return f"{at}: {name} is not known"
+            wrong = None if known is True else fault(inner, known, whole, f"{at}.{name}")
+            wrong = wrong or fault(name, rule.get("propertyNames", {}), whole, at)
+            if wrong:
+                return wrong
+    if isinstance(value, list):
+        if not rule.get("minItems", 0) <= len(value) <= rule.get("maxItems", len(value)):
+            return f"{at}: {len(value)} items"
+        inners = rule.get("prefixItems", [rule.get("items", {})] * len(value))
+        for index, (inner, one) in enumerate(zip(value, inners, strict=True)):
+            wrong = fault(inner, one, whole, f"{at}[{index}]")
+            if wrong:
+                return wrong
+    return None
+
+
+@pytest.fixture(scope="module")
+def ours() -> dict[str, Any]:
+    return schema(Plugins(installed=False))
+
+
+def test_the_committed_schema_is_not_stale(ours: dict[str, Any]) -> None:
+    committed = json.loads((ROOT / "docs" / "config.schema.json").read_text())
+    assert committed == json.loads(json.dumps(ours)), (
+        "mend it with: urdf2mbs schema --no-plugins > docs/config.schema.json"
+    )
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "configs").glob("*.yaml")), ids=lambda f: f.name)
+def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
+    assert fault(yaml.safe_load(file.read_text()), ours, ours) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "good"),
+    [
+        ("output: {project: x}", True),
+        ("output: {project: x, more: 1}", False),
+        ("outptu: x", False),
+        ("base: floating", True),
+        ("base: flying", False),
+        ("gravity: [0, 0, 1]", True),
+        ("gravity: [0, 0]", False),
+        ("xacro_args: {a: 1, b: true, c: x}", True),
+        ("plugins: a.py", True),
+        ("plugins: [a.py, 1]", False),
+        ("pipeline: faithful", True),
+        ("pipeline: faithless", False),
+        ("pipeline: [expand, emit]", True),
+        ("pipeline: [expand, emitt]", False),
+        ("after: {expand: [check]}", True),
+        ("after: {xpand: check}", False),
+        ("swap: {emit: mine}", True),
+        ("swap: {emitt: mine}", False),
+        ("passes: {prune-massless: {keep: '*'}}", True),
+        ("passes: {prune-massless: {keep: ['a', 'b']}}", True),
+        ("passes: {prune-massless: {kep: '*'}}", False),
+        ("passes: {prune-massless: {keep: 3}}", False),
+        ("passes: {prune: {}}", False),
+        ("passes: {layout: {}}", True),
+        ("passes: {layout: {x: 1}}", False),
+    ],
+)
+def test_the_schema_knows_good_from_bad(text: str, good: bool, ours: dict[str, Any]) -> None:
+    assert (fault(yaml.safe_load(f"source: x\n{text}"), ours, ours) is None) == good
+    assert fault(yaml.safe_load(text), ours, ours) is not None, "there is no source"
+
+
+def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
+    assert set(ours["properties"]) == set(Config.__struct_fields__)
+    assert all(one["description"] for one in ours["properties"].values())
+    for name, definition in ours["$defs"].items():
+        if name.endswith("Options"):
+            for field, one in definition["properties"].items():
+                assert one.get("description"), f"{name}.{field} has no docstring"
+
+
+def test_a_plugins_options_are_in_the_schema() -> None:
+    whole = schema(Plugins([ROOT / "plugins" / "rename_links.py"], installed=False))
+    good = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
+    assert fault(yaml.safe_load(good), whole, whole) is None
+    assert fault(yaml.safe_load(good.replace("a: b", "a: 1")), whole, whole) is not None
+    assert fault(yaml.safe_load(good.replace("{links", "{lnks")), whole, whole) is not None
+    rules = whole["$defs"]["rename-links.rename_links.Options"]["properties"]
+    assert rules["links"]["description"] == "Link: its new name."
+
+
+def test_options_that_are_a_dataclass_are_closed_too(tmp_path: Path) -> None:
+    file = tmp_path / "plain.py"
+    file.write_text(
+        "from dataclasses import dataclass\n"
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "@dataclass\nclass Size:\n  size: float = 1.0\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('plain', lambda c, o: None, Size)]\n"
+    )
+    whole = schema(Plugins([file], installed=False))
+    for options, good in (("size: 2", True), ("sze: 2", False), ("size: big", False)):
+        text = f"source: x\npasses: {{plain: {{{options}}}}}"
+        assert (fault(yaml.safe_load(text), whole, whole) is None) == good
+
+
+class Inner(msgspec.Struct, rename="kebab"):
+    by_link: dict[str, float] = {}
+
+
+class Kebab(msgspec.Struct, rename="kebab", forbid_unknown_fields=True):
+    max_mass: float = 1.0
+    by_link: dict[str, float] | None = None
+    for_each: dict[str, Inner] = {}
+    listed: list[Inner] = []
+    by_number: dict[int, float] = {}
+    deep_words: dict[str, list[dict[str, int]]] = {}
+
+
+@pytest.mark.parametrize(
+    ("given", "key", "said"),
+    [
+        ("{max-mass: x}", "max-mass", "a number is wanted, and this is a word"),
+        ("{by-link: 3}", "by-link", "lines or nothing is wanted"),
+        ("{by-link: {a: 1, b: x}}", "by-link.b", "a number is wanted, and this is a word"),
+        ("{by-link: {a: 1, '...': x}}", "by-link....", "a number is wanted, and this is a word"),
+        ("{for-each: {a: {}, b: 3}}", "for-each.b", "lines is wanted, and this is a wh"),
+        ("{for-each: {a: {by-link: {c: 1, d: x}}}}", "for-each.a.by-link.d", "and this is a word"),
+        ("{listed: [{}, {by-link: {c: x}}]}", "listed.1.by-link.c", "and this is a word"),
+        ("{by-number: {1: 1, x: 1}}", "by-number", "a key here: a whole number is wanted, and"),
+        ("{deep-words: {a.b: [{}, {k: 1, l: x}]}}", "deep-words.a.b.1.l", "and this is a word"),
+    ],
+)
+def test_a_wrong_value_below_a_key_that_is_spelt_otherwise(given: str, key: str, said: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        typed(Kebab, yaml.safe_load(given), Lines(), ("passes", "p"))
+    assert caught.value.message.startswith(f"'passes.p.{key}': ")
+    assert said in caught.value.message

@@ -1,0 +1,335 @@
+"""The pipeline: its order is checked, its passes run between hooks, nothing is half written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from urdf2mbs import convert
+from urdf2mbs.conversion import Conversion, Settings
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import Lines, preset
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.pipeline import Pipeline, check_order
+from urdf2mbs.kit.dump import Dump, state, to_yaml
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.output import write_files
+from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
+from urdf2mbs.urdf.model import Robot
+
+NINE = preset("faithful", Lines())[0]
+
+
+def nothing(conversion: Conversion, options: Any) -> None:
+    pass
+
+
+def make(name: str, needs: str = "", gives: str = "") -> Pass:
+    return Pass(name, nothing, needs=tuple(needs.split()), gives=tuple(gives.split()))
+
+
+@pytest.mark.parametrize(
+    ("passes", "code", "message", "hint"),
+    [
+        (
+            [make("a", gives="x"), make("b", gives="x")],
+            "given-twice", "passes 'a' and 'b' both give 'x'", "leave one of them out",
+        ),
+        (
+            [make("a", gives="x"), make("b", needs="x y")],
+            "need-not-given", "pass 'b' needs 'y', which no pass", "urdf2mbs passes",
+        ),
+        (
+            [make("a", needs="x"), make("b", gives="x")],
+            "wrong-order", "pass 'a' needs 'x', which 'b' gives only later",
+            "put it after: 'after: {b: a}'",
+        ),
+        (
+            [make("a", needs="x", gives="x")],
+            "wrong-order", "pass 'a' needs 'x', which 'a' gives only later", "",
+        ),
+    ],
+)  # fmt: skip
+def test_a_wrong_order(passes: list[Pass], code: str, message: str, hint: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        check_order(passes)
+    assert caught.value.code == code
+    assert message in caught.value.message
+    assert hint in (caught.value.hint or "")
+
+
+def test_the_wrong_order_of_a_config_is_told_before_anything_runs() -> None:
+    with pytest.raises(ConfigError, match="wrong-order") as caught:
+        convert("nosuch.urdf", pipeline=["insert-base", "expand"])
+    assert "pass 'insert-base' needs 'robot', which 'expand' gives only later" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("pipeline", "said"),
+    [
+        (["expand", "insert_base"], "no pass 'insert_base'\n  did you mean 'insert-base'?"),
+        (["expand", "expand"], "pass-doubled.*'expand' is in the pipeline twice"),
+        (["faithful"], "no pass 'faithful'\n  a preset's name stands alone"),
+        ("faithfull", "no preset 'faithfull'\n  did you mean 'faithful'?"),
+    ],
+)
+def test_a_pipeline_that_cannot_be(pipeline: Any, said: str) -> None:
+    with pytest.raises(ConfigError, match=said.replace("?", r"\?")):
+        convert_text(pipeline=pipeline)
+
+
+def marks(tmp_path: Path, *names: str) -> Path:
+    """A plugin whose passes write their names into the report."""
+    file = tmp_path / "marks.py"
+    file.write_text(
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "def marker(name):\n"
+        "  def run(conversion, options): conversion.report.setdefault('ran', []).append(name)\n"
+        "  return Pass(name, run)\n"
+        f"@hookimpl\ndef urdf2mbs_passes(): return [marker(name) for name in {names!r}]\n"
+    )
+    return file
+
+
+def test_after(tmp_path: Path) -> None:
+    plugin = marks(tmp_path, "a", "b", "c")
+    result = convert_text(plugins=[plugin], after={"emit": ["b", "c"], "b": "a"})
+    assert result.report.passes["ran"] == ["b", "a", "c"]
+
+
+@pytest.mark.parametrize(
+    ("after", "said"),
+    [
+        ({"nosuch": "a"}, "there is no pass 'nosuch'"),
+        ({"c": "a"}, "pass 'c' is not in this pipeline"),
+        ({"emit": "d"}, "there is no pass 'd'"),
+        ({"emit": "expand"}, "'expand' is in the pipeline twice"),
+        ({"emit": "a", "a": "a"}, "'a' is in the pipeline twice"),
+        ({"emit": "a", "a": "b", "b": "a"}, "'a' is in the pipeline twice"),
+    ],
+)
+def test_after_what_cannot_be(after: dict[str, str], said: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=said):
+        convert_text(plugins=[marks(tmp_path, "a", "b", "c")], after=after)
+
+
+def test_an_error_in_after_names_its_line(tmp_path: Path) -> None:
+    from urdf2mbs.engine.config import parse
+
+    config, lines = parse("source: x\nafter:\n  expand: insert-base\n  emit: z", Path("c.yaml"))
+    with pytest.raises(ConfigError) as caught:
+        Pipeline(config, lines)
+    assert (caught.value.line, caught.value.code) == (3, "pass-doubled")
+
+
+def test_options_reach_a_pass_and_the_line_of_a_wrong_one() -> None:
+    with pytest.raises(ConfigError, match=r"unknown key 'passes.check.tolerence'\n.*'tolerance'"):
+        convert_text(options={"check": {"tolerence": 1}})
+    with pytest.raises(
+        ConfigError, match=r"'passes.check.tolerance': a number is wanted, and this is a word"
+    ):
+        convert_text(options={"check": {"tolerance": "x"}})
+    with pytest.raises(ConfigError, match="pass 'lump-fixed' is not in this pipeline"):
+        convert_text(options={"lump-fixed": {}})
+
+
+class Watcher:
+    def __init__(self) -> None:
+        self.seen: list[tuple[str, str]] = []
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        self.seen.append(("before", pass_.name))
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion, seconds: float) -> None:
+        assert seconds >= 0.0
+        self.seen.append(("after", pass_.name))
+
+
+def pipeline_of(folder: Path, text: str = "") -> Pipeline:
+    from urdf2mbs.engine.config import load
+
+    (folder / "tiny.urdf").write_text(TINY)
+    (folder / "c.yaml").write_text(f"source: tiny.urdf\n{text}")
+    return Pipeline(*load(folder / "c.yaml"))
+
+
+def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
+    pipeline, watcher = pipeline_of(tmp_path), Watcher()
+    pipeline.plugins.watch(watcher)
+    pipeline.run()
+    assert watcher.seen == [(when, name) for name in NINE for when in ("before", "after")]
+
+
+def test_stop_after(tmp_path: Path) -> None:
+    pipeline = pipeline_of(tmp_path)
+    conversion = pipeline.run(stop_after="prune-massless")
+    assert conversion.segments
+    assert not conversion.mbs.bodies[0].joints
+    assert not conversion.files
+    with pytest.raises(ConfigError, match="to stop after\n  did you mean 'layout'"):
+        pipeline.run(stop_after="layuot")
+
+
+def test_two_runs_of_one_pipeline_do_not_meet(tmp_path: Path) -> None:
+    pipeline = pipeline_of(tmp_path)
+    first, second = pipeline.run(), pipeline.run()
+    assert first.files == second.files
+    assert first.mbs is not second.mbs
+
+
+def test_convert_writes_nothing(tmp_path: Path) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    result = convert(tmp_path / "tiny.urdf")
+    assert [file.name for file in tmp_path.iterdir()] == ["tiny.urdf"]
+    assert isinstance(result.mbs, Mbs)
+    assert isinstance(result.robot, Robot)
+    assert result.data.startswith(b"<?xml")
+    assert result.names.bodies["arm"] == "arm"
+    assert result.frames["tool"].body == "hand"
+    assert result.frozen == {}
+    report = json.loads(json.dumps(msgspec.to_builtins(result.report)))
+    assert report["bodies"] == 3
+    assert report["proof"]["same"] is True
+    assert {d.code for d in result.diagnostics} >= {"joint-dynamics", "collision", "extension"}
+
+
+def test_the_tiny_robot_has_what_it_promises() -> None:
+    result = convert_text()
+    assert_same_robot(result)
+    assert len(next(b for b in result.mbs.bodies if b.name == "hand").joints) == 4
+    assert convert_text(base="fixed").conversion.floating is False
+
+
+def test_another_robot_is_not_the_same() -> None:
+    heavier = TINY.replace('<mass value="0.5"/>', '<mass value="0.6"/>')
+    with pytest.raises(AssertionError, match=r"mass is 0.5 in the .mbs, and should be 0.6"):
+        assert_same_robot(convert_text(), expected=convert_text(heavier))
+
+
+def test_a_pass_that_changes_the_mbs_is_found_out(tmp_path: Path) -> None:
+    file = tmp_path / "wrong.py"
+    file.write_text(
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "def run(conversion, options): conversion.mbs.bodies[1].joints[0].q = 0.4\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('wrong', run)]\n"
+    )
+    result = run_pass("wrong", file, after="decompose-joints")
+    with pytest.raises(AssertionError, match="not the same robot:"):
+        assert_same_robot(result)
+
+
+# --- dumps -----------------------------------------------------------------------------------
+
+
+def dump(folder: Path, text: str = "") -> dict[str, Any]:
+    pipeline = pipeline_of(folder, text)
+    pipeline.plugins.watch(Dump(folder / "dump"))
+    pipeline.run()
+    return {file.name: file.read_text("utf-8") for file in sorted((folder / "dump").glob("*.yaml"))}
+
+
+def test_dumps_tell_what_each_pass_did(tmp_path: Path) -> None:
+    texts = dump(tmp_path)
+    assert list(texts) == [f"{n:02}-{name}.yaml" for n, name in enumerate(NINE, 1)]
+    states = {name: yaml.safe_load(text) for name, text in texts.items()}
+    assert "segments" not in states[f"{1 + NINE.index('insert-base'):02}-insert-base.yaml"]
+    assert "segments" in states[f"{1 + NINE.index('prune-massless'):02}-prune-massless.yaml"]
+    last = states[list(states)[-1]]
+    assert last["robot"]["links"]["hand"]["inertial"]["origin"]["xyz"] == [0.0, 0.0, 0.05]
+    assert last["robot"]["links"]["body"]["visuals"][0]["geometry"] == {
+        "kind": "box", "size": [0.2, 0.1, 0.3],
+    }  # fmt: skip
+    assert last["segments"]["hand"]["steps"][1]["joints"] == [
+        "wrist_pitch_axis_R1", "wrist_pitch", "wrist_pitch_back_R1",
+    ]  # fmt: skip
+    assert last["mbs"]["bodies"][1]["point"] == "arm"
+    assert last["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
+    assert last["proof"]["same"] is True
+    assert {one["code"] for one in last["diagnostics"]} >= {"collision", "joint-dynamics"}
+
+
+def test_dumps_of_one_robot_in_two_folders_are_equal(tmp_path: Path) -> None:
+    for folder in ("one", "two"):
+        (tmp_path / folder).mkdir()
+    one, two = dump(tmp_path / "one"), dump(tmp_path / "two")
+    assert one == two
+    assert str(tmp_path) not in "".join(one.values())
+
+
+def test_a_list_of_numbers_is_one_line(tmp_path: Path) -> None:
+    text = dump(tmp_path)["01-expand.yaml"]
+    assert "inertia: [0.02, 0.0, 0.0, 0.02, 0.0, 0.01]\n" in text
+
+
+def test_dumps_of_an_earlier_run_go_and_other_files_stay(tmp_path: Path) -> None:
+    dump(tmp_path)
+    (tmp_path / "dump" / "99-mine.yaml").write_text("mine: 1\n")
+    texts = dump(tmp_path, "pipeline: [expand]\n")
+    assert list(texts) == ["01-expand.yaml", "99-mine.yaml"]
+
+
+def test_a_dump_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match=r"output-unwritable.*file"):
+        Dump(tmp_path / "file")
+
+
+plain = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False)
+    | st.text(st.characters(exclude_categories=["Cs"])),
+    lambda inner: st.lists(inner, max_size=4)
+    | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), inner, max_size=4),
+    max_leaves=10,
+)  # fmt: skip
+
+
+@given(st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), plain, max_size=4))
+def test_what_is_dumped_is_what_yaml_reads(data: dict[str, Any]) -> None:
+    assert yaml.safe_load(to_yaml(data)) == data
+
+
+@pytest.mark.parametrize("text", ["no", "1e5", "1_000", "0x1F", "12:30", "~", "=", "a: b", "- a"])
+def test_words_that_yaml_would_take_for_something_else(text: str) -> None:
+    assert yaml.safe_load(to_yaml({text: [text, [text]]})) == {text: [text, [text]]}
+
+
+def test_a_state_without_anything_is_empty() -> None:
+    everything = state(Conversion(Settings(Path("a"), Path("b"))))
+    assert set(everything) <= {"robot", "mbs"}
+
+
+# --- files -----------------------------------------------------------------------------------
+
+
+def test_all_files_or_none(tmp_path: Path) -> None:
+    (tmp_path / "folder.mbs").mkdir()
+    (tmp_path / "folder.mbs" / "x").write_text("")
+    with pytest.raises(ConfigError, match=r"output-unwritable"):
+        write_files({tmp_path / "new" / "b": b"2", tmp_path / "folder.mbs": b"1"})
+    assert not list(tmp_path.rglob("*.part"))
+    write_files({tmp_path / "new" / "a.mbs": b"1"})
+    assert (tmp_path / "new" / "a.mbs").read_bytes() == b"1"
+
+
+def test_a_wrong_order_by_after_names_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "late.py"
+    file.write_text(
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "@hookimpl\ndef urdf2mbs_passes():\n"
+        "    return [Pass('late', lambda c, o: None, needs=('joints',))]\n"
+    )
+    with pytest.raises(ConfigError) as caught:
+        pipeline_of(tmp_path, "plugins: late.py\nafter: {expand: late}\n")
+    assert (caught.value.code, caught.value.line) == ("wrong-order", 3)
+    assert "after: {decompose-joints: late}" in (caught.value.hint or "")
+    idle = pipeline_of(tmp_path, "plugins: late.py\n").run().diagnostics[0]
+    assert "after: {decompose-joints: late}" in (idle.hint or "")

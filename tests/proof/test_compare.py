@@ -1,0 +1,276 @@
+"""What is compared, one rule at a time: a model is spoilt in one place, and is found out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from proving import SOLID, joint, link, robot
+
+from urdf2mbs import Result
+from urdf2mbs.api import verify
+from urdf2mbs.mbs.model import Joint, Mbs
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.proof.compare import Comparison, compare
+from urdf2mbs.proof.match import match
+from urdf2mbs.testing import TINY, convert_text
+
+
+def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:
+    result = convert_text(text, **settings)
+    return result, read(result.data, "r.mbs")
+
+
+def compared(result: Result, mbs: Mbs, **changes: Any) -> Comparison:
+    given = {
+        "joints": {name: tuple(names) for name, names in result.names.coordinates.items()},
+        "frames": result.frames,
+        "frozen": result.frozen,
+    }
+    return compare(result.robot, mbs, **{**given, **changes})
+
+
+def kinds(comparison: Comparison) -> set[str]:
+    return {difference.kind for difference in comparison.differences}
+
+
+def body(mbs: Mbs, name: str) -> Any:
+    return next(body for body in mbs.bodies if body.name == name)
+
+
+def own_joint(mbs: Mbs, name: str) -> Joint:
+    return next(one for b in mbs.bodies for one in b.joints if one.name == name)
+
+
+def test_nothing_differs() -> None:
+    result, mbs = pieces()
+    comparison = compared(result, mbs)
+    assert comparison.same
+    assert comparison.frames == []
+    assert comparison.urdf_mass == comparison.mbs_mass == 2.6
+
+
+@pytest.mark.parametrize(("off", "same"), [(1e-12, True), (1e-8, False), (1e-3, False)])
+@pytest.mark.parametrize("k", [0, 2])
+def test_gravity_is_compared_as_finely_as_the_rest(off: float, same: bool, k: int) -> None:
+    result, mbs = pieces()
+    own = list(mbs.base.gravity)
+    own[k] += off * 9.81
+    mbs.base.gravity = tuple(own)
+    assert compared(result, mbs).same is same
+    assert kinds(compared(result, mbs, tolerance=1e-2)) == set()
+
+
+@pytest.mark.parametrize(
+    ("nature", "found"), [("dependent", {"nature"}), ("driven", {"nature"}), ("independent", set())]
+)
+def test_a_joint_that_is_free_in_the_urdf_is_independent(nature: str, found: set[str]) -> None:
+    result, mbs = pieces()
+    own_joint(mbs, "shoulder").nature = nature
+    assert kinds(compared(result, mbs)) == found
+
+
+def test_a_joint_that_is_held_stands_where_it_is_held() -> None:
+    """So that what else is wrong is not blamed on its angle."""
+    result, mbs = pieces()
+    held = own_joint(mbs, "shoulder")
+    held.nature, held.q = "driven", 0.4
+    assert kinds(compared(result, mbs)) == {"nature"}
+
+
+def test_where_a_moving_joint_starts_is_no_difference() -> None:
+    result, mbs = pieces()
+    own_joint(mbs, "shoulder").q = 0.4
+    assert compared(result, mbs).same
+
+
+def test_a_joint_that_slides_where_it_should_turn() -> None:
+    result, mbs = pieces()
+    own_joint(mbs, "shoulder").type = "T3"
+    assert kinds(compared(result, mbs)) == {"type"}
+
+
+@pytest.mark.parametrize("nature", ["independent", "dependent"])
+def test_a_joint_too_many(nature: str) -> None:
+    result, mbs = pieces()
+    body(mbs, "hand").joints.append(Joint("more", "R1", nature))
+    assert "joint-extra" in kinds(compared(result, mbs))
+
+
+def test_one_joint_for_two() -> None:
+    result, mbs = pieces()
+    coordinates = {name: tuple(names) for name, names in result.names.coordinates.items()}
+    twice = compared(result, mbs, joints=coordinates | {"wrist_pitch": ("wrist_roll",)})
+    assert kinds(twice) == {"joint-missing", "joint-extra"}
+
+
+@pytest.mark.parametrize(("name", "heavy"), [("wrist_roll", True), ("tip", False)])
+def test_only_what_weighs_nothing_may_be_left_out(name: str, heavy: bool) -> None:
+    text = TINY.replace("</robot>", f"{link('tip')}{joint('hand', 'tip', name='tip')}</robot>")
+    result, mbs = pieces(text)
+    frozen = {**result.frozen, name: result.frozen["tip"]}
+    assert ("joint-missing" in kinds(compared(result, mbs, frozen=frozen))) is heavy
+
+
+def test_a_reason_of_ones_own_is_a_passes_business() -> None:
+    result, mbs = pieces()
+    own_joint(mbs, "wrist_roll").nature = "driven"
+    own_joint(mbs, "wrist_roll").q = 0.0
+    assert compared(result, mbs, frozen={"wrist_roll": "locked on purpose"}).same
+
+
+def test_inertia_without_mass_counts() -> None:
+    rotor = SOLID.replace('<mass value="2"/>', '<mass value="0"/>')
+    result, mbs = pieces(robot(link("world"), link("a", rotor), joint("world", "a")))
+    assert compared(result, mbs).same
+    mbs.bodies[0].inertia = (0.03, 0.001, -0.002, 0.04, 0.003, 0.06)
+    assert kinds(compared(result, mbs)) == {"inertia"}
+    mbs.bodies[0].inertia = None
+    assert kinds(compared(result, mbs)) == {"inertia"}
+
+
+def test_where_nothing_has_mass_there_is_no_centre() -> None:
+    rotor = SOLID.replace('<mass value="2"/>', '<mass value="0"/>')
+    result, mbs = pieces(robot(link("world"), link("a", rotor), joint("world", "a")))
+    mbs.bodies[0].com = (1.0, 2.0, 3.0)
+    assert compared(result, mbs).same
+
+
+@pytest.mark.parametrize("k", range(6))
+def test_every_element_of_the_inertia_counts(k: int) -> None:
+    result, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a")))
+    tensor = list(mbs.bodies[0].inertia)
+    tensor[k] += 1e-6
+    mbs.bodies[0].inertia = tuple(tensor)
+    assert kinds(compared(result, mbs)) == {"inertia"}
+
+
+def test_a_light_bodys_inertia_counts_far_from_its_joint() -> None:
+    """The scale of an inertia is the inertia itself, not what its mass has far out."""
+    far = SOLID.replace('xyz="0.1 -0.2 0.3"', 'xyz="5 0 0"')
+    result, mbs = pieces(robot(link("world"), link("a", far), joint("world", "a")))
+    xx, *rest = mbs.bodies[0].inertia
+    mbs.bodies[0].inertia = (xx * (1 + 1e-6), *rest)
+    assert kinds(compared(result, mbs)) == {"inertia"}
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_lumped_links_add_up_whatever_their_arms(pipeline: str) -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b", SOLID), link("c", SOLID), joint("world", "a"),
+        joint("a", "b", "fixed", xyz="1 2 3"), joint("b", "c", "fixed", xyz="-3 1 2", rpy="1 2 3"),
+    )  # fmt: skip
+    result, mbs = pieces(text, pipeline=pipeline)
+    comparison = compared(result, mbs)
+    assert comparison.same
+    assert comparison.largest["inertia"] < 1e-13
+
+
+@pytest.mark.parametrize("k", range(3))
+@pytest.mark.parametrize("kind", ["T", "R"])
+def test_every_direction_of_a_wrong_place_counts(k: int, kind: str) -> None:
+    result, mbs = pieces()
+    turned = Joint("off", f"{kind}{k + 1}", "driven", q=1e-6)
+    body(mbs, "arm").joints.insert(0, turned)
+    comparison = compared(result, mbs)
+    assert not comparison.same
+    assert comparison.largest["motion"] > 1e-7
+
+
+def test_an_axis_that_is_right_at_zero_only() -> None:
+    """At zero every axis puts its link in the same place."""
+    result, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a")))
+    own_joint(mbs, "world_to_a").type = "R2"
+    assert "axis" in kinds(compared(result, mbs))
+    assert "axis" in kinds(compared(result, mbs, frames=None))
+
+
+def test_a_body_that_hangs_on_another_one() -> None:
+    solids = (link(name, SOLID) for name in "abc")
+    text = robot(link("world"), *solids, joint("world", "a"), joint("a", "b"), joint("a", "c"))
+    result, mbs = pieces(text)
+    mbs.bodies[2].parent, mbs.bodies[2].point = "b", None
+    assert "parent" in kinds(compared(result, mbs))
+
+
+def test_a_frame_that_is_not_where_it_is_said_to_be() -> None:
+    result, mbs = pieces()
+    body(mbs, "hand").points[0].coordinates = (0.0, 0.0, 0.2)
+    (found,) = compared(result, mbs).frames
+    assert (found.kind, found.link) == ("point", "tool")
+    assert "m off its frame" in found.message
+
+
+def test_two_links_of_one_spelling_have_no_point_of_their_own() -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("left foot"), link("left-foot"), joint("world", "a"),
+        joint("a", "left foot", "fixed", xyz="1 0 0"),
+        joint("a", "left-foot", "fixed", xyz="2 0 0"),
+    )  # fmt: skip
+    result, mbs = pieces(text)
+    comparison = compared(result, mbs)
+    assert comparison.frames == []
+    assert comparison.same
+
+
+@pytest.mark.parametrize("axis", ["1 0 0", "0 1 0", "0 0 1", "1 1 0", "0 1 1", "1 0 1", "1 2 3"])
+def test_a_planar_joint_shifts_in_its_plane(axis: str) -> None:
+    text = robot(link("world"), link("a", SOLID), joint("world", "a", "planar", axis=axis))
+    for pipeline in ("faithful", "compact"):
+        assert compared(*pieces(text, pipeline=pipeline)).same
+
+
+def test_a_fingers_error_counts_on_a_crane() -> None:
+    finger = SOLID.replace("0.1 -0.2 0.3", "0.01 0.02 0.03")
+    text = robot(
+        link("world"), link("a", SOLID), link("b", finger), link("c", finger), joint("world", "a"),
+        joint("a", "b", xyz="1000 0 0"), joint("b", "c", xyz="0.05 0 0"),
+    )  # fmt: skip
+    result, mbs = pieces(text)
+    assert compared(result, mbs).same
+    x, y, z = body(mbs, "c").com
+    body(mbs, "c").com = (x + 2e-9, y, z)
+    assert kinds(compared(result, mbs)) == {"centre"}
+
+
+@pytest.mark.parametrize(("nature", "matched"), [("driven", False), ("independent", True)])
+def test_a_joint_that_moves_nothing_may_be_held_by_hand(nature: str, matched: bool) -> None:
+    text = TINY.replace("</robot>", f"{link('tip')}{joint('hand', 'tip', name='tip')}</robot>")
+    result, mbs = pieces(text, options={"prune-massless": {"keep": ["tip"]}})
+    own_joint(mbs, "tip").nature = nature
+    found = match(result.robot, mbs)
+    assert ("tip" in found.joints) is matched
+    assert ("tip" in found.frozen) is not matched
+    assert kinds(compare(result.robot, mbs, found.joints, frozen=found.frozen)) == set()
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_verify_reads_off_the_model_whether_it_floats(tmp_path: Path, base: str) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "tiny.mbs").write_bytes(convert_text(base=base).data)
+    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs")
+    assert found.differences == []
+    assert found.base == base
+
+
+@pytest.mark.parametrize(("tolerance", "same"), [(1e-3, True), (1e-9, False)])
+def test_verify_takes_its_tolerance(tmp_path: Path, tolerance: float, same: bool) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    heavier = convert_text().data.replace(b"<mass>0.5</mass>", b"<mass>0.50001</mass>")
+    (tmp_path / "tiny.mbs").write_bytes(heavier)
+    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs", tolerance=tolerance)
+    assert (found.differences == []) is same
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_a_link_whose_mass_is_lost_is_named(pipeline: str) -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b", SOLID.replace('"2"', '"3"')),
+        joint("world", "a"), joint("a", "b", "fixed", xyz="1 0 0"),
+    )  # fmt: skip
+    result, _ = pieces(text, pipeline=pipeline)
+    alone, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a")))
+    frames = {**alone.frames, "b": result.frames["b"]}
+    found = compared(result, mbs, frames=frames).differences
+    assert any("link 'b': its 3 kg are not in the .mbs" in d.message for d in found)

@@ -1,0 +1,71 @@
+"""Which .mbs joints and frames are a URDF's, by their names."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from proving import SOLID, joint, link, robot
+
+from urdf2mbs.api import verify
+from urdf2mbs.mbs.model import Joint
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.proof.match import match
+from urdf2mbs.testing import TINY, convert_text
+
+
+def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b"), link("c", SOLID),
+        joint("world", "a", name="i"), joint("a", "b", name="j"),
+        joint("b", "c", "fixed", name="k"),
+    )  # fmt: skip
+    result = convert_text(text)
+    assert [one.name for one in result.mbs.bodies[1].joints][-2:] == ["j", "k"]
+    frames = match(result.robot, result.mbs).frames
+    assert (frames["b"].body, frames["b"].joint) == ("c", "j")
+    assert (frames["c"].body, frames["c"].joint) == ("c", None)
+
+
+def files(tmp_path: Path) -> tuple[Path, Path]:
+    source, model = tmp_path / "tiny.urdf", tmp_path / "tiny.mbs"
+    source.write_text(TINY)
+    model.write_bytes(convert_text().data)
+    return source, model
+
+
+@pytest.mark.parametrize("kinds", ["R3 R2 R1", "R2 R3 R1"])
+def test_a_floating_base_may_turn_in_another_order(kinds: str, tmp_path: Path) -> None:
+    source, model = files(tmp_path)
+    mbs = read(model.read_bytes(), "")
+    first = mbs.bodies[0].joints
+    for one, kind in zip(first[3:6], kinds.split(), strict=True):
+        one.type = kind
+    model.write_bytes(write(mbs))
+    assert verify(str(source), model).same
+
+
+def test_a_base_that_turns_twice_about_one_axis_is_not_the_same(tmp_path: Path) -> None:
+    source, model = files(tmp_path)
+    mbs = read(model.read_bytes(), "")
+    for one, kind in zip(mbs.bodies[0].joints[3:6], ("R3", "R1", "R3"), strict=True):
+        one.type = kind
+    model.write_bytes(write(mbs))
+    found = verify(str(source), model).differences
+    assert {one.joint for one in found} == {"floating_base"}
+    assert all(one.kind in ("axis", "type") for one in found)
+
+
+def test_a_joints_zero_is_told_though_its_link_is_a_little_off(tmp_path: Path) -> None:
+    source, model = files(tmp_path)
+    mbs = read(model.read_bytes(), "")
+    arm = next(body for body in mbs.bodies if body.name == "arm")
+    at = next(n for n, one in enumerate(arm.joints) if one.name == "shoulder")
+    arm.joints.insert(at, Joint("more", arm.joints[at].type, "driven", q=0.3))
+    # 5e-5 m on a scale of about 0.3 m, beside 0.3 rad
+    arm.joints.insert(at, Joint("aside", "T1", "driven", q=5e-5))
+    model.write_bytes(write(mbs))
+    (told,) = [one.message for one in verify(str(source), model).differences if one.kind == "zero"]
+    assert "joint 'shoulder': its zero is the URDF's 0.3 rad" in told
+    assert "and link 'arm' is shifted by" in told

@@ -1,0 +1,465 @@
+"""The proof cannot be fooled: by what is no number, by a pass, by stale knowledge, by words."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from math import inf, nan
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs import Result, convert
+from urdf2mbs.api import verify
+from urdf2mbs.cli import main
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.engine.pipeline import check_order
+from urdf2mbs.mbs.model import (
+    Connection,
+    Mbs,
+    Parameter,
+    UserConstraint,
+    UserModel,
+    UserVariable,
+)
+from urdf2mbs.mbs.names import rename
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.proof.compare import compare, worst
+from urdf2mbs.report.page import make
+from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
+from urdf2mbs.urdf.changes import between, snapshot, told
+
+MIMIC = TINY.replace(
+    '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
+)
+
+
+# --- not a number -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("was", "now"),
+    [("<mass>2.0</mass>", "<mass>1e999</mass>"), ("<z>0.15</z>", "<z>-1e999</z>")],
+)
+def test_an_infinite_number_is_refused_where_it_stands(was: str, now: str) -> None:
+    text = convert_text().data.decode()
+    assert was in text
+    line = text[: text.index(was)].count("\n") + 1
+    with pytest.raises(ConversionError, match="number-invalid") as refused:
+        read(text.replace(was, now, 1).encode(), "tiny.mbs")
+    assert refused.value.line == line
+
+
+PLANTS: dict[str, Callable[[Mbs, float], None]] = {
+    "gravity": lambda mbs, v: setattr(mbs.base, "gravity", (0.0, v, -9.81)),
+    "mass": lambda mbs, v: setattr(mbs.bodies[1], "mass", v),
+    "centre": lambda mbs, v: setattr(mbs.bodies[1], "com", (0.0, v, 0.15)),
+    "inertia": lambda mbs, v: setattr(mbs.bodies[1], "inertia", (1.0, 0.0, v, 1.0, 0.0, 1.0)),
+    "anchor": lambda mbs, v: setattr(mbs.bodies[0].points[0], "coordinates", (0.1, v, 0.15)),
+    "angle": lambda mbs, v: setattr(mbs.bodies[1].joints[0], "q", v),
+}
+
+
+@pytest.mark.parametrize("value", [inf, -inf, nan])
+@pytest.mark.parametrize("where", PLANTS)
+def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
+    result = convert_text()
+    mbs = read(result.data, "tiny.mbs")
+    if where == "angle" and value == value:
+        pytest.skip("an infinite angle has no sine: Python itself refuses it")
+    PLANTS[where](mbs, value)
+    found = compare(
+        result.robot,
+        mbs,
+        {name: tuple(joints) for name, joints in result.names.coordinates.items()},
+        frames=result.frames,
+    )
+    assert found.differences
+    assert not max(found.largest.values()) <= 1e-9
+    json.dumps(found.largest, allow_nan=False)
+
+
+def test_the_worst_deviation_is_found_wherever_it_stands() -> None:
+    assert worst([0.0, 2.0, 1.0]) == 2.0
+    for bad in (nan, inf):
+        for offs in ([bad, 1.0], [1.0, bad], [0.0, bad, 1.0]):
+            assert worst(offs) > 1e300
+
+
+@pytest.mark.parametrize("tolerance", [inf, nan, 0.0, -1.0])
+def test_a_tolerance_is_a_finite_number_above_zero(tolerance: float, tmp_path: Path) -> None:
+    model = tmp_path / "tiny.mbs"
+    model.write_bytes(convert_text().data)
+    with pytest.raises(ConfigError, match="tolerance-invalid"):
+        verify("tiny.urdf", model, tolerance=tolerance)
+    with pytest.raises(ConfigError, match="no tolerance"):
+        convert_text(options={"check": {"tolerance": tolerance}})
+
+
+@pytest.mark.parametrize("part", [".inf", "-.inf", ".nan"])
+def test_gravity_is_finite(part: str, tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    config = tmp_path / "tiny.yaml"
+    config.write_text(f"source: tiny.urdf\ngravity: [0, 0, {part}]\n")
+    assert main(["run", str(config)]) == 2
+    assert "tiny.yaml:2: error[gravity-infinite]" in capsys.readouterr().err
+    model = tmp_path / "tiny.mbs"
+    model.write_bytes(convert_text().data)
+    with pytest.raises(ConfigError, match="gravity-infinite"):
+        verify("tiny.urdf", model, gravity=(0.0, 0.0, float(part.replace(".", ""))))
+
+
+def test_numbers_that_overflow_are_no_traceback() -> None:
+    text = TINY.replace('xyz="0.1 0 0.15"', 'xyz="1e308 0 0.15"').replace(
+        'xyz="0 0 0.3"', 'xyz="1e308 1e308 1e308"'
+    )
+    for pipeline in ("faithful", "compact"):
+        with pytest.raises(ConversionError, match="cannot hold the number inf") as refused:
+            convert_text(text, pipeline=pipeline)
+        assert refused.value.code == "mbs-unwritable"
+
+
+# --- the reference is what was read -------------------------------------------------------------
+
+SCALE = """
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+
+def run(conversion, options):
+    for link in conversion.robot.links.values():
+        if link.inertial:
+            link.inertial.mass /= 2
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Pass("scale-masses", run, {tokens})]
+"""
+
+
+def plugin(tmp_path: Path, text: str) -> Path:
+    file = tmp_path / "plugin.py"
+    file.write_text(text)
+    return file
+
+
+def test_what_a_pass_changed_on_purpose_is_told(tmp_path: Path) -> None:
+    file = plugin(tmp_path, SCALE.replace("{tokens}", 'changes=("robot",)'))
+    result = run_pass("scale-masses", file)
+    assert result.report.proof is not None
+    assert result.report.proof.same
+    assert result.report.verdict == "the same robot, but for what scale-masses changed: 3 masses"
+    (change,) = result.report.changed
+    assert (change.by, change.plugin, change.declared) == ("scale-masses", "plugin", True)
+    first = change.changes[0]
+    assert (first.kind, first.name, first.before, first.after) == ("mass", "body", 2.0, 1.0)
+    assert_same_robot(result)
+    page = make(result.conversion).data.decode()
+    assert "the same robot, but for what scale-masses changed: 3 masses" in page
+    assert "<td>body</td><td>2.0</td><td>1.0</td>" in page
+
+
+def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys: Any) -> None:
+    file = plugin(tmp_path, SCALE.replace("{tokens}", 'needs=("robot",)'))
+    result = run_pass("scale-masses", file)
+    assert result.report.proof is not None
+    assert [d.kind for d in result.report.proof.differences] == ["changed"]
+    assert result.report.verdict == "NOT the same robot"
+    with pytest.raises(AssertionError, match="scale-masses"):
+        assert_same_robot(result)
+
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    config = tmp_path / "tiny.yaml"
+    config.write_text("source: tiny.urdf\nplugins: [plugin.py]\nafter: {expand: scale-masses}\n")
+    assert main(["run", str(config)]) == 3
+    said = capsys.readouterr()
+    assert "scale-masses (plugin 'plugin') changed of the robot: 3 masses" in said.err
+    assert "changes=('robot',)" in said.err
+    assert not (tmp_path / "tiny.mbs").exists()
+
+
+def test_so_is_one_that_a_hook_makes(tmp_path: Path) -> None:
+    file = plugin(
+        tmp_path,
+        "from urdf2mbs.engine.hookspecs import hookimpl\n"
+        "@hookimpl\n"
+        "def urdf2mbs_after_pass(pass_, conversion):\n"
+        "    if pass_.name == 'expand':\n"
+        "        conversion.robot.joints['shoulder'].axis = (1.0, 0.0, 0.0)\n",
+    )
+    result = convert_text(plugins=[file])
+    assert result.report.proof is not None
+    assert not result.report.proof.same
+    assert "the hook after 'expand'" in result.report.proof.differences[0].message
+
+
+def test_our_own_estimate_is_told_too() -> None:
+    bare = TINY.replace('<mass value="0.1"/>', "").replace(
+        '<inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/>', ""
+    )
+    result = convert_text(bare, options={"estimate-inertia": {"density": 1000.0}})
+    assert result.report.verdict.startswith("the same robot, but for what estimate-inertia changed")
+    assert convert_text().report.changed == []
+
+
+def test_a_pass_cannot_change_what_was_asked_for() -> None:
+    result = convert_text()
+    with pytest.raises(AttributeError):
+        result.conversion.settings.gravity = (0.0, 0.0, 0.0)  # type: ignore[misc]
+
+
+def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None:
+    file = plugin(
+        tmp_path,
+        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "def run(conversion, options):\n"
+        "    output = conversion.settings.output\n"
+        "    conversion.files[output] = conversion.files[output].replace(b'2.0', b'3.0')\n"
+        "@hookimpl\n"
+        "def urdf2mbs_passes():\n"
+        "    return [Pass('late', run, needs=('mbs-file',))]\n",
+    )
+    with pytest.raises(ConversionError, match=r"is not the 'robot\.mbs' that was checked"):
+        run_pass("late", file, after="check")
+
+
+def test_changes_are_counted_by_kind() -> None:
+    robot = convert_text().robot
+    before = snapshot(robot)
+    robot.links["arm"].name = "left_arm"
+    robot.links = {link.name: link for link in robot.links.values()}
+    for joint in robot.joints.values():
+        joint.parent = "left_arm" if joint.parent == "arm" else joint.parent
+        joint.child = "left_arm" if joint.child == "arm" else joint.child
+    assert told(between(before, snapshot(robot))) == "1 link renamed"
+    robot.links["left_arm"].visuals = []
+    del robot.joints["tool_mount"], robot.links["tool"]
+    robot.joints["shoulder"].limit = None
+    changes = between(before, snapshot(robot))
+    assert sorted((one.kind, one.name) for one in changes) == [
+        ("child", "shoulder"), ("joint-removed", "tool_mount"), ("limit", "shoulder"),
+        ("link-added", "left_arm"), ("link-removed", "arm"), ("link-removed", "tool"),
+        ("parent", "wrist_roll"),
+    ]  # fmt: skip
+    assert between(before, before) == []
+
+
+# --- stale knowledge ----------------------------------------------------------------------------
+
+
+def make_pass(name: str, needs: str = "", gives: str = "", changes: str = "") -> Pass:
+    return Pass(
+        name, lambda conversion, options: None,
+        needs=tuple(needs.split()), gives=tuple(gives.split()), changes=tuple(changes.split()),
+    )  # fmt: skip
+
+
+def test_inertias_of_bodies_that_are_lumped_later_are_stale() -> None:
+    compact = [
+        "expand", "insert-base", "prune-massless", "reframe-inertia", "lump-fixed",
+        "merge-massless", "align-frames", "decompose-joints", "collect-anchors",
+        "convert-visuals", "layout", "emit",
+    ]  # fmt: skip
+    with pytest.raises(ConfigError) as wrong:
+        convert_text(pipeline=compact)
+    assert wrong.value.code == "stale"
+    assert "pass 'emit' needs 'inertias', which 'reframe-inertia' made" in wrong.value.message
+    assert "'lump-fixed'" in wrong.value.message
+    compact.insert(6, compact.pop(3))
+    convert_text(pipeline=compact)
+
+
+A = make_pass("a", gives="x")
+B = make_pass("b", needs="x", gives="y")
+C = make_pass("c", needs="y", gives="z")
+D = make_pass("d", changes="x")
+E = make_pass("e", needs="z")
+
+
+@pytest.mark.parametrize(
+    ("passes", "said"),
+    [
+        ([A, B, C, E], ""),
+        ([A, D, B, C, E], ""),
+        ([A, B, D, B, C, E], ""),  # made again
+        ([A, B, C, D, E], "pass 'e' needs 'z', which 'c' made from 'x' before pass 'd' changed"),
+        ([A, B, D, C], "pass 'c' needs 'y', which 'b' made from 'x' before pass 'd' changed"),
+        ([A, B, C, D], "pass 'd' changes 'x' after pass 'c' made 'z' from it"),
+        ([A, B, C, make_pass("d", changes="x y z"), E], ""),
+        ([A, B, B], "passes 'b' and 'b' both give 'y'"),
+        ([D, A], "pass 'd' needs 'x', which 'a' gives only later"),
+        ([make_pass("d", changes="xx")], "needs 'xx', which no pass"),
+    ],
+)
+def test_what_is_stale(passes: list[Pass], said: str) -> None:
+    if not said:
+        check_order(passes)
+        return
+    with pytest.raises(ConfigError) as wrong:
+        check_order(passes)
+    assert said in wrong.value.message
+
+
+# --- natures, names and words -------------------------------------------------------------------
+
+DEPENDENT = """
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.mbs.model import UserConstraint
+
+def run(conversion, options):
+    for segment in conversion.segments.values():
+        for step in segment.steps:
+            if step.joint.mimic:
+                step.coordinates[0].nature = "dependent"
+                conversion.mbs.user_constraints.append(
+                    UserConstraint("follows", (step.joint.mimic.joint, step.joint.name)))
+                conversion.settle("axis-aligned", joint=step.joint.name)
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Pass("couple", run, changes=("joints",))]
+"""
+
+
+def test_counts_and_warnings_are_of_the_finished_mbs(tmp_path: Path, capsys: Any) -> None:
+    free = convert_text(MIMIC)
+    assert "mimic" in {one.code for one in free.diagnostics}
+    assert free.report.joints.independent == 9
+
+    coupled = run_pass("couple", plugin(tmp_path, DEPENDENT), after="decompose-joints", robot=MIMIC)
+    assert "mimic" not in {one.code for one in coupled.diagnostics}
+    joints = coupled.report.joints
+    assert (joints.independent, joints.dependent) == (8, 1)
+    assert coupled.report.proof is not None
+    assert coupled.report.proof.same
+    assert str(joints).startswith(f"{joints.mbs} joints: 8 independent, 1 dependent, ")
+    assert "8 independent, 1 dependent" in make(coupled.conversion).data.decode()
+
+
+def test_an_earlier_warning_can_be_settled() -> None:
+    conversion = Conversion(convert_text().conversion.settings)
+    conversion.warn("a", "one", joint="j")
+    conversion.warn("a", "two", joint="k")
+    conversion.note("b", "three", link="l")
+    assert conversion.settle("a", joint="k") == 1
+    assert conversion.settle("b", link="m") == 0
+    assert [one.message for one in conversion.diagnostics] == ["one", "three"]
+    assert conversion.settle("a") == 1
+
+
+def test_all_names_become_identifiers_and_references_follow() -> None:
+    mbs = Mbs("m", bodies=convert_text().mbs.bodies)
+    arm = mbs.bodies[1]
+    arm.name, arm.joints[1].name = "the arm", "1 shoulder"
+    for body in mbs.bodies:
+        body.parent = "the arm" if body.parent == "arm" else body.parent
+    point = mbs.bodies[0].points[0].name
+    ends: Any = {"endpoint1": ("body", point), "endpoint2": ("the arm", None)}
+    mbs.cuts = [Connection("ball", "hip", **ends), Connection("rod", "hip", **ends)]
+    mbs.links = [Connection("link", "a spring", **ends), Connection("link", "hand", **ends)]
+    mbs.user_constraints = [UserConstraint("for", ("1 shoulder", "wrist_roll"))]
+    parameters = [Parameter("1 shoulder", "scalar"), Parameter("n_1_shoulder", "scalar")]
+    mbs.user_models = [UserModel("joint damping", parameters), UserModel("joint_damping")]
+    mbs.user_variables = [UserVariable("my var", "in", "1")]
+    rename(mbs)
+    assert [cut.name for cut in mbs.cuts] == ["hip", "hip_cut"]
+    assert [link.name for link in mbs.links] == ["a_spring", "hand"]
+    assert [body.name for body in mbs.bodies] == ["body", "the_arm", "hand_body"]
+    assert mbs.cuts[0].endpoint2 == ("the_arm", None)
+    assert mbs.user_constraints == [
+        UserConstraint("for_constraint", ("n_1_shoulder", "wrist_roll"))
+    ]
+    assert [model.name for model in mbs.user_models] == ["joint_damping_model", "joint_damping"]
+    # the parameter called as a joint is still called as that joint
+    assert [one.name for one in mbs.user_models[0].parameters] == [
+        "n_1_shoulder", "n_1_shoulder_parameter",
+    ]  # fmt: skip
+    assert mbs.user_variables[0].name == "my_var"
+
+
+@pytest.mark.parametrize(
+    ("plant", "said"),
+    [
+        (
+            lambda mbs: mbs.user_constraints.append(UserConstraint("c", ("shuolder",))),
+            "user constraint 'c' refers to joint 'shuolder'",
+        ),
+        (
+            lambda mbs: mbs.cuts.append(Connection("ball", "c", ("amr", None), (None, None))),
+            "ball 'c' refers to body 'amr'",
+        ),
+        (
+            lambda mbs: mbs.links.append(Connection("link", "c", ("arm", "tip"), (None, None))),
+            "link 'c' refers to point 'tip' of body 'arm'",
+        ),
+    ],
+)
+def test_a_reference_to_nothing_is_named(plant: Callable[[Mbs], None], said: str) -> None:
+    mbs = Mbs("m", bodies=convert_text().mbs.bodies)
+    plant(mbs)
+    with pytest.raises(ConversionError, match="name-unknown") as wrong:
+        rename(mbs)
+    assert said in wrong.value.message
+
+
+IMU = """<robot name="r">
+  <link name="world"/>
+  <link name="trunk"><inertial><mass value="2"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <link name="imu"><inertial><mass value="0.1"/>
+    <inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="j" type="continuous"><parent link="world"/><child link="trunk"/></joint>
+  <joint name="k" type="fixed"><parent link="trunk"/><child link="imu"/>
+    <origin xyz="0 0 0.1" rpy="RPY"/></joint>
+</robot>"""
+
+
+def test_a_turned_sensor_frame_is_a_difference_to_who_asks(tmp_path: Path, capsys: Any) -> None:
+    here, turned = tmp_path / "here.urdf", tmp_path / "turned.urdf"
+    here.write_text(IMU.replace("RPY", "0 0 0"))
+    turned.write_text(IMU.replace("RPY", "0 0 3.141592653589793"))
+    model = tmp_path / "turned.mbs"
+    model.write_bytes(convert(turned).data)
+    assert main(["verify", str(here), str(model)]) == 0
+    assert "frames that are elsewhere" in capsys.readouterr().out
+    assert main(["verify", str(here), str(model), "--frames"]) == 3
+    out = capsys.readouterr().out
+    assert "link 'imu': its frame is turned by 3.14159 about z" in out
+    assert "NOT the same robot" in out
+    assert main(["verify", str(turned), str(model), "--frames"]) == 0
+
+
+OWN = IMU.replace('name="j" type="continuous"', 'name="free" type="floating"')
+
+
+def summary(text: str, tmp_path: Path, capsys: Any, *more: str) -> str:
+    source = tmp_path / "r.urdf"
+    source.write_text(text.replace("RPY", "0 0 0"))
+    assert main(["convert", str(source), "-o", str(tmp_path / "r.mbs"), *more]) == 0
+    return str(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("preset", ["faithful", "compact"])
+@pytest.mark.parametrize("base", ["fixed", "floating", "auto"])
+def test_six_free_coordinates_are_never_called_a_fixed_base(
+    base: str, preset: str, tmp_path: Path, capsys: Any
+) -> None:
+    out = summary(OWN, tmp_path, capsys, "--base", base, "--pipeline", preset)
+    assert "6 independent" in out
+    assert "; floating base (free by the URDF's own joint 'free')" in out
+    assert "fixed base" not in out
+    assert main(["verify", str(tmp_path / "r.urdf"), str(tmp_path / "r.mbs")]) == 0
+    assert "'free' floats" in capsys.readouterr().out
+
+
+def test_an_own_floating_joint_beyond_another_is_named(tmp_path: Path, capsys: Any) -> None:
+    text = IMU.replace('name="k" type="fixed"', 'name="free" type="floating"')
+    out = summary(text, tmp_path, capsys)
+    assert "fixed base (free by the URDF's own joint 'free')" in out
+
+
+def test_the_base_of_a_result() -> None:
+    result: Result = convert_text(base="fixed")
+    assert result.report.base_in_words == "fixed base (as asked)"
+    assert convert_text(base="floating").report.base_in_words == "floating base (as asked)"

@@ -1,0 +1,264 @@
+"""urdf2mbs from Python: convert a robot, and compare one with an .mbs file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, LinkFrame, Names, Settings
+from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference
+from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.proof.match import Match, floating_joints, match, spellings
+from urdf2mbs.spatial import Vec
+from urdf2mbs.summary import Report, report
+from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.xacro import expand
+
+
+class Result:
+    """What a conversion gives: the model, the file's bytes, and the report."""
+
+    def __init__(self, conversion: Conversion) -> None:
+        self.conversion = conversion
+
+    @property
+    def mbs(self) -> Mbs:
+        return self.conversion.mbs
+
+    @property
+    def data(self) -> bytes:
+        """The .mbs file."""
+        conversion = self.conversion
+        return conversion.files[conversion.rejected or conversion.settings.output]
+
+    @property
+    def robot(self) -> Robot:
+        """The URDF's robot, with the base that was inserted."""
+        return self.conversion.robot
+
+    @property
+    def names(self) -> Names:
+        return self.conversion.names
+
+    @property
+    def frames(self) -> dict[str, LinkFrame]:
+        """Where each URDF link's frame is in the .mbs."""
+        return self.conversion.frames
+
+    @property
+    def frozen(self) -> dict[str, str]:
+        """Moving URDF joints that are not in the .mbs, and why."""
+        return self.conversion.frozen
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]:
+        return self.conversion.diagnostics
+
+    @property
+    def report(self) -> Report:
+        return report(self.conversion)
+
+
+def convert(
+    source: str | os.PathLike[str],
+    *,
+    base: str = "auto",
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
+    pipeline: str | list[str] = "faithful",
+    options: Mapping[str, Mapping[str, Any]] | None = None,
+    plugins: Sequence[str | os.PathLike[str]] = (),
+    after: Mapping[str, str | list[str]] | None = None,
+    swap: Mapping[str, str] | None = None,
+    diagnostics: Mapping[str, str] | None = None,
+    strict: bool = False,
+) -> Result:
+    """Convert a URDF or xacro file, without writing anything.
+
+    ``base`` is ``auto``, ``floating`` or ``fixed``; ``packages`` maps ROS packages to
+    directories; ``options`` maps passes to their options; ``plugins`` are Python files,
+    ``after`` maps a pass to those to put right after it, ``swap`` a pass to the plugin whose
+    pass of the same name replaces it; ``diagnostics`` maps codes to ``error``, ``warning``,
+    ``note`` or ``ignore``, and ``strict`` makes warnings errors.  Paths are relative to the
+    working folder.  Raises ConversionError.
+    """
+    given = {
+        "source": os.fspath(source),
+        "base": base,
+        "packages": {name: os.fspath(path) for name, path in (packages or {}).items()},
+        "xacro_args": dict(xacro_args or {}),
+        "pipeline": pipeline,
+        "passes": {name: dict(values) for name, values in (options or {}).items()},
+        "plugins": [os.fspath(plugin) for plugin in plugins],
+        "after": dict(after or {}),
+        "swap": dict(swap or {}),
+        "diagnostics": dict(diagnostics or {}),
+        "strict": strict,
+    }
+    lines = Lines()
+    return Result(Pipeline(typed(Config, given, lines), lines).run())
+
+
+class Verdict(msgspec.Struct):
+    """What was compared and what differs."""
+
+    robot: str
+    base: str
+    """``floating`` or ``fixed``, as the .mbs has it."""
+    floating_base: tuple[str, ...]
+    """The six .mbs joints of a base that the URDF does not have itself."""
+    joints: dict[str, tuple[str, ...]]
+    """The URDF's moving joints that the .mbs has too, and its names for them."""
+    moving: int
+    """How many moving joints the URDF has."""
+    urdf_mass: float
+    """kg, of all that can move."""
+    mbs_mass: float
+    """kg, of all that can move."""
+    groups: int
+    positions: int
+    largest: dict[str, float]
+    """The largest relative deviation of each kind."""
+    differences: list[Difference]
+    """Where the two are not the same robot, the largest first."""
+    frames: list[Difference]
+    """Frames that are elsewhere in the .mbs: by itself a matter of convention."""
+    not_compared: dict[str, str]
+    """What only one of the two has or can have, and why it does not count."""
+    schema: list[str]
+    """Where the file departs from the format."""
+    flipped: list[str] = []
+    """The URDF's joints that count the other way round, as their names in the .mbs say."""
+
+    @property
+    def same(self) -> bool:
+        return not self.differences
+
+
+def verify(
+    source: str,
+    model: Path,
+    *,
+    packages: Mapping[str, str] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
+    engine: str = "own",
+    frames: bool = False,
+    gravity: Vec = (0.0, 0.0, -9.81),
+    tolerance: float = TOLERANCE,
+) -> Verdict:
+    """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
+
+    Whether the base floats is read off the .mbs; joints are matched by name; ``gravity`` (m/s^2)
+    is what the .mbs should have, since a URDF has none.  ``engine`` is ``own`` or ``pinocchio``,
+    which compares the equations of motion too.  ``frames``: a link's frame that is elsewhere in the
+    .mbs is a difference, too.  Raises ConversionError.
+    """
+    if not (isfinite(tolerance) and tolerance > 0.0):
+        raise ConfigError(
+            "tolerance-invalid", f"the tolerance is {tolerance}", hint=f"such as {TOLERANCE}"
+        )
+    if not all(map(isfinite, gravity)):
+        raise ConfigError(
+            "gravity-infinite",
+            f"gravity is {list(gravity)}: each part must be a finite number, in m/s^2",
+        )
+    try:
+        data = model.read_bytes()
+    except OSError as error:
+        raise ConfigError("file-unreadable", f"cannot read '{model}': {error.strerror}") from None
+    mbs = read(data, str(model))
+    base = "floating" if floating_joints(mbs) else "fixed"
+    given = {
+        "source": source,
+        "output": f"{source}.mbs",  # never written
+        "base": base,
+        "packages": dict(packages or {}),
+        "xacro_args": dict(xacro_args or {}),
+        "pipeline": ["expand", "insert-base"],
+    }
+    lines = Lines()
+    conversion = Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
+    robot = conversion.robot
+    found = match(robot, mbs)
+    comparison = compare(
+        robot.with_flipped(found.flipped), mbs, found.joints,
+        frames=found.frames, frozen=found.frozen, orders=found.orders,
+        gravity=gravity, tolerance=tolerance,
+    )  # fmt: skip
+    inserted = next(iter(robot.joints)) if conversion.floating else ""
+    floating_base = found.joints.get(inserted, ())
+    differences, largest = comparison.differences, comparison.largest
+    if engine == "pinocchio":
+        from urdf2mbs.proof.dynamics import compare_dynamics
+
+        more, deviations = compare_dynamics(
+            _text(conversion.settings), mbs, found.joints,
+            orders=found.orders, floating_base=floating_base, flipped=found.flipped,
+            gravity=gravity, tolerance=tolerance,
+        )  # fmt: skip
+        differences = differences + more
+        largest = {**largest, **deviations}
+    elsewhere = comparison.frames
+    if frames:
+        differences, elsewhere = differences + elsewhere, []
+    differences.sort(key=lambda difference: -difference.size)
+    moving = [joint.name for joint in robot.joints.values() if joint.moves]
+    return Verdict(
+        robot.name,
+        base,
+        floating_base,
+        {name: names for name, names in found.joints.items() if name != inserted},
+        sum(name not in (inserted, *found.frozen) for name in moving),
+        comparison.urdf_mass,
+        comparison.mbs_mass,
+        comparison.groups,
+        comparison.positions,
+        largest,
+        differences,
+        elsewhere,
+        _not_compared(mbs, found.frozen) | (_unseen(robot, mbs, found) if frames else {}),
+        [str(problem) for problem in validate(data, str(model))],
+        found.flipped,
+    )
+
+
+def _not_compared(mbs: Mbs, frozen: Mapping[str, str]) -> dict[str, str]:
+    why = "a URDF has nothing of the kind"
+    return {
+        **{f"joint '{name}'": reason for name, reason in frozen.items()},
+        **{f"cut '{cut.name}' ({cut.kind})": why for cut in mbs.cuts},
+        **{f"link '{link.name}' ({link.kind})": why for link in mbs.links},
+        **{f"user constraint '{found.name}'": why for found in mbs.user_constraints},
+    }
+
+
+def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
+    """The links' frames of which the .mbs says less than the URDF, or nothing."""
+    points = {point.name for point in mbs.base.points}
+    points |= {point.name for body in mbs.bodies for point in body.points}
+    root = robot.root()
+    return {
+        f"frame of link '{link}'": "its anchor point has no rotation"
+        if not points.isdisjoint(spellings(link, "point"))
+        else "the .mbs has no body and no point of its name"
+        for link in robot.links
+        if link not in found.frames and link != root
+    }
+
+
+def _text(settings: Settings) -> bytes:
+    if settings.source.suffix.lower() != ".xacro":
+        return settings.source.read_bytes()
+    return expand(
+        settings.source, Packages(settings.packages, settings.source), settings.xacro_args
+    ).text

@@ -1,0 +1,405 @@
+"""What a diagram is made of, and how large MBSysPad draws it: boxes, wires, lanes.
+
+A body is planned in a frame of its own, whatever way its limb grows on the sheet: ``a`` runs
+ahead, from the parent's point over the joints into the box; ``b`` runs across.  All in pixels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import ceil, sqrt
+
+from urdf2mbs.diagram.called import called
+from urdf2mbs.mbs.model import Body, Drawing, Joint, Mbs, Point
+
+MARGIN = 20.0
+"""Round the whole diagram."""
+JOINT = 40.0
+"""From joint to joint down a chain: the least that leaves room for a label."""
+JOINT_ACROSS = 50.0
+"""The same for a chain that runs to the left or to the right: labels are wider than high."""
+LEAD = 45.0
+"""From a point on the edge of a box to the first joint of the child."""
+CHARACTER = {"ijl": 4.2, "frtI": 6.0, "_": 6.1, "mwMW": 13.4, "DGHNOQU": 10.3}
+"""How wide characters are of a body's name, which MBSysPad writes in DejaVu Sans Bold, 12 px."""
+OTHER = 9.3
+"""Those that are not in ``CHARACTER``."""
+WIDTH, HEIGHT = 90.0, 60.0
+"""The least size of a body's box."""
+BASE_WIDTH, BASE_HEIGHT = 120.0, 56.0
+FAR = 70.0
+"""From joint to joint, at most, where a chain is stretched to stand beside a longer one."""
+FAR_ACROSS = 90.0
+GAP = 30.0
+"""Between one limb and the next."""
+FRAME = 16.0
+"""From one to the next of the points that are only frames, inside the box."""
+EDGE = 20.0
+"""From the corner of a box to the first point on its edge."""
+CELL = 14.0
+"""A dot and the room round it."""
+FAN = 0.5
+"""Wires from one point to several children: how far they go ahead for each pixel aside."""
+
+
+AHEAD, BACK = 0, 2
+"""Which way a child runs from its parent's box; -1 and 1 are the sides."""
+
+
+@dataclass
+class Lead:
+    """A point, and the bodies that it carries."""
+
+    point: Point | None
+    """None is the parent's own frame."""
+    nodes: list[Node] = field(default_factory=list)
+
+
+@dataclass
+class Node:
+    """A body of the diagram, or the base (``body`` None), and all that hangs on it."""
+
+    body: Body | None
+    parent: Node | None
+    leads: list[Lead] = field(default_factory=list)
+    name_width: float = 0.0
+    frames: list[Point] = field(default_factory=list)
+    """Points that carry nothing."""
+    alike: Node | None = None
+    """Its partner in the mirror, beside which it is drawn alike."""
+    plan: dict[bool, Plan] = field(default_factory=dict)
+    """As it is drawn when its limb runs up or down (True), to the left or right (False)."""
+
+    @property
+    def name(self) -> str:
+        return "" if self.body is None else self.body.name
+
+    @property
+    def joints(self) -> list[Joint]:
+        return [] if self.body is None else self.body.joints
+
+    @property
+    def twins(self) -> tuple[Node, ...]:
+        return (self,) if self.alike is None else (self, self.alike)
+
+    @property
+    def children(self) -> list[Node]:
+        return [node for lead in self.leads for node in lead.nodes]
+
+
+@dataclass
+class Plan:
+    """A body and all below it, in the body's own frame."""
+
+    vertical: bool
+    joints: list[float]
+    """``a`` of each joint; ``b`` is 0."""
+    origin: float
+    """``a`` of the body's frame: the last joint, or where the base's symbol stands."""
+    box: tuple[float, float, float, float]
+    """a0, a1, b0, b1."""
+    points: list[tuple[Point, float, float]]
+    """Where the points that carry children are."""
+    limbs: list[tuple[Node, Plan, float, float, int, int]]
+    """Each child and its plan; where its frame begins; where it runs: ahead (0), to the side
+    of negative (-1) or positive b (1), or back (2); 1, or -1 where it is mirrored."""
+    extent: tuple[float, float, float, float]
+    """a0, a1, b0, b1 of all, children included."""
+
+
+def nodes(mbs: Mbs) -> list[Node]:
+    """The base, then the bodies depth first, linked to one another."""
+    found: dict[str | None, Node] = {None: Node(None, None)}
+    out = [found[None]]
+    leads: dict[tuple[str | None, str | None], Lead] = {}
+    points: dict[str | None, dict[str, Point]] = {None: {p.name: p for p in mbs.base.points}}
+    for body, final in zip(mbs.depth_first(), called(mbs).bodies, strict=True):
+        parent = found[body.parent]
+        node = found[body.name] = Node(body, parent, name_width=_written(final.name))
+        points[body.name] = {p.name: p for p in body.points}
+        point = points[body.parent].get(body.point) if body.point is not None else None
+        key = (body.parent, None if point is None else point.name)
+        if key not in leads:
+            leads[key] = Lead(point)
+            parent.leads.append(leads[key])
+        leads[key].nodes.append(node)
+        out.append(node)
+    for node in out:
+        carrying = {id(lead.point) for lead in node.leads}
+        all_points = mbs.base.points if node.body is None else node.body.points
+        node.frames = [point for point in all_points if id(point) not in carrying]
+    return out
+
+
+_WIDTHS = {letter: width for letters, width in CHARACTER.items() for letter in letters}
+
+
+def _written(name: str) -> float:
+    """How wide a name is written, to the next even pixel."""
+    return 2.0 * ceil(sum(_WIDTHS.get(letter, OTHER) for letter in name) / 2)
+
+
+def plan(
+    node: Node,
+    vertical: bool,
+    ahead: Sequence[Lead],
+    minus: Sequence[Lead] = (),
+    plus: Sequence[Lead] = (),
+    *,
+    spread: float = 0.0,
+    long: float = 0.0,
+    inside: float = 0.0,
+    corner: bool = False,
+    reach: float = 0.0,
+) -> Plan:
+    """A body with its children ahead and at its sides, none in the way of another.
+
+    The box grows until each child stands straight before its point: so no wire is longer
+    than a joint needs.  ``spread`` is added to each wire of the chain; ``long`` is the least
+    length of the box; ``inside`` is how far in the last joint stands.  At a ``corner``, a lone
+    child at a side stands at the middle, even if it then reaches back beside the wire.
+    ``reach`` makes the box longer, and puts the children at its sides so much farther ahead.
+    """
+    width, height = box_size(node)
+    long, wide = (max(height, long), width) if vertical else (max(width, long), height)
+    pitch = (JOINT if vertical else JOINT_ACROSS) + spread
+    in_front = any(lead.point is None for lead in ahead)
+    own = len(node.joints)
+    a0, joints = 0.0, []
+    if own:
+        first = (LEAD if vertical else JOINT_ACROSS) + spread
+        natural = first + pitch * (own - 1)
+        end = max(natural, *(first + pitch * (len(one.joints) - 1) for one in node.twins))
+        most = own * ((FAR if vertical else FAR_ACROSS) + spread)
+        if in_front:
+            # children at the body's own frame: the last joint stands at the far edge of the box
+            end = max(end, long + LEAD)
+        elif end > most:
+            long += end - most  # rather a longer box than longer wires
+            end = most
+        if end > natural:
+            pitch = end // own
+            first = end - pitch * (own - 1)
+        joints = [first + pitch * k for k in range(own)]
+        a0 = end - long if in_front else end - inside
+    a1 = a0 + long
+
+    points: list[tuple[Point, float, float]] = []
+    limbs: list[tuple[Node, Plan, float, float, int, int]] = []
+    b0, b1 = -wide / 2, wide / 2
+    starts, lanes, (low, high) = _lanes(ahead, vertical)
+    if starts:
+        centre = (starts[0] + starts[-1]) / 2
+        for lead, start in zip(ahead, starts, strict=True):
+            if lead.point is None:
+                centre = start
+        starts = [start - centre for start in starts]
+        lanes = [[lane - centre for lane in group] for group in lanes]
+        low, high = low - centre, high - centre
+        b0, b1 = min(b0, starts[0] - EDGE), max(b1, starts[-1] + EDGE)
+
+    far = a1
+    sides: list[tuple[int, Sequence[Lead], list[float], list[list[float]], float]] = []
+    for side, leads in ((-1, minus), (1, plus)):
+        if not leads:
+            continue
+        side_starts, side_lanes, (first, last) = _lanes(leads, not vertical)
+        length = last - first
+        alone = corner and len(leads) == 1
+        if not ahead:
+            length = 2 * EDGE if alone else side_starts[-1] - first + EDGE
+        a1 = max(a1, a0 + length)
+        sides.append((side, leads, side_starts, side_lanes, first))
+    a1 += reach
+    for side, leads, side_starts, side_lanes, first in sides:
+        move = a0 + reach - first
+        if corner and len(leads) == 1:
+            move = (a0 + a1 + reach) / 2 - side_starts[0]  # one alone leaves at the middle
+        edge = b0 if side < 0 else b1
+        tip = edge
+        for lead, start, group in zip(leads, side_starts, side_lanes, strict=True):
+            extra = _fan(start, group)
+            if lead.point is not None:
+                points.append((lead.point, start + move, edge))
+            for child, lane in zip(lead.nodes, group, strict=True):
+                drawn = child.plan[not vertical]
+                limbs.append((child, drawn, lane + move, edge + side * extra, side, 1))
+                tip = side * max(side * tip, side * edge + extra + drawn.extent[1])
+                far = max(far, lane + move + drawn.extent[3])
+        if side < 0:
+            low = min(low, tip)
+        else:
+            high = max(high, tip)
+    far = max(far, a1)
+    origin = joints[-1] if joints else a1 if in_front or not ahead else a0
+    for lead, start, group in zip(ahead, starts, lanes, strict=True):
+        extra = _fan(start, group)
+        if lead.point is not None:
+            points.append((lead.point, a1, start))
+        for child, lane in zip(lead.nodes, group, strict=True):
+            drawn = child.plan[vertical]
+            limbs.append((child, drawn, a1 + extra, lane, 0, 1))
+            far = max(far, a1 + extra + drawn.extent[1])
+    return Plan(
+        vertical, joints, origin, (a0, a1, b0, b1), points, limbs,
+        (0.0, far, min(low, b0), max(high, b1)),
+    )  # fmt: skip
+
+
+def _lanes(
+    leads: Sequence[Lead], vertical: bool
+) -> tuple[list[float], list[list[float]], tuple[float, float]]:
+    """Limbs side by side: where each point is, where each child of it is, first and last edge."""
+    starts, lanes, cursor = [], [], 0.0
+    for lead in leads:
+        group = []
+        for child in lead.nodes:
+            _, _, low, high = child.plan[vertical].extent
+            group.append(cursor - low)
+            cursor += high - low + GAP
+        lanes.append(group)
+        middle = float(round((group[0] + group[-1]) / 2))
+        starts.append(group[0] if len(group) == 1 else middle)
+    return starts, lanes, (0.0, max(cursor - GAP, 0.0))
+
+
+def _fan(start: float, group: list[float]) -> float:
+    """How far ahead children must begin for the wires to them to keep off one another."""
+    return float(ceil(FAN * max(abs(lane - start) for lane in group))) if len(group) > 1 else 0.0
+
+
+def box_size(node: Node) -> tuple[float, float]:
+    """Width and height of a box that holds the name and the points that are only frames."""
+    count = max(sum(map(_cells, one.frames)) for one in node.twins)
+    if node.body is None:
+        width, height = BASE_WIDTH, BASE_HEIGHT
+    else:
+        name = max(one.name_width for one in node.twins)
+        width, height = max(WIDTH, name + 16), HEIGHT
+    if count:
+        width = max(width, FRAME * (ceil(sqrt(2 * count)) + 4))
+        height = max(height, 2 * (FRAME * _rows(count, width) + 18))
+    return width, height
+
+
+def _cells(point: Point) -> int:
+    """How many places side by side a point takes: the letters of a sensor and of an external
+    force stand at its right."""
+    return 1 + (point.sensor is not None or point.extforce is not None)
+
+
+def _columns(width: float) -> int:
+    return max(1, int((width - 12) // FRAME))
+
+
+def _rows(count: int, width: float) -> int:
+    return ceil(count / max(1, _columns(width) - 4))
+
+
+@dataclass
+class Way:
+    """A frame on the sheet: where it begins, and the directions of ``a`` and ``b``."""
+
+    x: float
+    y: float
+    ahead: tuple[float, float]
+    across: tuple[float, float]
+
+    def at(self, a: float, b: float) -> tuple[float, float]:
+        (fx, fy), (cx, cy) = self.ahead, self.across
+        return self.x + fx * a + cx * b, self.y + fy * a + cy * b
+
+    def turned(self, a: float, b: float, turn: int, mirror: int) -> Way:
+        """The frame of a child that begins at (a, b)."""
+        (fx, fy), (cx, cy) = self.ahead, self.across
+        x, y = self.at(a, b)
+        if turn == 0:
+            return Way(x, y, (fx, fy), (cx * mirror, cy * mirror))
+        if turn == 2:
+            return Way(x, y, (-fx, -fy), (cx * mirror, cy * mirror))
+        return Way(x, y, (cx * turn, cy * turn), (fx * mirror, fy * mirror))
+
+
+def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
+    """Give everything its place on the sheet, the upper left corner at the margin."""
+    todo = [(base, whole, way)]
+    placed: list[tuple[Node, Plan, Way, list[float]]] = []
+    left = top = 0.0
+    while todo:
+        node, drawn, here = todo.pop()
+        a0, a1, b0, b1 = drawn.box
+        (x0, y0), (x1, y1) = here.at(a0, b0), here.at(a1, b1)
+        box = [min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)]
+        placed.append((node, drawn, here, box))
+        left, top = min(left, box[0]), min(top, box[1])
+        for a in drawn.joints:
+            x, y = here.at(a, 0.0)
+            left, top = min(left, x - FRAME), min(top, y - FRAME)
+        for child, below, a, b, turn, mirror in drawn.limbs:
+            todo.append((child, below, here.turned(a, b, turn, mirror)))
+    dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
+
+    def moved(at: tuple[float, float]) -> tuple[float, float]:
+        return round(at[0] + dx, 1), round(at[1] + dy, 1)
+
+    for node, drawn, here, (x0, y0, x1, y1) in placed:
+        x, y = moved(here.at(drawn.origin, 0.0))
+        (x0, y0), (x1, y1) = moved((x0, y0)), moved((x1, y1))
+        drawing = _box(round(x0 - x, 1), round(y0 - y, 1), round(x1 - x, 1), round(y1 - y, 1))
+        if node.body is None:
+            mbs.base.position, mbs.base.drawing = (x, y), drawing
+        else:
+            node.body.drawing = drawing
+            for joint, a in zip(node.body.joints, drawn.joints, strict=True):
+                joint.position = moved(here.at(a, 0.0))
+        taken = [(x, y)]
+        for point, a, b in drawn.points:
+            point.position = moved(here.at(a, b))
+            taken.append(point.position)
+        # a wire crosses the box where the body's frame is at its far side
+        through = x if node.body is not None and drawn.vertical else None
+        if drawn.origin <= drawn.box[0]:
+            through = None
+        _stack(node.frames, (x0, y0, x1, y1), taken, through)
+
+
+def _stack(
+    frames: list[Point],
+    box: tuple[float, float, float, float],
+    taken: list[tuple[float, float]],
+    through: float | None,
+) -> None:
+    """Put the points that are only frames into a box, in the half that is away from its joint."""
+    x0, y0, x1, y1 = box
+    edge, step = (y0 + 10, FRAME) if taken[0][1] > (y0 + y1) / 2 else (y1 - 10, -FRAME)
+    columns = _columns(x1 - x0)
+    count = sum(map(_cells, frames))
+    columns = min(columns, max(6, ceil(sqrt(4 * count)) + 4))
+    left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
+    cells = (
+        (round(left + FRAME * column, 1), round(edge + step * row, 1))
+        for row in range(2 * count + 1)
+        for column in range(columns)
+    )
+    blocked = {
+        (x // CELL + dx, y // CELL + dy) for x, y in taken for dx in (-1, 0, 1) for dy in (-1, 0, 1)
+    }
+    free = (
+        (x, y)
+        for x, y in cells
+        if (x // CELL, y // CELL) not in blocked and (through is None or abs(x - through) >= 24)
+    )
+    for point in frames:
+        point.position = next(free)
+        if _cells(point) > 1:
+            next(free)
+
+
+def _box(left: float, top: float, right: float, bottom: float) -> Drawing:
+    """A rectangle, relative to its joint."""
+    return Drawing(
+        position=(left, top),
+        size=(round(right - left, 1), round(bottom - top, 1)),
+        control_points=((right, top), (right, bottom), (left, bottom), (left, top)),
+    )

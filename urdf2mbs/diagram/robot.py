@@ -1,0 +1,376 @@
+"""The robot as it stands before one: spine upright, limbs out to both sides and down.
+
+From the body that the base carries, the spine goes up through the bodies of the middle.  What
+leaves it sideways runs out until it is clear of all below, then turns down.  So higher limbs
+stand farther out, as arms do beside legs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import ceil
+from typing import NamedTuple
+
+from urdf2mbs.diagram.boxes import (
+    AHEAD,
+    BACK,
+    EDGE,
+    GAP,
+    Lead,
+    Node,
+    Plan,
+    Way,
+    box_size,
+    plan,
+    put,
+)
+from urdf2mbs.diagram.shape import Shape
+from urdf2mbs.diagram.tree import plan_tree
+from urdf2mbs.mbs.model import Mbs
+
+MIDDLE = 0.04
+"""What is nearer to the plane of symmetry is in the middle (share of the robot's size)."""
+LIMBS = 24
+"""With more limbs than this at its spine, nobody would recognise a robot."""
+MOST = 40.0
+"""It may be so much longer at most; rather the last box gets longer."""
+SHORT = 2
+"""A limb of so few bodies one after the other does not turn down."""
+SPREAD = 25.0
+"""A wire may be so much longer (px) before one more body runs out."""
+
+Box = tuple[float, float, float, float]
+"""Inner, outer, bottom, top (px): x counted outwards from the spine, both sides as one, so that
+what is alike at both sides is drawn alike; y up from the base."""
+
+
+@dataclass
+class Limb:
+    """What leaves the spine."""
+
+    lead: Lead
+    side: int
+    """1: the right of the picture, -1: the left."""
+    height: float
+    """Where it leaves the spine (share of the robot's size)."""
+    depth: int
+    """Bodies one after the other, at the most."""
+
+    @property
+    def node(self) -> Node:
+        return self.lead.nodes[0]
+
+
+@dataclass
+class Vertebra:
+    """A body of the spine and what leaves it."""
+
+    node: Node
+    ahead: list[Lead] = field(default_factory=list)
+    """What stands on it, from left to right; the next body of the spine, if there is one."""
+    rows: list[list[Limb]] = field(default_factory=list)
+    """What leaves sideways, lowest first; in a row, one limb or one at each side."""
+    legs: list[Limb] = field(default_factory=list)
+    """Limbs that hang straight down from the lower edge of the box, from the middle outwards."""
+
+
+def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
+    """The spine, lowest body first; None where there is no shape worth following.
+
+    There is one if at least one limb of two bodies or more has its mirror image, and all that
+    the base carries is one robot, each limb at a point of its own.
+    """
+    base = order[0]
+    shared = any(len(lead.nodes) > 1 for node in order for lead in node.leads)
+    at_frame = any(lead.point is None for node in order[1:] for lead in node.leads)
+    if len(base.children) != 1 or shared or at_frame or not shape.pairs:
+        return None
+    bones: list[Vertebra] = []
+    node: Node | None = base.children[0]
+    while node is not None:
+        if len(node.leads) > LIMBS:
+            return None
+        bone, node = _vertebra(node, shape, lowest=not bones)
+        bones.append(bone)
+    limbs = [limb for bone in bones for row in (*bone.rows, bone.legs) for limb in row]
+    if len(limbs) > LIMBS:
+        return None
+    if not any(limb.side > 0 and limb.depth > 1 for limb in limbs) and len(bones[-1].ahead) < 2:
+        return None  # the partners are further out, as the fingers of an arm are
+    for limb in limbs:
+        outwards(limb.node, shape, limb.side)
+    for child in (child for bone in bones for child in bone.node.children):
+        partner = shape.limbs[child.name].partner
+        if partner is not None:
+            _draw_alike(child, partner)
+    return bones
+
+
+def outwards(top: Node, shape: Shape, side: int) -> None:
+    """Sort the children of a limb's bodies: from the middle of the robot outwards."""
+    todo = [top]
+    while todo:
+        node = todo.pop()
+        node.leads.sort(key=lambda lead: round(side * shape.aside(lead.nodes[0]), 2))
+        todo.extend(node.children)
+
+
+def _draw_alike(one: Node, other: Node) -> None:
+    todo = [(one, other)]
+    while todo:
+        one, other = todo.pop()
+        if one.body is None or other.body is None or len(one.children) != len(other.children):
+            continue
+        one.alike, other.alike = other, one
+        todo.extend(zip(one.children, other.children, strict=True))
+
+
+def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node | None]:
+    """A body of the spine, and the next one above it."""
+    bone = Vertebra(node)
+    sideways, middle = [], []
+    for lead in node.leads:
+        limb = shape.limbs[lead.nodes[0].name]
+        aside = limb.middle[0] / shape.size
+        own = max(abs(limb.start[0]), abs(limb.at[0])) / shape.size
+        if limb.partner is None and own <= MIDDLE and abs(aside) <= 4 * MIDDLE:
+            middle.append(lead)
+        else:
+            side = 1 if aside > 0 else -1
+            sideways.append(Limb(lead, side, limb.start[2] / shape.size, limb.depth))
+    height = shape.limbs[node.name].at[2] - MIDDLE * shape.size
+    rising_to = {lead.nodes[0].name: shape.limbs[lead.nodes[0].name] for lead in middle}
+    up = [
+        lead for lead, limb in zip(middle, rising_to.values(), strict=True)
+        if max(limb.at[2], limb.middle[2]) >= height
+    ]  # fmt: skip
+    following: Node | None = None
+    if up:
+        lead = max(up, key=lambda lead: shape.limbs[lead.nodes[0].name].bodies)
+        middle.remove(lead)
+        bone.ahead, following = [lead], lead.nodes[0]
+    else:
+        rising = [limb for limb in sideways if _slope(limb, shape) > 0.7]
+        bone.ahead = sorted(
+            (limb.lead for limb in rising), key=lambda lead: shape.aside(lead.nodes[0])
+        )
+        sideways = [limb for limb in sideways if limb not in rising]
+    legs = _legs(sideways, shape) if lowest else []
+    if len(legs) != 2 or any(leg.depth <= SHORT for leg in legs):
+        bone.legs = sorted(legs, key=lambda leg: abs(shape.aside(leg.node)))
+        sideways = [limb for limb in sideways if limb not in legs]
+        legs = []
+    # what is in the middle, but has no place on the spine, goes where there are fewer
+    for lead in middle:
+        right = sum(limb.side for limb in sideways)
+        limb = shape.limbs[lead.nodes[0].name]
+        at = limb.start[2] / shape.size
+        sideways.append(Limb(lead, 1 if right < 0 else -1, at, limb.depth))
+    sideways.sort(key=lambda limb: (limb not in legs, round(limb.height, 2)))
+    bone.rows = _rows(sideways, shape)
+    return bone, following
+
+
+def _rows(limbs: list[Limb], shape: Shape) -> list[list[Limb]]:
+    """Partners in one row; of the others, two that follow each other at different sides."""
+    rows: list[list[Limb]] = []
+    of = {limb.node.name: limb for limb in limbs}
+    while of:
+        limb = of.pop(next(iter(of)))
+        partner = shape.limbs[limb.node.name].partner
+        other = of.pop(partner.name, None) if partner is not None else None
+        last = rows[-1] if rows else []
+        if other is not None:
+            rows.append([limb, other])
+        elif len(last) == 1 and last[0].side != limb.side:
+            last.append(limb)
+        else:
+            rows.append([limb])
+    return rows
+
+
+def _slope(limb: Limb, shape: Shape) -> float:
+    """How steeply a limb rises, seen from the front."""
+    seen = shape.limbs[limb.node.name]
+    aside, rise = abs(seen.middle[0] - seen.start[0]), seen.middle[2] - seen.start[2]
+    return rise / max(aside, 1e-9 * shape.size)
+
+
+def _legs(limbs: list[Limb], shape: Shape) -> list[Limb]:
+    """The limbs that lead down; where arms leave the same body as legs, the lower ones."""
+    down = [limb for limb in limbs if _slope(limb, shape) < -0.5]
+    heights = [limb.height for limb in down]
+    if down and max(heights) - min(heights) > 0.15:
+        down = [limb for limb in down if limb.height < (min(heights) + max(heights)) / 2]
+    return down
+
+
+def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
+    """Give everything its place; ``order`` is the base, then the bodies depth first."""
+    base = order[0]
+    for node in reversed(order):
+        if node is not base:
+            plan_tree(node, narrow=True)
+    base.plan[True] = plan(base, True, [])
+    half = base.plan[True].box[3] + GAP / 2
+    taken: list[Box] = [(0.0, half, -base.plan[True].box[1], 0.0)]
+    bottom = 0.0
+    drawn = []
+    for bone in bones:
+        one = _grown(bone, half)
+        drawn.append((bone, one, bottom))
+        bottom += one.box[1]
+    for _, one, at in drawn:
+        a0, a1, _, b1 = one.box
+        taken.append((0.0, b1, at + a0, at + a1))
+        for _, below, a, b, turn, _ in one.limbs:
+            if turn == BACK:
+                _, e1, f0, f1 = below.extent
+                taken.append((abs(b) + f0, abs(b) + f1, at + a - e1, at + a))
+    for bone, one, at in drawn:
+        _sideways(bone, one, at, taken)
+        bone.node.plan[True] = one
+    for _, one, _ in drawn:
+        one.limbs = [
+            (node, node.plan[True] if turn == AHEAD else below, a, b, turn, mirror)
+            for node, below, a, b, turn, mirror in one.limbs
+        ]
+    put(mbs, base, Way(0.0, 0.0, (0.0, -1.0), (1.0, 0.0)), plan(base, True, base.leads))
+
+
+def _grown(bone: Vertebra, half: float) -> Plan:
+    """A body of the spine with its legs, long enough for the lanes of what leaves sideways.
+
+    ``half`` is the room that the base wants at each side of the chain that carries the spine.
+    """
+    inside = EDGE if bone.legs else 0.0
+    one = plan(bone.node, True, bone.ahead, long=_room(bone.rows), inside=inside)
+    a0, a1, b0, b1 = one.box
+    for side in (-1, 1):
+        cursor = half + GAP / 2
+        for limb in bone.legs:
+            if limb.side != side or limb.lead.point is None:
+                continue
+            below = limb.node.plan[True]
+            lane = side * (cursor - below.extent[2])
+            cursor = abs(lane) + below.extent[3] + GAP
+            one.points.append((limb.lead.point, a0, lane))
+            one.limbs.append((limb.node, below, a0, lane, BACK, side))
+            b0, b1 = min(b0, lane - EDGE), max(b1, lane + EDGE)
+    wide = max(b1, -b0)
+    one.box = (a0, a1, -wide, wide)
+    return one
+
+
+def _room(rows: list[list[Limb]]) -> float:
+    """How long the sides of a box must be for these limbs."""
+    return sum(map(_lane, rows)) + GAP * (len(rows) - 1) + 2 * EDGE if rows else 0.0
+
+
+def _lane(row: list[Limb]) -> float:
+    """The height of the lane in which limbs run out."""
+    return max(box_size(node)[1] for limb in row for node in _row(limb))
+
+
+def _row(limb: Limb) -> list[Node]:
+    """The bodies that can run out one after the other; a limb turns down at the latest where
+    it branches."""
+    row = [limb.node]
+    while len(row[-1].children) == 1:
+        row.append(row[-1].children[0])
+    return row
+
+
+def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
+    """Place what leaves a body of the spine sideways, the lowest first.
+
+    ``at`` is how high the body's own frame begins; what is placed is added to ``taken``.
+    """
+    a0, a1, _, edge = one.box
+    cursor = (a0 + a1 - _room(bone.rows)) / 2 + EDGE
+    for row in bone.rows:
+        lane = cursor + _lane(row) / 2
+        cursor += _lane(row) + GAP
+        tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
+        partners = len(row) == 2 and row[0].node.alike is row[1].node
+        for limb, (length, spread, reach, middle) in zip(row, tries, strict=True):
+            if partners and tries[0].length == tries[1].length:
+                # partners turn down at the same distance
+                spread += (max(t.middle for t in tries) - middle) / _wires(limb, length)
+                _run(limb, length, spread, reach)
+            assert limb.lead.point is not None
+            one.points.append((limb.lead.point, lane, limb.side * edge))
+            below = limb.node.plan[False]
+            one.limbs.append((limb.node, below, lane, limb.side * edge, limb.side, 1))
+            taken.extend(_boxes(limb, length, edge, at + lane))
+
+
+class Run(NamedTuple):
+    length: int
+    """How many bodies of a limb run out before it turns down."""
+    spread: float
+    """By how much more their wires are spread than they need (px)."""
+    reach: float
+    """By how much the last one's box is longer than it needs (px)."""
+    middle: float
+    """How far out the middle of the last one is (px)."""
+
+
+def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
+    """Let a limb run out until the column below its last body is clear of all that is taken.
+
+    As few bodies run out as will do.
+    """
+    row = _row(limb)
+    lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
+    for length in lengths:
+        _run(limb, length, 0.0)
+        spread = reach = 0.0
+        lane_box, *column = _boxes(limb, length, edge, lane)
+        if column:
+            inner, _, low, high = column[0]
+            clear = max(
+                (b[1] + GAP for b in taken if b[2] < high + GAP and low - GAP < b[3]), default=0.0
+            )
+            short = max(0.0, clear - inner)
+            spread = float(ceil(short / _wires(limb, length)))
+            reach = max(0.0, spread - MOST) * _wires(limb, length)
+            spread = min(spread, MOST)
+            if spread > SPREAD and length < len(row):
+                continue
+            _run(limb, length, spread, reach)
+            lane_box = _boxes(limb, length, edge, lane)[0]
+        a0, a1, _, _ = row[length - 1].plan[False].box
+        return Run(length, spread, reach, lane_box[1] - (a1 - a0) / 2)
+    raise AssertionError("a limb has at least one body")
+
+
+def _wires(limb: Limb, length: int) -> int:
+    """How many wires the bodies that run out have."""
+    return sum(len(node.body.joints) for node in _row(limb)[:length] if node.body is not None)
+
+
+def _run(limb: Limb, length: int, spread: float, reach: float = 0.0) -> None:
+    """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs, and
+    the last box by ``reach``."""
+    row = _row(limb)[:length]
+    last = row[-1]
+    last.plan[False] = plan(last, False, [], last.leads, spread=spread, corner=True, reach=reach)
+    for node in reversed(row[:-1]):
+        node.plan[False] = plan(node, False, node.leads, spread=spread)
+
+
+def _boxes(limb: Limb, length: int, edge: float, lane: float) -> list[Box]:
+    """The lane that a limb takes, and the column below its last body that runs out."""
+    row = _row(limb)[:length]
+    start = edge + sum(node.plan[False].box[1] for node in row[:-1])
+    last = row[-1].plan[False]
+    half = _lane([limb]) / 2
+    boxes = [(edge, start + last.box[1], lane - half, lane + half)]
+    for _, below, a, b, _, _ in last.limbs:
+        _, e1, f0, f1 = below.extent
+        boxes.append((start + a + f0, start + a + f1, lane + b - e1, lane + half))
+    if len(boxes) > 2:
+        inner, outer, low, high = zip(*boxes[1:], strict=True)
+        boxes[1:] = [(min(inner), max(outer), min(low), max(high))]
+    return boxes

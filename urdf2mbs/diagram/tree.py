@@ -1,0 +1,74 @@
+"""A tidy tree: every parent at the middle above its children, all wires straight.
+
+Children stand side by side, each below its own point on the parent's edge, which is as long as
+that takes.  Where many children hang on one body, they run to its two sides instead, one below
+the other: that is a comb, and takes less room.
+"""
+
+from __future__ import annotations
+
+from urdf2mbs.diagram.boxes import Lead, Node, Plan, Way, plan, put
+from urdf2mbs.diagram.shape import Shape
+from urdf2mbs.mbs.model import Mbs
+
+MANY = 4
+"""From so many points that carry children on, a comb is tried."""
+BETTER = 0.75
+"""A comb is taken where its width and height together are at most this share of the tree's."""
+
+
+UP = 0.25
+"""A tree grows up where its bodies are on average so far above the first one (share of the
+robot's size)."""
+
+BETTER_NARROW = 0.9
+"""The same in a limb, where width counts twice."""
+
+
+def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
+    """Give everything its place; ``order`` is the base, then the bodies depth first."""
+    rises = [shape.limbs[n.name].at[2] - shape.limbs[order[1].name].start[2] for n in order[1:]]
+    up = bool(rises) and sum(rises) / len(rises) > UP * shape.size
+    for node in order:
+        node.leads.sort(key=lambda lead: round(shape.aside(lead.nodes[0]), 2))
+    for node in reversed(order):
+        plan_tree(node)
+    way = Way(0.0, 0.0, (0.0, -1.0 if up else 1.0), (1.0, 0.0))
+    put(mbs, order[0], way, order[0].plan[True])
+
+
+def plan_tree(node: Node, *, narrow: bool = False) -> None:
+    """Plan a body whose children are planned; ``narrow`` where width counts more than height."""
+    own = [lead for lead in node.leads if lead.point is not None]
+    rest = [lead for lead in node.leads if lead.point is None]
+    for vertical in (True, False):
+        best = plan(node, vertical, node.leads)
+        combs = []
+        if len(own) >= MANY:
+            combs.append(plan(node, vertical, rest, *halves(own, not vertical)))
+        if narrow and len(own) > vertical:
+            combs.append(plan(node, vertical, rest, [], own))
+        for comb in combs:
+            if _cost(comb, narrow) < (BETTER_NARROW if narrow else BETTER) * _cost(best, narrow):
+                best = comb
+        node.plan[vertical] = best
+
+
+def _cost(one: Plan, narrow: bool) -> float:
+    a0, a1, b0, b1 = one.extent
+    width, height = (b1 - b0, a1 - a0) if one.vertical else (a1 - a0, b1 - b0)
+    return (2 if narrow else 1) * width + height
+
+
+def halves(leads: list[Lead], vertical: bool) -> tuple[list[Lead], list[Lead]]:
+    """Two parts, in order, that take about the same room."""
+    room = []
+    for lead in leads:
+        extents = [node.plan[vertical].extent for node in lead.nodes]
+        room.append(sum(high - low for _, _, low, high in extents))
+    total, so_far = sum(room), 0.0
+    for index, size in enumerate(room):
+        if so_far + size / 2 >= total / 2:
+            return leads[:index], leads[index:]
+        so_far += size
+    return leads, []

@@ -1,0 +1,358 @@
+"""The YAML file that says what to convert and by which passes, as typed data.
+
+Errors name the file, the line and the key, and offer the nearest known one.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+import yaml
+from msgspec import Meta
+
+from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.levels import Level
+
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+#: The presets lie there, a config file each.
+PRESETS = Path(__file__).parents[1] / "presets"
+
+#: Where in a config a value stands: the keys (and list positions) that lead to it.
+Key = tuple[str | int, ...]
+
+
+class Project(msgspec.Struct, forbid_unknown_fields=True):
+    """A whole Robotran project folder instead of one file."""
+
+    project: Annotated[str, Meta(description="the project's folder")]
+    language: Annotated[
+        Literal["python", "c", "both"] | list[Literal["python", "c"]],
+        Meta(description="of the project's code: python for MBsysPy, c for MBsysC, or both"),
+    ] = "python"
+
+
+class Config(msgspec.Struct, forbid_unknown_fields=True):
+    """A config file's content. Paths are relative to the folder of the file."""
+
+    source: Annotated[str, Meta(description="the robot: a .urdf or .xacro file")]
+    output: Annotated[
+        str | Project | None, Meta(description="the .mbs file (default: the source's name)")
+    ] = None
+    base: Annotated[
+        Literal["auto", "floating", "fixed"],
+        Meta(description="whether the base floats; auto: it does unless it is tied to 'world'"),
+    ] = "auto"
+    gravity: Annotated[
+        tuple[float, float, float], Meta(description="acceleration in base axes, m/s^2")
+    ] = (0.0, 0.0, -9.81)
+    packages: Annotated[dict[str, str], Meta(description="ROS package name: its directory")] = {}
+    xacro_args: Annotated[dict[str, str], Meta(description="xacro argument: its value")] = {}
+    plugins: Annotated[list[str], Meta(description="Python files that bring passes")] = []
+    pipeline: Annotated[
+        str | list[str], Meta(description="the name of a preset, or the passes in their order")
+    ] = "faithful"
+    after: Annotated[
+        dict[str, str | list[str]], Meta(description="pass: the passes to put right after it")
+    ] = {}
+    swap: Annotated[
+        dict[str, str],
+        Meta(description="pass: the plugin whose pass of the same name replaces it"),
+    ] = {}
+    passes: Annotated[dict[str, dict[str, Any]], Meta(description="pass: its options")] = {}
+    diagnostics: Annotated[
+        dict[str, Level], Meta(description="code of a warning, say: how much it weighs")
+    ] = {}
+    strict: Annotated[bool, Meta(description="warnings are errors")] = False
+
+
+class Lines:
+    """Where each value of a config file stands, for error messages."""
+
+    def __init__(self, file: Path | None = None, lines: dict[Key, int] | None = None) -> None:
+        self.file = file
+        self._lines = lines or {}
+
+    def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
+        line = next(
+            (self._lines[at[:n]] for n in range(len(at), -1, -1) if at[:n] in self._lines), None
+        )
+        return ConfigError(
+            code, message, file=str(self.file) if self.file else None, line=line, hint=hint
+        )
+
+
+def load(file: Path) -> tuple[Config, Lines]:
+    """Read a config file; raises ConfigError."""
+    try:
+        text = file.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ConfigError(
+            "config-unreadable", f"cannot read the config: {reason}", file=str(file)
+        ) from None
+    return parse(text, file)
+
+
+def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
+    """Typed data of a config's text; raises ConfigError."""
+    data, lines = _tree(text, file)
+    if not isinstance(data, dict):
+        raise lines.error(
+            "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
+        )
+    if "source" not in data:
+        for key in data:
+            if key not in Config.__struct_fields__ and nearest(str(key), ["source"]):
+                raise lines.error(
+                    "unknown-key",
+                    f"unknown key '{key}', and there is no 'source'",
+                    (key,),
+                    "did you mean 'source'?",
+                )
+        raise lines.error(
+            "config-key-missing",
+            "the config has no 'source'",
+            hint="add 'source: ROBOT.urdf'",
+        )
+    return typed(Config, data, lines), lines
+
+
+def preset(name: str, lines: Lines) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """The passes of a preset and the options that it sets."""
+    file = PRESETS / f"{name}.yaml"
+    if not file.is_file():
+        known = presets()
+        raise lines.error(
+            "unknown-preset", f"there is no preset '{name}'", ("pipeline",),
+            nearest(name, known) or f"there are: {', '.join(known)}",
+        )  # fmt: skip
+    data = yaml.load(file.read_text("utf-8"), _LOADER)
+    return data["pipeline"], data.get("passes", {})
+
+
+def presets() -> list[str]:
+    """The names of all presets."""
+    return sorted(file.stem for file in PRESETS.glob("*.yaml"))
+
+
+def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
+    """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
+    fields = {field.encode_name: field for field in _fields(kind)}
+    known = list(fields)
+    if not isinstance(data, dict):
+        raise lines.error(
+            "config-type", f"'{_dotted(at)}' wants 'key: value' lines, not {data!r}", at
+        )
+    for key in data:
+        if key not in known:
+            hint = nearest(str(key), known) or f"known: {', '.join(known) or 'no keys at all'}"
+            raise lines.error(
+                "unknown-key", f"unknown key '{_dotted((*at, key))}'", (*at, key), hint
+            )
+    for name, field in fields.items():
+        if field.required and name not in data:
+            raise lines.error(
+                "config-key-missing", f"'{_dotted((*at, name))}' must be given", at,
+                f"add '{name}: ...'" + (f" under '{_dotted(at)}'" if at else ""),
+            )  # fmt: skip
+    # one word where a list is wanted is a list of one
+    data = {
+        key: [value] if isinstance(value, str) and _is_list(fields[key].type) else value
+        for key, value in data.items()
+    }
+    try:
+        return msgspec.convert(data, kind, strict=True)
+    except msgspec.ValidationError as error:
+        what, path = _told(error, data, kind)
+        where: Key = (*at, *path)
+        field = str(path[0]) if path else ""
+        raise lines.error(
+            "config-type",
+            f"'{_dotted(where)}': {_plainly(what)}",
+            where,
+            _choices(fields[field].type if field in fields else None),
+        ) from None
+
+
+#: What msgspec calls the kinds of values, and what we do.
+_KINDS = {
+    "str": "a word",
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "a block of 'key: value' lines",
+    "null": "nothing",
+}
+
+
+def _plainly(what: str) -> str:
+    """What msgspec says, in the words of a reader of YAML."""
+
+    def kinds(found: re.Match[str]) -> str:
+        return " or ".join(_KINDS.get(kind, kind) for kind in found[1].split(" | "))
+
+    said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", what)
+    said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
+    said = re.sub(r"`([a-z |]+)`", kinds, said)
+    said = re.sub(r"[Ee]xpected (.*), got (.*)$", r"\1 is wanted, and this is \2", said)
+    said = re.sub(r"a list of length (\d+)", r"a list of \1", said)
+    said = re.sub(r"^Invalid enum value '(.*)'$", r"'\1' is not one of its values", said)
+    return said.replace("Object ", "this ")
+
+
+def _choices(kind: Any) -> str | None:
+    """The words that a value may be, for a hint."""
+    while isinstance(kind, (msgspec.inspect.Metadata, msgspec.inspect.DictType)):
+        kind = kind.type if isinstance(kind, msgspec.inspect.Metadata) else kind.value_type
+    words = getattr(kind, "values", ())  # of a Literal
+    return f"it is one of: {', '.join(words)}" if words else None
+
+
+#: What PyYAML says, what we say of it, and what to do.
+_YAML: list[tuple[str, str, str | None]] = [
+    ("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
+    ("undefined alias", "a word begins with '*'", "write it in quotes"),
+    ("constructor", "a value begins with '!'", "write it in quotes"),
+    ("another document", "a line '---' begins a second config", "keep one of the two"),
+    ("quoted scalar", "a quote is not closed", "close it"),
+    ("flow (mapping|sequence|node)", "a bracket is not closed, or a comma is missing",
+     "look for [ and { in this line and before it"),
+    ("mapping values are not allowed", "a second ':' in one line", "write the value in quotes"),
+    ("could not find expected ':'", "this line has no ':'", "write 'key: value'"),
+    ("block (mapping|collection|sequence)", "this line does not continue the lines before it",
+     "look at its indentation"),
+]  # fmt: skip
+
+
+def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
+    """What msgspec says is wrong with ``data``, and where: the keys that lead there.
+
+    msgspec leaves the key of a mapping open ("..."), so each key is tried by itself.
+    """
+    what, path = _split(error)
+    where: Key = ()
+    for given in path:
+        step = given
+        if given == "...":
+            for key, value in _inside(data, where).items():
+                alone = _replaced(data, where, {key: value})
+                try:
+                    msgspec.convert(alone, kind, strict=True)
+                except msgspec.ValidationError as one:
+                    if _split(one) == (what, path):
+                        data, step = alone, key
+                        break
+        where = (*where, step)
+    return what, where
+
+
+def _split(error: msgspec.ValidationError) -> tuple[str, Key]:
+    """What msgspec says, and the path that it gives; "..." stands for the key of a mapping."""
+    what, _, path = str(error).partition(" - at `")
+    if path.startswith("key` in `"):
+        what = f"a key here: {what[0].lower()}{what[1:]}"
+    words = re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path)
+    return what, tuple(name or (int(at) if at.isdecimal() else at) for name, at in words)
+
+
+def _inside(data: Any, path: Key) -> Any:
+    for key in path:
+        data = data[key]
+    return data
+
+
+def _replaced(data: Any, path: Key, value: Any) -> Any:
+    """``data`` with something else at the end of a path; the rest is shared."""
+    for end in range(len(path) - 1, -1, -1):
+        whole: Any = _inside(data, path[:end])
+        whole = dict(whole) if isinstance(whole, dict) else list(whole)
+        whole[path[end]] = value
+        value = whole
+    return value
+
+
+def word(text: str) -> Any:
+    """A value given on the command line: YAML where it is YAML, else the text itself."""
+    try:
+        return yaml.load(text, _LOADER)
+    except yaml.YAMLError:
+        return text
+
+
+@cache
+def _fields(kind: type) -> tuple[Any, ...]:
+    info: Any = msgspec.inspect.type_info(kind)
+    return tuple(info.fields)
+
+
+def _is_list(kind: Any) -> bool:
+    if isinstance(kind, msgspec.inspect.Metadata):
+        kind = kind.type
+    return isinstance(kind, msgspec.inspect.ListType)
+
+
+def _dotted(at: Key) -> str:
+    return ".".join(str(key) for key in at) or "config"
+
+
+def _tree(text: str, file: Path | None) -> tuple[Any, Lines]:
+    loader = _LOADER(text)
+    try:
+        node = loader.get_single_node()
+        lines = Lines(file, {})
+        if node is None:
+            return None, lines
+        _mark(node, lines)
+        return loader.construct_document(node), lines
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        message = " ".join(part for part in (error.context, error.problem) if part)
+        reason, hint = next(
+            (said for pattern, *said in _YAML if re.search(pattern, message)), (message, None)
+        )
+        raise ConfigError(
+            "config-yaml", f"this is not YAML: {reason}", file=str(file) if file else None,
+            line=mark.line + 1 if mark else None, hint=hint,
+        ) from None  # fmt: skip
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise ConfigError(
+            "config-yaml", f"this is not YAML: {error}", file=str(file) if file else None
+        ) from None
+    finally:
+        loader.dispose()
+
+
+def _mark(root: yaml.Node, lines: Lines) -> None:
+    """Note every value's line; give arguments as they are written; refuse doubled keys."""
+    todo: list[tuple[yaml.Node, Key]] = [(root, ())]
+    seen: set[int] = set()
+    while todo:
+        node, at = todo.pop()
+        lines._lines.setdefault(at, node.start_mark.line + 1)
+        if id(node) in seen:
+            continue
+        if isinstance(node, yaml.MappingNode):
+            seen.add(id(node))
+            for key, value in node.value:
+                path = (*at, str(key.value))
+                if path in lines._lines:
+                    lines._lines[path] = key.start_mark.line + 1
+                    raise lines.error(
+                        "config-key-doubled", f"'{_dotted(path)}' is there twice", path
+                    )
+                lines._lines[path] = key.start_mark.line + 1
+                if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
+                    key.tag = "tag:yaml.org,2002:str"  # 'on' and '1' are names, too
+                if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
+                    # 'hand: false' and 'mass: 1.50' mean just these words
+                    value.tag = "tag:yaml.org,2002:str"
+                todo.append((value, path))
+        elif isinstance(node, yaml.SequenceNode):
+            seen.add(id(node))
+            todo += [(value, (*at, index)) for index, value in enumerate(node.value)]

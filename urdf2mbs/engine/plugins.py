@@ -1,0 +1,317 @@
+"""Finds and loads plugins, and remembers where each pass comes from."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import inspect
+import sys
+import traceback
+import zlib
+from collections.abc import Iterable
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import msgspec
+import pluggy
+
+from urdf2mbs import passes
+from urdf2mbs.diagnostics import ConfigError, Diagnostic, nearest
+from urdf2mbs.engine import hookspecs
+from urdf2mbs.engine.hookspecs import Pass
+
+#: The entry point group in which an installed package names its plugin, and our own name there.
+GROUP = "urdf2mbs"
+
+#: What a plugin's code may throw at us: ``sys.exit()`` too must not end us without a word.
+FAILURES = (Exception, SystemExit)
+
+
+@cache
+def _installed(path: tuple[str, ...]) -> tuple[tuple[metadata.EntryPoint, str, str], ...]:
+    """The plugins of the packages on ``path``, which is ``sys.path``, and name and version of
+    the package of each: looking costs more than converting a small robot."""
+    return tuple(
+        (entry, entry.dist.name, entry.dist.version) if entry.dist else (entry, "?", "?")
+        for entry in metadata.entry_points(group=GROUP)
+    )
+
+
+class Found(msgspec.Struct, frozen=True):
+    """A pass and the plugin that brought it."""
+
+    pass_: Pass
+    plugin: str
+    package: str
+    """What it is installed from; empty for a file."""
+    version: str
+    file: str
+
+
+class Plugins:
+    """All plugins at hand: the built-in one, the installed ones, and the config's files."""
+
+    def __init__(self, files: Iterable[Path] = (), *, installed: bool = True) -> None:
+        self._manager = pluggy.PluginManager(GROUP)
+        self._manager.add_hookspecs(hookspecs)
+        self._packages: dict[str, tuple[str, str]] = {}
+        self._files: dict[str, str] = {}
+        self._register(passes, GROUP, (GROUP, _version(GROUP)), passes.__file__ or "")
+        self.broken: list[Diagnostic] = []
+        """Installed plugins that are left out, and what is wrong with each."""
+        self.hook: Any = self._manager.hook
+        self.passes: dict[str, list[Found]] = {}
+        """Every pass by name; a built-in one stands before those of plugins."""
+        self._collect(GROUP)
+        if installed:
+            for entry, package, version in _installed(tuple(sys.path)):
+                self._add_installed(entry, package, version)
+        for file in files:
+            self._load_file(file)
+            self._collect(file.stem)
+
+    def watch(self, observer: object) -> None:
+        """Let an object's own hooks be called too, around every pass."""
+        self._manager.register(observer)
+
+    def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
+        """The plugin (name, file) whose hook a traceback went through; None: no plugin's."""
+        codes = {frame.f_code for frame, _ in traceback.walk_tb(tb)}
+        for plugin in self._files:
+            for caller in self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or ():
+                for impl in caller.get_hookimpls():
+                    code = getattr(impl.function, "__code__", None)
+                    if impl.plugin_name == plugin and code in codes:
+                        return plugin, self._files[plugin]
+        return None
+
+    def hooked(self, hook: str) -> list[str]:
+        """The plugins, ours apart, that have a hook."""
+        callers = getattr(self.hook, hook).get_hookimpls()
+        names = [impl.plugin_name for impl in callers]
+        return [name for name in names if name in self._files and name != GROUP]
+
+    def names(self) -> list[str]:
+        """All plugins, the built-in one among them."""
+        return list(self._packages)
+
+    def only_passes(self, plugin: str) -> list[str]:
+        """The passes that a plugin brings; none if it has other hooks too."""
+        callers = self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or []
+        if any(caller.name != "urdf2mbs_passes" for caller in callers):
+            return []
+        return [
+            name
+            for name, offered in self.passes.items()
+            if any(found.plugin == plugin for found in offered)
+        ]
+
+    def _add_installed(self, entry: metadata.EntryPoint, package: str, version: str) -> None:
+        """An installed plugin that is broken is left out: it must not block everybody's work."""
+        there = entry.name in self._files
+        try:
+            self._load_installed(entry, package, version)
+            self._collect(entry.name)
+        except ConfigError as error:
+            self.broken.append(
+                Diagnostic(
+                    "warning", "plugin-broken",
+                    f"the installed plugin '{entry.name}' (package {package} {version}) is left "
+                    f"out: {error.message}",
+                    file=error.file, line=error.line,
+                    hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
+                )
+            )  # fmt: skip
+            if not there:
+                self._forget(entry.name)
+
+    def _forget(self, plugin: str) -> None:
+        self._files.pop(plugin, None)
+        if self._manager.has_plugin(plugin):
+            self._manager.unregister(name=plugin)
+        for name, offered in list(self.passes.items()):
+            self.passes[name] = [found for found in offered if found.plugin != plugin]
+            if not self.passes[name]:
+                del self.passes[name]
+
+    def _load_installed(self, entry: metadata.EntryPoint, package: str, version: str) -> None:
+        try:
+            plugin = entry.load()
+        except FAILURES as error:
+            raise ConfigError("plugin-broken", f"it cannot be loaded: {_said(error)}") from error
+        file = getattr(plugin, "__file__", None) or package
+        self._register(plugin, entry.name, (package, version), file)
+
+    def _load_file(self, file: Path) -> None:
+        if not file.is_file():
+            raise ConfigError("plugin-missing", f"plugin file '{file}' does not exist")
+        # files of one name in two folders must not take each other's place
+        name = f"urdf2mbs_plugin_{file.stem}_{zlib.crc32(str(file).encode()):08x}"
+        spec = importlib.util.spec_from_file_location(name, file)
+        if spec is None or spec.loader is None:
+            raise ConfigError("plugin-broken", f"plugin '{file}' is not a Python file (.py)")
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        try:
+            spec.loader.exec_module(module)
+        except FAILURES as error:
+            del sys.modules[name]
+            hint = None
+            if isinstance(error, ModuleNotFoundError):
+                hint = "install it where urdf2mbs is; a plugin of several files must be a package"
+            raise ConfigError(
+                "plugin-broken", f"plugin '{file}' cannot be loaded: {_said(error)}",
+                file=str(file), line=_line_in(file, error), hint=hint,
+            ) from error  # fmt: skip
+        self._register(module, file.stem, ("", ""), str(file))
+
+    def _register(self, plugin: Any, name: str, package: tuple[str, str], file: str) -> None:
+        if name in self._files:
+            raise ConfigError(
+                "plugin-doubled",
+                f"two plugins are called '{name}': {self._files[name]} and {file}",
+                hint="load it once; or rename one file, or leave installed plugins out with "
+                "--no-plugins",
+            )
+        try:
+            self._manager.register(plugin, name)
+            self._manager.check_pending()
+        except (pluggy.PluginValidationError, ValueError) as error:
+            self._manager.unregister(name=name)
+            raise _bad_hook(plugin, name, file, error) from error
+        if not self._manager.get_hookcallers(plugin):
+            raise ConfigError(
+                "plugin-empty",
+                f"plugin '{name}' brings nothing: no function in it is marked as a hook",
+                file=file,
+                hint="put '@hookimpl' above 'def urdf2mbs_passes():' "
+                "(from urdf2mbs.engine.hookspecs import hookimpl)",
+            )
+        self._packages[name] = package
+        self._files[name] = file
+
+    def _collect(self, name: str) -> None:
+        """Note the passes that a plugin brings."""
+        for impl in self.hook.urdf2mbs_passes.get_hookimpls():
+            if impl.plugin_name == name:
+                self._collect_from(impl)
+
+    def _collect_from(self, impl: pluggy.HookImpl) -> None:
+        name = impl.plugin_name
+        file = self._files[name]
+        hint = "return a list of Pass, such as [Pass('my-pass', run, needs=('robot',))]"
+        try:
+            brought: Any = impl.function()
+            brought = list(brought) if brought is not None else None
+        except FAILURES as error:
+            raise ConfigError(
+                "plugin-broken", f"plugin '{name}': urdf2mbs_passes failed: {_said(error)}",
+                file=file, line=_line_in(Path(file), error),
+            ) from error  # fmt: skip
+        if brought is None:
+            raise _broken(name, file, "urdf2mbs_passes returned nothing", hint)
+        for pass_ in brought:
+            if not isinstance(pass_, Pass):
+                raise _broken(name, file, f"urdf2mbs_passes gave {pass_!r}, which is no Pass", hint)
+            if name != GROUP:
+                fault = _fault(pass_)
+                if fault:
+                    raise _broken(name, file, f"pass {pass_.name!r}: {fault[0]}", fault[1])
+            offered = self.passes.setdefault(pass_.name, [])
+            if any(other.plugin == name for other in offered):
+                raise _broken(name, file, f"it brings two passes '{pass_.name}'", "rename one")
+            source = _source(pass_, name, file)
+            offered.append(Found(pass_, name, *self._packages[name], source))
+
+
+def _broken(plugin: str, file: str, what: str, hint: str) -> ConfigError:
+    return ConfigError("plugin-broken", f"plugin '{plugin}': {what}", file=file, hint=hint)
+
+
+def _bad_hook(plugin: Any, name: str, file: str, error: Exception) -> ConfigError:
+    """What pluggy found wrong with a plugin's hooks, in our words."""
+    known = {
+        hook: list(inspect.signature(spec).parameters)
+        for hook, spec in vars(hookspecs).items()
+        if hook.startswith("urdf2mbs_")
+    }
+    for hook, function in inspect.getmembers(plugin, callable):
+        if not hasattr(function, f"{GROUP}_impl"):
+            continue
+        line = getattr(getattr(function, "__code__", None), "co_firstlineno", None)
+        if hook not in known:
+            return ConfigError(
+                "plugin-broken", f"plugin '{name}': there is no hook '{hook}'", file=file,
+                line=line, hint=nearest(hook, known) or f"the hooks are: {', '.join(known)}",
+            )  # fmt: skip
+        wrong = [p for p in inspect.signature(function).parameters if p not in known[hook]]
+        if wrong:
+            return ConfigError(
+                "plugin-broken",
+                f"plugin '{name}': hook '{hook}' has no argument '{wrong[0]}'",
+                file=file,
+                line=line,
+                hint=f"it may have: {', '.join(known[hook]) or 'none'}, by these names",
+            )
+    return ConfigError("plugin-broken", f"plugin '{name}': {error}", file=file)
+
+
+def _fault(pass_: Pass) -> tuple[str, str] | None:
+    """What is wrong with a pass, and what to do; None: nothing is."""
+    if not isinstance(pass_.name, str) or not pass_.name.strip():
+        return "its name is not a word", "call it something like 'my-pass'"
+    try:
+        inspect.signature(pass_.run).bind(None, None)
+    except ValueError:
+        pass  # Python does not know how some built-in functions are called
+    except TypeError:
+        return "its 'run' cannot be called with two arguments", "def run(conversion, options):"
+    for field in ("needs", "gives", "changes"):
+        tokens = getattr(pass_, field)
+        if not isinstance(tokens, (tuple, list)) or not all(isinstance(t, str) for t in tokens):
+            return f"'{field}' is {tokens!r}", f"write it as {field}=('robot',), with the comma"
+    kind = pass_.options
+    if not isinstance(kind, type) or not (
+        issubclass(kind, msgspec.Struct) or dataclasses.is_dataclass(kind)
+    ):
+        return f"its options are {kind!r}", "give a msgspec.Struct or a dataclass (the class)"
+    try:
+        msgspec.json.schema(kind)
+    except FAILURES as error:
+        return (
+            f"its options cannot be read from YAML: {_said(error)}",
+            "use bool, int, float, str, list, dict, tuple, Literal, or Structs of these",
+        )
+    return None
+
+
+def _source(pass_: Pass, plugin: str, file: str) -> str:
+    """The file that a pass is written in: a plugin's own, where it lends our ``run``, too."""
+    module = getattr(pass_.run, "__module__", "") or ""
+    if plugin != GROUP and module.partition(".")[0] in (GROUP, "functools"):
+        return file
+    return str(getattr(sys.modules.get(module), "__file__", None) or file)
+
+
+@cache
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _said(error: BaseException) -> str:
+    """An exception in one line; a SyntaxError repeats its own file and line otherwise."""
+    text = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def _line_in(file: Path, error: BaseException) -> int | None:
+    if isinstance(error, SyntaxError) and error.filename == str(file):
+        return error.lineno
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
+    return lines[-1] if lines else None

@@ -1,0 +1,196 @@
+"""The state after every pass, as YAML to read and to compare with ``diff``, and beside it the
+URDF that xacro made.
+
+What has its default value is left out, and so are the paths of this machine.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, Segment, Step
+from urdf2mbs.diagnostics import ConfigError, Diagnostic
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.spatial import IDENTITY, Pose
+
+#: How our files begin, by which those of an earlier run are known.
+MARK = "# urdf2mbs, the state after pass "
+#: The URDF that xacro made.
+EXPANDED = "expanded.urdf"
+#: A word that YAML reads as just this text.
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII).fullmatch
+#: What YAML wants escaped, beside what JSON does.
+_UNPRINTED = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
+_WORDS = frozenset(["y", "n", "yes", "no", "on", "off", "true", "false", "null"])
+
+
+class Dump:
+    """An observer of a pipeline that writes ``NN-PASS.yaml`` after every pass."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._count = 0
+        self._conversion: Conversion | None = None
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / EXPANDED).unlink(missing_ok=True)
+            for old in folder.glob("[0-9]*-*.yaml"):
+                with old.open(encoding="utf-8") as file:
+                    ours = file.readline().startswith(MARK)
+                if ours:
+                    old.unlink()
+        except OSError as error:
+            raise _unwritable(folder, error) from None
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, conversion: Conversion) -> None:
+        self._conversion = conversion
+
+    def finish(self) -> None:
+        """Write the URDF that xacro made, also where it could not be read."""
+        if self._conversion is not None and self._conversion.expanded is not None:
+            file = self._folder / EXPANDED
+            try:
+                file.write_bytes(self._conversion.expanded)
+            except OSError as error:
+                raise _unwritable(file, error) from None
+
+    @hookimpl(trylast=True)
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        self._count += 1
+        file = self._folder / f"{self._count:02}-{re.sub(r'[^A-Za-z0-9_.-]', '_', pass_.name)}.yaml"
+        text = f"{MARK}'{pass_.name}'\n" + to_yaml(state(conversion))
+        try:
+            file.write_text(text, "utf-8", newline="\n")
+        except OSError as error:
+            raise _unwritable(file, error) from None
+
+
+def state(conversion: Conversion) -> dict[str, Any]:
+    """All that is known of the robot, as plain data without what has its default value."""
+    everything = {
+        "robot": {**_plain(conversion.robot), "file": None},
+        "floating": conversion.floating,
+        "segments": {name: _plain(segment) for name, segment in conversion.segments.items()},
+        "mbs": _plain(conversion.mbs),
+        "names": _plain(conversion.names),
+        "frames": _plain(conversion.frames),
+        "frozen": conversion.frozen,
+        "meshes": conversion.meshes,
+        "files": {path.name: f"{len(data)} bytes" for path, data in conversion.files.items()},
+        "changed": _plain(conversion.changed),
+        "proof": _plain(conversion.proof),
+        "report": _plain(conversion.report),
+        "diagnostics": [_plain(one) for one in conversion.diagnostics],
+    }
+    everything["robot"] = {k: v for k, v in everything["robot"].items() if v is not None}
+    return {key: value for key, value in everything.items() if value}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Step):
+        # the joints themselves stand elsewhere: in the robot, and in the body
+        return {
+            "joint": value.joint.name,
+            **_fields(value, "joint", "joints", "coordinates"),
+            "joints": [joint.name for joint in value.joints],
+            "coordinates": [joint.name for joint in value.coordinates],
+        }
+    if isinstance(value, Segment):
+        return _fields(value, "body")
+    if isinstance(value, Diagnostic):
+        return _fields(value, "file")
+    if isinstance(value, msgspec.Struct):
+        return _fields(value)
+    if isinstance(value, Pose):
+        return {"xyz": list(value.xyz)} | ({} if value.rot == IDENTITY else {"rot": value.rot})
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(inner) for inner in value]
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    return str(value)
+
+
+def _fields(struct: msgspec.Struct, *without: str) -> dict[str, Any]:
+    tag = struct.__struct_config__.tag
+    fields = {} if tag is None else {"kind": tag}
+    for name, default in _defaults(type(struct)):
+        value = getattr(struct, name)
+        if value != default and name not in without:
+            fields[name] = _plain(value)
+    return fields
+
+
+@cache  # msgspec looks all up anew each time
+def _defaults(kind: type[msgspec.Struct]) -> list[tuple[str, Any]]:
+    """The fields of a class, and the default of each; NODEFAULT where there is none."""
+    return [
+        (
+            field.name,
+            field.default
+            if field.default_factory is msgspec.NODEFAULT
+            else field.default_factory(),
+        )
+        for field in msgspec.structs.fields(kind)
+    ]
+
+
+def to_yaml(data: dict[str, Any]) -> str:
+    """Plain data as YAML: one line for a list of numbers or words, else one for each item.
+
+    (PyYAML would take a hundred times as long over a robot of some thousand links.)
+    """
+    return "".join(f"{line}\n" for line in _lines(data, "")) or "{}\n"
+
+
+def _lines(data: Any, indent: str) -> Iterator[str]:
+    # recursion as deep as the data classes are nested, however large the robot
+    pairs: Any = data.items() if isinstance(data, dict) else ((None, item) for item in data)
+    for key, value in pairs:
+        head = f"{indent}-" if key is None else f"{indent}{_scalar(key)}:"
+        if not isinstance(value, (dict, list, tuple)):
+            yield f"{head} {_scalar(value)}"
+        elif not value:
+            yield f"{head} {'{}' if isinstance(value, dict) else '[]'}"
+        elif not isinstance(value, dict) and not any(
+            isinstance(item, (dict, list, tuple)) for item in value
+        ):
+            yield f"{head} [{', '.join(map(_scalar, value))}]"
+        elif key is None:
+            first, *rest = _lines(value, f"{indent}  ")
+            yield f"{head} {first.lstrip()}"
+            yield from rest
+        else:
+            yield head
+            yield from _lines(value, f"{indent}  ")
+
+
+def _scalar(value: Any) -> str:
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        text = repr(value)
+        if "e" in text and "." not in text:
+            text = text.replace("e", ".0e")  # else YAML takes it for a word
+        return {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(text, text)
+    if isinstance(value, int):
+        return str(value)
+    if _PLAIN(value) and value.lower() not in _WORDS:
+        return str(value)
+    text = json.dumps(value, ensure_ascii=False)
+    return _UNPRINTED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
+
+def _unwritable(path: Path, error: OSError) -> ConfigError:
+    return ConfigError("output-unwritable", f"cannot write '{path}': {error.strerror or error}")

@@ -1,0 +1,124 @@
+"""``urdf2mbs new-pass``: a plugin that runs as it is, and its test, to start from."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.plugins import GROUP, Plugins
+
+PLUGIN = '''\
+"""Tell which links are heavier than a limit.  (Say here what your pass does.)"""
+
+import msgspec
+
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+
+
+class Options(msgspec.Struct, forbid_unknown_fields=True):
+    """What a config may set under ``passes: {NAME: {...}}``, with its defaults."""
+
+    heavier_than: float = 1.0
+    """Mass in kg."""
+
+
+def run(conversion, options):
+    """Tell which links are heavier than a limit."""
+    for link in conversion.robot.links.values():
+        mass = link.inertial.mass if link.inertial else 0.0
+        if mass > options.heavier_than:
+            conversion.note("heavy-link", f"link '{link.name}' has {mass:g} kg", link=link.name)
+
+
+@hookimpl
+def urdf2mbs_passes():
+    # needs: what must be known before it runs; see the page on writing passes
+    return [Pass("NAME", run, Options, needs=("robot",))]
+'''
+
+TEST = '''\
+"""Run this with: pytest test_FILE.py"""
+
+from pathlib import Path
+
+from urdf2mbs.testing import assert_same_robot, convert_text, run_pass
+
+PLUGIN = Path(__file__).with_name("FILE.py")
+
+
+def test_heavy_links_are_told():
+    result = run_pass("NAME", PLUGIN, after="expand", options={"heavier_than": 0.3})
+    heavy = [found.link for found in result.diagnostics if found.code == "heavy-link"]
+    assert heavy == ["body", "arm"]
+
+
+def test_the_robot_stays_the_same():
+    result = run_pass("NAME", PLUGIN, after="expand")
+    assert_same_robot(result, expected=convert_text())
+'''
+
+NEXT = """\
+wrote {plugin} and {test}
+
+To use it, add to your config (paths there are relative to the config):
+
+  plugins: [{plugin}]
+  after: {{expand: {name}}}
+  passes:
+    {name}: {{heavier_than: 1.0}}
+
+Then: urdf2mbs explain CONFIG.yaml   shows where it stands
+      urdf2mbs run CONFIG.yaml -v    runs it
+      pytest {test}"""
+
+
+def new_pass(name: str, folder: Path) -> str:
+    """Write NAME.py and test_NAME.py; gives what to tell the user.
+
+    :raises ConfigError: ``pass-name``, ``file-exists``, ``output-unwritable``
+    """
+    stem = _stem(name)
+    files = {
+        folder / f"{stem}.py": PLUGIN,
+        folder / f"test_{stem}.py": TEST,
+    }
+    for file in files:
+        if file.exists():
+            raise ConfigError(
+                "file-exists", f"'{file}' is already there, and stays as it is",
+                hint="choose another name, or another folder with -o DIR",
+            )  # fmt: skip
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for file, text in files.items():
+            # "x": never over a file that was not there a moment ago
+            with file.open("x", encoding="utf-8", newline="\n") as out:
+                out.write(text.replace("NAME", name).replace("FILE", stem))
+    except OSError as error:
+        raise ConfigError(
+            "output-unwritable", f"cannot write in '{folder}': {error.strerror or error}"
+        ) from None
+    plugin, test = files
+    return NEXT.format(plugin=plugin, test=test, name=name)
+
+
+def _stem(name: str) -> str:
+    """The name of the file for a pass; raises ConfigError where the name will not do."""
+    fault = hint = ""
+    stem = name.replace("-", "_")
+    if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name):
+        words = re.findall(r"[a-z0-9]+", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", " ", name).lower())
+        better = re.sub(r"^[0-9-]+", "", "-".join(words))
+        fault = "a pass is called by small letters, digits and hyphens, a letter first"
+        hint = f"for instance: urdf2mbs new-pass {better or 'my-pass'}"
+    elif name in Plugins(installed=False).passes:
+        fault = "there is a built-in pass of this name"
+        hint = "choose another; to replace that one, see 'swap' on the page on writing passes"
+    elif stem in sys.stdlib_module_names or stem in (GROUP, "msgspec", "pytest"):
+        fault = f"'{stem}.py' would hide Python's module '{stem}' from its test"
+        hint = f"for instance: urdf2mbs new-pass {name}-links"
+    if fault:
+        raise ConfigError("pass-name", f"'{name}' cannot be the name of a pass: {fault}", hint=hint)
+    return stem

@@ -1,0 +1,1 @@
+"""Meshes: read from the formats that URDFs use, written as the .wrl that Robotran shows."""

@@ -1,0 +1,54 @@
+"""All that the author of a plugin imports: stable from version to version.
+
+What stands in ``__all__`` keeps its name and meaning within one ``VERSION``.  Before a name goes,
+it warns for one minor release (``DeprecationWarning``; a hook by pluggy's ``warn_on_impl``).
+Everything else in the package may change from one day to the next.
+"""
+
+from __future__ import annotations
+
+from urdf2mbs import spatial
+from urdf2mbs.conversion import (
+    NOTHING_HEAVY,
+    Conversion,
+    LinkFrame,
+    Names,
+    Segment,
+    Settings,
+    Step,
+)
+from urdf2mbs.diagnostics import (
+    ConfigError,
+    ConversionError,
+    Diagnostic,
+    Difference,
+    nearest,
+)
+from urdf2mbs.engine.hookspecs import NoOptions, Pass, hookimpl
+from urdf2mbs.mbs import model as mbs
+from urdf2mbs.urdf import model as urdf
+
+#: Of this interface.
+VERSION = 1
+
+__all__ = [
+    "NOTHING_HEAVY",
+    "VERSION",
+    "ConfigError",
+    "Conversion",
+    "ConversionError",
+    "Diagnostic",
+    "Difference",
+    "LinkFrame",
+    "Names",
+    "NoOptions",
+    "Pass",
+    "Segment",
+    "Settings",
+    "Step",
+    "hookimpl",
+    "mbs",
+    "nearest",
+    "spatial",
+    "urdf",
+]

@@ -1,0 +1,138 @@
+"""What became of the robot, counted in the finished .mbs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion, LinkFrame, Names, Proof, RobotChange
+from urdf2mbs.diagnostics import Diagnostic, counted
+from urdf2mbs.spatial import Vec
+from urdf2mbs.urdf.changes import told
+from urdf2mbs.urdf.left_out import left_out
+
+
+class Joints(msgspec.Struct):
+    """How many joints there are; all but the first count those of the finished .mbs."""
+
+    urdf: int
+    mbs: int
+    independent: int
+    dependent: int
+    driven: int
+    per_degree_of_freedom: float
+
+    def __str__(self) -> str:
+        dependent = f"{self.dependent} dependent, " if self.dependent else ""
+        joints = counted(self.mbs, "joint")
+        return f"{joints}: {self.independent} independent, {dependent}{self.driven} driven"
+
+
+class Report(msgspec.Struct):
+    """What became of the robot; ``--json`` prints it."""
+
+    robot: str
+    source: str
+    output: str
+    base: str
+    """``floating`` or ``fixed``, as the .mbs has it."""
+    base_reason: str
+    """Why it is so, in a word or two."""
+    floating_joints: list[str]
+    """The URDF's own floating joints that are free in the .mbs."""
+    links: int
+    bodies: int
+    joints: Joints
+    mass: float
+    """kg, of all bodies."""
+    gravity: Vec
+    """m/s^2, in base axes."""
+    names: Names
+    numbers: dict[str, int]
+    """The number that Robotran gives each .mbs joint."""
+    frames: dict[str, LinkFrame]
+    """Where each URDF link's frame is in the .mbs."""
+    frozen: dict[str, str]
+    """Moving URDF joints that are held at zero, and why."""
+    changed: list[RobotChange]
+    """What passes have changed of the robot that the URDF states."""
+    left_out: dict[str, dict[str, dict[str, Any]]]
+    """What the URDF's joints have and an .mbs has no place for: every number by its name."""
+    proof: Proof | None
+    """What ``check`` found; None: it did not run."""
+    diagnostics: list[Diagnostic]
+    passes: dict[str, Any]
+    """What passes have added, each under its name."""
+
+    @property
+    def verdict(self) -> str:
+        """Whether it is the same robot, in words."""
+        if self.proof is None:
+            return "not checked"
+        if not self.proof.same:
+            return "NOT the same robot"
+        owned = "; ".join(f"{one.by} changed: {told(one.changes)}" for one in self.changed)
+        return "the same robot" + (f", but for what {owned}" if owned else "")
+
+    @property
+    def base_in_words(self) -> str:
+        """Whether the base floats, and by whose joint."""
+        own = ", ".join(f"'{name}'" for name in self.floating_joints)
+        why = f"free by the URDF's own joint {own}" if own else self.base_reason
+        return f"{self.base} base" + (f" ({why})" if why else "")
+
+
+def report(conversion: Conversion) -> Report:
+    """What became of the robot, counted in the .mbs as the last pass left it."""
+    mbs, robot = conversion.mbs, conversion.robot
+    natures = Counter(joint.nature for body in mbs.bodies for joint in body.joints)
+    inserted = 1 if conversion.inserted else 0
+    base, floating_joints = _floating(conversion)
+    return Report(
+        robot=robot.name,
+        source=str(conversion.settings.source),
+        output=str(conversion.settings.output),
+        base=base,
+        base_reason=conversion.base_reason,
+        floating_joints=floating_joints,
+        links=len(robot.links) - inserted,
+        bodies=len(mbs.bodies),
+        joints=Joints(
+            len(robot.joints) - inserted, natures.total(),
+            natures["independent"], natures["dependent"], natures["driven"],
+            natures.total() / max(natures["independent"], 1),
+        ),
+        mass=sum(body.mass or 0.0 for body in mbs.bodies),
+        gravity=mbs.base.gravity,
+        names=conversion.names,
+        numbers=mbs.numbers(),
+        frames=conversion.frames,
+        frozen=conversion.frozen,
+        changed=conversion.changed,
+        left_out=left_out(robot),
+        proof=conversion.proof,
+        diagnostics=conversion.diagnostics,
+        passes=conversion.report,
+    )  # fmt: skip
+
+
+def _floating(conversion: Conversion) -> tuple[str, list[str]]:
+    """Whether the base floats in the .mbs, and the URDF's own joints that float there."""
+    natures = {joint.name: joint.nature for body in conversion.mbs.bodies for joint in body.joints}
+    coordinates = conversion.names.coordinates
+    base, own = "fixed", []
+    rigid = {conversion.robot.root()} if conversion.robot.links else set()
+    for joint in conversion.robot.depth_first() if rigid else ():
+        if not joint.moves and joint.parent in rigid:
+            rigid.add(joint.child)
+        names = coordinates.get(joint.name, ())
+        if joint.name in conversion.frozen or joint.type != "floating":
+            continue
+        if all(natures.get(n) == "independent" for n in names):
+            if joint.parent in rigid:
+                base = "floating"
+            if joint.name != conversion.inserted and names:
+                own.append(joint.name)
+    return base, own
