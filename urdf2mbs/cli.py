@@ -299,7 +299,7 @@ def _without_config(robot: str, output: Any, arguments: argparse.Namespace) -> t
 
 def _verify(arguments: argparse.Namespace) -> int:
     from urdf2mbs.api import verify
-    from urdf2mbs.proof.compare import SIX
+    from urdf2mbs.proof.urdf_side import SIX
 
     verdict = verify(
         arguments.robot,

@@ -27,7 +27,8 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.names import rename
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.proof.compare import compare, worst
+from urdf2mbs.proof.compare import compare
+from urdf2mbs.proof.rigid import worst
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 from urdf2mbs.urdf.changes import between, snapshot, told

@@ -24,11 +24,9 @@ mass to that mass, an inertia to that inertia.  So a finger's error counts on a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from functools import partial
-from math import asin, atan2, cos, dist, hypot, isfinite, log10, pi, sin, sqrt
+from collections.abc import Iterable, Mapping
+from math import atan2, dist, hypot, log10, pi
 from random import Random
-from sys import float_info
 from typing import Any
 
 import msgspec
@@ -37,28 +35,39 @@ from urdf2mbs.conversion import NOTHING_HEAVY, LinkFrame
 from urdf2mbs.diagnostics import Difference
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.spatial import Sym, Vec, fewest_turns
-from urdf2mbs.urdf.model import Joint, Origin, Robot
+from urdf2mbs.proof.groups import Group
+from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.proof.rigid import (
+    HERE,
+    ORIGIN,
+    Frame,
+    Inertia,
+    about,
+    across,
+    angle,
+    between_axes,
+    compose,
+    cross,
+    distance,
+    dot,
+    inertias_apart,
+    inverse,
+    merge,
+    most,
+    moved,
+    seen,
+    shift,
+    spin,
+    turned,
+)
+from urdf2mbs.proof.urdf_side import SIX, carriers, own_coordinates, urdf_side
+from urdf2mbs.spatial import Vec, fewest_turns
+from urdf2mbs.urdf.model import Robot
 
 #: What a difference must exceed to count, relative to the scale of what is compared.
 TOLERANCE = 1e-9
 #: Positions at which the motion is compared, zero included.
 POSITIONS = 4
-#: Components of a unit axis up to this are zero for a conversion (it says so in a note).
-ALIGNED = 1e-9
-#: A floating joint's coordinates, where the .mbs does not have them in another order.
-SIX = ("T1", "T2", "T3", "R1", "R2", "R3")
-
-#: A frame: a rotation matrix row by row, then the origin (m).
-Frame = tuple[
-    float, float, float, float, float, float, float, float, float, float, float, float
-]  # fmt: skip
-#: Mass (kg), centre (m), and inertia about it (kg m^2), in some frame.
-Inertia = tuple[float, Vec, Sym]
-
-HERE: Frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-ORIGIN: Vec = (0.0, 0.0, 0.0)
-X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class Comparison(msgspec.Struct):
@@ -107,123 +116,54 @@ def compare(
     )
 
 
-class _Group(msgspec.Struct):
-    """A rigid group: how it hangs on its parent group, and what is in it."""
-
-    parent: int
-    before: Frame
-    """Where its joint stands in the parent group; the group's own frame is the one after it."""
-    turns: bool
-    axis: Vec
-    """Along or about which it moves, in both frames."""
-    move: Callable[[float], Frame]
-    coordinate: str
-    joint: str
-    reach: float
-    """How far out (m) its joint is in the parent group, and what it has is in it."""
-    inertias: list[tuple[str, Inertia]] = []
-    """Of each link or body."""
-
-
-class _Side(msgspec.Struct):
-    """One of the two descriptions, as rigid groups; group 0 is the ground."""
-
-    groups: list[_Group]
-    frames: dict[str, tuple[int, Frame]]
-    """Link (URDF) or body and joint (.mbs) frames: their group and pose in it."""
-    created: dict[str, int]
-    """The group that each coordinate moves."""
-
-    def add(
-        self,
-        parent: int,
-        before: Frame,
-        turns: bool,
-        axis: Vec,
-        move: Callable[[float], Frame],
-        coordinate: str,
-        joint: str,
-    ) -> int:
-        reach = max(abs(before[9]), abs(before[10]), abs(before[11]))
-        if reach > self.groups[parent].reach:
-            self.groups[parent].reach = reach
-        group = _Group(parent, before, turns, axis, move, coordinate, joint, reach)
-        self.groups.append(group)
-        self.created[coordinate] = len(self.groups) - 1
-        return len(self.groups) - 1
-
-    def put(self, name: str, group: int, inertia: Inertia) -> None:
-        x, y, z = inertia[1]
-        reach = max(abs(x), abs(y), abs(z))
-        if reach > self.groups[group].reach:
-            self.groups[group].reach = reach
-        self.groups[group].inertias.append((name, inertia))
-
-    def mass(self) -> float:
-        """kg, of all groups but the ground."""
-        return sum(i[0] for group in self.groups[1:] for _, i in group.inertias)
-
-    def world(self) -> list[Frame]:
-        """The pose of every group at zero."""
-        out = [HERE]
-        for group in self.groups[1:]:
-            out.append(_compose(out[group.parent], group.before))
-        return out
-
-
-def _side(root: str) -> _Side:
-    ground = _Group(0, HERE, False, X, lambda _: HERE, "", "", 0.0)
-    return _Side([ground], {root: (0, HERE)}, {})
-
-
 class _Pair(msgspec.Struct):
     """A group of the URDF and its counterpart in the .mbs, and where their joints stand, both
     seen from the .mbs's parent group."""
 
-    ours: _Group
-    theirs: _Group
+    ours: Group
+    theirs: Group
     our_before: Frame
     their_before: Frame
     our_inertia: Inertia
     their_inertia: Inertia
     scale: float
     """m."""
-    carried: list[tuple[_Group, _Group]]
+    carried: list[tuple[Group, Group]]
     """The groups that hang on them."""
     moves: list[tuple[Frame, Frame]]
     """The joint's motion at the random positions."""
 
     def motion(self, at: Frame) -> float:
         """How far the motions are apart, if ``at`` is our group's pose in theirs."""
-        off = _distance(
-            _compose(self.their_before, at) if at is not HERE else self.their_before,
+        off = distance(
+            compose(self.their_before, at) if at is not HERE else self.their_before,
             self.our_before,
             self.scale,
         )
         for our_move, their_move in self.moves:
-            ours = _compose(self.our_before, our_move)
-            theirs = _compose(self.their_before, their_move)
+            ours = compose(self.our_before, our_move)
+            theirs = compose(self.their_before, their_move)
             if at is not HERE:
-                theirs = _compose(theirs, at)
-            off = max(off, _distance(theirs, ours, self.scale))
+                theirs = compose(theirs, at)
+            off = max(off, distance(theirs, ours, self.scale))
         return off
 
     def inertia(self, at: Frame) -> dict[str, float]:
-        ours = self.our_inertia if at is HERE else _seen(self.our_inertia, at)
-        return _apart(ours, self.their_inertia, self.scale)
+        ours = self.our_inertia if at is HERE else seen(self.our_inertia, at)
+        return inertias_apart(ours, self.their_inertia, self.scale)
 
     def misfits(self, at: Frame) -> list[float]:
         """How far each thing that the groups have is apart, if ``at`` is so: the axis of their
         joint, what they weigh, and the axes of the joints that they carry."""
         ours, theirs = self.ours, self.theirs
         found = [
-            _between_axes(at, ours.axis, HERE, theirs.axis, ours.turns, self.scale),
+            between_axes(at, ours.axis, HERE, theirs.axis, ours.turns, self.scale),
             *self.inertia(at).values(),
         ]
         for mine, other in self.carried:
-            before = _compose(at, mine.before)
+            before = compose(at, mine.before)
             found.append(
-                _between_axes(before, mine.axis, other.before, other.axis, mine.turns, self.scale)
+                between_axes(before, mine.axis, other.before, other.axis, mine.turns, self.scale)
             )
         return found
 
@@ -254,8 +194,8 @@ class _Comparing:
         self._gravity(gravity)
         self._left_out(frozen)
         names, held = self._coordinates(joints, frozen, orders)
-        one = self.one = _urdf_side(self.robot, names, held, orders)
-        two = self.two = _mbs_side(self.mbs, set(names.values()))
+        one = self.one = urdf_side(self.robot, names, held, orders)
+        two = self.two = mbs_side(self.mbs, set(names.values()))
         #: Each group's counterpart, parents first: there is one for each.
         self.pairs = {0: 0}
         for own, number in one.created.items():
@@ -283,7 +223,7 @@ class _Comparing:
 
     def _gravity(self, gravity: Vec) -> None:
         own = self.mbs.base.gravity
-        off = _most(gravity, own, max(map(abs, (*gravity, *own))) or 1.0)
+        off = most(gravity, own, max(map(abs, (*gravity, *own))) or 1.0)
         self.largest["gravity"] = off
         if self._beyond(off):
             told = f"gravity is {_short(own)}, and should be {_short(gravity)} m/s^2"
@@ -318,7 +258,7 @@ class _Comparing:
             if not joint.moves or joint.name in frozen:
                 continue
             where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
-            ours = _own_coordinates(joint, orders.get(joint.name, SIX))
+            ours = own_coordinates(joint, orders.get(joint.name, SIX))
             theirs = joints.get(joint.name, ())
             if len(theirs) != len(ours) or not known.keys() >= set(theirs):
                 told = f"joint '{joint.name}' ({joint.type}) is not in the .mbs"
@@ -363,7 +303,7 @@ class _Comparing:
         leader: dict[int, str] = {}
         for name, (number, _) in one.frames.items():
             leader.setdefault(number, name)
-        carried: dict[int, list[tuple[_Group, _Group]]] = {number: [] for number in pairs}
+        carried: dict[int, list[tuple[Group, Group]]] = {number: [] for number in pairs}
         hangs: set[int] = set()
         for mine, other in pairs.items():
             if mine:
@@ -379,15 +319,15 @@ class _Comparing:
             ours, theirs = one.groups[mine], two.groups[other]
             before = theirs.before
             if mine in hangs:
-                before = _compose(_inverse(world[pairs[ours.parent]]), world[other])
+                before = compose(inverse(world[pairs[ours.parent]]), world[other])
             scale = max(ours.reach, theirs.reach) + self.floor
             moves = []
             for _ in range(POSITIONS - 1):
                 q = random.uniform(-pi, pi) * (1.0 if ours.turns else scale)
                 moves.append((ours.move(q), theirs.move(q)))
             pair = _Pair(
-                ours, theirs, _compose(self.apart[ours.parent], ours.before), before,
-                _merge(ours.inertias), _merge(theirs.inertias), scale, carried[mine], moves,
+                ours, theirs, compose(self.apart[ours.parent], ours.before), before,
+                merge(ours.inertias), merge(theirs.inertias), scale, carried[mine], moves,
             )  # fmt: skip
             link = leader.get(mine)
             if mine in hangs:
@@ -405,17 +345,17 @@ class _Comparing:
         if at is not None:
             group, anchor = self.two.frames.get(at.joint or at.body or "", (-1, HERE))
             if group == other:
-                meant = _compose(anchor, (*at.pose.rot, *at.pose.xyz))
+                meant = compose(anchor, (*at.pose.rot, *at.pose.xyz))
                 if meant == HERE:
                     meant = HERE
         placed = HERE
         place = meant
         if place is None:
-            place = placed = _compose(_inverse(pair.their_before), pair.our_before)
+            place = placed = compose(inverse(pair.their_before), pair.our_before)
         motion = 0.0 if hangs else pair.motion(place)
         plain = meant is not None or max(pair.inertia(place).values()) <= self.tolerance
         if self._beyond(motion) or not plain:
-            placed = _compose(_inverse(pair.their_before), pair.our_before)
+            placed = compose(inverse(pair.their_before), pair.our_before)
             place = _settle(pair, placed, meant, self.tolerance)
             motion = 0.0 if hangs else pair.motion(place)
         self.largest["motion"] = max(self.largest["motion"], motion)
@@ -428,29 +368,29 @@ class _Comparing:
         ours, theirs, name = pair.ours, pair.theirs, pair.ours.joint
         link = self.robot.joints[name].child
         where: dict[str, Any] = {"link": link, "joint": name}
-        off = _distance(placed, place, pair.scale)
-        a, b = _turned(pair.their_before, theirs.axis), _turned(pair.our_before, ours.axis)
-        tilt = _angle(a, b)
+        off = distance(placed, place, pair.scale)
+        a, b = turned(pair.their_before, theirs.axis), turned(pair.our_before, ours.axis)
+        tilt = angle(a, b)
         if off <= self.tolerance:
             if self._beyond(tilt):
-                back = _inverse(self.apart[ours.parent])
-                a, b = _turned(back, a), _turned(back, b)
+                back = inverse(self.apart[ours.parent])
+                a, b = turned(back, a), turned(back, b)
                 told = f"its axis is {_short(a)} in the .mbs, and should be {_short(b)}"
                 told += f": {tilt:.6g} rad off"
             else:
                 a, b = pair.their_before[9:], pair.our_before[9:]
-                told = f"its axis is {_most(a, b):.3g} m beside where it should be"
+                told = f"its axis is {most(a, b):.3g} m beside where it should be"
             self._differ("axis", f"joint '{name}': {told}", motion, urdf=b, mbs=a, **where)
             return
         # the link, seen from where it should be; how much of it is the joint's own motion?
-        away = _compose(_inverse(placed), place)
+        away = compose(inverse(placed), place)
         if ours.turns:
-            amount = _about(away, ours.axis)
-            rest = _compose(away, _spin(ours.axis, -amount))
+            amount = about(away, ours.axis)
+            rest = compose(away, spin(ours.axis, -amount))
         else:
             amount = sum(p * q for p, q in zip(away[9:], ours.axis, strict=True))
-            rest = _compose(away, _shift(ours.axis, -amount))
-        left = _distance(rest, HERE, pair.scale)
+            rest = compose(away, shift(ours.axis, -amount))
+        left = distance(rest, HERE, pair.scale)
         if left <= max(self.tolerance, 1e-3 * off):
             unit = "rad" if ours.turns else "m"
             told = f"joint '{name}': its zero is the URDF's {amount:.6g} {unit}"
@@ -500,12 +440,12 @@ class _Comparing:
             )  # fmt: skip
         before = len(self.found)
         for names, ours, theirs in self._parts(pair, lost):
-            ours = _seen(ours, place)
+            ours = seen(ours, place)
             names = names or [link]
             who = f"link{'s' * (len(names) > 1)} " + " + ".join(f"'{name}'" for name in names[:3])
             if len(names) > 3:
                 who += f" and {len(names) - 3} more"
-            for index, (kind, off) in enumerate(_apart(ours, theirs, pair.scale).items()):
+            for index, (kind, off) in enumerate(inertias_apart(ours, theirs, pair.scale).items()):
                 if self._beyond(off):
                     a, b = ours[index], theirs[index]
                     told = f"{who}: {kind} is {_short(b)} in the .mbs, and should be {_short(a)}"
@@ -535,16 +475,16 @@ class _Comparing:
         inertia, and the body's."""
         ours = [(name, i) for name, i in pair.ours.inertias if name not in lost]
         names = [name for name, _ in ours]
-        whole = [(names, _merge(ours), pair.their_inertia)]
+        whole = [(names, merge(ours), pair.their_inertia)]
         bodies: dict[str, list[tuple[str, Inertia]]] = {}
         for name, inertia in ours:
             bodies.setdefault(self._body(name) or "", []).append((name, inertia))
         theirs = dict(pair.theirs.inertias)
         if "" in bodies or not bodies.keys() >= theirs.keys():
             return whole
-        nothing = _merge([])
+        nothing = merge([])
         return [
-            ([name for name, _ in links], _merge(links), theirs.get(body, nothing))
+            ([name for name, _ in links], merge(links), theirs.get(body, nothing))
             for body, links in bodies.items()
         ]
 
@@ -563,15 +503,15 @@ class _Comparing:
                 self.elsewhere.append(Difference("frame", f"link '{link}': {told}", link=link))
                 continue
             if at.pose.xyz != ORIGIN or at.pose.rot != HERE[:9]:
-                theirs = _compose(theirs, (*at.pose.rot, *at.pose.xyz))
+                theirs = compose(theirs, (*at.pose.rot, *at.pose.xyz))
             ours = self.apart[group]
             if pose is not HERE:
-                ours = _compose(ours, pose)
-            off = _distance(ours, theirs, self._scale(group))
+                ours = compose(ours, pose)
+            off = distance(ours, theirs, self._scale(group))
             if off > self.largest["frame"]:
                 self.largest["frame"] = off
             if self._beyond(off):
-                told = _told(_compose(_inverse(ours), theirs))
+                told = _told(compose(inverse(ours), theirs))
                 self.elsewhere.append(
                     Difference("frame", f"link '{link}': its frame is {told}", off, link=link)
                 )
@@ -589,9 +529,9 @@ class _Comparing:
         plain = _one_spelling(self.one.frames)
         for link, (group, pose) in self.one.frames.items():
             for body, xyz in at.get((self.pairs[group], plain.get(link, "")), ()):
-                ours = _moved(self.apart[group], pose[9:])
-                theirs = _moved(self.two.frames[body or ""][1], xyz)
-                off = _most(ours, theirs, self._scale(group))
+                ours = moved(self.apart[group], pose[9:])
+                theirs = moved(self.two.frames[body or ""][1], xyz)
+                off = most(ours, theirs, self._scale(group))
                 if self._beyond(off):
                     told = f"link '{link}': point '{plain[link]}' of body '{body}' is "
                     told += f"{dist(ours, theirs):.3g} m off its frame"
@@ -626,14 +566,14 @@ def _settle(pair: _Pair, placed: Frame, meant: Frame | None, tolerance: float) -
 
 def _on_axis(pair: _Pair, at: Frame) -> Frame:
     """The pose nearest to ``at`` in which the groups have the same axis."""
-    u, e = _turned(at, pair.ours.axis), pair.theirs.axis
-    n = _cross(u, e)
+    u, e = turned(at, pair.ours.axis), pair.theirs.axis
+    n = cross(u, e)
     sine = hypot(*n)
     if sine > 0.0:
-        turn = _spin((n[0] / sine, n[1] / sine, n[2] / sine), atan2(sine, _dot(u, e)))
-        at = (*_compose(turn, at)[:9], *at[9:])
+        turn = spin((n[0] / sine, n[1] / sine, n[2] / sine), atan2(sine, dot(u, e)))
+        at = (*compose(turn, at)[:9], *at[9:])
     if pair.ours.turns:
-        along = _dot(at[9:], e)
+        along = dot(at[9:], e)
         at = (*at[:9], along * e[0], along * e[1], along * e[2])
     return at
 
@@ -646,28 +586,19 @@ def _slid(pair: _Pair, at: Frame) -> Frame:
     points += [(mine.before[9:], other.before[9:]) for mine, other in pair.carried]
     if pair.ours.turns:
         for a, b in points:
-            p, q = _across(_moved(at, a), e), _across(b, e)
+            p, q = across(moved(at, a), e), across(b, e)
             if min(hypot(*p), hypot(*q)) > 1e-3 * pair.scale:
-                angle = atan2(_dot(_cross(p, q), e), _dot(p, q))
-                at = _compose(_spin(e, angle), at)
+                angle = atan2(dot(cross(p, q), e), dot(p, q))
+                at = compose(spin(e, angle), at)
                 break
     for a, b in points[:1]:
-        p = _moved(at, a)
+        p = moved(at, a)
         d = (b[0] - p[0], b[1] - p[1], b[2] - p[2])
         if pair.ours.turns:
-            along = _dot(d, e)
+            along = dot(d, e)
             d = (along * e[0], along * e[1], along * e[2])
         at = (*at[:9], at[9] + d[0], at[10] + d[1], at[11] + d[2])
     return at
-
-
-def carriers(robot: Robot) -> set[str]:
-    """The links that have mass or carry what has."""
-    useful = {link.name for link in robot.links.values() if not link.massless}
-    for joint in reversed(robot.depth_first()):
-        if joint.child in useful:
-            useful.add(joint.parent)
-    return useful
 
 
 def _one_spelling(links: Iterable[str]) -> dict[str, str]:
@@ -680,40 +611,6 @@ def _one_spelling(links: Iterable[str]) -> dict[str, str]:
     for name in spelt.values():
         count[name] = count.get(name, 0) + 1
     return {link: name for link, name in spelt.items() if count[name] == 1}
-
-
-def _merge(parts: list[tuple[str, Inertia]]) -> Inertia:
-    """Several inertias in one frame as one, by the parallel-axis theorem."""
-    inertias = [inertia for _, inertia in parts]
-    if len(inertias) == 1:
-        return inertias[0]
-    mass = sum(m for m, _, _ in inertias)
-    x, y, z = (sum(m * c[k] for m, c, _ in inertias) / (mass or 1.0) for k in range(3))
-    xx = xy = xz = yy = yz = zz = 0.0
-    for m, (cx, cy, cz), tensor in inertias:
-        dx, dy, dz = cx - x, cy - y, cz - z
-        xx += tensor[0] + m * (dy * dy + dz * dz)
-        xy += tensor[1] - m * dx * dy
-        xz += tensor[2] - m * dx * dz
-        yy += tensor[3] + m * (dx * dx + dz * dz)
-        yz += tensor[4] - m * dy * dz
-        zz += tensor[5] + m * (dx * dx + dy * dy)
-    return mass, (x, y, z), (xx, xy, xz, yy, yz, zz)
-
-
-def _apart(ours: Inertia, theirs: Inertia, scale: float) -> dict[str, float]:
-    """How far two inertias are apart, each part relative to its own scale.
-
-    An inertia is not asked to be finer than 1e-15 of what its mass has at ``scale``: lumping
-    point masses leaves that much dust.
-    """
-    heaviest = max(abs(ours[0]), abs(theirs[0]))
-    tensor = max(map(abs, (*ours[2], *theirs[2]))) + 1e-6 * heaviest * scale * scale
-    return {
-        "mass": _most(ours[:1], theirs[:1], heaviest or 1.0),
-        "centre": _most(ours[1], theirs[1], scale) if heaviest else 0.0,  # else it has none
-        "inertia": _most(ours[2], theirs[2], tensor or 1.0),
-    }
 
 
 def _short(value: Any) -> str:
@@ -731,331 +628,3 @@ def _told(apart: Frame) -> str:
     shift = ", ".join(f"{c if abs(c) > 1e-9 * most else 0.0:.6g}" for c in apart[9:])
     parts = [f"turned by {turns}"] * bool(turns) + [f"shifted by ({shift})"] * (most > 1e-12)
     return " and ".join(parts) or "slightly off"
-
-
-# --- the URDF's side: Rodrigues' formula -----------------------------------------------------
-
-
-def _urdf_side(
-    robot: Robot,
-    moving: Mapping[str, str],
-    held: Mapping[str, float],
-    orders: Mapping[str, tuple[str, ...]],
-) -> _Side:
-    side = _side(robot.root())
-    frames = side.frames
-    for joint in robot.depth_first():
-        group, at = frames[joint.parent]
-        at = _at_origin(at, joint.origin)
-        if joint.moves:
-            order = orders.get(joint.name, SIX)
-            for (own, kind), axis in zip(
-                _own_coordinates(joint, order), _own_axes(joint, order), strict=True
-            ):
-                turns = kind[0] == "R"
-                move = partial(_spin if turns else _shift, axis)
-                if own in moving:
-                    group = side.add(group, at, turns, axis, move, own, joint.name)
-                    at = HERE
-                elif held.get(own):
-                    at = _compose(at, move(held[own]))
-        frames[joint.child] = (group, at)
-    for name, link in robot.links.items():
-        if link.inertial is not None:
-            group, at = frames[name]
-            at = _at_origin(at, link.inertial.origin)
-            side.put(name, group, _seen((link.inertial.mass, ORIGIN, link.inertial.inertia), at))
-    return side
-
-
-def _at_origin(at: Frame, origin: Origin) -> Frame:
-    if origin.rpy != ORIGIN:
-        return _compose(at, (*_from_quaternion(origin.rpy), *origin.xyz))
-    if origin.xyz != ORIGIN:
-        return (*at[:9], *_moved(at, origin.xyz))
-    return at
-
-
-def _own_coordinates(joint: Joint, order: tuple[str, ...]) -> list[tuple[str, str]]:
-    """A joint's coordinates, and whether each is a T or an R."""
-    if joint.type == "floating":
-        return [(f"{joint.name}[{kind}]", kind) for kind in order]
-    if joint.type == "planar":
-        return [(f"{joint.name}[{k}]", "TTR"[k]) for k in range(3)]
-    return [(joint.name, "T" if joint.type == "prismatic" else "R")]
-
-
-def _own_axes(joint: Joint, order: tuple[str, ...]) -> list[Vec]:
-    if joint.type == "floating":
-        return [AXES[int(kind[1]) - 1] for kind in order]
-    axis = _direction(joint.axis)
-    return [*in_plane(axis), axis] if joint.type == "planar" else [axis]
-
-
-def _direction(axis: Vec) -> Vec:
-    largest = max(map(abs, axis))
-    x, y, z = (c / largest for c in axis)
-    length = sqrt(x * x + y * y + z * z)
-    x, y, z = (0.0 if abs(c / length) <= ALIGNED else c for c in (x, y, z))
-    length = sqrt(x * x + y * y + z * z)
-    return (x / length, y / length, z / length)
-
-
-def in_plane(axis: Vec) -> tuple[Vec, Vec]:
-    """The two directions in which a planar joint of a unit axis shifts; URDF leaves them open."""
-    x, y, z = axis
-    if x == 0.0 and y != 0.0:
-        u = (0.0, -z, y)
-    elif y == 0.0 and z != 0.0:
-        u = (z, 0.0, -x)
-    else:
-        u = (-y / hypot(x, y), x / hypot(x, y), 0.0)
-    return u, _cross(axis, u)
-
-
-def _shift(u: Vec, q: float) -> Frame:
-    return (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, q * u[0], q * u[1], q * u[2])
-
-
-def _spin(u: Vec, q: float) -> Frame:
-    """Rodrigues: R = 1 + sin(q) K + (1 - cos(q)) K^2, K the cross product with the unit axis."""
-    x, y, z = u
-    s, c = sin(q), 1.0 - cos(q)
-    return (
-        1.0 - c * (y * y + z * z), c * x * y - s * z, c * x * z + s * y,
-        c * x * y + s * z, 1.0 - c * (x * x + z * z), c * y * z - s * x,
-        c * x * z - s * y, c * y * z + s * x, 1.0 - c * (x * x + y * y),
-        0.0, 0.0, 0.0,
-    )  # fmt: skip
-
-
-def _from_quaternion(
-    rpy: Vec,
-) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """Roll, pitch, yaw to a rotation by way of the quaternion, as urdfdom does it."""
-    cr, cp, cy = (cos(angle / 2) for angle in rpy)
-    sr, sp, sy = (sin(angle / 2) for angle in rpy)
-    x = sr * cp * cy - cr * sp * sy
-    y = cr * sp * cy + sr * cp * sy
-    z = cr * cp * sy - sr * sp * cy
-    w = cr * cp * cy + sr * sp * sy
-    return (
-        1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
-        2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
-        2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y),
-    )  # fmt: skip
-
-
-# --- the .mbs's side: elementary joints ------------------------------------------------------
-
-
-def _mbs_side(mbs: Mbs, moving: set[str]) -> _Side:
-    side = _side("")
-    frames = side.frames
-    points: dict[tuple[str | None, str], Vec] = {
-        (None, point.name): point.coordinates for point in mbs.base.points
-    } | {(body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points}
-    for body in mbs.bodies:
-        group, at = frames[body.parent or ""]
-        if body.point is not None:
-            at = (*at[:9], *_moved(at, points[body.parent, body.point]))
-        for joint in body.joints:
-            if joint.name in moving:
-                # its position at start is where it starts from, not where it is held
-                kind = joint.type
-                group = side.add(
-                    group, at, kind[0] == "R", AXES[int(kind[1]) - 1],
-                    partial(_stepped, HERE, kind), joint.name, joint.name,
-                )  # fmt: skip
-                at = HERE
-            elif joint.nature == "driven" and joint.q:
-                at = _stepped(at, joint.type, joint.q)
-            frames[joint.name] = (group, at)
-        frames[body.name] = (group, at)
-        if body.mass or body.inertia:
-            tensor = body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-            side.put(body.name, group, _seen((body.mass or 0.0, body.com or ORIGIN, tensor), at))
-    return side
-
-
-def _stepped(at: Frame, kind: str, q: float) -> Frame:
-    """A frame after one joint: T1 T2 T3 shift along, R1 R2 R3 turn about its current axes."""
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, x, y, z = at
-    if kind == "T1":
-        return (*at[:9], x + q * a11, y + q * a21, z + q * a31)
-    if kind == "T2":
-        return (*at[:9], x + q * a12, y + q * a22, z + q * a32)
-    if kind == "T3":
-        return (*at[:9], x + q * a13, y + q * a23, z + q * a33)
-    c, s = cos(q), sin(q)
-    if kind == "R1":
-        return (
-            a11, c * a12 + s * a13, c * a13 - s * a12,
-            a21, c * a22 + s * a23, c * a23 - s * a22,
-            a31, c * a32 + s * a33, c * a33 - s * a32, x, y, z,
-        )  # fmt: skip
-    if kind == "R2":
-        return (
-            c * a11 - s * a13, a12, c * a13 + s * a11,
-            c * a21 - s * a23, a22, c * a23 + s * a21,
-            c * a31 - s * a33, a32, c * a33 + s * a31, x, y, z,
-        )  # fmt: skip
-    return (
-        c * a11 + s * a12, c * a12 - s * a11, a13,
-        c * a21 + s * a22, c * a22 - s * a21, a23,
-        c * a31 + s * a32, c * a32 - s * a31, a33, x, y, z,
-    )  # fmt: skip
-
-
-# --- vectors, frames and inertias ------------------------------------------------------------
-
-
-def _dot(a: Vec, b: Vec) -> float:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Vec, b: Vec) -> Vec:
-    return (
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    )
-
-
-def _across(v: Vec, e: Vec) -> Vec:
-    """The part of a vector that is normal to a unit axis."""
-    along = _dot(v, e)
-    return (v[0] - along * e[0], v[1] - along * e[1], v[2] - along * e[2])
-
-
-def _angle(a: Vec, b: Vec) -> float:
-    """Between two unit vectors (rad)."""
-    return 2.0 * asin(min(1.0, hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) / 2.0))
-
-
-def _about(frame: Frame, axis: Vec) -> float:
-    """How far (rad) a frame is turned about an axis."""
-    a11, a12, a13, a21, a22, a23, a31, a32, a33 = frame[:9]
-    sine = _dot((a32 - a23, a13 - a31, a21 - a12), axis) / 2.0
-    return atan2(sine, (a11 + a22 + a33 - 1.0) / 2.0)
-
-
-def _between_axes(at: Frame, u: Vec, other: Frame, v: Vec, turns: bool, scale: float) -> float:
-    """How far apart two joint axes are: their directions, and of two that turn their places."""
-    a, b = _turned(at, u), _turned(other, v)
-    off = _most(a, b)
-    if turns:
-        d = (at[9] - other[9], at[10] - other[10], at[11] - other[11])
-        off = worst((off, hypot(*_cross(d, b)) / scale))
-    return off
-
-
-def _most(a: Iterable[float], b: Iterable[float], scale: float = 1.0) -> float:
-    """The largest difference between two lists of numbers, relative to ``scale``."""
-    return worst(abs(p - q) / scale for p, q in zip(a, b, strict=True))
-
-
-def worst(offs: Iterable[float]) -> float:
-    """The largest of some deviations; the largest double if one is infinite or not a number.
-
-    ``max`` alone passes over what is not a number, or not, by where it stands.
-    """
-    offs = tuple(offs)
-    # no deviation is negative, so the sum is finite only if each of them is
-    return max(offs) if isfinite(sum(offs)) else float_info.max
-
-
-def _compose(a: Frame, b: Frame) -> Frame:
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
-    b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
-    return (
-        a11 * b11 + a12 * b21 + a13 * b31,
-        a11 * b12 + a12 * b22 + a13 * b32,
-        a11 * b13 + a12 * b23 + a13 * b33,
-        a21 * b11 + a22 * b21 + a23 * b31,
-        a21 * b12 + a22 * b22 + a23 * b32,
-        a21 * b13 + a22 * b23 + a23 * b33,
-        a31 * b11 + a32 * b21 + a33 * b31,
-        a31 * b12 + a32 * b22 + a33 * b32,
-        a31 * b13 + a32 * b23 + a33 * b33,
-        ax + a11 * bx + a12 * by + a13 * bz,
-        ay + a21 * bx + a22 * by + a23 * bz,
-        az + a31 * bx + a32 * by + a33 * bz,
-    )
-
-
-def _inverse(a: Frame) -> Frame:
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, x, y, z = a
-    return (
-        a11, a21, a31, a12, a22, a32, a13, a23, a33,
-        -(a11 * x + a21 * y + a31 * z),
-        -(a12 * x + a22 * y + a32 * z),
-        -(a13 * x + a23 * y + a33 * z),
-    )  # fmt: skip
-
-
-def _turned(frame: Frame, v: Vec) -> Vec:
-    """A direction given in a frame, from where the frame is given."""
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, _, _, _ = frame
-    x, y, z = v
-    return (
-        a11 * x + a12 * y + a13 * z,
-        a21 * x + a22 * y + a23 * z,
-        a31 * x + a32 * y + a33 * z,
-    )
-
-
-def _moved(frame: Frame, v: Vec) -> Vec:
-    """A point given in a frame, from where the frame is given."""
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = frame
-    x, y, z = v
-    return (
-        ax + a11 * x + a12 * y + a13 * z,
-        ay + a21 * x + a22 * y + a23 * z,
-        az + a31 * x + a32 * y + a33 * z,
-    )
-
-
-def _distance(a: Frame, b: Frame, scale: float) -> float:
-    """How far two frames are apart: the larger of the turn (rad) and the shift over ``scale``."""
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
-    b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
-    return worst((
-        abs(a11 - b11), abs(a12 - b12), abs(a13 - b13),
-        abs(a21 - b21), abs(a22 - b22), abs(a23 - b23),
-        abs(a31 - b31), abs(a32 - b32), abs(a33 - b33),
-        abs(ax - bx) / scale, abs(ay - by) / scale, abs(az - bz) / scale,
-    ))  # fmt: skip
-
-
-def _seen(inertia: Inertia, frame: Frame) -> Inertia:
-    """An inertia given in a frame, from where the frame is given: R I R^T."""
-    mass, centre, (xx, xy, xz, yy, yz, zz) = inertia
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, _, _, _ = frame
-    p11, p12, p13 = (
-        a11 * xx + a12 * xy + a13 * xz,
-        a11 * xy + a12 * yy + a13 * yz,
-        a11 * xz + a12 * yz + a13 * zz,
-    )
-    p21, p22, p23 = (
-        a21 * xx + a22 * xy + a23 * xz,
-        a21 * xy + a22 * yy + a23 * yz,
-        a21 * xz + a22 * yz + a23 * zz,
-    )
-    p31, p32, p33 = (
-        a31 * xx + a32 * xy + a33 * xz,
-        a31 * xy + a32 * yy + a33 * yz,
-        a31 * xz + a32 * yz + a33 * zz,
-    )
-    return (
-        mass,
-        _moved(frame, centre),
-        (
-            p11 * a11 + p12 * a12 + p13 * a13,
-            p11 * a21 + p12 * a22 + p13 * a23,
-            p11 * a31 + p12 * a32 + p13 * a33,
-            p21 * a21 + p22 * a22 + p23 * a23,
-            p21 * a31 + p22 * a32 + p23 * a33,
-            p31 * a31 + p32 * a32 + p33 * a33,
-        ),
-    )

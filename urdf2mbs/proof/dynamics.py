@@ -12,7 +12,9 @@ from lxml import etree
 
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Difference
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.proof.compare import AXES, POSITIONS, SIX, in_plane, worst
+from urdf2mbs.proof.compare import POSITIONS
+from urdf2mbs.proof.rigid import AXES, worst
+from urdf2mbs.proof.urdf_side import SIX, in_plane
 from urdf2mbs.spatial import Vec, direction
 
 

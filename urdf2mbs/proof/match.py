@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.conversion import LinkFrame
 from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, Mbs
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.proof.compare import SIX, carriers
+from urdf2mbs.proof.urdf_side import SIX, carriers
 from urdf2mbs.spatial import ZERO, Pose, axis_turns
 from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot

@@ -1,0 +1,79 @@
+"""A robot as rigid groups: all that no moving joint separates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import msgspec
+
+from urdf2mbs.proof.rigid import HERE, Frame, Inertia, X, compose
+from urdf2mbs.spatial import Vec
+
+
+class Group(msgspec.Struct):
+    """A rigid group: how it hangs on its parent group, and what is in it."""
+
+    parent: int
+    before: Frame
+    """Where its joint stands in the parent group; the group's own frame is the one after it."""
+    turns: bool
+    axis: Vec
+    """Along or about which it moves, in both frames."""
+    move: Callable[[float], Frame]
+    coordinate: str
+    joint: str
+    reach: float
+    """How far out (m) its joint is in the parent group, and what it has is in it."""
+    inertias: list[tuple[str, Inertia]] = []
+    """Of each link or body."""
+
+
+class Side(msgspec.Struct):
+    """One of the two descriptions, as rigid groups; group 0 is the ground."""
+
+    groups: list[Group]
+    frames: dict[str, tuple[int, Frame]]
+    """Link (URDF) or body and joint (.mbs) frames: their group and pose in it."""
+    created: dict[str, int]
+    """The group that each coordinate moves."""
+
+    def add(
+        self,
+        parent: int,
+        before: Frame,
+        turns: bool,
+        axis: Vec,
+        move: Callable[[float], Frame],
+        coordinate: str,
+        joint: str,
+    ) -> int:
+        reach = max(abs(before[9]), abs(before[10]), abs(before[11]))
+        if reach > self.groups[parent].reach:
+            self.groups[parent].reach = reach
+        group = Group(parent, before, turns, axis, move, coordinate, joint, reach)
+        self.groups.append(group)
+        self.created[coordinate] = len(self.groups) - 1
+        return len(self.groups) - 1
+
+    def put(self, name: str, group: int, inertia: Inertia) -> None:
+        x, y, z = inertia[1]
+        reach = max(abs(x), abs(y), abs(z))
+        if reach > self.groups[group].reach:
+            self.groups[group].reach = reach
+        self.groups[group].inertias.append((name, inertia))
+
+    def mass(self) -> float:
+        """kg, of all groups but the ground."""
+        return sum(i[0] for group in self.groups[1:] for _, i in group.inertias)
+
+    def world(self) -> list[Frame]:
+        """The pose of every group at zero."""
+        out = [HERE]
+        for group in self.groups[1:]:
+            out.append(compose(out[group.parent], group.before))
+        return out
+
+
+def only_ground(root: str) -> Side:
+    ground = Group(0, HERE, False, X, lambda _: HERE, "", "", 0.0)
+    return Side([ground], {root: (0, HERE)}, {})
