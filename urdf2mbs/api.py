@@ -22,7 +22,8 @@ from urdf2mbs.spatial import Vec
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.xacro import expand
+from urdf2mbs.urdf.reader import expanded
+from urdf2mbs.urdf.xml import mend
 
 
 class Result:
@@ -257,8 +258,7 @@ def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
 
 
 def _text(settings: Settings) -> bytes:
-    if settings.source.suffix.lower() != ".xacro":
-        return settings.source.read_bytes()
-    return expand(
-        settings.source, Packages(settings.packages, settings.source), settings.xacro_args
-    ).text
+    """The URDF's text as the reader takes it: expanded, and harmless slips mended."""
+    packages = Packages(settings.packages, settings.source)
+    data, expansion = expanded(settings.source, packages, settings.xacro_args)
+    return mend(data)[0] if expansion is None else expansion.text

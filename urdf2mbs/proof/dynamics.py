@@ -21,9 +21,10 @@ from urdf2mbs.spatial import Vec, direction
 def to_pinocchio(mbs: Mbs) -> Any:
     """An .mbs as a ``pinocchio.Model``: all of Pinocchio for whoever has an .mbs.
 
-    Joints that move keep their names, in the order of the file, each of one degree of freedom
-    (PX PY PZ RX RY RZ); a driven joint is held at its initial position.  Each body is a frame of
-    its name, and so is each anchor point, as ``BODY/POINT``.  Units are m, kg, rad.
+    Joints that move keep their names, each of one degree of freedom (PX PY PZ RX RY RZ), and
+    stand depth first: with any other order Pinocchio's ``crba`` is wrong without a word.  A
+    driven joint is held at its initial position.  Each body is a frame of its name, and so is
+    each anchor point, as ``BODY/POINT``.  Units are m, kg, rad.
     """
     pin = _pinocchio()
     import numpy as np
@@ -41,7 +42,7 @@ def to_pinocchio(mbs: Mbs) -> Any:
     points: dict[tuple[str | None, str], Any] = {
         (None, point.name): np.asarray(point.coordinates) for point in mbs.base.points
     }
-    for body in mbs.bodies:
+    for body in mbs.depth_first():
         joint, pose = at[body.parent]
         if body.point is not None:
             pose = pose * pin.SE3(np.eye(3), points[body.parent, body.point])
