@@ -1,0 +1,1 @@
+"""The commands, a file each: its options, what it does, what it prints."""

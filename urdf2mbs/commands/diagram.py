@@ -1,0 +1,50 @@
+"""`diagram`: the 2D diagram of an .mbs as a picture."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from urdf2mbs.commands.printing import (
+    beside,
+    print_json,
+)
+from urdf2mbs.commands.settings import (
+    Parents,
+)
+from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.output import write_files
+
+
+def add(commands: Any, parents: Parents) -> None:
+    diagram = commands.add_parser(
+        "diagram",
+        parents=[parents.common],
+        help="draw the 2D diagram of an .mbs file as an SVG picture",
+    )
+    diagram.add_argument("model", type=Path, metavar="MODEL.mbs")
+    diagram.add_argument(
+        "-o", "--output", type=Path, metavar="OUT.svg", help="default: beside the model"
+    )
+    diagram.set_defaults(command=_diagram)
+
+
+def _diagram(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.diagram.draw import draw
+    from urdf2mbs.mbs.reader import read
+
+    try:
+        data = arguments.model.read_bytes()
+    except OSError as error:
+        raise ConfigError(
+            "model-unreadable", f"cannot read '{arguments.model}': {error.strerror}"
+        ) from None
+    mbs = read(data, str(arguments.model))
+    output = arguments.output or beside(arguments.model, ".svg")
+    write_files({output: draw(mbs).encode()})
+    if arguments.json:
+        print_json({"model": mbs.name, "output": str(output)})
+    else:
+        print(f"{mbs.name}: diagram of {counted(len(mbs.bodies), 'body')} written to {output}")
+    return 0

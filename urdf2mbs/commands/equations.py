@@ -1,0 +1,85 @@
+"""`equations`: Robotran's equations for an .mbs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.commands.printing import (
+    print_json,
+)
+from urdf2mbs.commands.settings import (
+    Parents,
+)
+from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.output import write_files
+
+
+def add(commands: Any, parents: Parents) -> None:
+    equations = commands.add_parser(
+        "equations",
+        parents=[parents.common],
+        help="write Robotran's equations for an .mbs file",
+    )
+    equations.add_argument("model", type=Path, metavar="MODEL.mbs")
+    equations.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="default: symbolicR of the project"
+    )
+    equations.add_argument("--language", choices=("python", "c"), default="python")
+    equations.add_argument(
+        "--fold", action="store_true", help="write masses, points and the like as numbers"
+    )
+    equations.add_argument(
+        "--keep-turns", action="store_true",
+        help="read the positions of joints that never move, too",
+    )  # fmt: skip
+    equations.add_argument(
+        "--numba", action="store_true", help="let numba compile dirdyna and invdyna (python)"
+    )
+    equations.set_defaults(command=_equations)
+
+
+def _equations(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.equations import equations, not_ours
+    from urdf2mbs.mbs.reader import read
+
+    if arguments.numba and arguments.language == "c":
+        raise ConfigError("usage", "--numba is for Python: leave it out, or --language c")
+    model: Path = arguments.model
+    try:
+        data = model.read_bytes()
+    except OSError as error:
+        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
+    mbs = read(data, str(model), mechanics_only=True)
+    project = model.parent.parent if model.parent.name == "dataR" else model.parent
+    folder: Path = arguments.output or project / "symbolicR"
+    made = equations(
+        mbs, data, str(model), language=arguments.language, fold=arguments.fold,
+        keep_turns=arguments.keep_turns, numba=arguments.numba,
+    )  # fmt: skip
+    not_ours(folder, made)
+    write_files({folder / name: text for name, text in made.files.items()})
+    if arguments.json:
+        counts = {name: msgspec.to_builtins(count) for name, count in made.counts.items()}
+        fixed = {name: q for _, name, q in made.fixed}
+        print_json(
+            {"model": mbs.name, "output": str(folder), "counts": counts, "fixed": fixed,
+             "not_generated": made.left_out}
+        )  # fmt: skip
+        return 0
+    print(f"{mbs.name}: equations of {len(mbs.numbers())} joints written to {folder}")
+    for name, count in made.counts.items():
+        if count.operations:
+            print(
+                f"  {name:10} {count.operations:6} operations: {count.products} products, "
+                f"{count.sums} sums, {count.functions} sines, cosines and roots"
+            )
+    if made.fixed:
+        never = counted(len(made.fixed), "joint")
+        print(f"  {never} never move{'s' * (len(made.fixed) == 1)}: numbers")
+    for name, why in made.left_out.items():
+        print(f"  {name} is not generated: {why}")
+    return 0

@@ -1,0 +1,118 @@
+"""`explain`: the passes of a config, without running them."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.commands.presets import by_presets, driven_bound
+from urdf2mbs.commands.printing import (
+    described,
+    joints_in_words,
+    origin,
+    print_json,
+    warn_of,
+)
+from urdf2mbs.commands.progress import Progress
+from urdf2mbs.commands.settings import (
+    Parents,
+    configured,
+)
+from urdf2mbs.engine.config import Config, Lines
+from urdf2mbs.engine.pipeline import Bound, Pipeline
+from urdf2mbs.engine.plugins import GROUP, Plugins
+from urdf2mbs.summary import Report, report
+
+
+def add(commands: Any, parents: Parents) -> None:
+    explain = commands.add_parser(
+        "explain",
+        parents=[parents.common, parents.levels],
+        help="show the passes of a config, without running them",
+    )
+    explain.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    explain.add_argument(
+        "--cost", action="store_true",
+        help="convert after all, by each preset too, to count the joints; nothing is written",
+    )  # fmt: skip
+    explain.set_defaults(command=_explain)
+
+
+#: What the summaries of the passes call "the method".
+METHOD = (
+    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
+    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
+)
+
+
+def _explain(arguments: argparse.Namespace) -> int:
+    config, lines = configured(arguments)
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    warn_of(pipeline.plugins)
+    if arguments.json:
+        passes = [
+            {**described(bound.found), "swapped": bound.swapped, "options": bound.options}
+            for bound in pipeline.passes
+        ]
+        if not arguments.cost:
+            print_json(passes)
+            return 0
+        cost = {
+            name: {**msgspec.structs.asdict(found.joints), "bound": driven_bound(found)}
+            for name, found in _cost(config, lines, pipeline, arguments).items()
+        }
+        print_json({"passes": passes, "cost": cost})
+        return 0
+    settings = pipeline.settings
+    print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.base}")
+    for name, folder in settings.packages.items():
+        print(f"package {name} = {folder}")
+    for name, value in settings.xacro_args.items():
+        print(f"arg     {name} := {value}")
+    for number, bound in enumerate(pipeline.passes, start=1):
+        pass_ = bound.found.pass_
+        print(f"\n{number}. {pass_.name}: {pass_.summary}")
+        print(f"   from     {origin(bound.found)}{_instead(bound, pipeline.plugins)}")
+        for other in pipeline.plugins.passes[pass_.name]:
+            if other.plugin not in (bound.found.plugin, GROUP):
+                print(
+                    f"   not      {origin(other)}, which brings a '{pass_.name}' too; "
+                    f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
+                )
+        print(f"   needs    {', '.join(pass_.needs) or '-'}")
+        if pass_.changes:
+            print(f"   changes  {', '.join(pass_.changes)}")
+        print(f"   gives    {', '.join(pass_.gives) or '-'}")
+        options = msgspec.to_builtins(bound.options)
+        print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
+    print(f"\n{METHOD}")
+    if arguments.cost:
+        print("\ncost")
+        for name, found in _cost(config, lines, pipeline, arguments).items():
+            least = driven_bound(found)
+            fewest = "" if least is None else f"; no frames do with fewer than {least} driven"
+            print(f"   {name:13}  {joints_in_words(found.joints)}{fewest}")
+    return 0
+
+
+def _cost(
+    config: Config, lines: Lines, pipeline: Pipeline, arguments: argparse.Namespace
+) -> dict[str, Report]:
+    """What becomes of the joints by the config as it is, and of it by each other preset."""
+    pipelines = {"this config": pipeline, **by_presets(config, lines, arguments)}
+    with Progress(verbose=False) as progress:
+        for each in pipelines.values():
+            each.plugins.watch(progress)
+        return {name: report(each.run()) for name, each in pipelines.items()}
+
+
+def _instead(bound: Bound, plugins: Plugins) -> str:
+    """What a pass stands in for."""
+    others = [found for found in plugins.passes[bound.found.pass_.name] if found != bound.found]
+    if not bound.swapped or not others:
+        return ""
+    built_in = any(found.plugin == GROUP for found in others)
+    return ", in place of " + ("the built-in pass" if built_in else origin(others[0]))

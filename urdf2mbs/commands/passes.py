@@ -1,0 +1,49 @@
+"""`passes`: every known pass."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from urdf2mbs.commands.printing import (
+    described,
+    origin,
+    print_json,
+    warn_of,
+)
+from urdf2mbs.commands.settings import (
+    Parents,
+)
+from urdf2mbs.engine.plugins import Plugins
+
+
+def add(commands: Any, parents: Parents) -> None:
+    passes = commands.add_parser("passes", parents=[parents.common], help="list every known pass")
+    passes.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
+    passes.set_defaults(command=_passes)
+
+
+def _passes(arguments: argparse.Namespace) -> int:
+    plugins = Plugins([Path(file) for file in arguments.plugin], installed=not arguments.no_plugins)
+    warn_of(plugins)
+    found = [one for offered in plugins.passes.values() for one in offered]
+    if arguments.json:
+        print_json([described(one) for one in found])
+        return 0
+    width = max(len(one.pass_.name) for one in found)
+    for one in found:
+        pass_ = one.pass_
+        out = [*(f"{token} (changed)" for token in pass_.changes), *pass_.gives]
+        trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(out) or '-'}"
+        print(f"{pass_.name:{width}}  {pass_.summary}")
+        print(f"{'':{width}}  {trade}; {origin(one)}")
+    print(f"\n{METHOD}")
+    return 0
+
+
+#: What the summaries of the passes call "the method".
+METHOD = (
+    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
+    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
+)

@@ -1,0 +1,37 @@
+"""A config by the other presets: how many joints they would make."""
+
+from __future__ import annotations
+
+import argparse
+
+import msgspec
+
+from urdf2mbs.engine.config import Config, Lines, preset, presets
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.summary import Report
+
+
+def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:
+    """The config by each preset but its own."""
+    pipelines: dict[str, Pipeline] = {}
+    for name in presets():
+        if name == config.pipeline:
+            continue
+        after = {key: new for key, new in config.after.items() if key in preset(name, lines)[0]}
+        added = [
+            new for news in after.values() for new in ([news] if isinstance(news, str) else news)
+        ]
+        there = {*preset(name, lines)[0], *added}
+        other = msgspec.structs.replace(
+            config, pipeline=name, after=after,
+            swap={key: value for key, value in config.swap.items() if key in there},
+            passes={key: value for key, value in config.passes.items() if key in there},
+        )  # fmt: skip
+        pipelines[name] = Pipeline(other, lines, installed_plugins=not arguments.no_plugins)
+    return pipelines
+
+
+def driven_bound(found: Report) -> int | None:
+    """How few driven joints there could be, if that is known."""
+    least: int | None = found.passes.get("align-frames", {}).get("bound")
+    return least

@@ -1,0 +1,96 @@
+"""What commands print: what became of a robot, where a pass comes from, paths, JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import counted
+from urdf2mbs.engine.plugins import Found, Plugins
+from urdf2mbs.summary import Joints, Report
+
+
+def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
+    """What became of the robot: the same for every command that converts."""
+    joints = found.joints
+    links, bodies = counted(found.links, "link"), counted(found.bodies, "body")
+    print(f"  {links} -> {bodies}, mass {found.mass:.6g} kg")
+    if any(said.code == "no-mass" for said in conversion.diagnostics):
+        print("  NO DYNAMICS: no link has a mass")
+    print(
+        f"  {counted(joints.urdf, 'URDF joint')} -> {joints_in_words(joints)}; "
+        f"{found.base_in_words}"
+    )
+    if conversion.names.flipped:
+        print(f"  {other_way(conversion.names.flipped)}")
+    if found.proof is not None:
+        proof = found.proof
+        verdict = found.verdict if proof.same else "NOT THE SAME ROBOT, kept under this name"
+        print(f"  {verdict}: {proof_in_words(proof.groups, proof.positions, proof.largest)}")
+        for difference in proof.differences:
+            print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
+    tell_diagnostics(conversion, verbose)
+
+
+def tell_diagnostics(conversion: Conversion, verbose: bool) -> None:
+    warnings = [d for d in conversion.diagnostics if d.level == "warning"]
+    notes = [d for d in conversion.diagnostics if d.level == "note"]
+    more = "" if verbose or not notes else " (-v shows them)"
+    print(f"  {counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}{more}")
+    for diagnostic in warnings + (notes if verbose else []):
+        print(diagnostic, file=sys.stderr)
+
+
+def proof_in_words(groups: int, positions: int, largest: dict[str, float]) -> str:
+    found = ", ".join(f"{kind} {off:.1e}" for kind, off in largest.items())
+    return f"{counted(groups, 'rigid group')} at {positions} positions; largest deviations: {found}"
+
+
+def joints_in_words(joints: Joints) -> str:
+    return f"{joints}; {joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
+
+
+def other_way(names: Sequence[str]) -> str:
+    return (
+        f"{counted(len(names), 'joint')} the other way round (minus the URDF's): {', '.join(names)}"
+    )
+
+
+def near(path: Path) -> str:
+    return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
+
+
+def beside(model: Path, suffix: str) -> Path:
+    """The model's name with another ending; only .mbs is one (``panda_v1.0`` has none)."""
+    return model.with_name(model.name.removesuffix(".mbs") + suffix)
+
+
+def warn_of(plugins: Plugins) -> None:
+    for broken in plugins.broken:
+        print(broken, file=sys.stderr)
+
+
+def origin(found: Found) -> str:
+    of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
+    version = f" {found.version}" if found.version else ""
+    return f"{found.plugin}{of}{version} ({found.file})"
+
+
+def described(found: Found) -> dict[str, Any]:
+    pass_ = found.pass_
+    return {
+        "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,
+        "package": found.package, "version": found.version, "file": found.file,
+        "needs": pass_.needs, "changes": pass_.changes, "gives": pass_.gives,
+    }  # fmt: skip
+
+
+def print_json(data: Any) -> None:
+    print(json.dumps(msgspec.to_builtins(data), indent=2))

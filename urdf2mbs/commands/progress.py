@@ -1,0 +1,48 @@
+"""Where a run is, told while it lasts."""
+
+from __future__ import annotations
+
+import sys
+import threading
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+
+
+class Progress:
+    """Says on stderr where a run is: each pass with its time if asked, else only when it lasts."""
+
+    PATIENCE = 2.0
+    """Seconds of silence."""
+
+    def __init__(self, verbose: bool) -> None:
+        self._verbose = verbose
+        self._at = ""
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._speak, daemon=True)
+
+    def __enter__(self) -> Progress:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._done.set()
+        self._thread.join()
+
+    def _speak(self) -> None:
+        while not self._done.wait(self.PATIENCE):
+            print(f"... {self._at}", file=sys.stderr)
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Conversion) -> None:
+        self._at = pass_.name
+
+        def progress(text: str) -> None:
+            self._at = f"{pass_.name}: {text}"
+
+        conversion.progress = progress
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, seconds: float) -> None:
+        if self._verbose:
+            print(f"{1000 * seconds:9.2f} ms  {pass_.name}", file=sys.stderr)

@@ -1,0 +1,71 @@
+"""`report`: one HTML page to look at."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from urdf2mbs.commands.printing import (
+    beside,
+    near,
+    print_json,
+    tell,
+)
+from urdf2mbs.commands.progress import Progress
+from urdf2mbs.commands.settings import (
+    Parents,
+    add_settings,
+    robot_or_config,
+    with_levels,
+)
+from urdf2mbs.diagnostics import counted
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.output import write_files
+from urdf2mbs.summary import report
+
+
+def add(commands: Any, parents: Parents) -> None:
+    page = commands.add_parser(
+        "report",
+        parents=[parents.common, parents.levels],
+        help="convert, and write one HTML page to look at instead",
+    )
+    page.add_argument(
+        "config", type=Path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below",
+    )  # fmt: skip
+    page.add_argument(
+        "-o", "--output", type=Path, metavar="OUT.html", help="default: beside the output"
+    )
+    page.add_argument("-v", "--verbose", action="store_true", help="show each pass and all notes")
+    add_settings(page)
+    page.set_defaults(command=_report)
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.report.page import make
+
+    config, lines = with_levels(*robot_or_config(arguments), arguments)
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    with Progress(arguments.verbose) as progress:
+        pipeline.plugins.watch(progress)
+        conversion = pipeline.run()
+        conversion.progress("the page")
+        page = make(conversion)
+    output = arguments.output or beside(conversion.settings.output, ".html")
+    write_files({output: page.data})
+    found = report(conversion)
+    if arguments.json:
+        print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
+    else:
+        sizes = page.sizes
+        print(f"{found.robot}: report written to {near(output)} ({found.verdict})")
+        print(
+            f"  {sizes['all'] / 1e6:.2f} MB: three.js {sizes['viewer'] / 1e6:.2f}, "
+            f"meshes {sizes['meshes'] / 1e6:.2f}"
+        )
+        if page.missing:
+            print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
+        tell(conversion, found, arguments.verbose)
+    return 0 if conversion.rejected is None else 3

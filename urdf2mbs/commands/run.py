@@ -1,0 +1,121 @@
+"""`run` and `convert`: a robot in, an .mbs or a project out."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any
+
+from urdf2mbs.commands.presets import by_presets
+from urdf2mbs.commands.printing import (
+    near,
+    print_json,
+    tell,
+    tell_diagnostics,
+)
+from urdf2mbs.commands.progress import Progress
+from urdf2mbs.commands.settings import (
+    Parents,
+    add_settings,
+    configured,
+    without_config,
+)
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.engine.config import Config, Lines
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.kit.dump import Dump
+from urdf2mbs.output import write
+from urdf2mbs.summary import Report, report
+
+
+def add(commands: Any, parents: Parents) -> None:
+    run = commands.add_parser(
+        "run",
+        parents=[parents.common, parents.running, parents.levels],
+        help="convert as a config file says",
+    )
+    run.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    run.set_defaults(command=_run)
+
+    convert = commands.add_parser(
+        "convert",
+        parents=[parents.common, parents.running, parents.levels],
+        help="convert one robot, without a config file",
+    )
+    convert.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
+    convert.add_argument(
+        "-o", "--output", metavar="OUT.mbs",
+        help="the file; an existing folder, or DIR/, gets a whole Robotran project",
+    )  # fmt: skip
+    add_settings(convert)
+    convert.set_defaults(command=_convert)
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    return _carry_out(*configured(arguments), arguments)
+
+
+def _convert(arguments: argparse.Namespace) -> int:
+    output: Any = arguments.output
+    if output == "":
+        raise ConfigError("usage", "--output: the name of the file is empty")
+    if output is not None and (output.endswith(_SEPARATORS) or Path(output).is_dir()):
+        output = {"project": output}
+    config, lines = without_config(arguments.robot, output, arguments)
+    return _carry_out(config, lines, arguments)
+
+
+#: What ends the name of a folder.
+_SEPARATORS = tuple(filter(None, (os.sep, os.altsep)))
+
+
+def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
+    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    with Progress(arguments.verbose) as progress:
+        pipeline.plugins.watch(progress)
+        dump = None if arguments.dump is None else Dump(arguments.dump)
+        if dump is not None:
+            pipeline.plugins.watch(dump)
+        try:
+            conversion = pipeline.run(stop_after=arguments.stop_after)
+        finally:
+            if dump is not None:
+                dump.finish()
+    write(conversion)
+    found = report(conversion)
+    if arguments.json:
+        print_json(found)
+    else:
+        _summarise(conversion, found, arguments)
+        fewer = _fewer(conversion, config, lines, arguments)
+        if fewer:
+            print(f"  {fewer}")
+    return 0 if conversion.rejected is None else 3
+
+
+def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namespace) -> None:
+    output = conversion.rejected or conversion.settings.output
+    if output in conversion.files:
+        print(f"{found.robot}: written to {near(output)}")
+        tell(conversion, found, arguments.verbose)
+    else:
+        print(f"stopped after '{arguments.stop_after}': nothing is written")
+        tell_diagnostics(conversion, arguments.verbose)
+
+
+def _fewer(
+    conversion: Conversion, config: Config, lines: Lines, arguments: argparse.Namespace
+) -> str:
+    """How many joints the other presets make, where Robotran's generator minds."""
+    if all(one.code != "generator-limits" for one in conversion.diagnostics):
+        return ""
+    others = []
+    for name, other in by_presets(config, lines, arguments).items():
+        try:
+            made = other.run(stop_after="decompose-joints").mbs.numbers()
+        except ConversionError:
+            continue  # this is not what was asked for
+        others.append(f"the preset '{name}' makes {counted(len(made), 'joint')}")
+    return "; ".join(others)
