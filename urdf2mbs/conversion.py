@@ -158,8 +158,9 @@ class Conversion:
     joints     ``Body.joints``       decompose-joints
     anchors    ``Body.points`` ...   collect-anchors
     shapes     ``Body.shapes``       convert-visuals
+    names      ``names``, ``frames`` assign-names
     layout     positions, drawings   layout
-    mbs-file   ``files``, ``names``  emit
+    mbs-file   ``files``             emit
     ========== ===================== ==================================================
     """
 
@@ -179,7 +180,7 @@ class Conversion:
         self.frozen: dict[str, str] = {}
         """Moving URDF joints that are not in the .mbs, and why; held at zero."""
         self.frames: dict[str, LinkFrame] = {}
-        """Where each URDF link's frame is, by link name, once emit has named everything."""
+        """Where each URDF link's frame is, by link name (filled by assign-names)."""
         self.meshes: dict[str, str] = {}
         """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
         self.files: dict[Path, bytes] = {}

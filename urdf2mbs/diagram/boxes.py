@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import ceil, sqrt
 
-from urdf2mbs.diagram.called import called
 from urdf2mbs.mbs.model import Body, Drawing, Joint, Mbs, Point
 
 MARGIN = 20.0
@@ -114,9 +113,9 @@ def nodes(mbs: Mbs) -> list[Node]:
     out = [found[None]]
     leads: dict[tuple[str | None, str | None], Lead] = {}
     points: dict[str | None, dict[str, Point]] = {None: {p.name: p for p in mbs.base.points}}
-    for body, final in zip(mbs.depth_first(), called(mbs).bodies, strict=True):
+    for body in mbs.depth_first():
         parent = found[body.parent]
-        node = found[body.name] = Node(body, parent, name_width=_written(final.name))
+        node = found[body.name] = Node(body, parent, name_width=_written(body.name))
         points[body.name] = {p.name: p for p in body.points}
         point = points[body.parent].get(body.point) if body.point is not None else None
         key = (body.parent, None if point is None else point.name)

@@ -2,55 +2,53 @@
 
 from __future__ import annotations
 
-from urdf2mbs.diagram.called import called
 from urdf2mbs.mbs.model import XY, Body, Mbs, Point
 
 
 def keep(mbs: Mbs, drawn: Mbs) -> int:
     """Give a model, already laid out, the places that its parts have in ``drawn``.
 
-    Parts are found by the names that they will have in the file.  A part that is new stands
+    Parts are found by their names.  A part that is new stands
     beside what carries it, as far as the new diagram puts it.  Returns how many bodies stay.
     """
-    named, bodies = called(mbs), mbs.depth_first()
     before = {body.name: body for body in drawn.bodies}
     moved: dict[str | None, XY] = {None: (0.0, 0.0)}
 
     if mbs.base.position and drawn.base.position and drawn.base.drawing:
         moved[None] = _between(mbs.base.position, drawn.base.position)
         mbs.base.position, mbs.base.drawing = drawn.base.position, drawn.base.drawing
-    _move(mbs.base.points, named.base.points, drawn.base.points, moved[None])
+    _move(mbs.base.points, drawn.base.points, moved[None])
 
     kept = 0
-    for body, as_named in zip(bodies, named.bodies, strict=True):
-        old = before.get(as_named.name)
-        if old is not None and _alike(as_named, old):
+    for body in mbs.depth_first():
+        old = before.get(body.name)
+        if old is not None and _alike(body, old):
             assert body.joints[-1].position is not None
             assert old.joints[-1].position is not None
             moved[body.name] = _between(body.joints[-1].position, old.joints[-1].position)
             for joint, there in zip(body.joints, old.joints, strict=True):
                 joint.position = there.position
             body.drawing = old.drawing
-            _move(body.points, as_named.points, old.points, moved[body.name])
+            _move(body.points, old.points, moved[body.name])
             kept += 1
         else:
             by = moved[body.name] = moved[body.parent]
             for joint in body.joints:
                 joint.position = _shifted(joint.position, by)
-            _move(body.points, as_named.points, [], by)
+            _move(body.points, [], by)
     return kept
 
 
-def _alike(named: Body, old: Body) -> bool:
+def _alike(body: Body, old: Body) -> bool:
     """Whether a body has the same joints as before, all of them with a place."""
-    names = [joint.name for joint in named.joints] == [joint.name for joint in old.joints]
+    names = [joint.name for joint in body.joints] == [joint.name for joint in old.joints]
     return names and old.drawing is not None and all(joint.position for joint in old.joints)
 
 
-def _move(points: list[Point], names: list[Point], drawn: list[Point], by: XY) -> None:
+def _move(points: list[Point], drawn: list[Point], by: XY) -> None:
     before = {point.name: point.position for point in drawn}
-    for point, named in zip(points, names, strict=True):
-        point.position = before.get(named.name) or _shifted(point.position, by)
+    for point in points:
+        point.position = before.get(point.name) or _shifted(point.position, by)
 
 
 def _between(one: XY, other: XY) -> XY:

@@ -3,7 +3,8 @@ authors looked at pictures).
 
 It reads the file's bytes and compares them with the URDF by the second route of ``verify``:
 the pose of every link at several random positions, zero included, and mass, centre and inertia
-of every rigid group.  A file that differs never takes the place of a good one.
+of every rigid group.  A file that differs never takes the place of a good one.  Where a plugin
+writes another format, the model that the file was made of is compared.
 """
 
 from __future__ import annotations
@@ -30,9 +31,14 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
+    data = conversion.files[output]
+    if output.suffix.lower() == ".mbs":
+        mbs = read(data, str(output), mechanics_only=True)
+    else:
+        mbs = conversion.mbs
     comparison = compare(
         conversion.robot.with_flipped(conversion.names.flipped),
-        read(conversion.files[output], str(output), mechanics_only=True),
+        mbs,
         {name: tuple(joints) for name, joints in conversion.names.coordinates.items()},
         frames=conversion.frames,
         frozen=conversion.frozen,
@@ -53,7 +59,7 @@ def run(conversion: Conversion, options: Options) -> None:
         undeclared + lost + comparison.differences + comparison.frames,
         key=lambda difference: -difference.size,
     )
-    conversion.proven = conversion.files[output]
+    conversion.proven = data
     conversion.proof = Proof(
         not differences,
         comparison.positions,
@@ -63,7 +69,7 @@ def run(conversion: Conversion, options: Options) -> None:
         dict(conversion.frozen),
     )
     if differences:
-        conversion.rejected = output.with_suffix(".rejected.mbs")
+        conversion.rejected = output.with_suffix(f".rejected{output.suffix}")
         conversion.files[conversion.rejected] = conversion.files.pop(output)
 
 

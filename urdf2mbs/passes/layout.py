@@ -54,4 +54,4 @@ def _keep(conversion: Conversion) -> int:
     return kept
 
 
-PASS = Pass("layout", run, Options, needs=("joints", "anchors"), gives=("layout",))
+PASS = Pass("layout", run, Options, needs=("joints", "anchors", "names"), gives=("layout",))

@@ -1,0 +1,76 @@
+"""Fit view: the 3D viewer opens with the whole robot in sight, its symbols of a size to match."""
+
+from __future__ import annotations
+
+from math import hypot
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.mbs.model import Light, View, Viewpoint
+from urdf2mbs.spatial import HERE, Pose, add, compose, rotate
+from urdf2mbs.urdf.model import Box, Cylinder, Mesh
+
+#: The height (m) of the human-sized robots whose view the scale factors are taken from.
+HUMAN = 1.8
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    conversion.mbs.view = fit_view(conversion)
+
+
+def fit_view(conversion: Conversion) -> View:
+    """A camera that sees the whole robot at zero, and symbols of a size to match."""
+    low, high = _extent(conversion)
+    x, y, z = (_short((a + b) / 2) for a, b in zip(low, high, strict=True))
+    centre = (x, y, z)
+    size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
+    away = (_short(x + 1.3 * size), _short(y + 0.6 * size), _short(z + 0.5 * size))
+    unit = size / HUMAN
+    return View(
+        frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
+        point=_short(0.3 * unit),
+        viewpoints=[
+            Viewpoint(
+                "Whole_robot", position=away, target=centre,
+                front_clip=_short(0.005 * size), back_clip=_short(30 * size),
+            )
+        ],
+        lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
+    )  # fmt: skip
+
+
+def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
+    """The box (m) round all link frames, centres of mass and primitive shapes, at zero."""
+    robot = conversion.robot
+    at: dict[str, Pose] = {robot.root(): HERE}
+    for joint in robot.depth_first():
+        at[joint.child] = compose(at[joint.parent], joint.origin.pose)
+    low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+    for name, link in robot.links.items():
+        pose = at[name]
+        around = [(pose.xyz, 0.0)]
+        if link.inertial is not None:
+            around.append((add(pose.xyz, rotate(pose.rot, link.inertial.origin.xyz)), 0.0))
+        for visual in link.visuals:
+            shape = visual.geometry
+            if isinstance(shape, Mesh):
+                continue
+            radius = (
+                hypot(*shape.size) / 2 if isinstance(shape, Box)
+                else hypot(shape.radius, shape.length / 2) if isinstance(shape, Cylinder)
+                else shape.radius
+            )  # fmt: skip
+            around.append((add(pose.xyz, rotate(pose.rot, visual.origin.xyz)), radius))
+        for point, radius in around:
+            for k in range(3):
+                low[k] = min(low[k], point[k] - radius)
+                high[k] = max(high[k], point[k] + radius)
+    return low, high
+
+
+def _short(value: float) -> float:
+    """Three significant digits: the view is for the eye, the robot is not rounded."""
+    return float(f"{value:.3g}")
+
+
+PASS = Pass("fit-view", run, needs=("robot",))
