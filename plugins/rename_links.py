@@ -19,8 +19,7 @@ import re
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.plugin import ConfigError, Pass, hookimpl, nearest
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):

@@ -16,6 +16,7 @@ from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.output import write
 from urdf2mbs.proof.compare import TOLERANCE, compare
 from urdf2mbs.proof.match import Match, floating_joints, match, spellings
 from urdf2mbs.spatial import Vec
@@ -31,6 +32,15 @@ class Result:
 
     def __init__(self, conversion: Conversion) -> None:
         self.conversion = conversion
+
+    def write(self) -> Path:
+        """Write the file, or the project; gives the path of the .mbs.
+
+        One that is not the same robot is written as ``NAME.rejected.mbs``.  Raises ConfigError
+        where a file cannot be written.
+        """
+        write(self.conversion)
+        return self.conversion.rejected or self.conversion.settings.output
 
     @property
     def mbs(self) -> Mbs:
@@ -73,39 +83,60 @@ class Result:
 def convert(
     source: str | os.PathLike[str],
     *,
+    output: str | os.PathLike[str] | None = None,
+    project: str | os.PathLike[str] | None = None,
+    language: str | Sequence[str] | None = None,
     base: str = "auto",
+    gravity: Vec = (0.0, 0.0, -9.81),
     packages: Mapping[str, str | os.PathLike[str]] | None = None,
     xacro_args: Mapping[str, str] | None = None,
     pipeline: str | list[str] = "faithful",
     options: Mapping[str, Mapping[str, Any]] | None = None,
     plugins: Sequence[str | os.PathLike[str]] = (),
     after: Mapping[str, str | list[str]] | None = None,
+    before: Mapping[str, str | list[str]] | None = None,
+    without: Sequence[str] = (),
+    alias: Mapping[str, str] | None = None,
     swap: Mapping[str, str] | None = None,
     diagnostics: Mapping[str, str] | None = None,
     strict: bool = False,
 ) -> Result:
-    """Convert a URDF or xacro file, without writing anything.
+    """Convert a URDF or xacro file; nothing is written until ``Result.write()``.
 
-    ``base`` is ``auto``, ``floating`` or ``fixed``; ``packages`` maps ROS packages to
-    directories; ``options`` maps passes to their options; ``plugins`` are Python files,
-    ``after`` maps a pass to those to put right after it, ``swap`` a pass to the plugin whose
-    pass of the same name replaces it; ``diagnostics`` maps codes to ``error``, ``warning``,
-    ``note`` or ``ignore``, and ``strict`` makes warnings errors.  Paths are relative to the
-    working folder.  Raises ConversionError.
+    ``output`` is the .mbs file, or ``project`` a Robotran project folder, in one ``language`` or
+    more (``python``, ``c``); ``base`` is ``auto``, ``floating`` or ``fixed``; ``gravity`` an
+    acceleration in base axes (m/s^2); ``packages`` maps ROS packages to directories; ``options``
+    maps passes to their options; ``plugins`` are Python files.  ``after`` and ``before`` map a
+    pass to those to put right beside it, ``without`` leaves passes out, ``alias`` gives a pass a
+    second name, ``swap`` maps a pass to the plugin whose pass of the same name replaces it.
+    ``diagnostics`` maps codes to ``error``, ``warning``, ``note`` or ``ignore``, and ``strict``
+    makes warnings errors.  Paths are relative to the working folder.  Raises ConversionError.
     """
-    given = {
+    given: dict[str, Any] = {
         "source": os.fspath(source),
         "base": base,
+        "gravity": tuple(gravity),
         "packages": {name: os.fspath(path) for name, path in (packages or {}).items()},
         "xacro_args": dict(xacro_args or {}),
         "pipeline": pipeline,
         "passes": {name: dict(values) for name, values in (options or {}).items()},
         "plugins": [os.fspath(plugin) for plugin in plugins],
         "after": dict(after or {}),
+        "before": dict(before or {}),
+        "without": list(without),
+        "alias": dict(alias or {}),
         "swap": dict(swap or {}),
         "diagnostics": dict(diagnostics or {}),
         "strict": strict,
     }
+    if project is not None:
+        if output is not None:
+            raise ConfigError("usage", "give either an output or a project, not both")
+        given["output"] = {"project": os.fspath(project)}
+        if language is not None:
+            given["output"]["language"] = language if isinstance(language, str) else [*language]
+    elif output is not None:
+        given["output"] = os.fspath(output)
     lines = Lines()
     return Result(Pipeline(typed(Config, given, lines), lines).run())
 

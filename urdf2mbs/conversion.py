@@ -13,6 +13,7 @@ from urdf2mbs.levels import Levels
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
+from urdf2mbs.stash import Stash
 from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
@@ -198,6 +199,8 @@ class Conversion:
         """What ``check`` found."""
         self.proven: bytes | None = None
         """The very bytes that ``check`` read."""
+        self.stash = Stash()
+        """What plugins keep for themselves, by their own keys."""
         self.report: dict[str, Any] = {}
         """What passes add to the report, each under its own name."""
         self.progress: Callable[[str], None] = lambda text: None

@@ -8,11 +8,7 @@ from fnmatch import fnmatchcase
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
-from urdf2mbs.mbs.model import Point, Sensor
-from urdf2mbs.spatial import Pose, Vec, compose
-from urdf2mbs.urdf.model import Box
+from urdf2mbs.plugin import ConfigError, Pass, hookimpl, mbs, spatial, urdf
 
 #: What is measured at a point, as in models that Robotran's users have made by hand.
 FORCE = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
@@ -26,7 +22,7 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
     links: list[str]
     """Patterns (``*_foot``) of the links with a sole."""
-    corners: list[Vec] = []
+    corners: list[spatial.Vec] = []
     """The corners in the link's frame (m); none: those of the face of the link's box."""
     down: str = "-z"
     """The direction in the link's frame that the sole's face of the box looks to."""
@@ -59,10 +55,10 @@ def run(conversion, options):
         points = []
         for number, corner in enumerate(options.corners or box_corners(link, options.down), 1):
             name = f"{link.name}_contact_{number}"
-            point = Point(name, compose(pose, Pose(corner)).xyz)
-            point.extforce = Sensor(f"{name}_force", FORCE)
+            point = mbs.Point(name, spatial.compose(pose, spatial.Pose(corner)).xyz)
+            point.extforce = mbs.Sensor(f"{name}_force", FORCE)
             if options.sensor:
-                point.sensor = Sensor(f"{name}_sensor", SENSOR)
+                point.sensor = mbs.Sensor(f"{name}_sensor", SENSOR)
             points.append(point)
         segment.body.points += points
         done[link.name] = points
@@ -91,7 +87,9 @@ def box_corners(link, down):
 
     The box is that of the collision, else of the visual.
     """
-    boxes = [part for part in (*link.collisions, *link.visuals) if isinstance(part.geometry, Box)]
+    boxes = [
+        part for part in (*link.collisions, *link.visuals) if isinstance(part.geometry, urdf.Box)
+    ]
     if not boxes:
         raise ConfigError(
             "foot-contacts-box", f"foot-contacts: link '{link.name}' has no box to take corners of",
@@ -109,7 +107,7 @@ def box_corners(link, down):
         corner = [0.0, 0.0, 0.0]
         corner[axis] = half[axis] if sign * along[axis] > 0 else -half[axis]
         corner[one], corner[two] = a * half[one], b * half[two]
-        corners.append(compose(pose, Pose(tuple(corner))).xyz)
+        corners.append(spatial.compose(pose, spatial.Pose(tuple(corner))).xyz)
     return corners
 
 

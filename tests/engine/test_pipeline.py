@@ -17,7 +17,8 @@ from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
-from urdf2mbs.engine.pipeline import Pipeline, check_order
+from urdf2mbs.engine.order import check_order
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.kit.dump import Dump, state, to_yaml
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.output import write_files

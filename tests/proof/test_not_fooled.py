@@ -16,7 +16,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.engine.pipeline import check_order
+from urdf2mbs.engine.order import check_order
 from urdf2mbs.mbs.model import (
     Connection,
     Mbs,
@@ -260,7 +260,7 @@ def test_inertias_of_bodies_that_are_lumped_later_are_stale() -> None:
     compact = [
         "expand", "insert-base", "prune-massless", "reframe-inertia", "lump-fixed",
         "merge-massless", "align-frames", "decompose-joints", "collect-anchors",
-        "convert-visuals", "layout", "emit",
+        "convert-visuals", "assign-names", "layout", "emit",
     ]  # fmt: skip
     with pytest.raises(ConfigError) as wrong:
         convert_text(pipeline=compact)

@@ -22,8 +22,9 @@ from urdf2mbs.commands.settings import (
     configured,
 )
 from urdf2mbs.engine.config import Config, Lines
-from urdf2mbs.engine.pipeline import Bound, Pipeline
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP, Plugins
+from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.summary import Report, report
 
 
@@ -54,8 +55,12 @@ def _explain(arguments: argparse.Namespace) -> int:
     warn_of(pipeline.plugins)
     if arguments.json:
         passes = [
-            {**described(bound.found), "swapped": bound.swapped, "options": bound.options}
-            for bound in pipeline.passes
+            {
+                **described(step.registered),
+                "swapped": step.swapped,
+                "options": step.options,
+            }
+            for step in pipeline.passes
         ]
         if not arguments.cost:
             print_json(passes)
@@ -72,12 +77,12 @@ def _explain(arguments: argparse.Namespace) -> int:
         print(f"package {name} = {folder}")
     for name, value in settings.xacro_args.items():
         print(f"arg     {name} := {value}")
-    for number, bound in enumerate(pipeline.passes, start=1):
-        pass_ = bound.found.pass_
+    for number, step in enumerate(pipeline.passes, start=1):
+        pass_ = step.registered.pass_
         print(f"\n{number}. {pass_.name}: {pass_.summary}")
-        print(f"   from     {origin(bound.found)}{_instead(bound, pipeline.plugins)}")
-        for other in pipeline.plugins.passes[pass_.name]:
-            if other.plugin not in (bound.found.plugin, GROUP):
+        print(f"   from     {origin(step.registered)}{_instead(step, pipeline.plugins)}")
+        for other in pipeline.plugins.passes.get(pass_.name, []):
+            if other.plugin not in (step.registered.plugin, GROUP):
                 print(
                     f"   not      {origin(other)}, which brings a '{pass_.name}' too; "
                     f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
@@ -86,7 +91,7 @@ def _explain(arguments: argparse.Namespace) -> int:
         if pass_.changes:
             print(f"   changes  {', '.join(pass_.changes)}")
         print(f"   gives    {', '.join(pass_.gives) or '-'}")
-        options = msgspec.to_builtins(bound.options)
+        options = msgspec.to_builtins(step.options)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
     print(f"\n{METHOD}")
     if arguments.cost:
@@ -109,10 +114,11 @@ def _cost(
         return {name: report(each.run()) for name, each in pipelines.items()}
 
 
-def _instead(bound: Bound, plugins: Plugins) -> str:
+def _instead(step: Configured, plugins: Plugins) -> str:
     """What a pass stands in for."""
-    others = [found for found in plugins.passes[bound.found.pass_.name] if found != bound.found]
-    if not bound.swapped or not others:
+    mine = step.registered
+    others = [found for found in plugins.passes.get(mine.pass_.name, []) if found != mine]
+    if not step.swapped or not others:
         return ""
     built_in = any(found.plugin == GROUP for found in others)
     return ", in place of " + ("the built-in pass" if built_in else origin(others[0]))

@@ -13,7 +13,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted
-from urdf2mbs.engine.plugins import Found, Plugins
+from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.summary import Joints, Report
 
 
@@ -77,13 +77,13 @@ def warn_of(plugins: Plugins) -> None:
         print(broken, file=sys.stderr)
 
 
-def origin(found: Found) -> str:
+def origin(found: Registered) -> str:
     of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
     version = f" {found.version}" if found.version else ""
     return f"{found.plugin}{of}{version} ({found.file})"
 
 
-def described(found: Found) -> dict[str, Any]:
+def described(found: Registered) -> dict[str, Any]:
     pass_ = found.pass_
     return {
         "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,

@@ -6,6 +6,7 @@ Errors name the file, the line and the key, and offer the nearest known one.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -58,6 +59,14 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     ] = "faithful"
     after: Annotated[
         dict[str, str | list[str]], Meta(description="pass: the passes to put right after it")
+    ] = {}
+    before: Annotated[
+        dict[str, str | list[str]], Meta(description="pass: the passes to put right before it")
+    ] = {}
+    without: Annotated[list[str], Meta(description="passes to leave out")] = []
+    alias: Annotated[
+        dict[str, str],
+        Meta(description="new name: the pass that it is, to run a pass twice"),
     ] = {}
     swap: Annotated[
         dict[str, str],
@@ -122,11 +131,15 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
     return typed(Config, data, lines), lines
 
 
-def preset(name: str, lines: Lines) -> tuple[list[str], dict[str, dict[str, Any]]]:
-    """The passes of a preset and the options that it sets."""
+def preset(
+    name: str, lines: Lines, more: Mapping[str, Mapping[str, Any]] | None = None
+) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """The passes of a preset and the options that it sets; ``more`` are those of plugins."""
+    if more and name in more:
+        return list(more[name]["pipeline"]), dict(more[name].get("passes", {}))
     file = PRESETS / f"{name}.yaml"
     if not file.is_file():
-        known = presets()
+        known = presets(more)
         raise lines.error(
             "unknown-preset", f"there is no preset '{name}'", ("pipeline",),
             nearest(name, known) or f"there are: {', '.join(known)}",
@@ -135,9 +148,9 @@ def preset(name: str, lines: Lines) -> tuple[list[str], dict[str, dict[str, Any]
     return data["pipeline"], data.get("passes", {})
 
 
-def presets() -> list[str]:
-    """The names of all presets."""
-    return sorted(file.stem for file in PRESETS.glob("*.yaml"))
+def presets(more: Mapping[str, Any] | None = None) -> list[str]:
+    """The names of all presets; ``more`` are those of plugins."""
+    return sorted({*(file.stem for file in PRESETS.glob("*.yaml")), *(more or {})})
 
 
 def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:

@@ -12,13 +12,13 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.engine.plugins import GROUP, Found
+from urdf2mbs.engine.plugins import GROUP, Registered
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
 
 def pass_failed(
-    found: Found, conversion: Conversion, error: BaseException, before: Sequence[Found]
+    found: Registered, conversion: Conversion, error: BaseException, before: Sequence[Registered]
 ) -> ConversionError:
     """The error for an exception that came out of a pass; ``before`` are the passes that ran."""
     ours = found.plugin == GROUP
@@ -41,13 +41,14 @@ def hook_failed(
 ) -> ConversionError:
     """The error for an exception that came out of a plugin's hook around a pass."""
     when = "before" if "before" in hook else "after"
+    what = f"pass '{pass_name}'" if pass_name else "the source is read"
     return _failed(
-        "plugin-failed", f"hook '{hook}' of plugin '{plugin}', called {when} pass '{pass_name}',",
+        "plugin-failed", f"hook '{hook}' of plugin '{plugin}', called {when} {what},",
         file, conversion, error, "--debug shows the traceback",
     )  # fmt: skip
 
 
-def check_left(found: Found, conversion: Conversion, known: bool) -> None:
+def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
     """Raise ConversionError if a plugin's pass left something that later passes, or the program,
     would stumble over, or lose in silence; ``known``: there was a robot before."""
     robot = conversion.robot

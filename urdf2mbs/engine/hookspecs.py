@@ -23,7 +23,7 @@ from typing import Any
 import msgspec
 import pluggy
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, Settings
 
 hookspec = pluggy.HookspecMarker("urdf2mbs")
 hookimpl = pluggy.HookimplMarker("urdf2mbs")
@@ -73,6 +73,31 @@ def urdf2mbs_passes() -> list[Pass]:
             return [Pass("drop-grippers", drop_grippers, changes=("robot",))]
     """
     raise NotImplementedError
+
+
+@hookspec
+def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
+    """The presets that this plugin brings: name, then ``pipeline`` and ``passes`` as in a config.
+
+    Example::
+
+        @hookimpl
+        def urdf2mbs_presets():
+            return {"bare": {"pipeline": ["expand", "insert-base", "prune-massless"]}}
+    """
+    raise NotImplementedError
+
+
+@hookspec
+def urdf2mbs_before_run(settings: Settings) -> None:
+    """Called once, before the source is read: to fetch or make what it needs.
+
+    Example::
+
+        @hookimpl
+        def urdf2mbs_before_run(settings):
+            print("converting", settings.source)
+    """
 
 
 @hookspec

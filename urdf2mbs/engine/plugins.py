@@ -40,7 +40,7 @@ def _installed(path: tuple[str, ...]) -> tuple[tuple[metadata.EntryPoint, str, s
     )
 
 
-class Found(msgspec.Struct, frozen=True):
+class Registered(msgspec.Struct, frozen=True):
     """A pass and the plugin that brought it."""
 
     pass_: Pass
@@ -63,8 +63,10 @@ class Plugins:
         self.broken: list[Diagnostic] = []
         """Installed plugins that are left out, and what is wrong with each."""
         self.hook: Any = self._manager.hook
-        self.passes: dict[str, list[Found]] = {}
+        self.passes: dict[str, list[Registered]] = {}
         """Every pass by name; a built-in one stands before those of plugins."""
+        self.presets: dict[str, dict[str, Any]] = {}
+        """The presets of plugins, by name."""
         self._collect(GROUP)
         if installed:
             for entry, package, version in _installed(tuple(sys.path)):
@@ -194,10 +196,31 @@ class Plugins:
         self._files[name] = file
 
     def _collect(self, name: str) -> None:
-        """Note the passes that a plugin brings."""
+        """Note the passes and presets that a plugin brings."""
         for impl in self.hook.urdf2mbs_passes.get_hookimpls():
             if impl.plugin_name == name:
                 self._collect_from(impl)
+        for impl in self.hook.urdf2mbs_presets.get_hookimpls():
+            if impl.plugin_name == name:
+                self._collect_presets(impl)
+
+    def _collect_presets(self, impl: pluggy.HookImpl) -> None:
+        name = impl.plugin_name
+        file = self._files[name]
+        try:
+            function: Any = impl.function
+            brought: dict[str, Any] = dict(function())
+        except FAILURES as error:
+            raise ConfigError(
+                "plugin-broken", f"plugin '{name}': urdf2mbs_presets failed: {_said(error)}",
+                file=file, line=_line_in(Path(file), error),
+            ) from error  # fmt: skip
+        for key, preset in brought.items():
+            fault = _preset_fault(preset)
+            if fault:
+                hint = "{'my-preset': {'pipeline': ['expand', ...], 'passes': {...}}}"
+                raise _broken(name, file, f"preset {key!r}: {fault}", hint)
+            self.presets[key] = preset
 
     def _collect_from(self, impl: pluggy.HookImpl) -> None:
         name = impl.plugin_name
@@ -224,7 +247,17 @@ class Plugins:
             if any(other.plugin == name for other in offered):
                 raise _broken(name, file, f"it brings two passes '{pass_.name}'", "rename one")
             source = _source(pass_, name, file)
-            offered.append(Found(pass_, name, *self._packages[name], source))
+            offered.append(Registered(pass_, name, *self._packages[name], source))
+
+
+def _preset_fault(preset: Any) -> str | None:
+    """What is wrong with a preset; None: nothing is."""
+    if not isinstance(preset, dict) or not isinstance(preset.get("pipeline"), list):
+        return "it has no list 'pipeline'"
+    if not all(isinstance(name, str) for name in preset["pipeline"]):
+        return "'pipeline' is a list of the names of passes"
+    more = set(preset) - {"pipeline", "passes"}
+    return f"it has the unknown key '{more.pop()}'" if more else None
 
 
 def _broken(plugin: str, file: str, what: str, hint: str) -> ConfigError:

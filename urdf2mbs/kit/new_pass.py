@@ -14,7 +14,7 @@ PLUGIN = '''\
 
 import msgspec
 
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.plugin import Conversion, Pass, hookimpl
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -24,7 +24,7 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """Mass in kg."""
 
 
-def run(conversion, options):
+def run(conversion: Conversion, options: Options) -> None:
     """Tell which links are heavier than a limit."""
     for link in conversion.robot.links.values():
         mass = link.inertial.mass if link.inertial else 0.0
@@ -33,7 +33,7 @@ def run(conversion, options):
 
 
 @hookimpl
-def urdf2mbs_passes():
+def urdf2mbs_passes() -> list[Pass]:
     # needs: what must be known before it runs; see the page on writing passes
     return [Pass("NAME", run, Options, needs=("robot",))]
 '''
@@ -48,13 +48,13 @@ from urdf2mbs.testing import assert_same_robot, convert_text, run_pass
 PLUGIN = Path(__file__).with_name("FILE.py")
 
 
-def test_heavy_links_are_told():
+def test_heavy_links_are_told() -> None:
     result = run_pass("NAME", PLUGIN, after="expand", options={"heavier_than": 0.3})
     heavy = [found.link for found in result.diagnostics if found.code == "heavy-link"]
     assert heavy == ["body", "arm"]
 
 
-def test_the_robot_stays_the_same():
+def test_the_robot_stays_the_same() -> None:
     result = run_pass("NAME", PLUGIN, after="expand")
     assert_same_robot(result, expected=convert_text())
 '''

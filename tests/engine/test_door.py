@@ -1,0 +1,210 @@
+"""The one door for plugins, and what a config may do with passes: place, leave out, run twice."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import urdf2mbs
+from urdf2mbs import convert, plugin
+from urdf2mbs.cli import main
+from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.kit.dump import state, to_yaml
+from urdf2mbs.kit.new_pass import new_pass
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.stash import Key, Stash
+from urdf2mbs.testing import TINY, convert_text
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def write(folder: Path, text: str) -> Path:
+    file = folder / "lab.py"
+    file.write_text(text)
+    return file
+
+
+SCALE = """
+import msgspec
+from urdf2mbs.plugin import Pass, hookimpl
+
+class Options(msgspec.Struct):
+    link: str = "arm"
+    by: float = 2.0
+
+def run(conversion, options):
+    conversion.robot.links[options.link].inertial.mass *= options.by
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Pass("scale", run, Options, changes=("robot",))]
+"""
+
+
+def names(**settings: Any) -> list[str]:
+    from urdf2mbs.engine.config import Config, Lines, typed
+    from urdf2mbs.engine.pipeline import Pipeline
+
+    lines = Lines()
+    pipeline = Pipeline(typed(Config, {"source": "r.urdf", **settings}, lines), lines)
+    return [step.registered.pass_.name for step in pipeline.passes]
+
+
+def test_before_and_after_and_without(tmp_path: Path) -> None:
+    file = str(write(tmp_path, SCALE))
+    usual = names(plugins=[file])
+    at = usual.index("insert-base")
+    assert names(plugins=[file], before={"insert-base": "scale"}) == [
+        *usual[:at], "scale", *usual[at:],
+    ]  # fmt: skip
+    placed = names(
+        plugins=[file], without=["estimate-inertia"],
+        after={"expand": "scale"}, before={"scale": "estimate-inertia"},
+    )  # fmt: skip
+    assert placed[:3] == ["expand", "estimate-inertia", "scale"]
+    short = ["expand", "check", "layout", "insert-base"]
+    assert names(pipeline=short, without=["check", "layout"]) == ["expand", "insert-base"]
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"without": ["chekc"]}, "there is no pass 'chekc'"),
+        ({"without": ["lump-fixed"]}, "'lump-fixed' is not in this pipeline"),
+        ({"before": {"nosuch": "check"}}, "there is no pass 'nosuch'"),
+        ({"alias": {"again": "scael"}}, "there is no pass 'scael'"),
+        ({"alias": {"check": "emit"}}, "there is a pass 'check' already"),
+    ],
+)
+def test_what_cannot_be_placed(settings: Any, said: str) -> None:
+    with pytest.raises(ConfigError) as wrong:
+        names(**settings)
+    assert said in wrong.value.message
+
+
+def test_one_pass_under_two_names(tmp_path: Path) -> None:
+    result = convert_text(
+        plugins=[write(tmp_path, SCALE)],
+        alias={"scale-hand": "scale"},
+        after={"expand": ["scale", "scale-hand"]},
+        options={"scale": {"by": 3.0}, "scale-hand": {"link": "hand"}},
+    )
+    masses = {body.name: body.mass for body in result.mbs.bodies}
+    assert masses == {"body": 2.0, "arm": 1.5, "hand": 0.2}
+    assert [one.by for one in result.report.changed] == ["scale", "scale-hand"]
+
+
+PRESET = """
+from urdf2mbs.plugin import hookimpl
+
+@hookimpl
+def urdf2mbs_presets():
+    return {"bare": {"pipeline": ["expand", "insert-base", "prune-massless"],
+                     "passes": {"prune-massless": {"keep": ["*"]}}}}
+"""
+
+
+def test_a_preset_of_a_plugin(tmp_path: Path) -> None:
+    file = write(tmp_path, PRESET)
+    result = convert_text(plugins=[file], pipeline="bare")
+    assert list(result.conversion.segments) == ["ground", "body", "arm", "wrist", "hand", "tool"]
+    with pytest.raises(ConfigError, match="did you mean 'bare'"):
+        convert_text(plugins=[file], pipeline="bear")
+
+
+@pytest.mark.parametrize(
+    ("preset", "said"),
+    [
+        ("[]", "it has no list 'pipeline'"),
+        ("{'pipeline': [1]}", "is a list of the names of passes"),
+        ("{'pipeline': [], 'pases': {}}", "unknown key 'pases'"),
+    ],
+)
+def test_a_broken_preset_is_told(preset: str, said: str, tmp_path: Path) -> None:
+    file = write(tmp_path, "from urdf2mbs.plugin import hookimpl\n@hookimpl\n"
+                 f"def urdf2mbs_presets(): return {{'mine': {preset}}}\n")  # fmt: skip
+    with pytest.raises(ConfigError, match="plugin-broken") as wrong:
+        convert_text(plugins=[file])
+    assert said in wrong.value.message
+
+
+def test_a_hook_before_the_source_is_read(tmp_path: Path) -> None:
+    file = write(
+        tmp_path,
+        "from urdf2mbs.plugin import hookimpl\n@hookimpl\n"
+        "def urdf2mbs_before_run(settings):\n"
+        "    from urdf2mbs.testing import TINY\n"
+        "    settings.source.write_text(TINY)\n",
+    )
+    result = convert(tmp_path / "made.urdf", plugins=[file])
+    assert "arm" in result.robot.links
+    file.write_text(file.read_text().replace("settings.source", "settings.sauce"))
+    with pytest.raises(ConversionError, match="called before the source is read"):
+        convert(tmp_path / "made.urdf", plugins=[file])
+
+
+def test_the_stash_is_typed_and_in_dumps() -> None:
+    soles, other = Key[list[str]]("soles"), Key[int]("other")
+    stash = Stash()
+    stash[soles] = ["left"]
+    assert stash[soles] == ["left"]
+    assert soles in stash
+    assert other not in stash
+    assert stash.get(other, 3) == 3
+    with pytest.raises(KeyError, match="nothing is stashed under 'other'"):
+        stash[other]
+    conversion = convert_text().conversion
+    conversion.stash[soles] = ["left"]
+    assert yaml.safe_load(to_yaml(state(conversion)))["stash"] == {"soles": ["left"]}
+
+
+def test_what_the_door_shows() -> None:
+    assert all(hasattr(plugin, name) for name in plugin.__all__)
+    assert plugin.VERSION == 1
+    for file in [*ROOT.glob("plugins/*.py"), *ROOT.glob("plugins/*/*.py")]:
+        lines = [line for line in file.read_text().splitlines() if "import" in line]
+        ours = [line for line in lines if line.startswith(("from urdf2mbs", "import urdf2mbs"))]
+        assert all(line.startswith("from urdf2mbs.plugin import") for line in ours), file
+
+
+def test_new_pass_is_typed(tmp_path: Path) -> None:
+    pytest.importorskip("mypy", reason="mypy comes with urdf2mbs[dev]")
+    new_pass("my-pass", tmp_path)
+    done = subprocess.run(
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(ROOT / ".mypy_cache"),
+         str(tmp_path / "my_pass.py"), str(ROOT / "plugins" / "csv_table.py")],
+        check=False, capture_output=True, text=True, cwd=ROOT,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+
+
+def test_a_result_can_be_written(tmp_path: Path) -> None:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY)
+    written = convert(source, output=tmp_path / "out.mbs", gravity=(0.0, 0.0, -1.6)).write()
+    assert read(written.read_bytes(), "").base.gravity == (0.0, 0.0, -1.6)
+    assert convert(source, project=tmp_path / "arm", language=["python", "c"]).write() == (
+        tmp_path / "arm" / "dataR" / "arm.mbs"
+    )
+    assert (tmp_path / "arm" / "userfctR" / "arm_robot.c").is_file()
+    assert (tmp_path / "arm" / "workR" / "main.py").is_file()
+    with pytest.raises(ConfigError, match="not both"):
+        convert(source, output="a.mbs", project="a")
+    assert urdf2mbs.verify(str(source), tmp_path / "out.mbs", gravity=(0.0, 0.0, -1.6)).same
+
+
+def test_an_alias_on_the_command_line_of_explain(tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    write(tmp_path, SCALE)
+    config = tmp_path / "tiny.yaml"
+    config.write_text("source: tiny.urdf\nplugins: [lab.py]\nalias: {twice: scale}\n"
+                      "after: {expand: twice}\n")  # fmt: skip
+    assert main(["explain", str(config), "--json"]) == 0
+    assert "twice" in [one["name"] for one in json.loads(capsys.readouterr().out)]
+    assert main(["explain", str(config)]) == 0

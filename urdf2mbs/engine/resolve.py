@@ -1,0 +1,140 @@
+"""Which passes a config means, from which plugin, in which order, and with which options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.engine.config import Config, Key, Lines, preset, presets, typed
+from urdf2mbs.engine.plugins import GROUP, Plugins, Registered
+
+
+class Configured(msgspec.Struct):
+    """A pass of a pipeline, with its options."""
+
+    registered: Registered
+    options: Any
+    swapped: bool = False
+    """Whether it stands in for the built-in pass of its name."""
+    at: Key = ()
+    """Where in the config it is named."""
+
+
+def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
+    """The passes of a config, chosen, placed and with their options; raises ConfigError."""
+    names: list[str]
+    options: dict[str, dict[str, Any]] = {}
+    if isinstance(config.pipeline, str):
+        names, options = preset(config.pipeline, lines, plugins.presets)
+    else:
+        names = config.pipeline
+    known = _with_aliases(config, plugins, lines)
+    for name in config.without:
+        if name not in names:
+            why = "is not in this pipeline" if name in known else ""
+            raise _unknown(lines, ("without",), name, [*names, *known], why)
+    names = [name for name in names if name not in config.without]
+    names, keys = _placed(names, config, known, lines)
+    for key, mentioned in (("passes", config.passes), ("swap", config.swap)):
+        for name in mentioned:
+            if name not in names:
+                why = "is not in this pipeline" if name in known else ""
+                raise _unknown(lines, (key, name), name, [*names, *known], why)
+    configured: list[Configured] = []
+    for index, (name, at) in enumerate(zip(names, keys, strict=True)):
+        if name not in known:
+            hint = (
+                "a preset's name stands alone: 'pipeline: " + name + "'"
+                if name in presets(plugins.presets)
+                else ""
+            )
+            raise _unknown(lines, at, name, known, "", hint)
+        if name in names[:index]:
+            mine = [key for key in (keys[names.index(name)], at) if key[0] in ("before", "after")]
+            raise lines.error(
+                "pass-doubled", f"pass '{name}' is in the pipeline twice", (*mine, at)[0]
+            )
+        chosen = _chosen(name, known[name], config.swap.get(name), lines)
+        given = {**options.get(name, {}), **config.passes.get(name, {})}
+        filled = typed(chosen.pass_.options, given, lines, ("passes", name))
+        configured.append(Configured(chosen, filled, name in config.swap, at))
+    return configured
+
+
+def _with_aliases(config: Config, plugins: Plugins, lines: Lines) -> dict[str, list[Registered]]:
+    """All passes by name, those under a second name too."""
+    known = dict(plugins.passes)
+    for alias, name in config.alias.items():
+        if name not in plugins.passes:
+            raise _unknown(lines, ("alias", alias), name, plugins.passes, "")
+        if alias in known:
+            raise lines.error(
+                "pass-doubled", f"there is a pass '{alias}' already", ("alias", alias)
+            )
+        chosen = _chosen(name, plugins.passes[name], config.swap.get(name), lines)
+        renamed = msgspec.structs.replace(chosen.pass_, name=alias)
+        known[alias] = [msgspec.structs.replace(chosen, pass_=renamed)]
+    return known
+
+
+def _placed(
+    names: list[str], config: Config, known: Mapping[str, Any], lines: Lines
+) -> tuple[list[str], list[Key]]:
+    """The pipeline with what the config puts ``before`` and ``after`` its passes, and where in
+    the config each is named."""
+    out: list[tuple[str, Key]] = []
+    seen: set[str] = set()
+    # a pass waits on the stack until those before it have been put
+    todo: list[tuple[str, Key, bool]] = []
+    for n, name in reversed(list(enumerate(names))):
+        todo.append((name, ("pipeline", n), False))
+    while todo:
+        name, key, ready = todo.pop()
+        if ready or name in seen:
+            out.append((name, key))
+            continue
+        seen.add(name)
+        todo += [(one, ("after", name), False) for one in reversed(_listed(config.after, name))]
+        todo.append((name, key, True))
+        todo += [(one, ("before", name), False) for one in reversed(_listed(config.before, name))]
+    for where, mentioned in (("before", config.before), ("after", config.after)):
+        for name in mentioned:
+            if name not in seen:
+                why = "is not in this pipeline" if name in known else ""
+                there = [one for one, _ in out]
+                raise _unknown(lines, (where, name), name, [*there, *known], why)
+    return [name for name, _ in out], [key for _, key in out]
+
+
+def _listed(beside: Mapping[str, str | list[str]], name: str) -> list[str]:
+    found = beside.get(name, [])
+    return [found] if isinstance(found, str) else found
+
+
+def _chosen(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:
+    by_plugin = {found.plugin: found for found in offered}
+    if plugin is not None:
+        if plugin not in by_plugin:
+            raise lines.error(
+                "unknown-plugin", f"no plugin '{plugin}' brings a pass '{name}'", ("swap", name),
+                nearest(plugin, by_plugin) or f"those that do: {', '.join(by_plugin)}",
+            )  # fmt: skip
+        return by_plugin[plugin]
+    if GROUP in by_plugin:
+        return by_plugin[GROUP]
+    if len(offered) > 1:
+        raise ConfigError(
+            "pass-ambiguous", f"plugins {' and '.join(by_plugin)} each bring a pass '{name}'",
+            hint=f"say which: 'swap: {{{name}: {offered[0].plugin}}}'",
+        )  # fmt: skip
+    return offered[0]
+
+
+def _unknown(lines: Lines, at: Key, name: str, known: Any, why: str, hint: str = "") -> ConfigError:
+    return lines.error(
+        "unknown-pass", f"pass '{name}' {why}" if why else f"there is no pass '{name}'", at,
+        hint or nearest(name, known) or "'urdf2mbs passes' lists all",
+    )  # fmt: skip
