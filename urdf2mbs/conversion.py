@@ -85,8 +85,15 @@ class Segment(msgspec.Struct):
     steps: list[Step]
     parts: dict[str, Pose]
     """Every link that is rigid with the body, and its constant pose in the body frame."""
-    body: mbs.Body
-    """The body in the making (of the ground: a stand-in whose points and shapes are the base's)."""
+    holder: mbs.Body | mbs.Base
+    """What has its points and shapes: its body in the making, or the base."""
+
+    @property
+    def body(self) -> mbs.Body:
+        """The body in the making; the ground has none."""
+        if isinstance(self.holder, mbs.Base):
+            raise ValueError("the ground has no body: it is the base")
+        return self.holder
 
 
 class LinkFrame(msgspec.Struct):
@@ -205,6 +212,11 @@ class Conversion:
         """What passes add to the report, each under its own name."""
         self.progress: Callable[[str], None] = lambda text: None
         """Called by passes that take long, with what they are at."""
+
+    def regroup(self, segments: dict[str, Segment]) -> None:
+        """Make these the segments, the ground first; their bodies are the bodies of ``mbs``."""
+        self.segments = segments
+        self.mbs.bodies = [one.body for one in segments.values() if one.parent is not None]
 
     @property
     def ground(self) -> Segment:

@@ -35,7 +35,7 @@ from urdf2mbs.passes.convert_meshes import PASS, Options
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:
-    return conversion.ground.body.shapes
+    return conversion.ground.holder.shapes
 
 
 def file_of(conversion: Conversion, shape: Shape) -> Path:

@@ -105,7 +105,7 @@ def _plain(value: Any) -> Any:
             "coordinates": [joint.name for joint in value.coordinates],
         }
     if isinstance(value, Segment):
-        return _fields(value, "body")
+        return _fields(value, "holder")
     if isinstance(value, Diagnostic):
         return _fields(value, "file")
     if isinstance(value, msgspec.Struct):

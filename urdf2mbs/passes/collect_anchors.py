@@ -28,14 +28,14 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         else:
             segment.body.parent = parent.body.name
         segment.body.point = segment.link
-        parent.body.points.append(Point(segment.link, at))
+        parent.holder.points.append(Point(segment.link, at))
 
     turned: list[str] = []
     for segment in conversion.segments.values():
         for link, pose in segment.parts.items():
             # the link that names the body needs a point only where compact moved its frame
             if link != segment.link or pose.xyz != ZERO:
-                segment.body.points.append(Point(link, pose.xyz))
+                segment.holder.points.append(Point(link, pose.xyz))
                 if pose.rot != IDENTITY:
                     turned.append(link)
     if turned:

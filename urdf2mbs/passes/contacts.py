@@ -191,7 +191,7 @@ def _time_step(conversion: Conversion, options: Options) -> float:
     masses = [
         segment.body.mass
         for segment in conversion.segments.values()
-        if segment.body.mass and touching & segment.parts.keys()
+        if segment.parent is not None and segment.body.mass and touching & segment.parts.keys()
     ]
     fastest = share * slope / min(masses, default=1.0)
     return min(TIME_STEP, float(f"{1.75 / fastest:.2g}")) if fastest > 0.0 else TIME_STEP

@@ -148,7 +148,7 @@ def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
     filenames = {stem: filename for filename, stem in conversion.meshes.items()}
     uses: dict[str, dict[Look, list[Shape]]] = {}
     for segment in conversion.segments.values():
-        for shape in segment.body.shapes:
+        for shape in segment.holder.shapes:
             if shape.kind != "inline" or not shape.url:
                 continue
             filename = filenames.get(PurePosixPath(shape.url).stem)

@@ -38,7 +38,7 @@ def run(conversion: Conversion, options: NoOptions) -> None:
                 shape.position = at.xyz
                 shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
                 _colour(shape, visual.material, conversion.robot.materials)
-                segment.body.shapes.append(shape)
+                segment.holder.shapes.append(shape)
     _tell(conversion)
 
 

@@ -44,7 +44,8 @@ def run(conversion: Conversion, options: NoOptions) -> None:
                 conversion.simulation.force_torques.append(
                     ForceTorque(step.measured, link, step.joints[-6:], at.rot)
                 )
-        segment.body.joints = joints
+        if segment.parent is not None:
+            segment.body.joints = joints
 
 
 def decompose(step: Step) -> None:

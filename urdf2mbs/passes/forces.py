@@ -135,8 +135,7 @@ def _point(
     for segment in conversion.segments.values():
         if link in segment.parts:
             made = Point(point, compose(segment.parts[link], Pose(at)).xyz)
-            ground = segment.parent is None
-            (conversion.mbs.base if ground else segment.body).points.append(made)
+            segment.holder.points.append(made)
             return segment, made
     known = conversion.robot.links
     raise ConfigError(

@@ -132,9 +132,8 @@ def _end(conversion: Conversion, name: str, number: int, cut: Cut) -> tuple[str 
     if not all(map(isfinite, end.at)):
         raise ConfigError("loops-link", f"loops: cut '{name}' ends at {end.at}")
     ground = segment.parent is None
-    points = conversion.mbs.base.points if ground else segment.body.points
     point = Point(f"{name}_{number}", compose(pose, Pose(end.at)).xyz)
-    points.append(point)
+    segment.holder.points.append(point)
     return None if ground else segment.body.name, point.name
 
 

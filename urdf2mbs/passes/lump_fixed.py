@@ -58,8 +58,7 @@ def run(conversion: Conversion, options: Options) -> None:
         else:
             holder.parts.update(parts)
             moved[segment.link] = (holder, offset)
-    conversion.segments = kept
-    conversion.mbs.bodies = [s.body for s in kept.values() if s.parent is not None]
+    conversion.regroup(kept)
     _tell_ground(conversion)
 
 

@@ -46,12 +46,9 @@ def run(conversion: Conversion, options: NoOptions) -> None:
             body.parent = segment.parent
             gone.add(segment.link)
     if gone:
-        conversion.segments = {
-            link: segment for link, segment in conversion.segments.items() if link not in gone
-        }
-        conversion.mbs.bodies = [
-            s.body for s in conversion.segments.values() if s.parent is not None
-        ]
+        conversion.regroup(
+            {link: segment for link, segment in conversion.segments.items() if link not in gone}
+        )
 
 
 def _bare(segment: Segment, conversion: Conversion) -> bool:

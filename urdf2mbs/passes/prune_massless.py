@@ -103,9 +103,7 @@ def _make_segments(
     needed: set[str],
     chained: dict[str, Pose | None],
 ) -> None:
-    base = conversion.mbs.base
-    stand_in = Body(root, points=base.points, shapes=base.shapes)
-    conversion.segments = {root: Segment(root, None, [], {root: HERE}, stand_in)}
+    segments = {root: Segment(root, None, [], {root: HERE}, conversion.mbs.base)}
     pending: dict[str, tuple[str, list[Step]]] = {}
     rigid: list[str] = []
     for joint in order:
@@ -121,13 +119,12 @@ def _make_segments(
             else:
                 rigid.append(link)
             continue
-        body = Body(link)
-        segment = Segment(link, parent, steps, {link: HERE}, body)
+        segment = Segment(link, parent, steps, {link: HERE}, Body(link))
         for massless in rigid:
             segment.parts[massless] = chained[massless] or HERE
         rigid.clear()
-        conversion.segments[link] = segment
-        conversion.mbs.bodies.append(body)
+        segments[link] = segment
+    conversion.regroup(segments)
 
 
 def _attach_frames(
