@@ -350,46 +350,6 @@ def test_no_sensor_on_the_base() -> None:
             write(mbs)
 
 
-def test_unknown_elements_are_written_at_the_end_of_their_own() -> None:
-    mbs = everything()
-    mine = '<mine a="1">x &amp; y<z/></mine>'
-    body = mbs.bodies[0]
-    assert mbs.view is not None
-    owners = {
-        ".": mbs, "base": mbs.base, "bodytree/body": body, "bodytree/body/joint": body.joints[0],
-        "bodytree/body/point": body.points[0], "cuts/rod": mbs.cuts[1], "x3D": mbs.view,
-        "bodytree/body/graphics/x3D/x3D_shapes/cone": body.shapes[2],
-    }  # fmt: skip
-    for owner in owners.values():
-        owner.extra.append(mine)
-    root = tree(mbs)
-    for path in owners:
-        last = root.find(path)[-1]  # type: ignore[index]
-        last.tail = None
-        assert etree.tostring(last, encoding="unicode") == mine
-    assert len(root.findall(".//mine")) == len(owners)
-
-
-def test_unknown_elements_further_in_are_written_where_they_were() -> None:
-    mbs = everything()
-    joint = mbs.bodies[0].joints[0]
-    joint.inner = {
-        "graphics/x3D/x3D_joint": ["<size>3</size>", "<size>4</size>"],
-        "graphics/x3D/@visible": ["no"],
-        "@{http://x.org/a/b}note": ["mine"],
-        "symbols": ["<qddd/>"],
-    }
-    mbs.inner = {"user_models/user_model/parameter[2]": ["<unit>m</unit>"]}
-    root = tree(mbs)
-    found = root.find("bodytree/body/joint")
-    assert found is not None
-    assert found.items() == [("{http://x.org/a/b}note", "mine")]
-    assert tags(found) == ["jointname", "type", "nature", "initialvalue", "graphics", "symbols"]
-    assert texts(found, "graphics/x3D/x3D_joint/size") == ["3", "4"]
-    assert found.find("graphics/x3D").items() == [("visible", "no")]  # type: ignore[union-attr]
-    assert tags(root, "user_models/user_model/parameter[2]")[-1] == "unit"
-
-
 def test_the_same_bytes_every_time() -> None:
     assert write(everything()) == write(everything())
 

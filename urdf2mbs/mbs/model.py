@@ -43,11 +43,6 @@ class Joint(msgspec.Struct):
     symbols: tuple[str, ...] | None = None
     """Which of q, qd, qdd stay in the generated equations; None is all of them."""
     position: XY | None = None
-    extra: list[str] = []
-    """Elements this model does not know, as written (so in every class below)."""
-    inner: dict[str, list[str]] = {}
-    """The same for elements further in, by the path of the element that holds them
-    (``graphics/x3D/x3D_joint``); attributes by theirs (``symbols/@note``)."""
 
 
 class Sensor(msgspec.Struct):
@@ -65,8 +60,6 @@ class Point(msgspec.Struct):
     position: XY | None = None
     sensor: Sensor | None = None
     extforce: Sensor | None = None
-    extra: list[str] = []
-    inner: dict[str, list[str]] = {}
 
 
 class Shape(msgspec.Struct):
@@ -84,8 +77,6 @@ class Shape(msgspec.Struct):
     radius: float | None = None
     height: float | None = None
     url: str | None = None
-    extra: list[str] = []
-    inner: dict[str, list[str]] = {}
 
 
 class Drawing(msgspec.Struct):
@@ -117,8 +108,6 @@ class Body(msgspec.Struct):
     points: list[Point] = []
     shapes: list[Shape] = []
     drawing: Drawing | None = None
-    extra: list[str] = []
-    inner: dict[str, list[str]] = {}
 
 
 class Base(msgspec.Struct):
@@ -130,8 +119,6 @@ class Base(msgspec.Struct):
     shapes: list[Shape] = []
     position: XY | None = None
     drawing: Drawing | None = None
-    extra: list[str] = []
-    inner: dict[str, list[str]] = {}
 
 
 class Viewpoint(msgspec.Struct):
@@ -166,8 +153,6 @@ class View(msgspec.Struct):
     point: float = 0.3
     viewpoints: list[Viewpoint] = []
     lights: list[Light] = []
-    extra: list[str] = []
-    inner: dict[str, list[str]] = {}
 
 
 class Connection(msgspec.Struct):
@@ -179,8 +164,6 @@ class Connection(msgspec.Struct):
     endpoint1: tuple[str | None, str | None]
     endpoint2: tuple[str | None, str | None]
     length: float | None = None
-    extra: list[str] = []
-    inner: dict[str, list[str]] = {}
 
 
 class UserConstraint(msgspec.Struct):
@@ -218,8 +201,6 @@ class Mbs(msgspec.Struct):
     user_models: list[UserModel] = []
     user_variables: list[UserVariable] = []
     view: View | None = None
-    extra: list[str] = []
-    inner: dict[str, list[str]] = {}
 
     def numbers(self) -> dict[str, int]:
         """The number that Robotran gives each joint: 1, 2, ... in the order of the file."""

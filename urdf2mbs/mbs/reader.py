@@ -1,8 +1,7 @@
 """Read any .mbs file into the model, and check one against the format's schema.
 
-What the model does not know is kept (``extra``, ``inner``), so that reading and writing
-changes nothing that Robotran would see.  What makes Robotran itself go wrong, silently as a
-rule, is an error here.
+Elements and attributes that the model has no place for are passed over, as Robotran does.
+What makes Robotran itself go wrong, mostly without a word, is an error here.
 """
 
 from __future__ import annotations
@@ -76,9 +75,7 @@ VIEWPOINT = frozenset([
     "fieldOfView", "frontClipDst", "backClipDst",
 ])  # fmt: skip
 LIGHT = frozenset(["name", "joint", "active", "direction"])
-X3D_OF_BASE = frozenset(["x3D_frame", "x3D_points", "x3D_lines", "x3D_shapes"])
-X3D_OF_BODY = frozenset(["x3D_com", "x3D_points", "x3D_lines", "x3D_shapes"])
-X3D_OF_JOINT = frozenset(["x3D_joint", "x3D_frame"])
+X3D = frozenset(["x3D_shapes"])
 ENDPOINT = frozenset(["bodyname", "pointname"])
 FACTORS = frozenset(["frame", "joint", "com", "point"])
 INERTIA = frozenset(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"])
@@ -87,12 +84,6 @@ X2D, BASE_X2D = frozenset(["position"]), frozenset(["position", "base_body"])
 NOTHING: frozenset[str] = frozenset()
 #: Those that may stand several times beside others.
 MANY = frozenset(["joint", "point", "parameter", "value"])
-#: The only elements with attributes.
-ATTRIBUTES = {
-    "sensor": SENSOR_MEASURES | {"name"},
-    "extforce": FORCE_MEASURES | {"name"},
-    "color": frozenset("RGB"),
-}
 
 _NUMBER = re.compile(r"\s*[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?\s*").fullmatch
 _RGB = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
@@ -101,23 +92,16 @@ _RGB = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
 def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
-    ``mechanics_only`` passes over all graphics and all that the model does not know, which
-    takes a third of the time.
+    ``mechanics_only`` passes over all graphics, which takes a third of the time.
 
     Raises ConversionError, with the line: not XML, another root, no base or body tree, a
     body without a joint, an unknown parent, point or joint or one that stands later in the
     file, an unknown word, a number that is none, a name that is taken.
     """
     root = _parse(data, file)
-    reader = _Reader(file)
     if mechanics_only:
         etree.strip_elements(root, "graphics", with_tail=False)
-        return reader.mbs(root)
-    mbs = reader.mbs(root)
-    # Quotation marks beyond those of the known attributes may be unknown attributes.
-    quotes = data.count(b'"') + data.count(b"'") - _quotes_of_declaration(data)
-    reader.keep_unknown(root, attributes=quotes != 2 * reader.attributes)
-    return mbs
+    return _Reader(file).mbs(root)
 
 
 def validate(data: bytes, file: str) -> list[Diagnostic]:
@@ -169,12 +153,6 @@ class _Reader:
         """What each name of the one name space belongs to."""
         self.points: dict[str | None, set[str]] = {}
         """The points of each body read so far."""
-        self.attributes = 0
-        """How many have been read."""
-        self.owners: dict[_Element, Any] = {}
-        """The object made of an element, for those that can hold unknown ones."""
-        self.unknown: list[tuple[_Element, _Element]] = []
-        """Elements that the model has no place for, after those that hold them."""
 
     def mbs(self, root: _Element) -> Mbs:
         if root.tag != "mbsDescR7":
@@ -189,7 +167,6 @@ class _Reader:
             base=self.base(kids["base"]),
             bodies=self.bodies(kids["bodytree"]),
         )
-        self.owners[root] = mbs
         mbs.cuts = self.connections(kids.get("cuts"), CUTS)
         mbs.links = self.connections(kids.get("links"), LINKS)
         joints = {joint.name for body in mbs.bodies for joint in body.joints}
@@ -216,7 +193,6 @@ class _Reader:
         base = Base(
             name=_text(kids.get("baseBodyName")) or BASE, gravity=self.vector(kids["gravity"])
         )
-        self.owners[element] = base
         self.names.setdefault(base.name, "the base")
         base.points = self.points_of(None, element)
         graphics = kids.get("graphics")
@@ -229,7 +205,7 @@ class _Reader:
                 if "base_body" in x2d:
                     base.drawing = self.drawing(x2d["base_body"])
             if "x3D" in parts:
-                base.shapes = self.shapes(parts["x3D"], X3D_OF_BASE)
+                base.shapes = self.shapes(parts["x3D"])
         return base
 
     def bodies(self, tree: _Element) -> list[Body]:
@@ -240,7 +216,6 @@ class _Reader:
         name = self.name(element, kids, "bodyname", "body")
         parent, point = self.parent(element, kids, name)
         body = Body(name, parent, point)
-        self.owners[element] = body
         body.joints = [self.joint(child) for child in element.iterchildren("joint")]
         if not body.joints:
             self.fail(
@@ -265,7 +240,7 @@ class _Reader:
             if "x2D" in parts and len(parts["x2D"]):
                 body.drawing = self.drawing(parts["x2D"])
             if "x3D" in parts:
-                body.shapes = self.shapes(parts["x3D"], X3D_OF_BODY)
+                body.shapes = self.shapes(parts["x3D"])
         return body
 
     def parent(self, element: _Element, kids: Children, name: str) -> tuple[str | None, str | None]:
@@ -321,7 +296,6 @@ class _Reader:
                 "the natures are independent, dependent and driven",
             )  # fmt: skip
         joint = Joint(name, kind, nature, actuated="actuated" in kids)
-        self.owners[element] = joint
         if "initialvalue" in kids:
             for tag, value in self.children(kids["initialvalue"], SYMBOLS).items():
                 if tag in SYMBOLS:
@@ -331,12 +305,7 @@ class _Reader:
             joint.symbols = tuple(tag for tag in listed if tag in SYMBOLS)
         graphics = kids.get("graphics")
         if graphics is not None:
-            parts = self.children(graphics, GRAPHICS)
-            joint.position = self.position(parts)
-            if "x3D" in parts:
-                for part in self.children(parts["x3D"], X3D_OF_JOINT).values():
-                    if len(part):
-                        self.children(part, NOTHING)
+            joint.position = self.position(graphics)
         return joint
 
     def points_of(self, body: str | None, element: _Element) -> list[Point]:
@@ -354,15 +323,11 @@ class _Reader:
     def point(self, element: _Element) -> Point:
         kids = self.children(element, POINT)
         point = Point(self.own_name(element, kids, "pointname", "point"))
-        self.owners[element] = point
         if "coordinates" in kids:
             point.coordinates = self.xyz(kids["coordinates"])
         graphics = kids.get("graphics")
         if graphics is not None:
-            parts = self.children(graphics, GRAPHICS)
-            point.position = self.position(parts)
-            if "x3D" in parts and len(parts["x3D"]):
-                self.children(parts["x3D"], NOTHING)
+            point.position = self.position(graphics)
         if "sensor" in kids:
             point.sensor = self.sensor(kids["sensor"], SENSOR_MEASURES)
         if "extforce" in kids:
@@ -375,7 +340,8 @@ class _Reader:
             self.fail(element, "name-missing", f"this <{element.tag}> has no name")
         self.take(element, name, element.tag)
         measures = []
-        for measure, value in _attributes(element):
+        attributes: Any = element.items()
+        for measure, value in attributes:
             if measure not in known:
                 continue
             if value != "true":
@@ -384,15 +350,13 @@ class _Reader:
                     'it can be "true" or left out',
                 )  # fmt: skip
             measures.append(measure)
-        self.attributes += 1 + len(measures)
-        if len(element):
-            self.children(element, NOTHING)
         return Sensor(name, tuple(measures))
 
-    def position(self, graphics: Children) -> XY | None:
-        if "x2D" not in graphics:
+    def position(self, graphics: _Element) -> XY | None:
+        kids = self.children(graphics, GRAPHICS)
+        if "x2D" not in kids:
             return None
-        parts = self.children(graphics["x2D"], X2D)
+        parts = self.children(kids["x2D"], X2D)
         return self.xy(parts["position"]) if "position" in parts else None
 
     def drawing(self, element: _Element) -> Drawing:
@@ -413,25 +377,15 @@ class _Reader:
         )
         return drawing
 
-    def shapes(self, x3d: _Element, known: frozenset[str]) -> list[Shape]:
-        kids = self.children(x3d, known)
-        shapes = []
-        for tag, part in kids.items():
-            if tag != "x3D_shapes":
-                if len(part) and tag in known:
-                    self.children(part, NOTHING)
-                continue
-            for child in part:
-                if child.tag in SHAPES:
-                    shapes.append(self.shape(child))
-                else:
-                    self.unknown.append((part, child))
-        return shapes
+    def shapes(self, x3d: _Element) -> list[Shape]:
+        kids = self.children(x3d, X3D)
+        if "x3D_shapes" not in kids:
+            return []
+        return [self.shape(child) for child in kids["x3D_shapes"] if child.tag in SHAPES]
 
     def shape(self, element: _Element) -> Shape:
         kids = self.children(element, SHAPE)
         shape = Shape(element.tag, _text(kids.get("name")))
-        self.owners[element] = shape
         if "position" in kids:
             shape.position = self.xyz(kids["position"])
         if "scale" in kids:
@@ -460,7 +414,6 @@ class _Reader:
                     element, "number-invalid", f"'{text}' is no part of a colour",
                     "R, G and B are whole numbers from 0 to 255",
                 )  # fmt: skip
-        self.attributes += 3
         return int(rgb[0]), int(rgb[1]), int(rgb[2])
 
     def connections(self, element: _Element | None, kinds: frozenset[str]) -> list[Connection]:
@@ -469,7 +422,6 @@ class _Reader:
             return connections
         for child in element:
             if child.tag not in kinds:
-                self.unknown.append((element, child))
                 continue
             kids = self.children(child, CONNECTION)
             name = self.own_name(child, kids, "name", child.tag)
@@ -479,7 +431,6 @@ class _Reader:
                     self.fail(child, "mbs-incomplete", f"{child.tag} '{name}' has no <{tag}>")
                 ends.append(self.place(kids[tag], f"{tag} of {child.tag} '{name}'"))
             connection = Connection(child.tag, name, ends[0], ends[1])
-            self.owners[child] = connection
             if "length" in kids:
                 connection.length = self.number(kids["length"])
             connections.append(connection)
@@ -524,7 +475,6 @@ class _Reader:
     def view(self, element: _Element) -> View:
         kids = self.children(element, VIEW)
         view = View()
-        self.owners[element] = view
         if "background" in kids:
             parts = self.children(kids["background"], frozenset(["color"]))
             if "color" in parts:
@@ -638,79 +588,27 @@ class _Reader:
 
     def listed(self, element: _Element | None, tag: str) -> list[_Element]:
         """The children of a list of one kind of element."""
-        if element is None:
-            return []
-        children = list(element.iterchildren(tag))
-        if len(children) != len(element):
-            self.unknown.extend((element, child) for child in element if child.tag != tag)
-        return children
+        return [] if element is None else list(element.iterchildren(tag))
 
     def children(
         self, element: _Element, known: frozenset[str], many: frozenset[str] = NOTHING
     ) -> Children:
-        """The children by tag (of ``many``: the last of each); unknown ones are noted."""
+        """The children by tag (of ``many``: the last of each); a second one is an error."""
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         kids: Children = {child.tag: child for child in children}
-        if len(kids) != len(children) or not known.issuperset(kids):
-            seen = set()
+        if len(kids) != len(children):
+            seen: set[str] = set()
             for child in children:
-                if child.tag not in known:
-                    self.unknown.append((element, child))
-                elif child.tag in seen and child.tag not in many:
+                if child.tag in seen and child.tag in known and child.tag not in many:
                     self.fail(child, "doubled-element", f"<{element.tag}> has two <{child.tag}>")
                 seen.add(child.tag)
         return kids
-
-    def keep_unknown(self, root: _Element, attributes: bool) -> None:
-        """Give what the model has no place for to the object that it stands in."""
-        strangers = {child for _, child in self.unknown}
-        found = [
-            (holder, "", etree.tostring(child, encoding="unicode", with_tail=False))
-            for holder, child in self.unknown
-        ]
-        if attributes:
-            found += [
-                (element, f"@{attribute}", value)
-                for element in root.iter()
-                for attribute, value in _attributes(element)
-                if attribute not in ATTRIBUTES.get(element.tag, NOTHING)
-            ]
-        for holder, attribute, raw in found:
-            steps = [attribute] if attribute else []
-            element: _Element | None = holder
-            while element is not None and element not in self.owners and element not in strangers:
-                steps.append(_step(element))
-                element = element.getparent()
-            if element is None or element in strangers:
-                continue  # the attribute of an element that is kept whole
-            owner = self.owners[element]
-            if steps:
-                owner.inner.setdefault("/".join(reversed(steps)), []).append(raw)
-            else:
-                owner.extra.append(raw)
 
     def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
         line: Any = element.sourceline
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
 
-def _attributes(element: _Element) -> list[tuple[str, str]]:
-    attributes: Any = element.items()
-    return list(attributes)
-
-
 def _text(element: _Element | None) -> str:
     return "" if element is None else (element.text or "").strip()
-
-
-def _quotes_of_declaration(data: bytes) -> int:
-    end = data.find(b"?>", 0, 200)
-    return 0 if end < 0 else data.count(b'"', 0, end) + data.count(b"'", 0, end)
-
-
-def _step(element: _Element) -> str:
-    """The last step of the path to an element: which of the children of that tag it is."""
-    index = 1 + sum(1 for _ in element.itersiblings(element.tag, preceding=True))
-    alone = index == 1 and next(element.itersiblings(element.tag), None) is None
-    return element.tag if alone else f"{element.tag}[{index}]"

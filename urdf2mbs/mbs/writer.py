@@ -94,7 +94,7 @@ class _Writer:
             f"  <mbsyspad_version>{t[mbs.version]}</mbsyspad_version>\n" if mbs.version else ""
         )
         bodies = "".join([self.body(body) for body in mbs.bodies])
-        text = (
+        return (
             f"<mbsDescR7>\n{name}{version}{self.base(mbs.base)}"
             f"  <bodytree>\n{bodies}  </bodytree>\n"
             f"{_block('cuts', map(self.connection, mbs.cuts))}"
@@ -103,9 +103,8 @@ class _Writer:
             f"{_block('user_models', map(self.user_model, mbs.user_models))}"
             f"{self.user_variables(mbs)}"
             f"{'' if mbs.view is None else self.view(mbs.view)}"
-            f"{_raw('  ', mbs.extra)}</mbsDescR7>\n"
+            "</mbsDescR7>\n"
         )
-        return _graft(text, mbs.inner) if mbs.inner else text
 
     def base(self, base: Base) -> str:
         for point in base.points:
@@ -122,7 +121,7 @@ class _Writer:
             x2d += f"        <base_body>\n{drawing}        </base_body>\n"
         if x2d:
             x2d = f"      <x2D>\n{x2d}      </x2D>\n"
-        text = (
+        return (
             "  <base>\n    <gravity>\n"
             f"{self.xyz('coordinates', base.gravity, '      ')}"
             "    </gravity>\n"
@@ -136,10 +135,8 @@ class _Writer:
             f"{self.shapes(base.shapes, '        ')}"
             "      </x3D>\n"
             "    </graphics>\n"
-            f"{_raw('    ', base.extra)}"
             "  </base>\n"
         )
-        return _graft(text, base.inner) if base.inner else text
 
     def body(self, body: Body) -> str:
         n, t = self.number, self.text
@@ -168,7 +165,7 @@ class _Writer:
         if body.drawing is not None:
             drawing = self.drawing(body.drawing, "          ")
             x2d = f"        <x2D>\n{drawing}        </x2D>\n"
-        text = (
+        return (
             "    <body>\n"
             f"      <bodyname>{t[body.name]}</bodyname>\n"
             "      <parent>\n"
@@ -186,10 +183,8 @@ class _Writer:
             f"{self.shapes(body.shapes, '          ')}"
             "        </x3D>\n"
             "      </graphics>\n"
-            f"{_raw('      ', body.extra)}"
             "    </body>\n"
         )
-        return _graft(text, body.inner) if body.inner else text
 
     def joint(self, joint: Joint) -> str:
         n = self.number
@@ -219,7 +214,7 @@ class _Writer:
             raise ValueError(
                 f"joint '{joint.name}' is '{joint.type}', '{joint.nature}': .mbs has no such joint"
             )
-        text = (
+        return (
             "      <joint>\n"
             f"        <jointname>{self.text[joint.name]}</jointname>\n"
             f"        <type>{joint.type}</type>\n"
@@ -231,10 +226,8 @@ class _Writer:
             "            <x3D_frame/>\n"
             "          </x3D>\n"
             "        </graphics>\n"
-            f"{_raw('        ', joint.extra) if joint.extra else ''}"
             "      </joint>\n"
         )
-        return _graft(text, joint.inner) if joint.inner else text
 
     def points(self, points: list[Point], pad: str) -> str:
         n = self.number
@@ -255,7 +248,7 @@ class _Writer:
             if point.extforce is not None:
                 force = self.sensor("extforce", point.extforce, FORCE_MEASURES)
                 more += f"{pad}  {force}\n"
-            text = (
+            out.append(
                 f"{pad}<point>\n"
                 f"{pad}  <pointname>{self.text[point.name]}</pointname>\n"
                 f"{pad}  <coordinates>\n"
@@ -266,10 +259,9 @@ class _Writer:
                 f"{pad}  <graphics>\n{x2d}"
                 f"{pad}    <x3D/>\n"
                 f"{pad}  </graphics>\n"
-                f"{more}{_raw(pad + '  ', point.extra) if point.extra else ''}"
+                f"{more}"
                 f"{pad}</point>\n"
             )
-            out.append(_graft(text, point.inner) if point.inner else text)
         return "".join(out)
 
     def sensor(self, tag: str, sensor: Sensor, known: frozenset[str]) -> str:
@@ -295,7 +287,7 @@ class _Writer:
                 own += f"{inside}<height>{n[shape.height]}</height>\n"
             if shape.url is not None:
                 own += f"{inside}<url>{t[shape.url]}</url>\n"
-            text = (
+            out.append(
                 f"{pad}  <{shape.kind}>\n"
                 f"{inside}<name>{t[shape.name]}</name>\n"
                 f"{self.xyz('position', shape.position, inside)}"
@@ -303,10 +295,9 @@ class _Writer:
                 f"{self.xyz('rotation', shape.rotation, inside)}"
                 f'{inside}<color R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
                 f"{inside}<transparency>{n[shape.transparency]}</transparency>\n"
-                f"{own}{_raw(inside, shape.extra)}"
+                f"{own}"
                 f"{pad}  </{shape.kind}>\n"
             )
-            out.append(_graft(text, shape.inner) if shape.inner else text)
         out.append(f"{pad}</x3D_shapes>\n")
         return "".join(out)
 
@@ -350,13 +341,12 @@ class _Writer:
         length = ""
         if connection.length is not None:
             length = f"      <length>{self.number[connection.length]}</length>\n"
-        text = (
+        return (
             f"    <{connection.kind}>\n"
             f"      <name>{t[connection.name]}</name>\n"
-            f"{ends}{length}{_raw('      ', connection.extra)}"
+            f"{ends}{length}"
             f"    </{connection.kind}>\n"
         )
-        return _graft(text, connection.inner) if connection.inner else text
 
     def user_constraints(self, mbs: Mbs) -> str:
         t = self.text
@@ -431,7 +421,7 @@ class _Writer:
             + "      </directionalLight>\n"
             for light in view.lights
         )
-        text = (
+        return (
             "  <x3D>\n"
             "    <background>\n"
             f'      <color R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
@@ -444,10 +434,8 @@ class _Writer:
             "    </shapeScaleFactors>\n"
             f"    <viewpoints>\n{viewpoints}    </viewpoints>\n"
             f"    <lights>\n{lights}    </lights>\n"
-            f"{_raw('    ', view.extra)}"
             "  </x3D>\n"
         )
-        return _graft(text, view.inner) if view.inner else text
 
     def xyz(self, tag: str, vec: Vec, pad: str) -> str:
         n = self.number
@@ -474,27 +462,3 @@ def _only(words: Iterable[str], known: frozenset[str], what: str) -> None:
 def _block(tag: str, items: Iterable[str]) -> str:
     text = "".join(items)
     return f"  <{tag}>\n{text}  </{tag}>\n" if text else ""
-
-
-def _raw(pad: str, extra: list[str]) -> str:
-    return "".join([f"{pad}{element}\n" for element in extra])
-
-
-def _graft(text: str, inner: dict[str, list[str]]) -> str:
-    """Put unknown elements and attributes where they were read: rare, so through a tree."""
-    from lxml import etree
-
-    root = etree.fromstring(text)
-    for path, found in inner.items():
-        holder = root
-        steps, _, attribute = path.partition("@")
-        for step in steps.strip("/").split("/") if steps else ():
-            held = holder.find(step)
-            holder = etree.SubElement(holder, step) if held is None else held
-        if attribute:
-            holder.set(attribute, found[0])
-        else:
-            for element in found:
-                holder.append(etree.fromstring(element))
-    pad = text[: len(text) - len(text.lstrip())]
-    return f"{pad}{etree.tostring(root, encoding='unicode')}\n"
