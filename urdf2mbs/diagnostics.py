@@ -36,6 +36,12 @@ class ConversionError(Exception):
         self.said: list[Diagnostic] = []
         """What was found before, in the same robot."""
 
+    def diagnostic(self) -> Diagnostic:
+        """The same as one of several errors, to stand in the ``said`` of another."""
+        return Diagnostic(
+            "error", self.code, self.message, file=self.file, line=self.line, hint=self.hint
+        )
+
     def __str__(self) -> str:
         """All errors, in the order in which they were found."""
         before = [str(one) for one in self.said if one.level == "error"]

@@ -114,6 +114,8 @@ OTHER_ROOTS = {
     "svg": "a picture",
 }
 _NAMES_SHOWN = 4
+#: So many errors of one file are told together.
+MOST_ERRORS = 20
 _Part = TypeVar("_Part")
 _REPAIR = "estimate-inertia: {repair: true} puts the nearest one that a body can have"
 _BLANKS = re.compile(r"[ \t\r\n]+")
@@ -206,13 +208,13 @@ def stem(source: Path) -> str:
 def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, list[Diagnostic]]:
     """Read a plain URDF text; ``expanded`` says that xacro has written it from ``file``.
 
-    :raises ConversionError: one for the first thing that is wrong
+    :raises ConversionError: the last of the errors, with the others in its ``said``
     """
     reader = _Reader(f"{file} (expanded)" if expanded else file, expanded)
     try:
         return reader.robot(data)
     except ConversionError as error:
-        error.said = reader.diagnostics()
+        error.said = [*reader.diagnostics(), *reader.errors]
         raise
 
 
@@ -268,6 +270,9 @@ class _Reader:
         self.file = file
         self.expanded = expanded
         self.groups: dict[tuple[str, str], _Group] = {}
+        self.errors: list[Diagnostic] = []
+        """What is wrong, but for the last."""
+        self.last: ConversionError | None = None
         self.owner = ("robot", "")
         """Kind and name of the element being read, for messages."""
         self.vectors: dict[str, Vec] = {}
@@ -295,6 +300,16 @@ class _Reader:
             more = "the line is one of the expanded text: --dump DIR writes it, as expanded.urdf"
             hint = f"{hint}; {more}" if hint else more
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
+
+    def keep(self, error: ConversionError) -> None:
+        """Go on after an error, so that those that follow are told with it."""
+        if self.last is not None:
+            self.errors.append(self.last.diagnostic())
+        self.last = error
+        if len(self.errors) + 1 == MOST_ERRORS:
+            more = f"these are the first {MOST_ERRORS} errors: there may be more"
+            error.hint = f"{error.hint}; {more}" if error.hint else more
+            raise error
 
     def warn(
         self,
@@ -987,10 +1002,14 @@ class _Reader:
         links, joints, extensions = robot.links, robot.joints, robot.extensions
         for child in root:
             tag = child.tag
-            if tag == "link":
-                self.link(child, links)
-            elif tag == "joint":
-                self.joint(child, joints)
+            if tag in ("link", "joint"):
+                try:
+                    if tag == "link":
+                        self.link(child, links)
+                    else:
+                        self.joint(child, joints)
+                except ConversionError as error:
+                    self.keep(error)
             elif tag == "material":
                 self.global_material(child, robot)
             elif isinstance(tag, str):
@@ -1010,6 +1029,8 @@ class _Reader:
                     Extension(_plain(tag), xml, child.get("reference"), child.sourceline)
                 )
         self.owner = ("robot", "")
+        if self.last is not None:  # the tree cannot be judged where links or joints are not known
+            raise self.last
         self.robot_name(root, robot)
         self.check_materials(robot)
         self.check_tree(robot)
@@ -1080,24 +1101,12 @@ class _Reader:
         self.imply_world(robot)
         links = robot.links
         for joint in robot.joints.values():
-            for which, name in (("parent", joint.parent), ("child", joint.child)):
-                if name not in links:
-                    self.fail(
-                        "link-unknown",
-                        f"joint '{joint.name}': there is no link called '{name}' ({which})",
-                        joint.line,
-                        nearest(name, links),
-                    )
-            other = above.setdefault(joint.child, joint)
-            if other is not joint:
-                self.fail(
-                    "two-parents",
-                    f"link '{joint.child}' has two parents: '{other.parent}' by the joint"
-                    f" '{other.name}' (line {other.line}), and '{joint.parent}' by the joint"
-                    f" '{joint.name}'",
-                    joint.line,
-                    "a robot in URDF is a tree: a loop cannot be closed in it",
-                )
+            try:
+                self.check_ends(joint, links, above)
+            except ConversionError as error:
+                self.keep(error)
+        if self.last is not None:
+            raise self.last
         self.check_loops(links, above)
         roots = [name for name in links if name not in above]
         if len(roots) > 1:
@@ -1108,6 +1117,29 @@ class _Reader:
                 f"{len(roots)} links have no parent: {_listed(roots)}",
                 links[roots[1]].line,
                 "join them by a joint, or take away what does not belong to the robot",
+            )
+
+    def check_ends(
+        self, joint: Joint, links: Mapping[str, Link], above: dict[str, Joint]
+    ) -> None:
+        """A joint's links exist, and its child has no other parent."""
+        for which, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                self.fail(
+                    "link-unknown",
+                    f"joint '{joint.name}': there is no link called '{name}' ({which})",
+                    joint.line,
+                    nearest(name, links),
+                )
+        other = above.setdefault(joint.child, joint)
+        if other is not joint:
+            self.fail(
+                "two-parents",
+                f"link '{joint.child}' has two parents: '{other.parent}' by the joint"
+                f" '{other.name}' (line {other.line}), and '{joint.parent}' by the joint"
+                f" '{joint.name}'",
+                joint.line,
+                "a robot in URDF is a tree: a loop cannot be closed in it",
             )
 
     def imply_world(self, robot: Robot) -> None:
