@@ -34,7 +34,7 @@ from urdf2mbs.kit.dump import state
 from urdf2mbs.kit.schema import field_docs
 from urdf2mbs.output import write_files
 from urdf2mbs.testing import TINY
-from urdf2mbs.urdf.reader import ATTRIBUTES
+from urdf2mbs.urdf.elements import ATTRIBUTES
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"

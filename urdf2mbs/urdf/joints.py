@@ -1,0 +1,211 @@
+"""``<joint>``: its links, axis and limits, and what it mimics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from urdf2mbs.diagnostics import ConversionError, nearest
+from urdf2mbs.spatial import ZERO
+from urdf2mbs.urdf.elements import ATTRIBUTES
+from urdf2mbs.urdf.model import (
+    JOINT_TYPES,
+    Calibration,
+    Dynamics,
+    Joint,
+    Limit,
+    Mimic,
+    SafetyController,
+)
+from urdf2mbs.urdf.values import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from urdf2mbs.urdf.model import Robot
+    from urdf2mbs.urdf.values import Reading
+
+_Part = TypeVar("_Part")
+
+
+def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None:
+    name = reading.name(element, "joint", joints)
+    if name is None:
+        return
+    kind = element.get("type")
+    if len(element.attrib) != 2:
+        reading.unknown_attributes(element)
+    if kind not in JOINT_TYPES:
+        types = ", ".join(JOINT_TYPES)
+        if not kind:
+            reading.fail(
+                "joint-type-missing", f"joint '{name}' has no type", element,
+                f"the types are: {types}",
+            )  # fmt: skip
+        reading.text(element, "type", kind)
+        plain = kind.strip().lower()
+        if plain not in JOINT_TYPES:
+            reading.fail(
+                "joint-type-unknown",
+                f"joint '{name}' is of the type {shown(kind)}, which URDF does not know",
+                element,
+                nearest(plain, JOINT_TYPES) or f"the types are: {types}",
+            )
+        reading.warn(
+            "joint-type-spelling", f"the type {shown(kind)} is read as '{plain}'",
+            element.sourceline,
+        )  # fmt: skip
+        kind = plain
+    parts = reading.parts(element)
+    parent = read_end(reading, element, parts, "parent")
+    child = read_end(reading, element, parts, "child")
+    if parent == child:
+        reading.fail(
+            "joint-same-link",
+            f"joint '{name}' has the link '{parent}' as its parent and as its child",
+            parts["child"],
+        )
+    joint = joints[name] = Joint(
+        name, kind, parent, child, reading.origin(parts.get("origin")), line=element.sourceline
+    )
+    axis = parts.get("axis")
+    if axis is not None and kind not in ("fixed", "floating"):  # these have none
+        read_axis(reading, joint, axis)
+    limit = parts.get("limit")
+    if limit is not None:
+        joint.limit = read_limit(reading, joint, limit)
+    elif kind in ("revolute", "prismatic"):
+        reading.warn(
+            "joint-limit-missing",
+            f"a {kind} joint wants a <limit>, and is read as one without limits",
+            element.sourceline,
+        )
+    joint.dynamics = optional(reading, parts, "dynamics", read_dynamics)
+    joint.mimic = optional(reading, parts, "mimic", read_mimic)
+    joint.safety_controller = optional(reading, parts, "safety_controller", read_safety)
+    joint.calibration = optional(reading, parts, "calibration", read_calibration)
+
+
+def optional(
+    reading: Reading, parts: dict[str, Any], tag: str, read: Callable[[Reading, Any], _Part]
+) -> _Part | None:
+    """A part of a joint that the .mbs does not have: left out where it cannot be read."""
+    if tag not in parts:
+        return None
+    try:
+        return read(reading, parts[tag])
+    except ConversionError as error:
+        reading.left_out(parts[tag], f"<{tag}>", error)
+        return None
+
+
+def read_dynamics(reading: Reading, element: Any) -> Dynamics:
+    return Dynamics(**known_numbers(reading, element))
+
+
+def read_mimic(reading: Reading, element: Any) -> Mimic:
+    return Mimic(element.get("joint") or "", **known_numbers(reading, element))
+
+
+def read_safety(reading: Reading, element: Any) -> SafetyController:
+    if element.get("k_velocity") is None:
+        reading.bad_number(element, "k_velocity", None, 1)
+    return SafetyController(**known_numbers(reading, element))
+
+
+def read_calibration(reading: Reading, element: Any) -> Calibration:
+    return Calibration(**known_numbers(reading, element))
+
+
+def known_numbers(reading: Reading, element: Any) -> dict[str, float]:
+    """All attributes that are numbers, by their names in the model."""
+    known = ATTRIBUTES[element.tag]
+    return {
+        name: reading.number(element, name, text)
+        for name, text in reading.attributes(element).items()
+        if name in known and name != "joint"
+    }
+
+
+def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) -> str:
+    """The name of a joint's ``parent`` or ``child`` link."""
+    part = parts.get(which)
+    name = None if part is None else reading.attribute(part, "link")
+    if part is None or not name:
+        reading.fail(
+            "joint-link-missing",
+            f"{reading.where} has no {which} link",
+            element if part is None else part,
+            f'give <{which} link="..."/>',
+        )
+    return name
+
+
+def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
+    joint.axis = reading.vector(element, "xyz", reading.attribute(element, "xyz"))
+    if joint.axis == ZERO:
+        reading.fail(
+            "axis-zero",
+            f"joint '{joint.name}' is {joint.type}, and its axis is zero",
+            element,
+            'give a direction, such as xyz="0 0 1", or make the joint fixed',
+        )
+
+
+def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
+    """Each number by itself; one that cannot be read, or is infinite, is no limit."""
+    numbers: dict[str, float | None] = {}
+    for name, text in reading.attributes(element).items():
+        if name not in ATTRIBUTES["limit"]:
+            continue
+        try:
+            numbers[name] = reading.number(element, name, text)
+        except ConversionError as error:
+            reading.left_out(element, "a limit", error)
+            numbers[name] = None
+    limit = Limit(**numbers)
+    lower, upper = limit.lower, limit.upper
+    ranged = joint.type in ("revolute", "prismatic") and None not in (lower, upper)
+    if ranged and lower > upper:  # type: ignore[operator]
+        reading.warn(
+            "limit-order", "the lower limit is above the upper one", element.sourceline,
+            detail=f"{lower!r} and {upper!r}",
+        )  # fmt: skip
+    return limit
+
+
+def check_mimics(reading: Reading, robot: Robot) -> None:
+    """A joint that follows nothing, or itself, is free: the .mbs has no mimic anyway."""
+    joints = robot.joints
+    leaders: dict[str, str] = {}
+    for joint in joints.values():
+        if joint.mimic is None:
+            continue
+        leader = joint.mimic.joint
+        if leader not in joints:
+            joint.mimic = None
+            reading.warn(
+                "mimic-left-out",
+                f"it mimics '{leader}', which is no joint, so it is free"
+                if leader
+                else "it does not say which joint it mimics, so it is free",
+                joint.line, owner=("joint", joint.name), like=(leader, joints),
+            )  # fmt: skip
+        else:
+            leaders[joint.name] = leader
+    seen: dict[str, str] = {}
+    for start in list(leaders):
+        name = start
+        while name in leaders and name not in seen:
+            seen[name] = start
+            name = leaders[name]
+        if name in leaders and seen[name] == start:
+            loop = [name]
+            while leaders[loop[-1]] != name:
+                loop.append(leaders[loop[-1]])
+            for one in loop:
+                joints[one].mimic = None
+                reading.warn(
+                    "mimic-left-out",
+                    "joints that mimic one another, or themselves, are free",
+                    joints[loop[0]].line, owner=("joint", one),
+                )  # fmt: skip

@@ -1,0 +1,123 @@
+"""``<link>`` and its ``<inertial>``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from urdf2mbs.spatial import NO_INERTIA
+from urdf2mbs.urdf import inertia
+from urdf2mbs.urdf.model import Inertial, Link
+from urdf2mbs.urdf.shapes import read_collision, read_visual
+
+if TYPE_CHECKING:
+    from urdf2mbs.spatial import Sym
+    from urdf2mbs.urdf.model import Collision, Visual
+    from urdf2mbs.urdf.values import Reading
+
+REPAIR = "estimate-inertia: {repair: true} puts the nearest one that a body can have"
+
+
+def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
+    name = reading.name(element, "link", links)
+    if name is None:
+        return
+    if len(element.attrib) != 1:
+        reading.unknown_attributes(element)
+    inertial: Any = None
+    visuals: list[Visual] = []
+    collisions: list[Collision] = []
+    for child in element:
+        tag = child.tag
+        if tag == "visual":
+            read_visual(reading, child, visuals)
+        elif tag == "collision":
+            read_collision(reading, child, collisions)
+        elif tag == "inertial":
+            if inertial is None:
+                inertial = child
+            else:
+                reading.doubled("link", child)
+        else:
+            reading.unknown_child("link", child, ("visual", "collision", "inertial"))
+    links[name] = Link(
+        name,
+        None if inertial is None else read_inertial(reading, inertial),
+        visuals,
+        collisions,
+        element.sourceline,
+    )
+
+
+def read_inertial(reading: Reading, element: Any) -> Inertial | None:
+    if element.attrib:
+        reading.unknown_attributes(element)
+    parts = reading.parts(element)
+    origin = reading.origin(parts.get("origin"))
+    mass_element, inertia_element = parts.get("mass"), parts.get("inertia")
+    mass, tensor = 0.0, NO_INERTIA
+    if mass_element is not None:
+        mass = reading.number(mass_element, "value", reading.attribute(mass_element, "value"))
+        if mass < 0.0:
+            reading.warn(
+                "mass-negative", "no body has a mass below zero; it is kept",
+                mass_element.sourceline, detail=f"{mass!r} kg", hint=REPAIR,
+            )  # fmt: skip
+    if inertia_element is not None and not inertia_element.attrib:
+        inertia_element = None
+    if inertia_element is not None:
+        given = reading.attributes(inertia_element)
+        missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
+        if missing:
+            reading.warn(
+                "inertia-incomplete",
+                "<inertia> has not all products of inertia; those missing are zero",
+                inertia_element.sourceline, detail=", ".join(missing),
+            )  # fmt: skip
+        xx, xy, xz, yy, yz, zz = (
+            0.0 if name in missing else reading.number(inertia_element, name, given.get(name))
+            for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        )
+        tensor = (xx, xy, xz, yy, yz, zz)
+        if tensor != NO_INERTIA:
+            check_inertia(reading, tensor, mass, inertia_element)
+    line = element.sourceline
+    if mass_element is None:
+        reading.warn(
+            "inertial-incomplete",
+            "<inertial> without <mass> is not used, as in ROS: no mass, no inertia",
+            line,
+            hint="give <mass value=.../>, or take <inertial> away",
+        )
+        return None
+    if inertia_element is None:
+        reading.warn(
+            "inertial-incomplete",
+            "<inertial> without <inertia>: mass, but no inertia, as in ROS",
+            line,
+            hint="give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>",
+        )
+        return Inertial(mass, NO_INERTIA, origin)
+    if mass == 0.0 and tensor != NO_INERTIA:
+        reading.warn("inertia-without-mass", "inertia, but no mass", line)
+    elif mass > 0.0 and tensor == NO_INERTIA:
+        reading.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
+    return Inertial(mass, tensor, origin)
+
+
+def check_inertia(reading: Reading, tensor: Sym, mass: float, element: Any) -> None:
+    """Warn of an inertia that no body has."""
+    fault = inertia.fault(tensor, mass)
+    if fault is None:
+        return
+    reading.warn(
+        fault.code,
+        "no body has such an inertia, which is kept: "
+        + (
+            "a principal moment is below zero"
+            if fault.code == "inertia-indefinite"
+            else "one principal moment is more than the others together"
+        ),
+        element.sourceline,
+        detail="principal moments " + ", ".join(f"{m:.6g}" for m in fault.moments) + " kg m^2",
+        hint="check that it is about the centre of mass, and its signs; " + REPAIR,
+    )

@@ -1,0 +1,71 @@
+"""``<material>``: in a visual, and those of the whole robot."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.urdf.model import Material
+
+if TYPE_CHECKING:
+    from urdf2mbs.urdf.model import Robot
+    from urdf2mbs.urdf.values import Reading
+
+
+def read_material(reading: Reading, element: Any) -> Material | None:
+    name = reading.attribute(element, "name") or ""
+    color: tuple[float, float, float, float] | None = None
+    texture: str | None = None
+    if len(element):
+        parts = reading.parts(element)
+        if "color" in parts:
+            child = parts["color"]
+            rgba = reading.attribute(child, "rgba")
+            try:
+                r, g, b, a = reading.numbers(child, "rgba", rgba, 4)
+                color = (r, g, b, a)
+            except ConversionError as error:
+                reading.left_out(child, "a colour", error)
+                reading.colourless.add(name)
+            if color is not None and (min(color) < 0.0 or max(color) > 1.0):
+                reading.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
+        if "texture" in parts:
+            child = parts["texture"]
+            texture = reading.attribute(child, "filename") or None
+    if not name and color is None and texture is None:
+        return None
+    return Material(name, color, texture)
+
+
+def read_global_material(reading: Reading, element: Any, robot: Robot) -> None:
+    reading.owner = ("material", element.get("name") or "")
+    material = read_material(reading, element)
+    if material is None or not material.name:
+        reading.warn("material-unnamed", "a material of <robot> has no name", element.sourceline)
+    elif material.name in robot.materials:
+        reading.doubled("robot", element)
+    elif material.color is not None or material.texture is not None:
+        robot.materials[material.name] = material
+
+
+def check_materials(reading: Reading, robot: Robot) -> None:
+    """A material that a link defines in place is known by its name everywhere."""
+    used = []
+    for link in robot.links.values():
+        for visual in link.visuals:
+            material = visual.material
+            if material is None or not material.name:
+                continue
+            if material.color is None and material.texture is None:
+                used.append((material.name, link.name, visual.line))
+            else:
+                robot.materials.setdefault(material.name, material)
+    for name, link_name, line in used:
+        if name not in robot.materials and name not in reading.colourless:
+            reading.warn(
+                "material-undefined",
+                f"the material '{name}' is not defined",
+                line,
+                owner=("link", link_name),
+                like=(name, robot.materials),
+            )

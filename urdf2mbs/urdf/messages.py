@@ -1,0 +1,122 @@
+"""What is said about one URDF file: errors with their line, warnings about many links at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
+
+from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+#: A message about more links or joints than these says how many more there are.
+_NAMES_SHOWN = 4
+#: So many errors of one file are told together.
+MOST_ERRORS = 20
+
+
+class _Group:
+    """Warnings of one kind, said once for all the elements they are about."""
+
+    def __init__(
+        self, level: Literal["error", "warning", "note"], line: int | None, hint: str | None
+    ) -> None:
+        self.level = level
+        self.line = line
+        self.hint = hint
+        self.owners: dict[tuple[str, str], str] = {}
+        """Kind and name, and what is to be said of it alone."""
+
+
+class Messages:
+    """All that is said about one file, and which element of it is being read."""
+
+    def __init__(self, file: str, expanded: bool) -> None:
+        self.file = file
+        self.expanded = expanded
+        """Whether xacro has written the text that is read."""
+        self.groups: dict[tuple[str, str], _Group] = {}
+        self.errors: list[Diagnostic] = []
+        """What is wrong, but for the last."""
+        self.last: ConversionError | None = None
+        self.owner = ("robot", "")
+        """Kind and name of the element being read, for messages."""
+
+    @property
+    def where(self) -> str:
+        kind, name = self.owner
+        return f"{kind} '{name}'" if name else f"<{kind}>"
+
+    def fail(
+        self, code: str, message: str, element: Any = None, hint: str | None = None
+    ) -> NoReturn:
+        line = element if element is None or isinstance(element, int) else element.sourceline
+        if self.expanded:
+            more = "the line is one of the expanded text: --dump DIR writes it, as expanded.urdf"
+            hint = f"{hint}; {more}" if hint else more
+        raise ConversionError(code, message, file=self.file, line=line, hint=hint)
+
+    def keep(self, error: ConversionError) -> None:
+        """Go on after an error, so that those that follow are told with it."""
+        if self.last is not None:
+            self.errors.append(self.last.diagnostic())
+        self.last = error
+        if len(self.errors) + 1 == MOST_ERRORS:
+            more = f"these are the first {MOST_ERRORS} errors: there may be more"
+            error.hint = f"{error.hint}; {more}" if error.hint else more
+            raise error
+
+    def warn(
+        self,
+        code: str,
+        message: str,
+        line: int | None,
+        *,
+        hint: str | None = None,
+        like: tuple[str, Iterable[str]] | None = None,
+        owner: tuple[str, str] | None = None,
+        level: Literal["error", "warning", "note"] = "warning",
+        detail: str = "",
+    ) -> None:
+        """The same message about several links or joints is said once, with their names.
+
+        ``like``: a wrong name and the right ones, the nearest of which is offered; ``detail``:
+        what differs from one link or joint to the next.
+        """
+        group = self.groups.get((code, message))
+        if group is None:
+            if like is not None:
+                hint = nearest(like[0], sorted(like[1]))
+            group = self.groups[code, message] = _Group(level, line, hint)
+        owner = owner or self.owner
+        before = group.owners.get(owner, "")
+        group.owners[owner] = f"{before}; {detail}" if before and detail else before or detail
+
+    def diagnostics(self) -> list[Diagnostic]:
+        said = []
+        for (code, message), group in self.groups.items():
+            owners = list(group.owners)
+            kind, name = owners[0]
+            shown = ", ".join(
+                f"{kind} '{name}'" + (f" ({detail})" if detail else "")
+                for (kind, name), detail in list(group.owners.items())[:_NAMES_SHOWN]
+                if name
+            )
+            more = len(owners) - _NAMES_SHOWN
+            text = f"{message}: {shown}" if shown else message
+            if more > 0:
+                text += f" and {more} more"
+            said.append(
+                Diagnostic(
+                    group.level, code, text,
+                    name if kind == "link" and len(owners) == 1 else None,
+                    name if kind == "joint" and len(owners) == 1 else None,
+                    self.file, group.line, group.hint,
+                )
+            )  # fmt: skip
+        return said
+
+
+def listed(names: list[str]) -> str:
+    shown = ", ".join(f"'{name}'" for name in names[:6])
+    return f"{shown} and {len(names) - 6} more" if len(names) > 6 else shown

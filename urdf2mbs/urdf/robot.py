@@ -1,0 +1,111 @@
+"""``<robot>``, the root: its links, joints and materials, and the elements of other programs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from lxml import etree
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.urdf.elements import FOREIGN, plain
+from urdf2mbs.urdf.joints import check_mimics, read_joint
+from urdf2mbs.urdf.links import read_link
+from urdf2mbs.urdf.materials import check_materials, read_global_material
+from urdf2mbs.urdf.model import Extension, Robot
+from urdf2mbs.urdf.tree import check_tree
+
+if TYPE_CHECKING:
+    from urdf2mbs.diagnostics import Diagnostic
+    from urdf2mbs.urdf.values import Reading
+
+#: Roots of other kinds of file.
+OTHER_ROOTS = {
+    "sdf": "an SDF file (Gazebo)",
+    "gazebo": "an old SDF file (Gazebo)",
+    "mujoco": "an MJCF file (MuJoCo)",
+    "mujocoinclude": "an MJCF file (MuJoCo)",
+    "COLLADA": "a COLLADA mesh or model",
+    "mbsDescR7": "an .mbs file (Robotran) already",
+    "html": "a web page",
+    "package": "a package.xml",
+    "launch": "a launch file",
+    "X3D": "an X3D scene",
+    "svg": "a picture",
+}
+
+
+def read_root(reading: Reading, data: bytes) -> tuple[Robot, list[Diagnostic]]:
+    """The robot of a URDF text, and what is odd about it; raises ConversionError."""
+    root = reading.xml(data)
+    _check_root(reading, root)
+    reading.quaternions = root.get("version") in ("1.1", "1.2")
+    robot = Robot("", file=reading.file)
+    links, joints, extensions = robot.links, robot.joints, robot.extensions
+    for child in root:
+        tag = child.tag
+        if tag in ("link", "joint"):
+            try:
+                if tag == "link":
+                    read_link(reading, child, links)
+                else:
+                    read_joint(reading, child, joints)
+            except ConversionError as error:
+                reading.keep(error)
+        elif tag == "material":
+            read_global_material(reading, child, robot)
+        elif isinstance(tag, str):
+            reading.owner = ("robot", "")
+            if tag not in FOREIGN:
+                if reading.xacro_left(child):
+                    continue
+                if "{" not in tag and ":" not in tag:
+                    reading.warn(
+                        "unknown-element",
+                        f"<{tag}> in <robot> is not known: kept as it is, without effect",
+                        child.sourceline,
+                        like=(tag, ("link", "joint", "material", *FOREIGN)),
+                    )
+            xml = etree.tostring(child, encoding="unicode", with_tail=False)
+            extensions.append(Extension(plain(tag), xml, child.get("reference"), child.sourceline))
+    reading.owner = ("robot", "")
+    if reading.last is not None:  # the tree cannot be judged where links or joints are not known
+        raise reading.last
+    _robot_name(reading, root, robot)
+    check_materials(reading, robot)
+    check_tree(reading, robot, root.sourceline)
+    check_mimics(reading, robot)
+    return robot, reading.diagnostics()
+
+
+def _check_root(reading: Reading, root: Any) -> None:
+    tag = root.tag
+    if tag.startswith("{"):
+        space = root.nsmap[root.prefix]
+        tag = etree.QName(root).localname
+        if tag == "robot":
+            _strip_namespace(root, f"{{{space}}}")
+    if tag == "robot":
+        return
+    kind = OTHER_ROOTS.get(tag)
+    reading.fail(
+        "wrong-root",
+        f"the root element is <{tag}>, not <robot>" + (f": this looks like {kind}" if kind else ""),
+        root,
+        "URDF and xacro files are read",
+    )
+
+
+def _robot_name(reading: Reading, root: Any, robot: Robot) -> None:
+    robot.name = (reading.attributes(root).get("name") or "").strip()
+    if not robot.name:
+        reading.warn("robot-unnamed", "<robot> has no name", root.sourceline)
+
+
+def _strip_namespace(root: Any, space: str) -> None:
+    """A default namespace on <robot> says nothing: read the elements as if without it."""
+    for child in root.iterchildren(*(space + tag for tag in ("link", "joint", "material"))):
+        for element in child.iter(f"{space}*"):
+            element.tag = element.tag[len(space) :]
+    for child in root.iterchildren(f"{space}*"):
+        child.tag = child.tag[len(space) :]
+    root.tag = "robot"

@@ -1,0 +1,124 @@
+"""``<visual>`` and ``<collision>``: their geometry and where it is."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.urdf.elements import plain
+from urdf2mbs.urdf.materials import read_material
+from urdf2mbs.urdf.model import Box, Collision, Cylinder, Mesh, Sphere, Visual
+
+if TYPE_CHECKING:
+    from urdf2mbs.spatial import Vec
+    from urdf2mbs.urdf.model import Geometry, Origin
+    from urdf2mbs.urdf.values import Reading
+
+#: A file name that a package which was not found stands in.
+_UNRESOLVED = re.compile(r"^file:/*(?=package://)")
+
+
+def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
+    name = reading.attribute(element, "name")
+    parts = reading.parts(element)
+    material = parts.get("material")
+    look = None if material is None else read_material(reading, material)
+    placed = read_shape(reading, element, parts)
+    if placed is not None:
+        visuals.append(Visual(*placed, look, name, element.sourceline))
+
+
+def read_collision(reading: Reading, element: Any, collisions: list[Collision]) -> None:
+    name = reading.attribute(element, "name")
+    placed = read_shape(reading, element, reading.parts(element))
+    if placed is not None:
+        collisions.append(Collision(*placed, name, element.sourceline))
+
+
+def read_shape(
+    reading: Reading, element: Any, parts: dict[str, Any]
+) -> tuple[Geometry, Origin] | None:
+    """Of a visual or collision; None where it cannot be read, which is said."""
+    try:
+        geometry = read_geometry(reading, element, parts.get("geometry"))
+        return None if geometry is None else (geometry, reading.origin(parts.get("origin")))
+    except ConversionError as error:
+        reading.left_out(element, f"a <{element.tag}>", error)
+        return None
+
+
+def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None:
+    shape = None
+    if element is not None:
+        if element.attrib:
+            reading.unknown_attributes(element)
+        for child in element:
+            if isinstance(child.tag, str):
+                if shape is not None:
+                    reading.doubled("geometry", child)
+                else:
+                    shape = child
+    if shape is None:
+        reading.warn(
+            "geometry-unknown",
+            f"<{owner.tag}> without a geometry is left out",
+            owner.sourceline,
+        )
+        return None
+    tag = shape.tag
+    attributes = reading.attributes(shape) if tag in ("mesh", "box", "cylinder", "sphere") else {}
+    sizes: tuple[float, ...]
+    geometry: Geometry
+    if tag == "mesh":
+        filename = attributes.get("filename")
+        if not filename or not filename.strip():
+            reading.warn(
+                "geometry-unknown", f"<{owner.tag}> whose mesh has no filename is left out",
+                shape.sourceline,
+            )  # fmt: skip
+            return None
+        filename = _UNRESOLVED.sub("", filename)
+        if "scale" not in attributes:
+            return Mesh(filename)
+        scale = read_scale(reading, shape, attributes["scale"])
+        geometry, sizes = Mesh(filename, scale), tuple(map(abs, scale))  # < 0 is a mirror
+    elif tag == "box":
+        geometry = Box(reading.vector(shape, "size", attributes.get("size")))
+        sizes = geometry.size
+    elif tag == "cylinder":
+        geometry = Cylinder(
+            reading.number(shape, "radius", attributes.get("radius")),
+            reading.number(shape, "length", attributes.get("length")),
+        )
+        sizes = (geometry.radius, geometry.length)
+    elif tag == "sphere":
+        geometry = Sphere(reading.number(shape, "radius", attributes.get("radius")))
+        sizes = (geometry.radius,)
+    else:
+        reading.xacro_left(shape)
+        reading.warn(
+            "geometry-unknown",
+            f"<{owner.tag}> is left out, its geometry <{plain(tag)}> is not known",
+            shape.sourceline,
+        )
+        return None
+    if min(sizes) <= 0.0:
+        reading.warn(
+            "geometry-size",
+            f"the <{tag}> of a <{owner.tag}> has a size that is zero or negative",
+            shape.sourceline,
+        )
+    return geometry
+
+
+def read_scale(reading: Reading, element: Any, text: str) -> Vec:
+    """Of a mesh: three numbers, or one for all directions."""
+    if len(text.split()) != 1:
+        return reading.vector(element, "scale", text)
+    factor = reading.number(element, "scale", text)
+    reading.warn(
+        "mesh-scale", "the scale of a mesh is one number, taken for all directions",
+        element.sourceline, detail=text.strip(),
+    )  # fmt: skip
+    return (factor, factor, factor)

@@ -1,0 +1,210 @@
+"""The values of URDF's attributes: names, numbers, vectors, origins."""
+
+from __future__ import annotations
+
+import re
+from math import hypot, isfinite
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from lxml import etree
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.spatial import ZERO, to_xyz_angles
+from urdf2mbs.urdf.elements import Elements
+from urdf2mbs.urdf.model import Origin
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from urdf2mbs.spatial import Vec
+
+_BLANKS = re.compile(r"[ \t\r\n]+")
+
+
+class Reading(Elements):
+    """One URDF file being read: its messages, its XML and its values."""
+
+    def __init__(self, file: str, expanded: bool) -> None:
+        super().__init__(file, expanded)
+        self.vectors: dict[str, Vec] = {}
+        """The vectors read so far, by their text."""
+        self.colourless: set[str] = set()
+        """Materials whose colour could not be read, which is said."""
+        self.quaternions = False
+        """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
+
+    def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
+        """The ``name`` of a link or joint: there must be one, and only once.
+
+        None for an element that says again, word for word, what another of its name has said.
+        """
+        name: str | None = element.get("name")
+        if not name or not name.strip():
+            self.fail(
+                "name-missing",
+                f"a {kind} without a name",
+                element,
+                f"every <{kind}> needs a name of its own",
+            )
+        self.owner = (kind, name)
+        if name != name.strip():
+            self.warn(
+                "name-blank", "the name begins or ends with a blank, which is kept",
+                element.sourceline,
+            )  # fmt: skip
+        if name in taken:
+            if _says_the_same(element, kind, name):
+                self.doubled("robot", element)
+                return None
+            self.fail(
+                "name-doubled",
+                f"two {kind}s are called '{name}'; the first is in line {taken[name].line}",
+                element,
+                f"give one of the {kind}s another name",
+            )
+        return name
+
+    def text(self, element: Any, attribute: str, text: str) -> str:
+        if "${" in text or "$(" in text:
+            self.unexpanded(f"{attribute}={shown(text)} of {self.where}", element.sourceline)
+        return text
+
+    def number(self, element: Any, attribute: str, text: str | None) -> float:
+        if text is not None and text.isascii() and "_" not in text:
+            try:
+                value = float(text)
+            except ValueError:
+                pass
+            else:
+                if isfinite(value):
+                    return value
+        return self.bad_number(element, attribute, text, 1)
+
+    def numbers(
+        self, element: Any, attribute: str, text: str | None, count: int
+    ) -> tuple[float, ...]:
+        if text is not None and text.isascii() and "_" not in text:
+            try:
+                values = tuple(map(float, text.split()))
+            except ValueError:
+                pass
+            else:
+                if len(values) == count and all(map(isfinite, values)):
+                    return values
+        return self.bad_number(element, attribute, text, count)
+
+    def vector(self, element: Any, attribute: str, text: str | None) -> Vec:
+        if text is None:
+            return self.bad_number(element, attribute, text, 3)
+        vector = self.vectors.get(text)
+        if vector is None:
+            x, y, z = self.numbers(element, attribute, text, 3)
+            vector = self.vectors[text] = (x, y, z)
+        return vector
+
+    def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
+        wanted = "a number" if count == 1 else f"{count} numbers"
+        what = f"{self.where}: {attribute} of <{element.tag}>"
+        if text is None or not text.strip():
+            self.fail("number-missing", f"{what} is missing", element, f"give {wanted}")
+        self.text(element, attribute, text)
+        for word in text.split() if text.isascii() else [text]:
+            try:
+                value = float(word) if word.isascii() and "_" not in word else None
+            except ValueError:
+                value = None
+            if value is None:
+                self.fail(
+                    "number-invalid",
+                    f"{what} is {shown(text)}: {shown(word)} is not a number",
+                    element,
+                    _comma_hint(text, count) or "write it as 1.5 or -2e-3",
+                )
+            if not isfinite(value):
+                self.fail(
+                    "number-invalid",
+                    f"{what} is {shown(text)}: numbers must be finite",
+                    element,
+                    f"give {wanted}",
+                )
+        self.fail(
+            "number-count",
+            f"{what} is {shown(text)}: {wanted} wanted, {len(text.split())} given",
+            element,
+            f"give {wanted}" + (", with blanks between them" if count > 1 else ""),
+        )
+
+    def left_out(self, element: Any, what: str, error: ConversionError) -> None:
+        """Say that something that the .mbs does not need is left out, as it cannot be read."""
+        reason = error.message.partition(f"{self.where}: ")[2] or error.message
+        self.warn(
+            "number-left-out", f"{what} is left out, as it cannot be read", element.sourceline,
+            detail=reason,
+        )  # fmt: skip
+
+    def origin(self, element: Any) -> Origin:
+        if element is None:
+            return Origin()
+        xyz, rpy = element.get("xyz"), element.get("rpy")
+        if len(element.attrib) != (xyz is not None) + (rpy is not None):
+            if self.quaternions and element.get("quat_xyzw") is not None:
+                return self.turned_origin(element)
+            self.unknown_attributes(element)
+        return Origin(
+            ZERO if xyz is None else self.vector(element, "xyz", xyz),
+            ZERO if rpy is None else self.vector(element, "rpy", rpy),
+        )
+
+    def turned_origin(self, element: Any) -> Origin:
+        """An origin that gives its rotation as a quaternion, as URDF 1.1 permits."""
+        attributes = dict(element.items())
+        quaternion = self.numbers(element, "quat_xyzw", attributes.pop("quat_xyzw"), 4)
+        length = hypot(*quaternion)
+        if length == 0.0 or "rpy" in attributes:
+            self.fail(
+                "number-invalid",
+                f"{self.where}: quat_xyzw of <origin> is zero"
+                if length == 0.0
+                else f"{self.where}: <origin> has both rpy and quat_xyzw",
+                element,
+                "give a rotation, and give it once",
+            )
+        x, y, z, w = (value / length for value in quaternion)
+        inverse = (
+            1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w),
+            2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w),
+            2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y),
+        )  # fmt: skip
+        # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles.
+        roll, pitch, yaw = to_xyz_angles(inverse)
+        xyz = attributes.get("xyz")
+        return Origin(
+            ZERO if xyz is None else self.vector(element, "xyz", xyz), (-roll, -pitch, -yaw)
+        )
+
+
+def shown(text: str) -> str:
+    text = _BLANKS.sub(" ", text).strip(" ")
+    return repr(text if len(text) <= 60 else text[:57] + "...")
+
+
+def _says_the_same(element: Any, kind: str, name: str) -> bool:
+    """Whether the first element of a kind and name is the same as this one, blanks aside."""
+    first = next(one for one in element.getparent().iterchildren(kind) if one.get("name") == name)
+    said = [
+        [
+            (e.tag, len(e), sorted(e.items()), (e.text or "").strip())
+            for e in one.iter(etree.Element)
+        ]
+        for one in (first, element)
+    ]
+    return said[0] == said[1]
+
+
+def _comma_hint(text: str, count: int) -> str | None:
+    """What to do about commas in numbers."""
+    if "," not in text:
+        return None
+    if count > 1 and len(text.replace(",", " ").split()) == count:
+        return "numbers are separated by blanks, not commas"
+    return "write decimals with a point"
