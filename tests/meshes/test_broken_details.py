@@ -20,7 +20,8 @@ from meshes.samples import (
     stl_ascii_text,
 )
 
-from urdf2mbs.meshes.reader import Mesh, MeshError, read
+from urdf2mbs.meshes.model import Mesh, MeshError
+from urdf2mbs.meshes.reader import read
 
 FACES = [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in TRIANGLES]
 

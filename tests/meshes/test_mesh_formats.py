@@ -32,7 +32,8 @@ from meshes.samples import (
 )
 from PIL import Image
 
-from urdf2mbs.meshes.reader import Mesh, MeshError, read
+from urdf2mbs.meshes.model import Mesh, MeshError
+from urdf2mbs.meshes.reader import read
 from urdf2mbs.meshes.vrml import write
 
 #: What the URDF says, for parts without a colour of their own: 0.8, 0.4, 0.2.

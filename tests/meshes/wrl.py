@@ -111,3 +111,15 @@ def corners(shapes: list[Shape], scale: tuple[float, ...] = (1.0, 1.0, 1.0)) -> 
 def volume(triangles: np.ndarray) -> float:
     """What the triangles enclose; positive where they face outward."""
     return float(np.linalg.det(triangles).sum() / 6)
+
+
+HEAD = b"#VRML V2.0 utf8\n"
+SQUARE = b"coord Coordinate { point [0 0 0, 1 0 0, 1 1 0, 0 1 0] } coordIndex [0 1 2 3 -1 0 2 3 -1]"
+
+
+def of(faces: bytes, look: bytes = b"") -> bytes:
+    """A file with one shape."""
+    return HEAD + b"Shape { appearance Appearance { %s } geometry IndexedFaceSet { %s } }" % (
+        look,
+        faces,
+    )

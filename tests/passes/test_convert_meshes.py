@@ -30,7 +30,7 @@ from meshes.samples import (
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.mbs.model import Shape
-from urdf2mbs.meshes.reader import MeshError
+from urdf2mbs.meshes.model import MeshError
 from urdf2mbs.passes.convert_meshes import PASS, Options
 
 
@@ -334,6 +334,8 @@ def test_a_missing_extra_is_one_error_that_says_what_to_do(
         if loaded.partition(".")[0] == package:
             monkeypatch.setitem(sys.modules, loaded, None)
     monkeypatch.setitem(sys.modules, package, None)
+    for ours in ("by_trimesh", "collada"):
+        monkeypatch.delitem(sys.modules, f"urdf2mbs.meshes.{ours}", raising=False)
     (tmp_path / name).write_text("never looked at")
     with pytest.raises(ConversionError) as error:
         convert(tmp_path, [visual(name)])

@@ -11,12 +11,19 @@ from __future__ import annotations
 import io
 from typing import Any
 
+import numpy as np
 from collada import Collada
 from collada.common import DaeError
 from collada.geometry import Geometry
 from collada.material import CImage, Effect, Material
+from collada.polylist import Polylist
 from collada.scene import loadNode
+from collada.triangleset import TriangleSet
 from lxml import etree
+
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.meshes.model import UP_AXES, Mesh, MeshError, add
+from urdf2mbs.meshes.model import Material as Look
 
 #: Elements that never hold a shape.
 NO_SHAPES = (
@@ -27,6 +34,106 @@ NO_SHAPES = (
 
 #: Elements that say where a node is.
 TRANSFORMS = ("translate", "rotate", "scale", "matrix", "lookat")
+
+
+def read(mesh: Mesh, data: bytes, up_axis: bool) -> None:
+    """Put the file's parts into ``mesh``; ``up_axis``: turn them so that z is up."""
+    document, skinned, problems = load(data)
+    mesh.problems += problems
+    if document.scene is None:
+        raise MeshError("it has no scene")
+    asset = document.assetInfo
+    frame = np.eye(4)
+    frame[:3, :3] *= 1.0 if asset.unitmeter is None else float(asset.unitmeter)
+    up = asset.upaxis or "Y_UP"
+    if up_axis and up != "Z_UP":
+        frame[:3, :3] = np.array(UP_AXES[up]) @ frame[:3, :3]
+        mesh.turned_up = up
+    looks: dict[str, tuple[Look, str | None]] = {}
+    for bound in document.scene.objects("geometry"):
+        matrix = frame @ np.asarray(bound.matrix, float)
+        for primitive in bound.original.primitives:
+            try:
+                if isinstance(primitive, Polylist):
+                    primitive = primitive.triangleset()
+                if not isinstance(primitive, TriangleSet) or not len(primitive.index):
+                    continue  # lines, or nothing
+                look, channel = Look(), None
+                node = bound.materialnodebysymbol.get(primitive.material)
+                if node is not None and node.target is not None:
+                    if node.target.id not in looks:
+                        looks[node.target.id] = _material(mesh, node.target.effect)
+                    look, channel = looks[node.target.id]
+                sets = {name: number for name, _, number in node.inputs} if node else {}
+                add(
+                    mesh, matrix, primitive.vertex, primitive.vertex_index,
+                    material=look, smooth=primitive.normal is not None,
+                    colors=_colors(mesh, primitive),
+                    uv=_uv(primitive, str(sets.get(channel, ""))) if look.texture else None,
+                )  # fmt: skip
+            except (ConfigError, MemoryError):
+                raise
+            except Exception as error:  # what this one is broken in does not concern the others
+                mesh.problems.append(
+                    f"a part of geometry '{bound.original.id}' is left out: {error}"
+                )
+    if skinned:
+        mesh.problems.append("its skinned parts (instance_controller) are left out")
+
+
+def _colors(mesh: Mesh, triangles: Any) -> Any:
+    if not triangles.sources.get("COLOR"):
+        return None
+    offset, *_, source = triangles.sources["COLOR"][0]
+    values = np.clip(np.asarray(source.data, float), 0.0, 1.0)
+    index = triangles.index[:, :, offset]
+    if index.max() >= len(values) or values.shape[1] not in (3, 4) or np.isnan(values).any():
+        mesh.problems.append("the colours of its points cannot be read")
+        return None
+    return np.round(255 * values).astype(int)[index]
+
+
+def _uv(triangles: Any, wanted: str) -> Any:
+    """The texture coordinates of the wanted set, else of the first, by corner."""
+    inputs = triangles.sources.get("TEXCOORD")
+    if not inputs:
+        return None
+    chosen = next((n for n, given in enumerate(inputs) if str(given[3]) == wanted), 0)
+    return triangles.texcoordset[chosen][triangles.texcoord_indexset[chosen]][..., :2]
+
+
+def _material(mesh: Mesh, effect: Any) -> tuple[Look, str | None]:
+    """What an effect looks like, and the name of its texture's coordinates."""
+
+    def color(value: Any) -> tuple[float, float, float] | None:
+        if not isinstance(value, tuple):
+            return None
+        return (float(value[0]), float(value[1]), float(value[2]))
+
+    name = channel = None
+    if effect.diffuse is not None and not isinstance(effect.diffuse, tuple):
+        image = effect.diffuse.sampler.surface.image.path or ""
+        channel = effect.diffuse.texcoord
+        content = mesh.fetch(image)
+        name = None if content is None else mesh.texture(content, image)
+    through = effect.transparency if isinstance(effect.transparency, (int, float)) else 1.0
+    clear = effect.transparent if isinstance(effect.transparent, tuple) else (0.0, 0.0, 0.0, 1.0)
+    if effect.opaque_mode == "RGB_ZERO":
+        opacity = 1.0 - through * (0.212671 * clear[0] + 0.71516 * clear[1] + 0.072169 * clear[2])
+    else:
+        opacity = through * clear[3]
+    # exporters that mean "opaque" often write what by the standard is invisible
+    opacity = 1.0 if opacity <= 0.0 else min(opacity, 1.0)
+    shininess = effect.shininess if isinstance(effect.shininess, (int, float)) else None
+    look = Look(
+        diffuse=color(effect.diffuse),
+        transparency=1.0 - opacity,
+        emissive=color(effect.emission),
+        specular=color(effect.specular),
+        shininess=None if shininess is None else min(shininess / 128, 1.0),
+        texture=name,
+    )
+    return look, channel
 
 
 def load(data: bytes) -> tuple[Collada, bool, list[str]]:

@@ -13,47 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
+from urdf2mbs.meshes.model import RGB, Material, Part, distinct
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    Floats = NDArray[np.floating[Any]]
-    Integers = NDArray[np.integer[Any]]
-
-#: Red, green, blue, each 0 to 1.
-RGB = tuple[float, float, float]
-
 #: Faces that meet at less than this angle (rad) are shaded as one smooth surface.
 CREASE_ANGLE = 0.5
-
-
-class Material(msgspec.Struct, frozen=True):
-    """How a part looks; ``diffuse`` None is the colour that the URDF gives the visual."""
-
-    diffuse: RGB | None = None
-    transparency: float | None = None
-    """0 opaque to 1 invisible; None is the visual's own."""
-    emissive: RGB | None = None
-    specular: RGB | None = None
-    shininess: float | None = None
-    """0 to 1: the specular exponent / 128."""
-    texture: str | None = None
-    """Name of an image file (PNG, JPEG or GIF) beside the .wrl."""
-
-
-class Part(msgspec.Struct):
-    """Triangles of one material."""
-
-    points: Floats
-    """(n, 3) m."""
-    triangles: Integers
-    """(m, 3) indices into ``points``, anticlockwise seen from outside."""
-    material: Material = Material()
-    smooth: bool = False
-    colors: Integers | None = None
-    """(m, 3, k) one colour a corner, or (m, k) one a face: k = 3 or 4 of 0 to 255."""
-    uv: Floats | None = None
-    """(m, 3, 2) texture coordinates of each corner, (0, 0) in the lower left of the image."""
 
 
 def write(parts: list[Part], color: RGB, transparency: float) -> bytes:
@@ -66,13 +33,13 @@ def _shape(part: Part, color: RGB, transparency: float) -> bytes:
     import numpy as np
 
     used, corner = np.unique(part.triangles, return_inverse=True)
-    points, which = _unique(part.points[used].astype(np.float32) + np.float32(0.0))
+    points, which = distinct(part.points[used].astype(np.float32) + np.float32(0.0))
     triangles = which[corner].reshape(-1, 3)
     material, colors = part.material, part.colors
     palette = None
     if colors is not None:
         colors = np.asarray(colors)
-        palette, chosen = _unique(colors.reshape(-1, colors.shape[-1]))
+        palette, chosen = distinct(colors.reshape(-1, colors.shape[-1]))
         chosen = chosen.reshape(colors.shape[:-1])
         rgb = palette[:, :3] / 255
         if palette.shape[1] == 4:
@@ -95,7 +62,7 @@ def _shape(part: Part, color: RGB, transparency: float) -> bytes:
         else:
             out += [b"colorIndex [\n", _faces(chosen), b"\n]\n"]
     if part.uv is not None and material.texture:
-        uv, index = _unique(part.uv.reshape(-1, 2).astype(np.float32) + np.float32(0.0))
+        uv, index = distinct(part.uv.reshape(-1, 2).astype(np.float32) + np.float32(0.0))
         out += [b"texCoord TextureCoordinate { point [\n", _rows(shortest(uv)), b"\n] }\n"]
         out += [b"texCoordIndex [\n", _faces(index.reshape(-1, 3)), b"\n]\n"]
     return b"".join([*out, b"}\n}\n"])
@@ -130,19 +97,6 @@ def _color(rgb: RGB) -> bytes:
 def _number(value: float) -> bytes:
     """Three decimals: more than a colour of 256 steps has."""
     return msgspec.json.encode(round(min(max(value, 0.0), 1.0), 3)).removesuffix(b".0")
-
-
-def _unique(rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp]]:
-    """The distinct rows in the order in which they come, and which of them each row is."""
-    import numpy as np
-
-    rows = np.ascontiguousarray(rows)
-    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
-    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return rows[first[order]], rank[inverse.ravel()]
 
 
 def shortest(values: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -291,7 +291,8 @@ def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) ->
 
 def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
     """All vertices of a mesh file, scaled (m), as rows; None, with a warning: it cannot be read."""
-    from urdf2mbs.meshes.reader import MeshError, read
+    from urdf2mbs.meshes.model import MeshError
+    from urdf2mbs.meshes.reader import read
 
     packages = Packages(conversion.settings.packages, conversion.settings.source)
     path = packages.resolve(mesh.filename)

@@ -24,7 +24,8 @@ from urdf2mbs.diagnostics import ConfigError, counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.meshes import vrml
-from urdf2mbs.meshes.reader import Mesh, MeshError, read, read_beside, turned
+from urdf2mbs.meshes.model import Mesh, MeshError, read_beside, turned
+from urdf2mbs.meshes.reader import read
 from urdf2mbs.urdf import model as urdf
 from urdf2mbs.urdf.packages import Packages
 

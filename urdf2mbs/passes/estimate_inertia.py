@@ -207,7 +207,8 @@ def _ball(r: float) -> Solid:
 
 def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
     """By the divergence theorem over the triangles (trimesh's ``mass_properties``)."""
-    from urdf2mbs.meshes.reader import MeshError, read
+    from urdf2mbs.meshes.model import MeshError
+    from urdf2mbs.meshes.reader import read
 
     try:
         mesh = read(path)
@@ -243,7 +244,7 @@ def _convex_hull(points: Any) -> Any:
     try:
         from scipy.spatial import ConvexHull, QhullError
     except ImportError as error:
-        from urdf2mbs.meshes.reader import missing_extra
+        from urdf2mbs.meshes.model import missing_extra
 
         raise missing_extra(error) from None
     try:
