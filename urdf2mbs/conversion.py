@@ -16,6 +16,7 @@ from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
 from urdf2mbs.stash import Stash
 from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
+from urdf2mbs.urdf.packages import Packages
 
 #: Why prune-massless leaves a moving joint out (see ``Conversion.frozen``).
 NOTHING_HEAVY = "nothing that it moves has mass"
@@ -174,6 +175,8 @@ class Conversion:
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
+        self.packages = Packages(settings.packages, settings.source)
+        """Where ROS packages are; what it has found once it knows."""
         self.robot: Robot = Robot(name="")
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""

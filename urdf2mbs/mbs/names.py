@@ -10,7 +10,7 @@ duplicates in silence.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 
 from urdf2mbs.diagnostics import ConversionError, nearest
 from urdf2mbs.mbs.model import (
@@ -33,6 +33,18 @@ C_KEYWORDS = frozenset([
 
 _GOOD = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII).fullmatch
 _BAD_CHARACTER = re.compile(r"[^A-Za-z0-9_]", re.ASCII)
+
+
+def free_name(name: str, taken: Container[str], spelled: Callable[[str], str] = str) -> str:
+    """``name``, or the first of ``name_2``, ``name_3``, ... that is not taken.
+
+    ``spelled`` gives a name as ``taken`` holds it: ``str.lower`` where letter case does not count.
+    """
+    free, number = name, 1
+    while spelled(free) in taken:
+        number += 1
+        free = f"{name}_{number}"
+    return free
 
 
 def identifiers(names: Sequence[str], reserved: Iterable[str] = (), suffix: str = "") -> list[str]:

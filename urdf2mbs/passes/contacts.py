@@ -36,7 +36,6 @@ from urdf2mbs.spatial import (
     unit,
 )
 from urdf2mbs.urdf import model as urdf
-from urdf2mbs.urdf.packages import Packages
 
 #: All that Robotran can compute at a point: what is not asked for arrives as zeros, or worse.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
@@ -294,8 +293,7 @@ def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
     from urdf2mbs.meshes.model import MeshError
     from urdf2mbs.meshes.reader import read
 
-    packages = Packages(conversion.settings.packages, conversion.settings.source)
-    path = packages.resolve(mesh.filename)
+    path = conversion.packages.resolve(mesh.filename)
     problem = "it was not found"
     if path is not None:
         try:

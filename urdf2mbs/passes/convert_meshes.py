@@ -23,11 +23,11 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
+from urdf2mbs.mbs.names import free_name
 from urdf2mbs.meshes import vrml
 from urdf2mbs.meshes.model import Mesh, MeshError, read_beside, turned
 from urdf2mbs.meshes.reader import read
 from urdf2mbs.urdf import model as urdf
-from urdf2mbs.urdf.packages import Packages
 
 #: Stands in every file that is written; a new number makes all files anew.
 VERSION = 2
@@ -88,7 +88,6 @@ def run(conversion: Conversion, options: Options) -> None:
             "convert-meshes changes shapes, but the .mbs is already made",
             hint="put convert-meshes before emit",
         )
-    packages = Packages(settings.packages, settings.source)
     folder = settings.project / "animationR" / "vrml"
     uses = _uses(conversion)
     links = _links(conversion)
@@ -98,10 +97,10 @@ def run(conversion: Conversion, options: Options) -> None:
     counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
     for number, (filename, looks) in enumerate(uses.items(), start=1):
         conversion.progress(f"{filename} ({number} of {len(uses)})")
-        path = packages.resolve(filename)
+        path = conversion.packages.resolve(filename)
         if path is None:
             counts["unusable"] += 1
-            lost.missing[filename] = packages.looked(filename)
+            lost.missing[filename] = conversion.packages.looked(filename)
             continue
         mesh: Mesh | None = None
         for look, shapes in looks.items():
@@ -184,10 +183,8 @@ def _name_files(
                 name += "_{:02x}{:02x}{:02x}".format(*look.color)
                 if look.transparency:
                     name += f"_t{round(100 * look.transparency)}"
-            plain, number = name, 1
-            while name.lower() in taken and name != stems[filename]:
-                number += 1
-                name = f"{plain}_{number}"
+            if name != stems[filename]:
+                name = free_name(name, taken, str.lower)
             mirrors.add(look.mirror)
             taken.add(name.lower())
             names[filename, look] = name

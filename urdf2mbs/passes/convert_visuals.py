@@ -16,6 +16,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import GREY, Shape
+from urdf2mbs.mbs.names import free_name
 from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
 
@@ -60,10 +61,7 @@ def _stem(filename: str, taken: set[str]) -> str:
     plain = (
         re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(filename.replace("\\", "/")).stem) or "mesh"
     )
-    stem, number = plain, 1
-    while stem.lower() in taken:
-        number += 1
-        stem = f"{plain}_{number}"
+    stem = free_name(plain, taken, str.lower)
     taken.add(stem.lower())
     return stem
 

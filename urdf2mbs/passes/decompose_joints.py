@@ -18,6 +18,7 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Joint
+from urdf2mbs.mbs.names import free_name
 from urdf2mbs.simulation import ForceTorque
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
@@ -83,10 +84,7 @@ def decompose(step: Step) -> None:
 
 def _name_apart(joint: Joint, taken: set[str]) -> None:
     """A URDF joint may already be called as we would name one of ours; it keeps its name."""
-    name, number = joint.name, 1
-    while joint.name in taken:
-        number += 1
-        joint.name = f"{name}_{number}"
+    joint.name = free_name(joint.name, taken)
     taken.add(joint.name)
 
 

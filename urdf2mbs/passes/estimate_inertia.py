@@ -100,11 +100,12 @@ def _estimate(conversion: Conversion, options: Options) -> None:
             "estimate-inertia", "estimate-inertia: density, total_mass and rod_radius are positive"
         )
     solids: dict[str, tuple[Solid, str]] = {}
-    packages = Packages(conversion.settings.packages, conversion.settings.source)
     children = conversion.robot.children()
     for link in conversion.robot.links.values():
         if link.massless and (link.collisions or link.visuals):
-            solid, means = _solid(link, children[link.name], packages, options.rod_radius)
+            solid, means = _solid(
+                link, children[link.name], conversion.packages, options.rod_radius
+            )
             if solid[0] > 0.0:
                 solids[link.name] = solid, means
     if not solids:

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
-from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import expanded, read_text
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
     settings = conversion.settings
-    packages = Packages(settings.packages, settings.source)
-    data, expansion = expanded(settings.source, packages, settings.xacro_args)
+    data, expansion = expanded(settings.source, conversion.packages, settings.xacro_args)
     if expansion is not None:
         conversion.expanded = expansion.text
     conversion.robot, found = read_text(settings.source, data, expansion, settings.xacro_args)

@@ -15,6 +15,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.mbs.names import free_name
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
 
@@ -78,12 +79,7 @@ def _welded_to(robot: Robot, root: str) -> tuple[set[str], str | None]:
 
 
 def _unused(name: str, robot: Robot) -> str:
-    taken = robot.links.keys() | robot.joints.keys()
-    number, free = 1, name
-    while free in taken:
-        number += 1
-        free = f"{name}_{number}"
-    return free
+    return free_name(name, robot.links.keys() | robot.joints.keys())
 
 
 PASS = Pass("insert-base", run, changes=("robot",), gives=("base",))

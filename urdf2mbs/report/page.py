@@ -27,7 +27,6 @@ from urdf2mbs.report.scene import Store, lookup, mbs_side, urdf_side
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
-from urdf2mbs.urdf.packages import Packages
 
 #: Where meshcat keeps three.js, bundled with its viewer.
 BUNDLE = "viewer/dist/main.min.js"
@@ -62,12 +61,11 @@ def make(conversion: Conversion) -> Page:
     model = read(conversion.files[output], str(output))
     store = Store()
     robot = conversion.robot.with_flipped(conversion.names.flipped)  # one slider moves both
-    packages = Packages(settings.packages, settings.source)
     project = settings.project or settings.output.parent
     data = {
         "name": model.name,
         "mbs": mbs_side(model, store, lookup(conversion.files, project)),
-        "urdf": urdf_side(robot, store, packages.resolve),
+        "urdf": urdf_side(robot, store, conversion.packages.resolve),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
             for link, at in conversion.frames.items()
