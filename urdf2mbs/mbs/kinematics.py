@@ -43,12 +43,12 @@ class Placement(NamedTuple):
 
     def way(self, body: str | None) -> list[int]:
         """Indices of the joints that move a body, from the body to the base."""
-        found: list[int] = []
+        indices: list[int] = []
         at = self.last[body]
         while at >= 0:
-            found.append(at)
+            indices.append(at)
             at = self.joints[at].before
-        return found
+        return indices
 
 
 def place(mbs: Mbs) -> Placement:

@@ -122,11 +122,11 @@ def find_singular(mbs: Mbs) -> list[Singular]:
     for values, small in (
         (general, ROUNDING), (initial, ROUNDING), (general, NEARLY), (initial, NEARLY)
     ):  # fmt: skip
-        known = {found.joint for found in out}
-        for found in _Position(mbs, values, size, whole, small).singular():
-            if found.joint not in known:
-                found.always, found.nearly = values is general, small == NEARLY
-                out.append(found)
+        known = {one.joint for one in out}
+        for one in _Position(mbs, values, size, whole, small).singular():
+            if one.joint not in known:
+                one.always, one.nearly = values is general, small == NEARLY
+                out.append(one)
     return out
 
 
@@ -249,8 +249,8 @@ def _torques(body: Body, size: float) -> list[Vec]:
     if largest <= DUST * abs(body.mass or 0.0) * size * size:
         return []
     columns = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    found = _basis([(x / largest, y / largest, z / largest, *ZERO) for x, y, z in columns])
-    return [(x, y, z) for x, y, z, *_ in found]
+    basis = _basis([(x / largest, y / largest, z / largest, *ZERO) for x, y, z in columns])
+    return [(x, y, z) for x, y, z, *_ in basis]
 
 
 def _resisted(body: Body, pose: Pose, size: float) -> list[Six]:

@@ -271,8 +271,8 @@ def _mend_scene(root: Any, told: list[str]) -> None:
 def _find(element: Any, path: str) -> list[Any]:
     """The elements at a path, in whatever namespace."""
     steps = (f"{{*}}{tag}" if tag else "" for tag in path.split("/"))
-    found: list[Any] = element.findall("/".join(steps))
-    return found
+    elements: list[Any] = element.findall("/".join(steps))
+    return elements
 
 
 def _remove(element: Any) -> None:

@@ -44,12 +44,12 @@ class _Vrml:
         self.named: dict[bytes, Node] = {}
 
     def _next(self, *, keep: bool = False) -> bytes | None:
-        found = _TOKEN.match(self.data, self.at)
-        if found is None:
+        match = _TOKEN.match(self.data, self.at)
+        if match is None:
             return None
         if not keep:
-            self.at = found.end()
-        return found[1]
+            self.at = match.end()
+        return match[1]
 
     def scene(self) -> list[Node]:
         nodes = []

@@ -47,16 +47,16 @@ def run(conversion: Conversion, options: Options) -> None:
 
 def _from_urdf(conversion: Conversion) -> set[str]:
     """All joints that a transmission or a control interface names."""
-    found: set[str] = set()
+    driven: set[str] = set()
     for extension in conversion.robot.extensions:
         if extension.tag not in ("transmission", "ros2_control"):
             continue
         for joint in extension.element().iter("joint", "{*}joint"):
             commanded = joint.find("command_interface") is not None
             if (commanded or extension.tag == "transmission") and joint.get("name"):
-                found.add(str(joint.get("name")))
+                driven.add(str(joint.get("name")))
                 conversion.simulation.used.append(extension)
-    return found
+    return driven
 
 
 PASS = Pass("actuators", run, Options, needs=("robot", "joints", "couplings"))

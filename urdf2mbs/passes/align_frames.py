@@ -113,8 +113,8 @@ class _Search:
     def frames(self, axis: Vec, across: Vec) -> list[Rot]:
         """The frames with an axis along ``axis``, and others along and across ``across``; then
         those of a joint that counts the other way round."""
-        found = _quarters(self.ks[0], axis, across)
-        return [*found, *_quarters(self.ks[0], _back(axis), across)] if self.flip else found
+        frames = _quarters(self.ks[0], axis, across)
+        return [*frames, *_quarters(self.ks[0], _back(axis), across)] if self.flip else frames
 
     def least(self, u: Vec) -> int:
         """The fewest turns that bring a coordinate axis onto a direction."""
@@ -215,20 +215,20 @@ def _tree(conversion: Conversion) -> tuple[list[_Node], list[tuple[Step, int, Ro
 def _collect_wanted(node: _Node, search: _Search) -> None:
     if not node.turns_freely or not node.children:
         return
-    found = _Directions(node.axis, search.small)
+    directions = _Directions(node.axis, search.small)
     for child in node.children:
         if child.kind == "floating":
             continue
         across = _across(rotate(child.rot, child.axis), node.axis, search.small)
         if across is not None:
-            found.add(across, 1)
+            directions.add(across, 1)
         # two turns reach a frame that the child wants if some axes of the two are across
         for wanted, count in child.wanted:
             for one in (wanted, cross(child.axis, wanted)):
                 across = _across(rotate(child.rot, one), node.axis, search.small)
                 if across is not None:
-                    found.add(across, count)
-    node.wanted = found.most(search.candidates)
+                    directions.add(across, count)
+    node.wanted = directions.most(search.candidates)
 
 
 def _consider(node: _Node, parent: _Node, search: _Search) -> None:
@@ -251,27 +251,27 @@ def _consider(node: _Node, parent: _Node, search: _Search) -> None:
 def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
     """The directions across the axis that the frames considered have on a coordinate axis."""
     back = transpose(node.rot)
-    found = _Directions(node.axis, search.small)
+    directions = _Directions(node.axis, search.small)
 
-    def add(directions: Iterable[Vec]) -> None:
-        for seen in directions:
-            across = _across(rotate(back, seen), node.axis, search.small)
+    def add(axes: Iterable[Vec]) -> None:
+        for one in axes:
+            across = _across(rotate(back, one), node.axis, search.small)
             if across is not None:
-                found.add(across)
+                directions.add(across)
 
     room = search.candidates
     if parent.turns_freely:
         add([parent.axis])
-        if not found.vectors:  # parallel
+        if not directions.vectors:  # parallel
             add(_axes(parent))
     else:
         add(_axes(parent))
-        room = max(room, len(found.vectors))
+        room = max(room, len(directions.vectors))
     for wanted, _ in node.wanted:
-        found.add(wanted)
-    if len(found.vectors) < room:
+        directions.add(wanted)
+    if len(directions.vectors) < room:
         add(_axes(parent))
-    return found.vectors[:room]
+    return directions.vectors[:room]
 
 
 def _axes(node: _Node) -> list[Vec]:
@@ -292,7 +292,7 @@ def _free_frames(node: _Node, search: _Search) -> list[Rot]:
             u = rotate(child.rot, child.axis)
             key = tuple(round(c * 1e9) for c in u)
             seen[key] = u, seen.get(key, (u, 0))[1] + 1
-    most = sorted(seen.values(), key=lambda found: -found[1])[: search.candidates]
+    most = sorted(seen.values(), key=lambda pair: -pair[1])[: search.candidates]
     ways: list[tuple[Turn, ...]] = [()]
     for (x, y, z), _ in most:
         for k, p, q in ((1, y, z), (2, z, x), (3, x, y)):
@@ -383,19 +383,19 @@ def _choose(conversion: Conversion, nodes: list[_Node], search: _Search) -> list
 def _last_turns(node: _Node, rot: Rot, search: _Search) -> tuple[tuple[Turn, ...], int]:
     """The turns before a joint that carries no other."""
     least = search.least(rotate(rot, node.axis))
-    found: tuple[tuple[Turn, ...], int] | None = None
+    shortest: tuple[tuple[Turn, ...], int] | None = None
     back = transpose(rot)
     for seen in AXES:
         across = _across(rotate(back, seen), node.axis, search.small)
         if across is not None:
             for frame in search.frames(node.axis, across):
                 way = search.fewest(multiply(rot, frame))
-                if found is None or len(way[0]) < len(found[0]):
-                    found = way
+                if shortest is None or len(way[0]) < len(shortest[0]):
+                    shortest = way
                     if len(way[0]) <= least:
-                        return found
-    assert found is not None
-    return found
+                        return shortest
+    assert shortest is not None
+    return shortest
 
 
 def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
@@ -480,13 +480,13 @@ class _Bound:
         if not node.children:
             return 0, []
         small = self._search.small
-        found = _Directions(axis, small)
+        directions = _Directions(axis, small)
         for child in node.children:
             if not child.turns_freely:
                 continue
             across = _across(rotate(child.rot, child.axis), axis, small)
             if across is not None:
-                found.add(across)
+                directions.add(across)
         # these multiply from joint to joint
         inner = [(c, frame) for c in node.children for frame in self._where.get(id(c), ())]
         exact = len(inner) <= MOST_FRAMES
@@ -495,13 +495,15 @@ class _Bound:
                 one = (frame[i], frame[i + 3], frame[i + 6])
                 across = _across(rotate(child.rot, one), axis, small)
                 if across is not None:
-                    found.add(across)
+                    directions.add(across)
         if len(node.children) > MOST_JOINTS:
             return self._many(node), []
         one_other = _across((0.3716, -0.7411, 0.5309), axis, small)
         assert one_other is not None
         elsewhere = self._behind(node, self._search.frames(axis, one_other)[0], missed=exact)
-        few = [frame for across in found.vectors for frame in self._search.frames(axis, across)]
+        few = [
+            frame for across in directions.vectors for frame in self._search.frames(axis, across)
+        ]
         counts = [self._behind(node, frame, missed=exact) for frame in few]
         best = min([elsewhere, *counts])
         if elsewhere == best or not exact:
@@ -557,8 +559,8 @@ class _Directions:
 
     def most(self, number: int) -> list[tuple[Vec, int]]:
         """Those that were added most often, and how often."""
-        found = zip(self.vectors, self._counts.values(), strict=True)
-        return sorted(found, key=lambda pair: -pair[1])[:number]
+        pairs = zip(self.vectors, self._counts.values(), strict=True)
+        return sorted(pairs, key=lambda pair: -pair[1])[:number]
 
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:

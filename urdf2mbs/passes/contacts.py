@@ -129,7 +129,7 @@ def _chosen(conversion: Conversion, options: Options) -> dict[str, tuple[Segment
         for segment in conversion.segments.values()
         for link, pose in segment.parts.items()
     }
-    found: dict[str, tuple[Segment, Pose]] = {}
+    places: dict[str, tuple[Segment, Pose]] = {}
     for link in links:
         if link not in options.points and not any(fnmatchcase(link, p) for p in options.links):
             continue
@@ -141,8 +141,8 @@ def _chosen(conversion: Conversion, options: Options) -> dict[str, tuple[Segment
                 hint="leave it out of 'links'" if segment is not None
                 else f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body",
             )  # fmt: skip
-        found[link] = (segment, pose)
-    return found
+        places[link] = (segment, pose)
+    return places
 
 
 def _stand(conversion: Conversion, rise: float) -> None:
@@ -204,22 +204,22 @@ def _lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -
     x, y, z = rotate(transpose(at.rot), conversion.simulation.up)
     down = (-x, -y, -z)
     element = conversion.robot.links[link]
-    found: list[list[Vec]] = []
+    lowest: list[list[Vec]] = []
     for part in element.collisions or element.visuals:
         pose = part.origin.pose
         local = rotate(transpose(pose.rot), down)
         points = _lowest_of(conversion, link, part.geometry, local)
         if points:
-            found.append([add(pose.xyz, rotate(pose.rot, point)) for point in points])
-    if not found:
+            lowest.append([add(pose.xyz, rotate(pose.rot, point)) for point in points])
+    if not lowest:
         raise ConfigError(
             "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
             hint=f"give them (m, in its frame): 'contacts: {{points: {{{link}: [[x, y, z]]}}}}'",
         )  # fmt: skip
-    deepest = max(dot(down, point) for points in found for point in points)
+    deepest = max(dot(down, point) for points in lowest for point in points)
     return [
         point
-        for points in found
+        for points in lowest
         if max(dot(down, point) for point in points) >= deepest - within
         for point in points
     ]

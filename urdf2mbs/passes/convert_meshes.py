@@ -137,8 +137,8 @@ def run(conversion: Conversion, options: Options) -> None:
     conversion.report["convert-meshes"] = {
         "folder": str(folder), **counts,
         "lost": {
-            kind: {name: {"links": links[name], "why": why} for name, why in found.items()}
-            for kind, found in msgspec.structs.asdict(lost).items()
+            kind: {name: {"links": links[name], "why": why} for name, why in files.items()}
+            for kind, files in msgspec.structs.asdict(lost).items()
         },
     }  # fmt: skip
 
@@ -198,8 +198,8 @@ def _shown_by(links: list[str]) -> str:
 def _tell_lost(conversion: Conversion, lost: Lost, links: dict[str, list[str]]) -> None:
     """One warning for all meshes with one fate."""
 
-    def warn(code: str, found: Iterable[str], what: str, hint: str | None = None) -> None:
-        files = list(found)
+    def warn(code: str, names: Iterable[str], what: str, hint: str | None = None) -> None:
+        files = list(names)
         named = (f"'{name}' ({_shown_by(links[name])})" for name in files)
         conversion.warn(
             code,

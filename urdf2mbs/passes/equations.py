@@ -35,11 +35,11 @@ def run(conversion: Conversion, options: Options) -> None:
     not_ours(folder, made)
     for name, text in made.files.items():
         conversion.files[folder / name] = text
-    found: dict[str, Any] = {
+    report: dict[str, Any] = {
         "counts": {name: count.operations for name, count in made.counts.items()},
         "not_generated": made.left_out,
     }
-    conversion.report["equations"] = found
+    conversion.report["equations"] = report
 
 
 PASS = Pass("equations", run, Options, needs=("mbs-file",))

@@ -228,14 +228,14 @@ def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
         if triangles is None:
             return None
     with np.errstate(all="ignore"):  # what is flat has no centre
-        found: Any = trimesh.triangles.mass_properties(triangles)
-        if found.volume < 0.0:  # inside out, or mirrored by its scale
-            found = trimesh.triangles.mass_properties(triangles[:, ::-1])
-    if not found.volume > 0.0:
+        properties: Any = trimesh.triangles.mass_properties(triangles)
+        if properties.volume < 0.0:  # inside out, or mirrored by its scale
+            properties = trimesh.triangles.mass_properties(triangles[:, ::-1])
+    if not properties.volume > 0.0:
         return None
-    x, y, z = found.center_mass.tolist()
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = found.inertia.tolist()
-    return (float(found.volume), (x, y, z), (xx, xy, xz, yy, yz, zz)), how
+    x, y, z = properties.center_mass.tolist()
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = properties.inertia.tolist()
+    return (float(properties.volume), (x, y, z), (xx, xy, xz, yy, yz, zz)), how
 
 
 def _convex_hull(points: Any) -> Any:

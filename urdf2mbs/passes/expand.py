@@ -16,8 +16,8 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     data, expansion = expanded(settings.source, conversion.packages, settings.xacro_args)
     if expansion is not None:
         conversion.expanded = expansion.text
-    conversion.robot, found = read_text(settings.source, data, expansion, settings.xacro_args)
-    conversion.diagnostics += found
+    conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
+    conversion.diagnostics += diagnostics
 
 
 PASS = Pass("expand", run, gives=("robot",))

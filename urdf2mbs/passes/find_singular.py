@@ -23,9 +23,9 @@ TURNING = ("revolute", "continuous")
 
 def run(conversion: Conversion, options: NoOptions) -> None:
     owner = {name: joint for joint, names in conversion.names.coordinates.items() for name in names}
-    found = find_singular(conversion.mbs)
+    singular = find_singular(conversion.mbs)
     conversion.report["singular"] = [
-        {**msgspec.to_builtins(one), "urdf_joint": owner.get(one.joint)} for one in found
+        {**msgspec.to_builtins(one), "urdf_joint": owner.get(one.joint)} for one in singular
     ]
     if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
         return  # without any mass there is nothing to solve, which is told where it is seen
@@ -36,7 +36,9 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         ("singular-at-start", True, False, "at its initial position"),
     ):
         told = [
-            _in_urdf(one, owner) for one in found if one.always == always and one.nearly == nearly
+            _in_urdf(one, owner)
+            for one in singular
+            if one.always == always and one.nearly == nearly
         ]
         if told:
             causes = "; ".join(_causes(told, conversion.robot))

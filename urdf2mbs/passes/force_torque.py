@@ -56,7 +56,7 @@ def run(conversion: Conversion, options: Options) -> None:
 
 def _named(conversion: Conversion) -> dict[str, str]:
     """The joints with a force-torque sensor in the URDF, and the name of the sensor."""
-    found: dict[str, str] = {}
+    sensors: dict[str, str] = {}
     for extension in conversion.robot.extensions:
         for name, kind, element in extension.sensors():
             if kind != "force_torque":
@@ -64,8 +64,8 @@ def _named(conversion: Conversion) -> dict[str, str]:
             parent = element.find("parent")
             joint = extension.reference if parent is None else parent.get("joint")
             if joint is not None:
-                found.setdefault(joint, name)
-    return found
+                sensors.setdefault(joint, name)
+    return sensors
 
 
 PASS = Pass("force-torque", run, Options, needs=("robot",), changes=("bodies",))

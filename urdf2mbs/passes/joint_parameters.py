@@ -155,21 +155,21 @@ def moved_inertias(model: mbs.Mbs) -> dict[str, float]:
             tensor = rotate_inertia(pose.rot, body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
             at = placement.last[body.name]
             carried[at] = lump([carried[at], (body.mass, centre, tensor)])
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for index in range(len(placement.joints) - 1, -1, -1):
         joint, axis, origin, before = placement.joints[index]
         mass, centre, tensor = carried[index]
         if before >= 0 and mass:
             carried[before] = lump([carried[before], carried[index]])
         if joint.type[0] == "T":
-            found[joint.name] = mass
+            values[joint.name] = mass
             continue
         x, y, z = axis
         xx, xy, xz, yy, yz, zz = tensor
         about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
         arm = cross(axis, (centre[0] - origin[0], centre[1] - origin[1], centre[2] - origin[2]))
-        found[joint.name] = about + mass * dot(arm, arm)
-    return found
+        values[joint.name] = about + mass * dot(arm, arm)
+    return values
 
 
 def _time_step(

@@ -27,10 +27,10 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    found: dict[str, Any] = {"style": arrange(conversion.mbs, options.style)}
+    report: dict[str, Any] = {"style": arrange(conversion.mbs, options.style)}
     if options.keep:
-        found["kept"] = _keep(conversion)
-    conversion.report["layout"] = found
+        report["kept"] = _keep(conversion)
+    conversion.report["layout"] = report
 
 
 def _keep(conversion: Conversion) -> int:

@@ -27,13 +27,13 @@ def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:
 
     Several parts make one by the parallel-axis theorem.
     """
-    found: list[tuple[float, Vec, Sym]] = []
+    inertias: list[tuple[float, Vec, Sym]] = []
     for link, pose in segment.parts.items():
         inertial = robot.links[link].inertial
         if inertial is not None and not robot.links[link].massless:
             at = compose(pose, inertial.origin.pose)
-            found.append((inertial.mass, at.xyz, rotate_inertia(at.rot, inertial.inertia)))
-    return lump(found) if found else None
+            inertias.append((inertial.mass, at.xyz, rotate_inertia(at.rot, inertial.inertia)))
+    return lump(inertias) if inertias else None
 
 
 PASS = Pass("reframe-inertia", run, needs=("robot", "bodies"), gives=("inertias",))

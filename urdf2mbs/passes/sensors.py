@@ -40,7 +40,7 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    found = _from_urdf(conversion, options) if options.from_urdf else []
+    wanted = _from_urdf(conversion, options) if options.from_urdf else []
     links = list(conversion.robot.links)
     for pattern in options.links:
         named = [link for link in links if fnmatchcase(link, pattern)]
@@ -49,7 +49,7 @@ def run(conversion: Conversion, options: Options) -> None:
                 "sensors-links", f"sensors: no link is called '{pattern}'",
                 hint=nearest(pattern, links) or "'*' in a pattern stands for any text: '*_sole'",
             )  # fmt: skip
-        found += [(link, "frame", link, HERE) for link in named]
+        wanted += [(link, "frame", link, HERE) for link in named]
     holders = {
         link: (segment, pose)
         for segment in conversion.segments.values()
@@ -57,7 +57,7 @@ def run(conversion: Conversion, options: Options) -> None:
     }
     known: set[str] = set()
     lost: list[str] = []
-    for name, kind, link, pose in found:
+    for name, kind, link, pose in wanted:
         if name in known:
             continue  # the same sensor in <gazebo> and in <sensor>
         known.add(name)
@@ -111,7 +111,7 @@ def _put(
 def _from_urdf(conversion: Conversion, options: Options) -> list[tuple[str, str, str, Pose]]:
     """Each sensor's name, kind, link, and pose in the link's frame."""
     robot = conversion.robot
-    found: list[tuple[str, str, str, Pose]] = []
+    sensors: list[tuple[str, str, str, Pose]] = []
     for extension in robot.extensions:
         for name, kind, element in extension.sensors():
             if kind not in KINDS:
@@ -126,8 +126,8 @@ def _from_urdf(conversion: Conversion, options: Options) -> list[tuple[str, str,
                 )
                 continue
             conversion.simulation.used.append(extension)
-            found.append((name, KINDS[kind], link, _pose(element)))
-    return found
+            sensors.append((name, KINDS[kind], link, _pose(element)))
+    return sensors
 
 
 def _pose(element: etree._Element) -> Pose:

@@ -81,10 +81,10 @@ class Elements(Messages):
 
     def attributes(self, element: Any) -> dict[str, str]:
         """All of an element's attributes; those that we do not know are reported."""
-        found = dict(zip(element.keys(), element.values(), strict=True))
-        if not ATTRIBUTES[element.tag].issuperset(found):
+        attributes = dict(zip(element.keys(), element.values(), strict=True))
+        if not ATTRIBUTES[element.tag].issuperset(attributes):
             self.unknown_attributes(element)
-        return found
+        return attributes
 
     def attribute(self, element: Any, name: str) -> str | None:
         """The same for an element that has one attribute at most."""
@@ -111,16 +111,16 @@ class Elements(Messages):
         """The children of an element by tag, the first of each; others are reported."""
         tag = element.tag
         known = CHILDREN[tag]
-        found: dict[str, Any] = {}
+        parts: dict[str, Any] = {}
         for child in element:
             name = child.tag
             if name not in known:
                 self.unknown_child(tag, child, known)
-            elif name in found:
+            elif name in parts:
                 self.doubled(tag, child)
             else:
-                found[name] = child
-        return found
+                parts[name] = child
+        return parts
 
     def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
         tag = child.tag

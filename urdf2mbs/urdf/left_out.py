@@ -17,9 +17,11 @@ def left_out(robot: Robot) -> dict[str, dict[str, dict[str, Any]]]:
 
     A limit that is not there, as it is infinite or could not be read, is None.
     """
-    found: dict[str, dict[str, dict[str, Any]]] = {}
+    left_out: dict[str, dict[str, dict[str, Any]]] = {}
     for joint in robot.joints.values():
         parts = {name: part for name in PARTS if (part := getattr(joint, name)) is not None}
         if parts:
-            found[joint.name] = {name: msgspec.structs.asdict(part) for name, part in parts.items()}
-    return found
+            left_out[joint.name] = {
+                name: msgspec.structs.asdict(part) for name, part in parts.items()
+            }
+    return left_out

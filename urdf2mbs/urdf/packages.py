@@ -97,8 +97,8 @@ class Packages:
             return folder
         if name not in self._found:
             self._found[name] = self._search(name)
-        found = self._found[name]
-        if found is None:
+        known = self._found[name]
+        if known is None:
             places = "".join(f"\n  {place}" for place in self.places(name))
             close = nearest(name, self.table)
             stranger = self._further(name)
@@ -116,7 +116,7 @@ class Packages:
                 hint=f"{close + ' else ' if close else ''}"
                 f"add `packages: {{{name}: DIR}}` to the config, or `--package {name}=DIR`",
             )
-        return found
+        return known
 
     def places(self, name: str) -> list[str]:
         """Where ``find`` looks for a package, for a message."""

@@ -129,13 +129,13 @@ class _Run:
         ]
 
     def diagnostics(self) -> list[Diagnostic]:
-        found = [
+        diagnostics = [
             Diagnostic("warning", slip.code, slip.message, file=file, line=slip.line)
             for file, slip in self.slips
         ]
         for name, caller in self.macros:
             where = _locate([f"xacro:{name}"], [caller])
-            found.append(
+            diagnostics.append(
                 Diagnostic(
                     "error",
                     "xacro-macro-unknown",
@@ -147,7 +147,7 @@ class _Run:
                     or f"no .xacro file around defines it; --level {_LOWERED} leaves it out",
                 )
             )
-        found += [
+        diagnostics += [
             Diagnostic(
                 "warning",
                 "package-unresolved",
@@ -158,7 +158,7 @@ class _Run:
             )
             for name, failure in self.packages_missing.items()
         ]
-        found += [
+        diagnostics += [
             Diagnostic(
                 level,
                 "xacro-warning" if level == "warning" else "xacro-message",
@@ -167,7 +167,7 @@ class _Run:
             )
             for level, message, where in dict.fromkeys(self.said)
         ]
-        return found
+        return diagnostics
 
 
 _LOWERED = "xacro-macro-unknown=warning"

@@ -113,14 +113,14 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
 
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
-    comments = [found.span() for found in _COMMENT.finditer(data)]
+    comments = [match.span() for match in _COMMENT.finditer(data)]
 
-    def declaration(found: re.Match[bytes]) -> bytes:
+    def declaration(match: re.Match[bytes]) -> bytes:
         nonlocal encoding
-        at = found.start()
+        at = match.start()
         if any(first < at < last for first, last in comments):
-            return found[0]
-        version, named = _VERSION.search(found[1]), _ENCODING.search(found[1])
+            return match[0]
+        version, named = _VERSION.search(match[1]), _ENCODING.search(match[1])
         if at != start:
             before = data[start:at].strip()
             slip(
@@ -134,21 +134,21 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         elif not version[1].startswith(b"1."):
             slip(f"there is no XML version '{version[1].decode('ascii', 'replace')}'", at)
         elif version[1] == b"1.0":
-            return found[0]
+            return match[0]
         encoding = encoding or (named[1] if named else None)
-        return _blanked(found[0])
+        return _blanked(match[0])
 
-    def comment(found: re.Match[bytes]) -> bytes:
-        if b"--" not in found[1] and not found[1].endswith(b"-"):
-            return found[0]
-        slip("there is a '--' within a comment", found.start())
-        return b"<!--" + _blanked(found[1]) + b"-->"
+    def comment(match: re.Match[bytes]) -> bytes:
+        if b"--" not in match[1] and not match[1].endswith(b"-"):
+            return match[0]
+        slip("there is a '--' within a comment", match.start())
+        return b"<!--" + _blanked(match[1]) + b"-->"
 
     text = _COMMENT.sub(comment, _DECLARATION.sub(declaration, data))
     if encoding is not None:
         text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
     if not _ENCODING.search(text[:200]) and not _is_utf_8(text):
-        plain = _COMMENT.sub(lambda found: b"<!--" + _blanked(found[1]) + b"-->", text)
+        plain = _COMMENT.sub(lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
         if _is_utf_8(plain):
             at = next(m.start() for m in _COMMENT.finditer(text) if not _is_utf_8(m[1]))
             slip("there are letters within a comment that are not UTF-8", at)
