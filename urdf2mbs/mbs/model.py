@@ -80,8 +80,10 @@ class Shape(msgspec.Struct):
 
 
 class Drawing(msgspec.Struct):
-    """How a body is drawn in the 2D diagram; ``position`` and ``control_points`` are
-    relative to the position of its last joint (the base's: to the base's)."""
+    """How a body is drawn in the 2D diagram.
+
+    ``position`` and ``control_points`` count from the body's last joint, the base's from the base.
+    """
 
     position: XY = (0.0, 0.0)
     size: XY = (0.0, 0.0)

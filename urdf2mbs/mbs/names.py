@@ -141,7 +141,7 @@ def _new(names: dict[str, str], name: str, kind: str, who: str) -> str:
 
 
 def _rename_points(mbs: Mbs) -> None:
-    """Bodies still have their old names here."""
+    """Give points their final names; bodies still have their old ones."""
     final: dict[tuple[str | None, str | None], str] = {}
     for owner, points in (
         (None, mbs.base.points),
@@ -186,7 +186,9 @@ def _assign(named: Sequence[tuple[str, str]], reserved: Iterable[str]) -> list[s
             new = f"n_{new}"
         if new in taken:
             stem = new = new + suffix
-            number = counted.get(stem, 1)  # where this stem's last search ended: linear
+            number = counted.get(
+                stem, 1
+            )  # where the last search ended: else a thousand equal names take a million steps
             while new in taken:
                 number += 1
                 new = f"{stem}_{number}"

@@ -537,7 +537,8 @@ class _Reader:
         return self.number(x), self.number(y)
 
     def axes(self, element: _Element, tags: tuple[str, ...]) -> list[_Element]:
-        """Half of all elements come through here, as a rule just these and in order."""
+        """The elements x, y (and z) of a vector or position."""
+        # Half of all elements come through here, nearly always just these and in order.
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         if tuple([child.tag for child in children]) == tags:
             return children
@@ -593,7 +594,8 @@ class _Reader:
     def children(
         self, element: _Element, known: frozenset[str], many: frozenset[str] = NOTHING
     ) -> Children:
-        """The children by tag (of ``many``: the last of each); a second one is an error."""
+        """The children by tag.  A second known one is an error, unless ``many`` has its tag; then
+        the last one is given."""
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         kids: Children = {child.tag: child for child in children}

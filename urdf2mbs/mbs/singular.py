@@ -15,23 +15,23 @@ about its axis.  From the tips inwards, for each joint with the motion S (a twis
 * the joint is singular if no wrench in F does work along S: f . S = 0 for all f in F;
 * it passes on the wrenches in F that do no work along S.
 
-**M is singular if and only if some joint is found so.**  Let W be the twists of a body for which
-its branch can be moved without kinetic energy, by a suitable choice of the velocities further
-out.  We show W = F' (the complement of F: the twists on which all of F does no work), by
-induction from the tips.  The body has no energy if its twist V is in the null space of its
+**M is singular if and only if this test finds a singular joint.**  Let W be the twists of a body
+for which its branch can be moved without kinetic energy, if the velocities of the joints behind
+it are chosen to suit.  We show W = F' (the complement of F: the twists on which all of F does no
+work), by induction from the tips.  The body has no energy if its twist V is in the null space of its
 inertia, the complement of its range, as the inertia is symmetric and positive semidefinite.
 A child's twist is V + S qd, so its branch has no energy for some qd if V is in W_c + span S,
 which is F_c' + span S by assumption: the complement of those f in F_c with f . S = 0.  V must be
 in all of these, and the intersection of complements is the complement of the sum.  Now let
 velocities without energy be given, and take a joint that moves and has no moving joint before
 it: its twist S qd is in W = F', so it is singular.  Conversely, if S is in F' = W for a joint,
-its motion, with suitable ones further out and none elsewhere, costs no energy.
+its motion costs no energy, with suitable motions of the joints behind it and none elsewhere.
 
 This holds at one position.  det M is an analytic function of the position (sines, cosines and
 polynomials), so it is zero everywhere or almost nowhere.  We test two positions:
 
 * a general one, with fixed irregular values: if M is singular there, it is at every position
-  (but for coordinates of measure zero, which have no chance to be hit);
+  (the positions of which this is not true have measure zero: our values are none of them);
 * the initial one, where a simulation starts: a stretched chain of point masses, for example,
   is singular there and nowhere near.
 
@@ -73,8 +73,8 @@ AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ALL: list[Six] = [(*axis, *ZERO) for axis in AXES] + [(*ZERO, *axis) for axis in AXES]
 #: What a computed zero may be off, relative to the robot's size, or to the largest moment.
 ROUNDING = 1e-11
-#: What is off by no more than this, as the angle 1.5708 is by 3.7e-6, is as good as zero: M has
-#: the square of it.
+#: Up to this a number counts as nearly zero, as M has its square.  The angle 1.5708, for example,
+#: is off 90 degrees by 3.7e-6.
 NEARLY = 1e-5
 #: An inertia up to this is none, relative to that of the same mass at the robot's size: some
 #: exporters write 1e-35 where 0 is meant.
@@ -93,7 +93,7 @@ class Singular(msgspec.Struct):
     """It moves nothing that has mass or inertia; or it alone acts in a direction in which what
     it moves has no inertia; or it does so together with others."""
     others: tuple[str, ...]
-    """The joints further out that must move along."""
+    """The joints behind it that must move along."""
     always: bool = True
     """At every position; else at the initial one."""
     nearly: bool = False
@@ -131,7 +131,8 @@ def find_singular(mbs: Mbs) -> list[Singular]:
 
 
 class _Position:
-    """The robot at one position: the twists of its joints, and what is resisted behind them."""
+    """The robot at one position: the twists of its joints, and the wrenches that the inertia behind
+    each resists."""
 
     def __init__(
         self, mbs: Mbs, values: Mapping[str, float], size: float, whole: set[str], small: float
@@ -206,7 +207,7 @@ class _Position:
         return out
 
     def _moving_along(self, body: str, joint: str) -> tuple[str, ...]:
-        """The joints further out that make up for the motion of a singular one."""
+        """The joints behind a singular one that undo its motion."""
         still: Six = (*ZERO, *ZERO)
         moving: list[str] = []
         twists: dict[str | None, Six] = {}
@@ -218,7 +219,7 @@ class _Position:
                 if own.name == joint:
                     twist = along
                 elif twist != still and self._behind[own.name]:
-                    # what is resisted here must do no work
+                    # the wrenches resisted here must do no work
                     f = max(self._behind[own.name], key=lambda f: abs(_work(f, along)))
                     share = _work(f, along)
                     if abs(share) > self._small * _length(along):
@@ -234,7 +235,7 @@ class _Position:
 
 
 def _size(mbs: Mbs) -> float:
-    """A length (m) of the order of the robot's."""
+    """A length (m) about as large as the robot."""
     lengths = [abs(c) for point in mbs.base.points for c in point.coordinates]
     for body in mbs.bodies:
         lengths += [abs(c) for point in body.points for c in point.coordinates]

@@ -39,7 +39,7 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
         scenes = [load(obj.utf8(data) if ending == ".obj" else data)]
         if not len(scenes[0].graph.nodes_geometry):
             raise MeshError("it holds no triangles")
-    except Exception as error:  # what it stumbles on may be no point and no face
+    except Exception as error:  # the points and faces may be good, and something else broken
         if ending == ".obj":
             scenes = [load(obj.plain(data))]
         elif ending in (".glb", ".gltf"):

@@ -73,7 +73,7 @@ def read(mesh: Mesh, data: bytes, up_axis: bool) -> None:
                 )  # fmt: skip
             except (ConfigError, MemoryError):
                 raise
-            except Exception as error:  # what this one is broken in does not concern the others
+            except Exception as error:  # the other parts may be good
                 mesh.problems.append(
                     f"a part of geometry '{bound.original.id}' is left out: {error}"
                 )
@@ -152,7 +152,7 @@ def load(data: bytes) -> tuple[Collada, bool, list[str]]:
     try:
         document = _collada(root)
         broken = bool(document.errors) or document.scene is None
-    except Exception:  # it raises whatever a broken file makes it stumble on
+    except Exception:  # a broken file can make it raise anything
         broken = True
     if broken:
         problems = _mend(root)
@@ -166,7 +166,7 @@ def _collada(root: Any) -> Collada:
 
 
 def _mend(root: Any) -> list[str]:
-    """Take out what cannot be read, and no more; the result names it."""
+    """Take out only what cannot be read; the result says what that was."""
     told: list[str] = []
     document = _collada(etree.Element(root.tag, nsmap=root.nsmap))
 
@@ -213,7 +213,7 @@ def _mend(root: Any) -> list[str]:
 
 
 def _mend_mesh(document: Collada, geometry: Any, mesh: Any) -> None:
-    """Keep points and faces only, and of the faces those that can be read."""
+    """Keep only the points, and the faces that can be read."""
     points = [e for e in _find(mesh, "vertices/input") if e.get("semantic") == "POSITION"]
     sources = {element.get("source") for element in points}
     primitives = [element for element in mesh if element.find("{*}p") is not None]

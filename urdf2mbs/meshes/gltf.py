@@ -13,7 +13,7 @@ EXTENSIONS = {"KHR_materials_unlit", "KHR_texture_transform"}
 
 
 def check(data: bytes, ending: str) -> None:
-    """Refuse what trimesh would read as zeros."""
+    """Refuse a file whose points trimesh would read as zeros."""
     if ending == ".glb" and data[:4] != b"glTF":
         raise MeshError("it does not start with 'glTF'")
     required = set(json.loads(_text(data)).get("extensionsRequired", ())) - EXTENSIONS
@@ -22,8 +22,10 @@ def check(data: bytes, ending: str) -> None:
 
 
 def load_plain(load: Callable[[bytes], Any], data: bytes) -> list[Any]:
-    """A scene for each primitive of a glTF file, with nothing but points, faces and where they
-    are; none for those that even so cannot be read."""
+    """A scene for each primitive of a glTF file, with only its points, its faces and its place.
+
+    A primitive that cannot be read even so is left out.
+    """
     document = json.loads(_text(data))
     shapes = [primitive for shape in document["meshes"] for primitive in shape["primitives"]]
     for key in ("materials", "textures", "images", "samplers", "animations", "skins", "cameras"):
@@ -33,7 +35,7 @@ def load_plain(load: Callable[[bytes], Any], data: bytes) -> list[Any]:
             part.pop(key, None)
 
     def alone(shape: dict[str, Any]) -> bytes:
-        """The file with this primitive only: trimesh reads what nothing uses, too."""
+        """The file with this primitive only.  trimesh would also read what nothing uses."""
         used = {shape["attributes"]["POSITION"], shape.get("indices")} - {None}
         accessors = [document["accessors"][i] for i in sorted(used)]
         views = {accessor.get("bufferView") for accessor in accessors} - {None}
@@ -61,7 +63,7 @@ def load_plain(load: Callable[[bytes], Any], data: bytes) -> list[Any]:
 
 
 def _with_copies(all_: list[Any], used: set[Any]) -> list[Any]:
-    """The list with one that is used in the place of each that is not."""
+    """The list with each unused item replaced by a used one: so the numbers stay valid."""
     return [one if i in used else all_[min(used)] for i, one in enumerate(all_)]
 
 

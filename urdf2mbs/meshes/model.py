@@ -152,7 +152,7 @@ def add(mesh: Mesh, matrix: NDArray[np.float64], points: Any, triangles: Any, **
 
 
 def turned(part: Part) -> Part:
-    """The same part with every triangle's other side out."""
+    """The same part with every triangle turned inside out."""
     by_corner = part.colors is not None and part.colors.ndim == 3
     return msgspec.structs.replace(
         part,

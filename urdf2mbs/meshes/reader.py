@@ -39,7 +39,7 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
             _read_others(mesh, data, ending)
     except (MeshError, ConfigError):
         raise
-    except Exception as error:  # the readers raise whatever a bad file makes them stumble on
+    except Exception as error:  # a broken file can make the readers raise anything
         raise MeshError(f"{type(error).__name__}: {error}".rstrip(": ")) from error
     if not any(len(part.triangles) for part in mesh.parts):
         raise MeshError("it holds no triangles")
@@ -68,7 +68,7 @@ def _read_others(mesh: Mesh, data: bytes, ending: str) -> None:
 
 
 def _usable(mesh: Mesh, part: Part) -> Part:
-    """The part without triangles that cannot be drawn: no viewer opens a file that has one."""
+    """The part without triangles that cannot be drawn: with one, no viewer opens the file."""
     import numpy as np
 
     there = ((part.triangles >= 0) & (part.triangles < len(part.points))).all(axis=1)

@@ -95,7 +95,7 @@ def _color(rgb: RGB) -> bytes:
 
 
 def _number(value: float) -> bytes:
-    """Three decimals: more than a colour of 256 steps has."""
+    """A number of 0 to 1 with three decimals, which tell 256 steps of a colour apart."""
     return msgspec.json.encode(round(min(max(value, 0.0), 1.0), 3)).removesuffix(b".0")
 
 

@@ -7,12 +7,16 @@ joint leaves.  The turns before a joint must bring a coordinate axis onto the jo
 ``u``: none if u is +x, +y or +z; one if u has a zero component or is a negative axis; two
 otherwise.  The joint's coordinate stays the URDF's: same zero, same sign.
 
-What is free is the frame's turn about the joint's own axis.  It matters where it puts the body's
-frame in line with something: with the axis of the joint before, which makes the own turns the
-fewest; with the axes of joints that the body carries, straight away or beyond joints parallel to
-its own; or with the other axes of the frame before.  These are the frames considered, each in
-its four quarter turns, and the cheapest choice for the whole tree is found by dynamic
-programming, from the tips back.
+One thing is free: how far a body's frame is turned about its joint's own axis.  The pass tries
+the turns that put a coordinate axis of the frame in line with one of these:
+
+* the axis of the joint before: then this joint needs the fewest turns;
+* the axes of the joints that the body carries, or that follow on joints parallel to its own:
+  then those joints need fewer;
+* the other axes of the frame before.
+
+Each is tried with 0, 1, 2 and 3 quarter turns more.  Dynamic programming, from the tips of the
+tree back to the base, finds the choice with the fewest turns in all.
 """
 
 from __future__ import annotations
@@ -61,8 +65,10 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class _Node:
-    """A joint that moves (of a tree whose node 0 is the ground), and the frames considered for
-    the link behind it.  Frames are rotations in that link's frame."""
+    """A joint that moves, and the frames to choose from for the link behind it.
+
+    Node 0 is the ground.  A frame is a rotation in the link's own frame.
+    """
 
     def __init__(self, step: Step | None, parent: int, rot: Rot) -> None:
         self.step = step
@@ -73,14 +79,14 @@ class _Node:
         self.axis = direction(step.axis) if step is not None else X
         self.children: list[_Node] = []
         self.wanted: list[tuple[Vec, int]] = []
-        """Directions across the axis that joints further out would have on a coordinate axis,
-        and how many would."""
+        """Directions at right angles to the axis.  Joints behind this one need fewer turns if its
+        frame has a coordinate axis in such a direction; the number says how many joints."""
         self.frames: list[list[Rot]] = []
-        """The frames considered, those together that differ by quarter turns about the axis."""
+        """The frames to choose from.  Those that differ by quarter turns only are in one list."""
         self.costs: list[list[int]] = []
-        """For each frame, the fewest turns of all joints further out."""
+        """For each frame, the fewest turns that all joints behind it need."""
         self.picks: list[list[tuple[int, int]]] = []
-        """For each frame of the parent, the own one that goes with it; none at a tip."""
+        """For each frame of the parent, the best one here; empty at a tip."""
 
     @property
     def turns_freely(self) -> bool:
@@ -222,7 +228,8 @@ def _collect_wanted(node: _Node, search: _Search) -> None:
         across = _across(rotate(child.rot, child.axis), node.axis, search.small)
         if across is not None:
             directions.add(across, 1)
-        # two turns reach a frame that the child wants if some axes of the two are across
+        # two turns are enough between two frames if an axis of one is at right angles to an
+        # axis of the other
         for wanted, count in child.wanted:
             for one in (wanted, cross(child.axis, wanted)):
                 across = _across(rotate(child.rot, one), node.axis, search.small)
@@ -232,24 +239,25 @@ def _collect_wanted(node: _Node, search: _Search) -> None:
 
 
 def _consider(node: _Node, parent: _Node, search: _Search) -> None:
-    """Fill a node's frames."""
+    """List the frames to choose from for a node."""
     if node.kind == "ground":
         node.frames = [[IDENTITY]]
     elif node.kind == "floating":
         node.frames = [[frame] for frame in _free_frames(node, search)]
-    elif node.kind == "planar":  # its coordinates name axes
+    elif node.kind == "planar":  # its three coordinates are along given axes
         turns, k = axis_turns(node.axis)
         node.frames = [[_exchange(from_turns(turns), search.ks[0] - k)]]
     elif node.children or not search.any:
         node.frames = [
             search.frames(node.axis, across) for across in _considered(node, parent, search)
         ]
-    # the latter four of eight count the other way round
+    # where joints may be flipped, the last four of eight frames flip this one
     node.costs = [[int(place > 3) for place in range(len(frames))] for frames in node.frames]
 
 
 def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
-    """The directions across the axis that the frames considered have on a coordinate axis."""
+    """Directions at right angles to the joint's axis: a frame is tried for each, with a
+    coordinate axis in that direction."""
     back = transpose(node.rot)
     directions = _Directions(node.axis, search.small)
 
@@ -275,7 +283,7 @@ def _considered(node: _Node, parent: _Node, search: _Search) -> list[Vec]:
 
 
 def _axes(node: _Node) -> list[Vec]:
-    """The coordinate axes of the frames considered."""
+    """The coordinate axes of all frames to choose from."""
     return [
         (frames[0][i], frames[0][i + 3], frames[0][i + 6])
         for frames in node.frames
@@ -284,8 +292,11 @@ def _axes(node: _Node) -> list[Vec]:
 
 
 def _free_frames(node: _Node, search: _Search) -> list[Rot]:
-    """Frames for what a floating joint carries.  Its coordinates name axes, so its frame is not
-    free, but turns after it make up for what they save several joints."""
+    """Frames for the link behind a floating joint.
+
+    The joint's own frame is given, as its coordinates are along fixed axes.  But a turn after the
+    joint costs one driven joint, and may save one at each of several joints that follow.
+    """
     seen: dict[tuple[int, ...], tuple[Vec, int]] = {}
     for child in node.children:
         if child.kind != "floating":
@@ -412,12 +423,12 @@ def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
         )
 
 
-# --- how few it could be ---
+# --- a lower bound: how few turns there could be ---
 
 
-#: Of so many best frames of what a body carries the bound keeps account.
+#: The bound looks at the best frames of the joints behind, if they are no more than this.
 MOST_FRAMES = 150
-#: Of a body with more joints the bound looks at the number of directions only.
+#: For a body with more joints than this, the bound counts only how many directions they have.
 MOST_JOINTS = 40
 
 
@@ -461,7 +472,11 @@ class _Bound:
                 self.turns = self._behind(node, IDENTITY)
 
     def _behind(self, node: _Node, frame: Rot, *, missed: bool = True) -> int:
-        """The fewest turns behind a node, if its frame is this one; or without what is missed."""
+        """The fewest turns behind a node, if its frame is this one.
+
+        ``missed`` False leaves out the turns that are missed (see above), as too many frames
+        would have to be tried for them.
+        """
         back = transpose(frame)
         count = 0
         for child in node.children:
@@ -476,7 +491,8 @@ class _Bound:
         return count
 
     def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
-        """The fewest behind a node, of all its frames with this axis; where, if at a few only."""
+        """The fewest turns behind a node, over all its frames with this axis, and the frames that
+        need no more.  The list is empty where almost every frame does."""
         if not node.children:
             return 0, []
         small = self._search.small
@@ -487,7 +503,7 @@ class _Bound:
             across = _across(rotate(child.rot, child.axis), axis, small)
             if across is not None:
                 directions.add(across)
-        # these multiply from joint to joint
+        # from joint to joint there may be more and more of these
         inner = [(c, frame) for c in node.children for frame in self._where.get(id(c), ())]
         exact = len(inner) <= MOST_FRAMES
         for child, frame in inner if exact else ():
@@ -511,7 +527,8 @@ class _Bound:
         return best, [frame for frame, count in zip(few, counts, strict=True) if count == best]
 
     def _many(self, node: _Node) -> int:
-        """No frame has more than three directions on its axes; all others take a turn each."""
+        """The same bound for a node with many joints.  A frame has three axes, so at most three
+        directions of joints are on one; each joint in another direction takes a turn."""
         lines: dict[tuple[float, ...], int] = {}
         for child in node.children:
             if child.turns_freely:
@@ -523,8 +540,8 @@ class _Bound:
         return rest + sum(self._best[id(child)] for child in node.children)
 
     def _floating(self, node: _Node) -> int:
-        """No turn behind the joint, one about an axis, or more.  These bring some u on a coordinate
-        axis, or none; then each takes a turn."""
+        """The same for a floating joint, after which there are no turns, one about an axis, or
+        more.  Two bring the direction of some joint onto an axis; else each joint takes a turn."""
         own = [child for child in node.children if child.turns_freely]
         if len(own) > MOST_JOINTS:
             return min(self._behind(node, IDENTITY), 1 + self._many(node))
@@ -538,10 +555,10 @@ class _Bound:
 
 
 class _Directions:
-    """Directions across an axis, those a quarter turn apart counting as one."""
+    """Directions at right angles to an axis; those a quarter turn apart count as one."""
 
     def __init__(self, axis: Vec, small: float) -> None:
-        # ten times what the directions' own components may be off
+        # directions count as one up to ten times the tolerance of their components
         self._quarter = max(round(pi / 2 / (10 * small)), 1)
         x, y, z = map(abs, axis)
         smallest = X if x <= y and x <= z else Y if y <= z else Z
@@ -564,7 +581,7 @@ class _Directions:
 
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
-    """The direction of what of v is across the axis; None if v is along it."""
+    """The direction of the part of v at right angles to the axis; None if v is along it."""
     for _ in range(2):  # the second time removes the rounding of the first, if v is nearly along
         along = dot(v, axis)
         x, y, z = (c - along * a for c, a in zip(v, axis, strict=True))
@@ -592,7 +609,7 @@ def _columns(x: Vec, y: Vec, z: Vec) -> Rot:
 
 
 def _exchange(rot: Rot, by: int) -> Rot:
-    """The frame whose axes are the same ones, their numbers higher by so many (cyclically)."""
+    """The same frame with its axes renumbered: x, y, z become y, z, x if ``by`` is 1, and so on."""
     a, b, c, d, e, f, g, h, i = rot
     if by % 3 == 1:
         return (c, a, b, f, d, e, i, g, h)

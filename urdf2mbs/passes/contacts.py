@@ -37,7 +37,7 @@ from urdf2mbs.spatial import (
 )
 from urdf2mbs.urdf import model as urdf
 
-#: All that Robotran can compute at a point: what is not asked for arrives as zeros, or worse.
+#: All that Robotran can compute at a point.  What is not asked for is zero there, or not set.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 
 #: The longest time step (s) where there are contacts.
@@ -99,7 +99,7 @@ def run(conversion: Conversion, options: Options) -> None:
 
 
 def _check(options: Options) -> None:
-    """Numbers with which there would be no force, or one without bounds."""
+    """Refuse numbers that would give no force at all, or one without bounds."""
     wrong = [
         name
         for name in ("depth", "stiffness", "speed", "slip_speed")
@@ -238,7 +238,7 @@ def _lowest_of(conversion: Conversion, link: str, shape: urdf.Geometry, down: Ve
 
 
 def _box_face(size: Vec, down: Vec) -> list[Vec]:
-    """The corners of the face that looks most downwards, all round."""
+    """The corners of the face that points down the most, in order round it."""
     k = max(range(3), key=lambda axis: abs(down[axis]))
     one, two = (k + 1) % 3, (k + 2) % 3
     corners: list[Vec] = []
@@ -262,7 +262,7 @@ def _cylinder(shape: urdf.Cylinder, down: Vec) -> list[Vec]:
 
 
 def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) -> list[Vec]:
-    """The outermost of the vertices that are lowest, one in each quarter."""
+    """Of the lowest vertices, the outermost one in each quarter of the plane."""
     vertices = _vertices(conversion, link, mesh)
     if vertices is None:
         return []
@@ -272,7 +272,7 @@ def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) ->
     depth = vertices @ d
     size = float(np.ptp(vertices, axis=0).max())
     near = vertices[depth >= depth.max() - 0.02 * size]
-    # two axes of the mesh across the vertical
+    # two horizontal directions, the first along an axis of the mesh if that is horizontal
     k = int(np.argmax(np.abs(d)))
     one = np.eye(3)[(k + 1) % 3]
     one -= d * (one @ d)

@@ -43,7 +43,7 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Look(msgspec.Struct, frozen=True):
-    """What makes one mesh need several files."""
+    """What a visual changes of its mesh: each different look needs a file of its own."""
 
     mirror: str
     """The axes that a negative scale mirrors: of "xyz"."""
@@ -196,7 +196,7 @@ def _shown_by(links: list[str]) -> str:
 
 
 def _tell_lost(conversion: Conversion, lost: Lost, links: dict[str, list[str]]) -> None:
-    """One warning for all meshes with one fate."""
+    """One warning for each reason, which names all meshes that it concerns."""
 
     def warn(code: str, names: Iterable[str], what: str, hint: str | None = None) -> None:
         files = list(names)
@@ -229,7 +229,7 @@ def _tell_lost(conversion: Conversion, lost: Lost, links: dict[str, list[str]]) 
 
 
 def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[str]]) -> None:
-    """Warn of what the files do not show as the meshes say: of kept files, too."""
+    """Warn of what the .wrl files do not show as the meshes do, new files and kept ones."""
     lost: dict[str, list[str]] = {}
     parts: dict[str, list[str]] = {}
     turned_up: list[str] = []

@@ -83,7 +83,7 @@ def decompose(step: Step) -> None:
 
 
 def _name_apart(joint: Joint, taken: set[str]) -> None:
-    """A URDF joint may already be called as we would name one of ours; it keeps its name."""
+    """Rename one of our driven joints where a URDF joint has its name already."""
     joint.name = free_name(joint.name, taken)
     taken.add(joint.name)
 

@@ -48,7 +48,7 @@ def run(conversion: Conversion, options: Options) -> None:
     _estimate(conversion, options)
 
 
-#: What the reader says of an inertia that no body can have.
+#: The reader's warnings about an inertia that no body can have.
 IMPOSSIBLE = ("inertia-indefinite", "inertia-triangle", "mass-negative")
 
 
@@ -71,7 +71,7 @@ def _repair(conversion: Conversion) -> None:
         }  # fmt: skip
     if not repaired:
         return
-    # what was wrong with them is no more
+    # the warnings about these inertias no longer hold
     conversion.diagnostics = [d for d in conversion.diagnostics if d.code not in IMPOSSIBLE]
     listed = some(
         f"link '{name}' by {it['moved']:.3g} kg m^2 ({100 * it['moved_relative']:.3g} %)"

@@ -28,7 +28,7 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         {**msgspec.to_builtins(one), "urdf_joint": owner.get(one.joint)} for one in singular
     ]
     if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
-        return  # without any mass there is nothing to solve, which is told where it is seen
+        return  # a robot without any mass has another warning
     for code, nearly, always, where in (
         ("singular", False, True, "at every position"),
         ("singular", True, True, "at every position"),

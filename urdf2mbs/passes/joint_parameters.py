@@ -103,7 +103,8 @@ def run(conversion: Conversion, options: Options) -> None:
 def _kinds(
     conversion: Conversion, joints: list[tuple[Joint, mbs.Joint]]
 ) -> dict[str, dict[str, float]]:
-    """Each kind of property, and its value by .mbs joint; marks what has found its place."""
+    """Each kind of property with its values by .mbs joint.  Marks what is written this way, so
+    that ``emit`` does not report it as left out."""
     kinds: dict[str, dict[str, float]] = {
         kind: {}
         for kind in (
@@ -143,8 +144,8 @@ def _kinds(
 
 
 def moved_inertias(model: mbs.Mbs) -> dict[str, float]:
-    """What each joint moves at the initial position, all joints further out locked: kg m^2
-    about its axis for a turn, kg for a shift."""
+    """The inertia that each joint moves at the initial position, with all joints behind it
+    locked: kg m^2 about its axis for a turn, kg for a shift."""
     placement = place(model)
     #: Mass, centre and inertia about it, in the base, of what hangs on each joint.
     carried: list[tuple[float, Vec, Sym]] = [(0.0, ZERO, (0.0,) * 6)] * len(placement.joints)
@@ -193,7 +194,7 @@ def _time_step(
 
 
 def _short(value: float) -> float:
-    """Two significant digits: what is chosen, not what the robot states."""
+    """Two significant digits: enough for a number that we choose and the robot does not state."""
     return float(f"{value:.2g}")
 
 

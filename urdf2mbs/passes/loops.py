@@ -220,8 +220,8 @@ def _ends(mbs: Mbs, placement: Placement, connection: Connection) -> tuple[Vec, 
 def _rows(
     conversion: Conversion, placement: Placement, connection: Connection
 ) -> list[dict[int, float]]:
-    """The derivatives of a cut's constraints by the joints, by index; a joint that follows
-    another counts for that one."""
+    """The derivatives of a cut's constraints by the joints, by index.  Those by a joint that
+    follows another (mimic) are added to that one's."""
     mbs = conversion.mbs
     rows: list[dict[int, float]] = [{} for _ in range(6)]
     one, two = _ends(mbs, placement, connection)

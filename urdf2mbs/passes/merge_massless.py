@@ -52,7 +52,7 @@ def run(conversion: Conversion, options: NoOptions) -> None:
 
 
 def _bare(segment: Segment, conversion: Conversion) -> bool:
-    """Nothing but the frame of one massless link: no mass, visual or further frame."""
+    """Whether the segment is a massless link alone: no visual, and no other link's frame."""
     link = conversion.robot.links[segment.link]
     return list(segment.parts) == [segment.link] and link.massless and not link.visuals
 
@@ -92,8 +92,8 @@ def _join(segment: Segment, body: Segment, carried: dict[str, Segment]) -> bool:
 
 
 def _splits(last: Step, first: Step) -> Iterator[tuple[Vec, Vec]]:
-    """The ways to have the shift between two joints as one that commutes with the first of
-    them plus one that commutes with the second, both in the frame between."""
+    """The ways to split the shift between two joints in two: a part that may go before the first
+    joint, and one that may go after the second.  Both are in the frame between the joints."""
     shift = first.xyz
     u = direction(last.axis)
     v = rotate(from_turns(first.turns), direction(first.axis))

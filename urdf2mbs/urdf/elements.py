@@ -61,7 +61,7 @@ CHILDREN: dict[str, frozenset[str]] = {
         )
     ),
 }
-#: Elements of other programs that one meets in URDF files: kept, and not worth a word.
+#: Elements of other programs that are usual in URDF files: kept, and no warning.
 FOREIGN = frozenset(("gazebo", "transmission", "sensor", "ros2_control", "mujoco"))
 
 
@@ -87,7 +87,7 @@ class Elements(Messages):
         return attributes
 
     def attribute(self, element: Any, name: str) -> str | None:
-        """The same for an element that has one attribute at most."""
+        """The value of the only attribute that an element may have; others are reported."""
         value: str | None = element.get(name)
         if len(element.attrib) != (value is not None):
             self.unknown_attributes(element)
@@ -143,8 +143,8 @@ class Elements(Messages):
         )
 
     def xacro_left(self, element: Any) -> bool:
-        """Whether an element is one that xacro should have dealt with; it is left out, and that
-        is said."""
+        """Whether an element is xacro's, which should be gone by now; it is left out with a
+        message."""
         tag = element.tag
         if is_xacro(element):
             self.warn(

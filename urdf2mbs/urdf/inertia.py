@@ -27,7 +27,7 @@ Rows = list[list[float]]
 
 
 class Fault(msgspec.Struct, frozen=True):
-    """What no body's inertia is like."""
+    """Why no body can have an inertia."""
 
     code: str
     """``inertia-indefinite`` or ``inertia-triangle``."""

@@ -117,7 +117,7 @@ def read_calibration(reading: Reading, element: Any) -> Calibration:
 
 
 def known_numbers(reading: Reading, element: Any) -> dict[str, float]:
-    """All attributes that are numbers, by their names in the model."""
+    """All attributes that are numbers; the model calls them as URDF does."""
     known = ATTRIBUTES[element.tag]
     return {
         name: reading.number(element, name, text)
@@ -152,7 +152,7 @@ def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
 
 
 def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
-    """Each number by itself; one that cannot be read, or is infinite, is no limit."""
+    """The limits of a joint; a number that cannot be read, or is infinite, is no limit."""
     numbers: dict[str, float | None] = {}
     for name, text in reading.attributes(element).items():
         if name not in ATTRIBUTES["limit"]:
@@ -174,7 +174,7 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
 
 
 def check_mimics(reading: Reading, robot: Robot) -> None:
-    """A joint that follows nothing, or itself, is free: the .mbs has no mimic anyway."""
+    """Free a joint that mimics no joint, or in the end itself, with a warning."""
     joints = robot.joints
     leaders: dict[str, str] = {}
     for joint in joints.values():

@@ -25,7 +25,7 @@ class _Group:
         self.line = line
         self.hint = hint
         self.owners: dict[tuple[str, str], str] = {}
-        """Kind and name, and what is to be said of it alone."""
+        """Kind and name of each element, and what the message adds for it alone."""
 
 
 class Messages:
@@ -37,7 +37,7 @@ class Messages:
         """Whether xacro has written the text that is read."""
         self.groups: dict[tuple[str, str], _Group] = {}
         self.errors: list[Diagnostic] = []
-        """What is wrong, but for the last."""
+        """All errors but the last."""
         self.last: ConversionError | None = None
         self.owner = ("robot", "")
         """Kind and name of the element being read, for messages."""

@@ -248,7 +248,7 @@ class Robot(msgspec.Struct):
         return out
 
     def depth_first(self) -> list[Joint]:
-        """All joints, each before those further out, a branch at a time."""
+        """All joints, each before those behind it, one branch after the other."""
         children = self.children()
         order: list[Joint] = []
         stack = children[self.root()][::-1]

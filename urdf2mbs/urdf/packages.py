@@ -33,7 +33,7 @@ def absolute(path: str | Path) -> str:
 
 
 def workspace(source: Path) -> Path:
-    """The folder below which packages with code are looked for, besides the ROS environment.
+    """The folder that is searched for packages, besides the folders of the ROS environment.
 
     It is the outermost folder above the source that is a package (it has a ``package.xml``), a git
     checkout, a workspace of colcon or catkin, or a folder ``src`` that directly holds one of
@@ -55,8 +55,11 @@ def workspace(source: Path) -> Path:
 
 
 def _neighbours(root: Path) -> list[Path]:
-    """The folders beside the root where that is no checkout or workspace: as in an archive,
-    packages may be unpacked side by side.  Not where anybody may put one, as in /tmp."""
+    """The folders beside the root, since an archive may hold packages side by side.
+
+    None where the root is a checkout or a workspace, which is complete by itself, nor where
+    anybody may write, as in /tmp.
+    """
     holder = root.parent
     closed = root.name == "src" or any((root / mark).exists() for mark in _ROOTS)
     home = Path(os.path.expanduser("~"))  # noqa: PTH111 which raises nothing
@@ -199,7 +202,7 @@ class Packages:
             yield from self._crawled_to(entry, name)
 
     def _further(self, name: str) -> Path | None:
-        """A package beside the folders above the workspace; None: there is none."""
+        """A package outside the workspace, below a folder above it; None: there is none."""
         if not _is_name(name):
             return None
         if name not in self._beyond:

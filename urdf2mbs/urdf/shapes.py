@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Geometry, Origin
     from urdf2mbs.urdf.values import Reading
 
-#: A file name that a package which was not found stands in.
+#: What xacro makes of ``file://$(find NAME)/...`` where the package was not found.
 _UNRESOLVED = re.compile(r"^file:/*(?=package://)")
 
 
@@ -39,7 +39,7 @@ def read_collision(reading: Reading, element: Any, collisions: list[Collision]) 
 def read_shape(
     reading: Reading, element: Any, parts: dict[str, Any]
 ) -> tuple[Geometry, Origin] | None:
-    """Of a visual or collision; None where it cannot be read, which is said."""
+    """Geometry and origin of a visual or collision; None, with a warning: they cannot be read."""
     try:
         geometry = read_geometry(reading, element, parts.get("geometry"))
         return None if geometry is None else (geometry, reading.origin(parts.get("origin")))
@@ -113,7 +113,7 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
 
 
 def read_scale(reading: Reading, element: Any, text: str) -> Vec:
-    """Of a mesh: three numbers, or one for all directions."""
+    """The scale of a mesh: three numbers, or one for all directions."""
     if len(text.split()) != 1:
         return reading.vector(element, "scale", text)
     factor = reading.number(element, "scale", text)

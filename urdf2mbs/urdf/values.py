@@ -36,7 +36,7 @@ class Reading(Elements):
     def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
         """The ``name`` of a link or joint: there must be one, and only once.
 
-        None for an element that says again, word for word, what another of its name has said.
+        None for an element that repeats another one of that name word for word.
         """
         name: str | None = element.get("name")
         if not name or not name.strip():
@@ -135,7 +135,7 @@ class Reading(Elements):
         )
 
     def left_out(self, element: Any, what: str, error: ConversionError) -> None:
-        """Say that something that the .mbs does not need is left out, as it cannot be read."""
+        """Warn that something is left out: it cannot be read, and the .mbs does not need it."""
         reason = error.message.partition(f"{self.where}: ")[2] or error.message
         self.warn(
             "number-left-out", f"{what} is left out, as it cannot be read", element.sourceline,
@@ -189,7 +189,7 @@ def shown(text: str) -> str:
 
 
 def _says_the_same(element: Any, kind: str, name: str) -> bool:
-    """Whether the first element of a kind and name is the same as this one, blanks aside."""
+    """Whether this element repeats the first one of its kind and name, but for blanks."""
     first = next(one for one in element.getparent().iterchildren(kind) if one.get("name") == name)
     said = [
         [

@@ -42,7 +42,7 @@ _SHOWN = 8
 #: Something that xacro says: level, text and the file being processed.
 _Said = tuple[Literal["warning", "note"], str, "str | None"]
 
-#: What a value that is not given stands for while the others that are not are looked for.
+#: Stands in for an argument that is not given, while we look for the others that are not.
 _ANY = "0"
 #: What ``$(find NAME)`` gives for a package that was not found.
 _NOWHERE = "package://"
@@ -226,7 +226,7 @@ def _list_undefined(error: UndefinedArgumentError, first: _Run) -> None:
                 break
             missing.append(other.name)
         except ConversionError:
-            break  # the stand-in may not do everywhere
+            break  # the stand-in may be no good value here
         else:
             break
     if len(missing) > 1:
@@ -252,7 +252,7 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
         except ConfigError:
             raise
         except ConversionError as error:
-            # whether anything is lost is seen where the path is used
+            # no error yet: the path may never be used
             run.packages_missing[package] = error
             return f"{_NOWHERE}{package}"
 
@@ -414,7 +414,7 @@ def _defined_in(macro: str, packages: Packages) -> str | None:
 
 
 def _sentence(error: BaseException) -> str:
-    """An exception's message on one line; xacro's own say the one that they wrap twice."""
+    """An exception's message on one line.  xacro's own exceptions repeat the one they wrap."""
     wrapped = getattr(error, "exc", None)
     if wrapped is not None and error.args and str(error.args[0]).startswith("<class "):
         return _sentence(wrapped)
@@ -472,7 +472,7 @@ def _quoted(text: str) -> list[str]:
 
 
 def _locate(texts: list[str], files: list[str]) -> tuple[str, int] | None:
-    """The one line of the files that has one of the texts; xacro itself knows no lines."""
+    """The file and line of a text, if only one line has it: xacro gives no line numbers."""
     for text in texts:
         for file in files:
             lines = [
@@ -486,7 +486,7 @@ def _locate(texts: list[str], files: list[str]) -> tuple[str, int] | None:
 
 
 def _stack(xacro: Any, files: list[str], shown: str) -> str:
-    """How xacro came to where it is: macros, then includes, innermost first."""
+    """The macros, then the includes, that led to the error, innermost first."""
     lines = []
     says = "in the macro"
     for macro in reversed(xacro.macrostack or []):
