@@ -15,17 +15,17 @@ about its axis.  From the tips inwards, for each joint with the motion S (a twis
 * the joint is singular if no wrench in F does work along S: f . S = 0 for all f in F;
 * it passes on the wrenches in F that do no work along S.
 
-**M is singular if and only if this test finds a singular joint.**  Let W be the twists of a body
+**M is singular if and only if this test finds a singular joint.** Let W be the twists of a body
 for which its branch can be moved without kinetic energy, if the velocities of the joints behind
 it are chosen to suit.  We show W = F' (the complement of F: the twists on which all of F does no
-work), by induction from the tips.  The body has no energy if its twist V is in the null space of its
-inertia, the complement of its range, as the inertia is symmetric and positive semidefinite.
+work), by induction from the tips.  The body has no energy if its twist V is in the null space of
+its inertia, the complement of its range, as the inertia is symmetric and positive semidefinite.
 A child's twist is V + S qd, so its branch has no energy for some qd if V is in W_c + span S,
 which is F_c' + span S by assumption: the complement of those f in F_c with f . S = 0.  V must be
 in all of these, and the intersection of complements is the complement of the sum.  Now let
-velocities without energy be given, and take a joint that moves and has no moving joint before
-it: its twist S qd is in W = F', so it is singular.  Conversely, if S is in F' = W for a joint,
-its motion costs no energy, with suitable motions of the joints behind it and none elsewhere.
+velocities without energy be given, and take a joint that moves and has no moving joint before it:
+its twist S qd is in W = F', so it is singular.  Conversely, if S is in F' = W for a joint, its
+motion costs no energy, with suitable motions of the joints behind it and none elsewhere.
 
 This holds at one position.  det M is an analytic function of the position (sines, cosines and
 polynomials), so it is zero everywhere or almost nowhere.  We test two positions:
