@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from copy import deepcopy
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from lxml import etree
 from mbs.models import everything, few, models
 
+from urdf2mbs.mbs import reader
+from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import validate
 from urdf2mbs.mbs.writer import write
@@ -256,3 +259,9 @@ def test_anything_may_stand_in_what_mbsyspad_keeps_for_itself() -> None:
 def rejected(text: str) -> None:
     assert text != FILE
     assert validate(text.encode(), "m.mbs")
+
+
+def test_the_schema_has_the_elements_that_are_read_and_written_by_table() -> None:
+    schema = Path(reader.__file__).with_name("mbs.rng").read_text("utf-8")
+    for tag in (*SHAPE, *VIEWPOINT, *LIGHT):
+        assert f'name="{tag}"' in schema

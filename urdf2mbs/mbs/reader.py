@@ -7,6 +7,7 @@ What makes Robotran itself go wrong, mostly without a word, is an error here.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Set
 from functools import cache
 from math import isinf
 from pathlib import Path
@@ -16,6 +17,7 @@ from lxml import etree
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields, Kind
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -63,18 +65,9 @@ JOINT = frozenset(
     ["jointname", "type", "nature", "initialvalue", "actuated", "symbols", "graphics"]
 )
 POINT = frozenset(["pointname", "coordinates", "graphics", "sensor", "extforce"])
-SHAPE = frozenset([
-    "name", "position", "scale", "rotation", "color", "transparency",
-    "size", "radius", "height", "url",
-])  # fmt: skip
 DRAWING = frozenset(["position", "name_pos", "shape", "size", "control_points", "angle"])
 CONNECTION = frozenset(["name", "endpoint1", "endpoint2", "length"])
 VIEW = frozenset(["background", "shapeScaleFactors", "viewpoints", "lights"])
-VIEWPOINT = frozenset([
-    "name", "joint", "position", "target", "up", "projection", "scale",
-    "fieldOfView", "frontClipDst", "backClipDst",
-])  # fmt: skip
-LIGHT = frozenset(["name", "joint", "active", "direction"])
 X3D = frozenset(["x3D_shapes"])
 ENDPOINT = frozenset(["bodyname", "pointname"])
 FACTORS = frozenset(["frame", "joint", "com", "point"])
@@ -151,6 +144,11 @@ class _Reader:
         self.numbers: dict[str | None, float] = {}
         self.names: dict[str, str] = {BASE: "the ground", ORIGIN: "a body's own frame"}
         """What each name of the one name space belongs to."""
+        self.kinds: dict[Kind, Callable[[_Element], Any]] = {
+            "text": _text, "number": self.number, "xyz": self.xyz,
+            "color": self.color, "flag": lambda element: True,
+        }  # fmt: skip
+        """What reads each kind of value."""
         self.points: dict[str | None, set[str]] = {}
         """The points of each body read so far."""
 
@@ -384,26 +382,8 @@ class _Reader:
         return [self.shape(child) for child in kids["x3D_shapes"] if child.tag in SHAPES]
 
     def shape(self, element: _Element) -> Shape:
-        kids = self.children(element, SHAPE)
-        shape = Shape(element.tag, _text(kids.get("name")))
-        if "position" in kids:
-            shape.position = self.xyz(kids["position"])
-        if "scale" in kids:
-            shape.scale = self.xyz(kids["scale"])
-        if "rotation" in kids:
-            shape.rotation = self.xyz(kids["rotation"])
-        if "color" in kids:
-            shape.color = self.color(kids["color"])
-        if "transparency" in kids:
-            shape.transparency = self.number(kids["transparency"])
-        if "size" in kids:
-            shape.size = self.xyz(kids["size"])
-        if "radius" in kids:
-            shape.radius = self.number(kids["radius"])
-        if "height" in kids:
-            shape.height = self.number(kids["height"])
-        if "url" in kids:
-            shape.url = _text(kids["url"])
+        shape = Shape(element.tag, "")
+        self.fill(shape, element, SHAPE)
         return shape
 
     def color(self, element: _Element) -> tuple[int, int, int]:
@@ -492,32 +472,21 @@ class _Reader:
         return view
 
     def viewpoint(self, element: _Element) -> Viewpoint:
-        kids = self.children(element, VIEWPOINT)
-        viewpoint = Viewpoint(_text(kids.get("name")), ZERO, ZERO)
-        for tag in ("position", "target", "up"):
-            if tag in kids:
-                setattr(viewpoint, tag, self.xyz(kids[tag]))
-        for tag in ("joint", "projection"):
-            if tag in kids:
-                setattr(viewpoint, tag, _text(kids[tag]))
-        for tag, field in (
-            ("scale", "scale"),
-            ("fieldOfView", "field_of_view"),
-            ("frontClipDst", "front_clip"),
-            ("backClipDst", "back_clip"),
-        ):
-            if tag in kids:
-                setattr(viewpoint, field, self.number(kids[tag]))
+        viewpoint = Viewpoint("", ZERO, ZERO)
+        self.fill(viewpoint, element, VIEWPOINT)
         return viewpoint
 
     def light(self, element: _Element) -> Light:
-        kids = self.children(element, LIGHT)
-        light = Light(_text(kids.get("name")), ZERO, active="active" in kids)
-        if "direction" in kids:
-            light.direction = self.xyz(kids["direction"])
-        if "joint" in kids:
-            light.joint = _text(kids["joint"])
+        light = Light("", ZERO, active=False)
+        self.fill(light, element, LIGHT)
         return light
+
+    def fill(self, made: Shape | Viewpoint | Light, element: _Element, fields: Fields) -> None:
+        """Set the fields of an object whose elements are there."""
+        for tag, child in self.children(element, fields.keys()).items():
+            if tag in fields:
+                name, kind = fields[tag]
+                setattr(made, name, self.kinds[kind](child))
 
     def vector(self, element: _Element) -> Vec:
         parts = self.children(element, COORDINATES)
@@ -592,7 +561,7 @@ class _Reader:
         return [] if element is None else list(element.iterchildren(tag))
 
     def children(
-        self, element: _Element, known: frozenset[str], many: frozenset[str] = NOTHING
+        self, element: _Element, known: Set[str], many: frozenset[str] = NOTHING
     ) -> Children:
         """The children by tag.  A second known one is an error, unless ``many`` has its tag; then
         the last one is given."""

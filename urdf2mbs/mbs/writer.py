@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from html import escape
 from math import isfinite
 
+from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -28,12 +29,14 @@ from urdf2mbs.mbs.model import (
     Connection,
     Drawing,
     Joint,
+    Light,
     Mbs,
     Point,
     Sensor,
     Shape,
     UserModel,
     View,
+    Viewpoint,
 )
 from urdf2mbs.spatial import Vec
 
@@ -272,32 +275,12 @@ class _Writer:
     def shapes(self, shapes: list[Shape], pad: str) -> str:
         if not shapes:
             return f"{pad}<x3D_shapes/>\n"
-        n, t = self.number, self.text
-        inside = pad + "    "
         out = [f"{pad}<x3D_shapes>\n"]
         _only([shape.kind for shape in shapes], SHAPES, "a shape")
         for shape in shapes:
-            red, green, blue = shape.color
-            own = ""
-            if shape.size is not None:
-                own += self.xyz("size", shape.size, inside)
-            if shape.radius is not None:
-                own += f"{inside}<radius>{n[shape.radius]}</radius>\n"
-            if shape.height is not None:
-                own += f"{inside}<height>{n[shape.height]}</height>\n"
-            if shape.url is not None:
-                own += f"{inside}<url>{t[shape.url]}</url>\n"
-            out.append(
-                f"{pad}  <{shape.kind}>\n"
-                f"{inside}<name>{t[shape.name]}</name>\n"
-                f"{self.xyz('position', shape.position, inside)}"
-                f"{self.xyz('scale', shape.scale, inside)}"
-                f"{self.xyz('rotation', shape.rotation, inside)}"
-                f'{inside}<color R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
-                f"{inside}<transparency>{n[shape.transparency]}</transparency>\n"
-                f"{own}"
-                f"{pad}  </{shape.kind}>\n"
-            )
+            out.append(f"{pad}  <{shape.kind}>\n")
+            out += self.fields(shape, SHAPE, f"{pad}    ")
+            out.append(f"{pad}  </{shape.kind}>\n")
         out.append(f"{pad}</x3D_shapes>\n")
         return "".join(out)
 
@@ -395,30 +378,16 @@ class _Writer:
         )
 
     def view(self, view: View) -> str:
-        n, t = self.number, self.text
+        n = self.number
         red, green, blue = view.background
         viewpoints = "".join(
-            "      <viewpoint>\n"
-            f"        <name>{t[viewpoint.name]}</name>\n"
-            f"        <joint>{t[viewpoint.joint]}</joint>\n"
-            f"{self.xyz('position', viewpoint.position, '        ')}"
-            f"{self.xyz('target', viewpoint.target, '        ')}"
-            f"{self.xyz('up', viewpoint.up, '        ')}"
-            f"        <projection>{t[viewpoint.projection]}</projection>\n"
-            f"        <scale>{n[viewpoint.scale]}</scale>\n"
-            f"        <fieldOfView>{n[viewpoint.field_of_view]}</fieldOfView>\n"
-            f"        <frontClipDst>{n[viewpoint.front_clip]}</frontClipDst>\n"
-            f"        <backClipDst>{n[viewpoint.back_clip]}</backClipDst>\n"
+            f"      <viewpoint>\n{''.join(self.fields(viewpoint, VIEWPOINT, '        '))}"
             "      </viewpoint>\n"
             for viewpoint in view.viewpoints
         )
         lights = "".join(
-            "      <directionalLight>\n"
-            f"        <name>{t[light.name]}</name>\n"
-            f"        <joint>{t[light.joint]}</joint>\n"
-            + ("        <active/>\n" if light.active else "")
-            + self.xyz("direction", light.direction, "        ")
-            + "      </directionalLight>\n"
+            f"      <directionalLight>\n{''.join(self.fields(light, LIGHT, '        '))}"
+            "      </directionalLight>\n"
             for light in view.lights
         )
         return (
@@ -436,6 +405,25 @@ class _Writer:
             f"    <lights>\n{lights}    </lights>\n"
             "  </x3D>\n"
         )
+
+    def fields(self, written: Shape | Viewpoint | Light, fields: Fields, pad: str) -> list[str]:
+        """The elements of a table, without those whose value is None."""
+        out: list[str] = []
+        for tag, (name, kind) in fields.items():
+            value = getattr(written, name)
+            if value is None:
+                continue
+            if kind == "xyz":
+                out.append(self.xyz(tag, value, pad))
+            elif kind == "color":
+                red, green, blue = value
+                out.append(f'{pad}<{tag} R="{red:d}" G="{green:d}" B="{blue:d}"/>\n')
+            elif kind == "flag":
+                out.append(f"{pad}<{tag}/>\n" if value else "")
+            else:
+                text = self.number[value] if kind == "number" else self.text[value]
+                out.append(f"{pad}<{tag}>{text}</{tag}>\n")
+        return out
 
     def xyz(self, tag: str, vec: Vec, pad: str) -> str:
         n = self.number
