@@ -36,7 +36,8 @@ def _check(key: Any) -> None:
         if isinstance(part, slice):
             assert part.start is not None, "a slice from index 0"
             part = part.start
-        assert int(part) > 0, f"index {part}: arrays count from 1"
+        for index in part if isinstance(part, list) else [part]:
+            assert int(index) > 0, f"index {index}: arrays count from 1"
 
 
 def from1(*shape: int) -> Any:

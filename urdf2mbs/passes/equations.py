@@ -17,8 +17,9 @@ from urdf2mbs.mbs.reader import read
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
-    language: Literal["python", "c"] | None = None
-    """``python`` (for MBsysPy) or ``c`` (for MBsysC); without it, nothing is generated."""
+    language: Literal["python", "c", "both"] | None = None
+    """``python`` (for MBsysPy), ``c`` (for MBsysC) or ``both``; without it, nothing is
+    generated."""
     fold: bool = False
     """Write masses, centres of mass, inertias and points as numbers: fewer operations, but a
     change of the data has no effect."""
@@ -30,11 +31,12 @@ def run(conversion: Conversion, options: Options) -> None:
         return
     data = conversion.files[output]
     mbs = read(data, str(output), mechanics_only=True)
-    made = equations(mbs, data, output.name, language=options.language, fold=options.fold)
     folder = (conversion.settings.project or output.parent) / "symbolicR"
-    not_ours(folder, made)
-    for name, text in made.files.items():
-        conversion.files[folder / name] = text
+    for language in ("python", "c") if options.language == "both" else (options.language,):
+        made = equations(mbs, data, output.name, language=language, fold=options.fold)
+        not_ours(folder, made)
+        for name, text in made.files.items():
+            conversion.files[folder / name] = text
     report: dict[str, Any] = {
         "counts": {name: count.operations for name, count in made.counts.items()},
         "not_generated": made.left_out,
