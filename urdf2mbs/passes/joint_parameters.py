@@ -50,8 +50,10 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
+    # the limits of a joint that counts the other way round have changed places and signs
+    joints = conversion.robot.with_flipped(conversion.names.flipped).joints
     held = {
-        step.joint.name: (step.joint, step.coordinates[0])
+        step.joint.name: (joints.get(step.joint.name, step.joint), step.coordinates[0])
         for segment in conversion.segments.values()
         for step in segment.steps
         if len(step.coordinates) == 1

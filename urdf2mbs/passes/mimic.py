@@ -34,7 +34,9 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    robot, simulation = conversion.robot, conversion.simulation
+    # a joint that counts the other way round follows, and is followed, with the other sign
+    robot = conversion.robot.with_flipped(conversion.names.flipped)
+    simulation = conversion.simulation
     coordinates = {
         step.joint.name: step.coordinates
         for segment in conversion.segments.values()

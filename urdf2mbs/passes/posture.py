@@ -4,6 +4,9 @@ Beyond the method, whose models start at zero.  Joints get their initial value f
 or from a group state of an SRDF file; joints that follow others follow.  Where a joint starts
 outside its limits, that is said.  With ``hold``, the generated joint forces hold this position
 by a PD controller.
+
+Positions and limits are the URDF's: a joint that align-frames made count the other way round
+starts at minus what is given.
 """
 
 from __future__ import annotations
@@ -61,7 +64,7 @@ def run(conversion: Conversion, options: Options) -> None:
             raise _unknown(conversion, pattern, settable, followers)
         given |= dict.fromkeys(names, value)
     for name, value in given.items():
-        settable[name].q = value
+        settable[name].q = -value if name in conversion.names.flipped else value
     for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
         coupling.follower.q = coupling.multiplier * (coupling.leader.q or 0.0) + coupling.offset
     _tell_limits(conversion, given)
@@ -171,6 +174,7 @@ def _tell_limits(conversion: Conversion, given: dict[str, float]) -> None:
             low = -inf if limit.lower is None else limit.lower
             high = inf if limit.upper is None else limit.upper
             q = step.coordinates[0].q or 0.0
+            q = -q if step.flipped else q
             if low < high and not low - ROUNDING <= q <= high + ROUNDING:
                 unit = "m" if step.joint.type == "prismatic" else "rad"
                 told = f"{step.joint.name} at {q:g} of [{low:g}, {high:g}] {unit}"
