@@ -595,3 +595,66 @@ def test_on_paper_nothing_is_clipped(opened: Open, tiny: Conversion) -> None:
         }"""
     )
     assert not blank
+
+
+CRANE = TINY.replace("</robot>", """
+  <joint name="slider" type="prismatic"><origin xyz="0.2 0 0"/><parent link="body"/>
+    <child link="cart"/><axis xyz="0 1 0"/><limit lower="-0.2" upper="0.3" effort="1" velocity="1"/>
+  </joint>
+  <link name="cart"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</robot>""")  # fmt: skip
+
+
+def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) -> None:
+    """Sensors, contacts, forces, both ends of a cut, and stops, also after a joint has moved."""
+    source = tmp_path / "crane.urdf"
+    source.write_text(CRANE)
+    conversion = run(
+        source, tmp_path / "crane",
+        passes={
+            "sensors": {"links": ["cart"]},
+            "contacts": {"points": {"cart": [[0.1, 0, 0]]}},
+            "forces": {
+                "wrenches": {"push": {"link": "cart", "at": [0, 0, 0.1], "force": [1, 0, 0]}}
+            },
+            "loops": {"cuts": {"rope": {
+                "kind": "rod", "ends": [{"link": "cart", "at": [0, 0.1, 0]}, {"link": "body"}],
+            }}},
+        },
+    )  # fmt: skip
+    one = open_report(browser, tmp_path, conversion)
+    one.page.check("#show-stops")
+    one.slide("slider", 0.25)
+    cart, body = (one.pose("mbs", name) for name in ("cart", "body"))
+
+    def at(pose: Any, *xyz: float) -> Any:
+        return (pose @ [*xyz, 1.0])[:3]
+
+    for kind, xyz in (("sensors", (0, 0, 0)), ("contacts", (0.1, 0, 0)), ("forces", (0, 0, 0.1))):
+        (found,) = one.ask("(kind) => urdf2mbs.marks(kind)", kind)
+        assert np.allclose(found, at(cart, *xyz), rtol=0, atol=1e-6), kind
+    (line,) = one.ask("urdf2mbs.ends()")
+    wanted = [*at(cart, 0, 0.1, 0), *at(body, 0, 0, 0)]
+    assert np.allclose(line, wanted, rtol=0, atol=1e-6)
+    stops = {stop["joint"]: stop for stop in one.ask("urdf2mbs.stops()")}
+    assert (stops["slider"]["low"], stops["slider"]["high"]) == (-0.2, 0.3)
+    assert not stops["slider"]["beyond"]
+    assert np.allclose(np.array(stops["slider"]["hand"])[:3, 3], cart[:3, 3], rtol=0, atol=1e-6)
+    one.ask("urdf2mbs.set('slider', 0.3)")
+    text = one.page.locator("#around").inner_text()
+    for said in ("user model 'push'", "cart_contact_1", "rope", "q_max", "0.3"):
+        assert said in text, said
+    one.page.uncheck("#show-contacts")
+    assert one.ask("urdf2mbs.marks('contacts')") == []
+    assert not one.said
+    one.page.close()
+
+
+def test_a_plain_robot_has_no_marks(browser: Browser, tmp_path: Path) -> None:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(TINY)
+    one = open_report(browser, tmp_path, run(source, tmp_path / "tiny"))
+    for kind in ("sensors", "contacts", "forces", "loops"):
+        assert not one.page.locator(f"#show-{kind}").is_visible()
+    one.page.close()

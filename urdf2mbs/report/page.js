@@ -289,7 +289,8 @@ const sides = {mbs: new THREE.Group(), urdf: new THREE.Group()};
 scene.add(sides.mbs, sides.urdf);
 const holders = {mbs: new Map(), urdf: new Map()};
 const bones = [];
-const kinds = {shapes: [], skeleton: [], frames: [], coms: [], inertias: [], collisions: []};
+const kinds = {shapes: [], skeleton: [], frames: [], coms: [], inertias: [], collisions: [],
+  sensors: [], contacts: [], forces: [], loops: [], stops: []};
 const drawn = [];
 
 function holder(side, name) {
@@ -490,6 +491,97 @@ function axes(side, owner, scale) {
   kinds.frames.push(frame);
 }
 
+// sensors, contacts, forces, loops and stops are seen through all that is before them
+const MARK = {sensors: 0x0097a7, contacts: 0xd84315, forces: 0xad1457, loops: 0x2e7d32, stops: 0x1565c0};
+const seen = (kind, Material = THREE.MeshBasicMaterial) => new Material(
+  {color: MARK[kind], transparent: true, opacity: 0.85, depthTest: false, side: THREE.DoubleSide});
+
+function dot(kind, parent, [x, y, z]) {
+  const ball = new THREE.Mesh(primitive.sphere(size * 0.007), seen(kind));
+  ball.position.set(x, y, z);
+  ball.renderOrder = 6;
+  parent.add(ball);
+  kinds[kind].push(ball);
+}
+
+function mark([body, xyz, kind, turned]) {
+  dot(kind, holder("mbs", body), xyz);
+  if (!turned) return;
+  const frame = new THREE.AxesHelper(data.frame);
+  frame.material.depthTest = false;
+  frame.renderOrder = 6;
+  const [a, b, c, d, e, f, g, h, i] = turned;
+  holder("mbs", body).add(place(frame, matrix().set(
+    a, b, c, xyz[0], d, e, f, xyz[1], g, h, i, xyz[2], 0, 0, 0, 1)));
+  kinds[kind].push(frame);
+}
+
+// a cut or a link: a line from one end to the other, wherever these are
+const lines = [];
+function connect([kind, one, two]) {
+  for (const [body, xyz] of [one, two]) dot("loops", holder("mbs", body), xyz);
+  const line = new THREE.Line(new THREE.BufferGeometry(), seen("loops", THREE.LineBasicMaterial));
+  line.renderOrder = 6;
+  line.frustumCulled = false;
+  sides.mbs.add(line);
+  kinds.loops.push(line);
+  lines.push([line, one, two]);
+}
+
+// a joint's way from limit to limit, where it starts from zero, and a hand where the joint is
+const stops = [];
+const AXES = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+function stop([name, [low, high]]) {
+  const joint = bodyOfJoint.get(name)[1], [i, j, k] = AXES[+joint.type[1] - 1];
+  const along = (n) => new THREE.Vector3().setComponent(n, 1);
+  const group = new THREE.Group(), radius = size * 0.05;
+  group.matrixAutoUpdate = false;
+  const line = (points) => new THREE.Line(new THREE.BufferGeometry().setFromPoints(points),
+    seen("stops", THREE.LineBasicMaterial));
+  const hand = new THREE.Group();
+  if (joint.type[0] === "R") {
+    const from = low === null ? -Math.PI : low, to = high === null ? Math.PI : high;
+    const way = new THREE.Mesh(new THREE.RingGeometry(radius * 0.55, radius, 40, 1,
+      from, Math.min(to - from, 2 * Math.PI)), seen("stops"));
+    way.material.opacity = 0.45;
+    place(way, matrix().makeBasis(along(i), along(j), along(k)));
+    group.add(way);
+    hand.add(line([new THREE.Vector3(), along(i).multiplyScalar(radius * 1.2)]));
+  } else {
+    const from = low === null ? -radius : low, to = high === null ? radius : high;
+    group.add(line([along(k).multiplyScalar(from), along(k).multiplyScalar(to)]));
+    for (const end of [low, high]) {
+      if (end === null) continue;
+      const wall = new THREE.Mesh(new THREE.RingGeometry(0, radius * 0.4, 20), seen("stops"));
+      place(wall, matrix().makeBasis(along(i), along(j), along(k))
+        .setPosition(along(k).multiplyScalar(end)));
+      group.add(wall);
+    }
+    hand.add(new THREE.Mesh(primitive.sphere(radius * 0.15), seen("stops")));
+  }
+  hand.matrixAutoUpdate = false;
+  group.add(hand);
+  group.traverse((part) => { part.renderOrder = 7; });
+  sides.mbs.add(group);
+  kinds.stops.push(group);
+  stops.push({joint, low, high, group, hand});
+}
+
+const beyond = ({joint, low, high}) => {
+  const value = q.get(joint.name);
+  return low !== null && value < low - 1e-9 || high !== null && value > high + 1e-9;
+};
+function moveMarks() {
+  const at = ([body, xyz]) => new THREE.Vector3(...xyz).applyMatrix4(poses.mbs.bodies.get(body));
+  for (const [line, one, two] of lines) line.geometry.setFromPoints([at(one), at(two)]);
+  for (const one of stops) {
+    const moved = ELEMENTARY[one.joint.type](q.get(one.joint.name));
+    one.group.matrix.copy(poses.mbs.joints.get(one.joint.name)).multiply(moved.clone().invert());
+    one.hand.matrix.copy(moved);
+    one.group.traverse(({material: m}) => m && m.color.set(beyond(one) ? 0xd6273b : MARK.stops));
+  }
+}
+
 const BONE = {mbs: [0.93, 0.55, 0.12], urdf: [0.35, 0.5, 0.75]};
 const bodyOf = new Map(data.mbs.bodies.map((body) => [body.name, body]));
 
@@ -520,6 +612,10 @@ function build() {
     knob("urdf", link.name, BONE.urdf);
   }
   for (const joint of data.urdf.joints) bone("urdf", joint.parent, joint.xyz, BONE.urdf);
+  data.marks.points.forEach(mark);
+  data.marks.lines.forEach(connect);
+  data.marks.stops.filter(([name]) => q.has(name)).forEach(stop);
+  for (const kind of Object.keys(MARK)) byId(`show-${kind}`).parentNode.hidden = !kinds[kind].length;
   compareShapes();
 }
 
@@ -630,6 +726,7 @@ function update() {
   if (ready) {
     for (const [name, group] of holders.mbs) group.matrix.copy(poses.mbs.bodies.get(name));
     for (const [name, group] of holders.urdf) group.matrix.copy(poses.links.get(name));
+    moveMarks();
   }
   show();
 }
@@ -1129,6 +1226,14 @@ window.urdf2mbs = {
   limits: (name) => limits.get(name),
   lit: (link) => drawn.filter((one) => one.group.visible && bodyOfDrawn(one) === frames.get(link).body)
     .map((one) => one.side),
+  marks: (kind) => {
+    scene.updateMatrixWorld(true);
+    return kinds[kind].filter((one) => one.visible && one.geometry && one.isMesh)
+      .map((one) => new THREE.Vector3().setFromMatrixPosition(one.matrixWorld).toArray());
+  },
+  ends: () => lines.map(([line]) => [...line.geometry.attributes.position.array]),
+  stops: () => stops.map((one) => ({joint: one.joint.name, low: one.low, high: one.high,
+    beyond: beyond(one), hand: pose(one.group.matrix.clone().multiply(one.hand.matrix))})),
   picture,
   blink: () => { blink = !blink; show(); },
   inertiaCorners: (name) => {

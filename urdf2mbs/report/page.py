@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
 from html import escape
 from importlib.resources import files
 from importlib.util import find_spec
@@ -23,7 +22,9 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.report import around
 from urdf2mbs.report.scene import Store, lookup, mbs_side, urdf_side
+from urdf2mbs.report.table import number, table, vector
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
@@ -74,6 +75,7 @@ def make(conversion: Conversion) -> Page:
         "joints": list(conversion.names.joints.items()),
         "meshes": store.meshes,
         "textures": store.textures,
+        "marks": around.marks(conversion, model),
         "size": 18 * model.view.frame if model.view else 1.0,
         "frame": model.view.frame if model.view else 0.1,
     }
@@ -92,6 +94,7 @@ def make(conversion: Conversion) -> Page:
         "notes": _notes(store.missing),
         "joints": _joints(conversion, model),
         "bodies": _bodies(conversion, model),
+        "around": around.tables(conversion, model),
         "names": _names(conversion),
         "left_out": _left_out(conversion),
         "proof": _proof(conversion),
@@ -189,37 +192,6 @@ def _notes(missing: dict[str, str]) -> str:
 # --- tables ------------------------------------------------------------------------------------
 
 
-def _table(
-    head: Iterable[str],
-    rows: Iterable[tuple[str, list[str]]],
-    right: Iterable[int] = (),
-    foot: list[str] | None = None,
-) -> str:
-    """Rows of escaped cells, each row with its attributes; ``right`` are columns of numbers."""
-    numeric = set(right)
-
-    def cells(tag: str, texts: Iterable[str]) -> str:
-        return "".join(
-            f"<{tag} class=n>{text}</{tag}>" if index in numeric else f"<{tag}>{text}</{tag}>"
-            for index, text in enumerate(texts)
-        )
-
-    body = "\n".join(f"<tr{attributes}>{cells('td', row)}</tr>" for attributes, row in rows)
-    tail = f"<tfoot><tr>{cells('td', foot)}</tr></tfoot>" if foot else ""
-    return (
-        f'<div class="scroll"><table><thead><tr>{cells("th", head)}</tr></thead>'
-        f"<tbody>\n{body}\n</tbody>{tail}</table></div>"
-    )
-
-
-def _number(value: float | None) -> str:
-    return "" if value is None else f"{value + 0.0:.6g}"
-
-
-def _vector(values: Iterable[float | None] | None) -> str:
-    return "" if values is None else ", ".join(map(_number, values))
-
-
 def _joints(conversion: Conversion, model: Mbs) -> str:
     origin = {
         name: urdf for urdf, names in conversion.names.joints.items() for name in names
@@ -244,12 +216,12 @@ def _joints(conversion: Conversion, model: Mbs) -> str:
                         escape(joint.name),
                         joint.type,
                         joint.nature,
-                        _number(joint.q),
+                        number(joint.q),
                         escape(body.name),
                         escape(origin.get(joint.name, "")),
-                        _vector((limit.lower, limit.upper)) if limit and ranged else "",
-                        _number(limit.velocity) if limit else "",
-                        _number(limit.effort) if limit else "",
+                        vector((limit.lower, limit.upper)) if limit and ranged else "",
+                        number(limit.velocity) if limit else "",
+                        number(limit.effort) if limit else "",
                         ""
                         if mimic is None
                         else escape(f"{mimic.multiplier:g} · {mimic.joint} + {mimic.offset:g}"),
@@ -260,7 +232,7 @@ def _joints(conversion: Conversion, model: Mbs) -> str:
         "number", "joint", "type", "nature", "initial q [rad, m]", "body", "URDF joint",
         "limits [rad, m]", "velocity", "effort", "follows",
     )  # fmt: skip
-    return _table(head, rows, right=(0, 4, 7, 8, 9))
+    return table(head, rows, right=(0, 4, 7, 8, 9))
 
 
 def _bodies(conversion: Conversion, model: Mbs) -> str:
@@ -276,9 +248,9 @@ def _bodies(conversion: Conversion, model: Mbs) -> str:
                 escape(body.name),
                 escape(body.parent or "base"),
                 escape(body.point or "origin"),
-                _number(body.mass),
-                _vector(body.com),
-                _vector(body.inertia),
+                number(body.mass),
+                vector(body.com),
+                vector(body.inertia),
                 str(len(body.joints)),
                 str(len(body.shapes)),
                 escape(", ".join(links.get(body.name, ()))),
@@ -290,8 +262,8 @@ def _bodies(conversion: Conversion, model: Mbs) -> str:
         "body", "parent", "at point", "mass [kg]", "centre of mass [m]",
         "inertia xx, xy, xz, yy, yz, zz [kg m²]", "joints", "shapes", "URDF links",
     )  # fmt: skip
-    foot = ["total", "", "", _number(total), *[""] * 5]
-    return _table(head, rows, right=(3, 4, 5, 6, 7), foot=foot)
+    foot = ["total", "", "", number(total), *[""] * 5]
+    return table(head, rows, right=(3, 4, 5, 6, 7), foot=foot)
 
 
 def _names(conversion: Conversion) -> str:
@@ -305,7 +277,7 @@ def _names(conversion: Conversion) -> str:
             if at.joint is not None:
                 where = f"after joint {at.joint}"
             here = (*at.pose.xyz, *at.pose.rot)
-            turned = "" if here == (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1) else _vector(at.pose.xyz)
+            turned = "" if here == (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1) else vector(at.pose.xyz)
         links.append((f' data-link="{escape(link)}"', [escape(link), escape(where), turned]))
     joints = []
     for name, joint in conversion.robot.joints.items():
@@ -320,17 +292,34 @@ def _names(conversion: Conversion) -> str:
         )
     return (
         "<h3>Links</h3>"
-        + _table(("URDF link", "in the .mbs", "shifted by [m]"), links, right=(2,))
+        + table(("URDF link", "in the .mbs", "shifted by [m]"), links, right=(2,))
         + "<h3>Joints</h3>"
-        + _table(("URDF joint", "type", ".mbs joints, in the order in which they act"), joints)
+        + table(("URDF joint", "type", ".mbs joints, in the order in which they act"), joints)
     )
 
 
+#: The parts of a joint that a pass may have found a place for, and the code that says so.
+_KEPT = {
+    "limit": "limit",
+    "dynamics": "joint-dynamics",
+    "safety_controller": "safety-controller",
+    "calibration": "calibration",
+}
+
+
 def _left_out(conversion: Conversion) -> str:
-    """Every number of the URDF's joints that the .mbs has no place for."""
+    """Every number of the URDF's joints that has found no place."""
+    simulation = conversion.simulation
+    following = {c.follower.name for c in (*simulation.couplings, *simulation.driven)}
+    kept = {part: simulation.kept.get(code, set()) for part, code in _KEPT.items()}
+    kept["mimic"] = {
+        name for name, own in conversion.names.coordinates.items() if following.issuperset(own)
+    }
     rows = []
     for name, parts in left_out(conversion.robot).items():
         for part, values in parts.items():
+            if name in kept[part]:
+                continue
             listed = ", ".join(
                 f"{key} {'none' if value is None else value if key == 'joint' else repr(value)}"
                 for key, value in values.items()
@@ -338,7 +327,7 @@ def _left_out(conversion: Conversion) -> str:
             rows.append(("", [escape(name), escape(part.replace("_", " ")), escape(listed)]))
     if not rows:
         return '<p class="note">Nothing.</p>'
-    return _table(("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]"), rows)
+    return table(("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]"), rows)
 
 
 def _proof(conversion: Conversion) -> str:
@@ -360,7 +349,7 @@ def _proof(conversion: Conversion) -> str:
         f"<dt>Rigid groups</dt><dd>{proof.groups}: each must move as its counterpart, and have "
         "its mass, centre and inertia</dd></dl>"
     )
-    largest = _table(
+    largest = table(
         ("compared", "largest relative deviation"),
         [("", [escape(kind), f"{size:.2e}"]) for kind, size in proof.largest.items()],
         right=(1,),
@@ -370,10 +359,10 @@ def _proof(conversion: Conversion) -> str:
         rows = [
             ("", [escape(d.kind), f"{d.size:.2e}", escape(d.message)]) for d in proof.differences
         ]
-        text += "<h3>Differences</h3>" + _table(("what", "relative size", "where"), rows, (1,))
+        text += "<h3>Differences</h3>" + table(("what", "relative size", "where"), rows, (1,))
     if proof.not_compared:
         rows = [("", [escape(n), escape(why)]) for n, why in proof.not_compared.items()]
-        text += "<h3>Not compared</h3>" + _table(("URDF joint", "why"), rows)
+        text += "<h3>Not compared</h3>" + table(("URDF joint", "why"), rows)
     if conversion.changed:
         rows = [
             (
@@ -390,7 +379,7 @@ def _proof(conversion: Conversion) -> str:
             for change in one.changes
         ]
         head = ("pass", "what", "link or joint", "in the URDF", "now")
-        text += "<h3>Changed on purpose</h3>" + _table(head, rows)  # fmt: skip
+        text += "<h3>Changed on purpose</h3>" + table(head, rows)  # fmt: skip
     return text
 
 
@@ -423,7 +412,7 @@ def _messages(conversion: Conversion) -> str:
                 ],
             )
         )
-    return _table(("", "code", "what", "where"), rows)
+    return table(("", "code", "what", "where"), rows)
 
 
 def _footer(conversion: Conversion, licenses: str, viewer: int, meshes: int) -> str:

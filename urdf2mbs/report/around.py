@@ -1,0 +1,202 @@
+"""What stands around the bodies: sensors, external forces, loops, stops and user models.
+
+All is read from the written .mbs; what a point is for is known by the passes.
+"""
+
+from __future__ import annotations
+
+from html import escape
+from math import dist
+from typing import Any
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Connection, Mbs, Point
+from urdf2mbs.report.table import number, table, vector
+from urdf2mbs.spatial import ZERO, Vec, add, rotate
+
+
+def _points(model: Mbs) -> list[tuple[str | None, Point]]:
+    """Each point with the body it is on, None being the base."""
+    return [
+        *((None, point) for point in model.base.points),
+        *((body.name, point) for body in model.bodies for point in body.points),
+    ]
+
+
+def _coordinates(model: Mbs) -> dict[tuple[str | None, str | None], Vec]:
+    """Of each point (m), by its body and name."""
+    return {(body, point.name): point.coordinates for body, point in _points(model)}
+
+
+def _purposes(conversion: Conversion) -> dict[str, tuple[str, str]]:
+    """What a sensor or external force is (by its name), and the URDF link it belongs to."""
+    found: dict[str, tuple[str, str]] = {}
+    simulation = conversion.simulation
+    for sensor in simulation.sensors:
+        if sensor.point.sensor is not None:
+            found[sensor.point.sensor.name] = (f"{sensor.kind} '{sensor.name}'", sensor.link)
+    for contact in simulation.contacts:
+        if contact.point.extforce is not None:
+            found[contact.point.extforce.name] = ("contact", contact.link)
+    for wrench in simulation.wrenches:
+        if wrench.point.extforce is not None:
+            found[wrench.point.extforce.name] = (f"wrench, user model '{wrench.model.name}'", "")
+    return found
+
+
+def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:
+    """The limits (rad or m) of joints, from the user models ``q_min`` and ``q_max``."""
+    values = {
+        one.name: {p.name: float(p.values[0]) for p in one.parameters if p.values}
+        for one in model.user_models
+        if one.name in ("q_min", "q_max")
+    }
+    low, high = values.get("q_min", {}), values.get("q_max", {})
+    return {name: (low.get(name), high.get(name)) for name in model.numbers() if name in low | high}
+
+
+def marks(conversion: Conversion, model: Mbs) -> dict[str, Any]:
+    """What the 3D model shows beside shapes."""
+    purposes = _purposes(conversion)
+    turned = {
+        sensor.point.sensor.name: sensor.rotation
+        for sensor in conversion.simulation.sensors
+        if sensor.point.sensor is not None
+    }
+    at = _coordinates(model)
+    dots = []
+    for body, point in _points(model):
+        if point.sensor is not None:
+            name = point.sensor.name
+            dots.append((body, point.coordinates, "sensors", turned.get(name)))
+        if point.extforce is not None:
+            contact = purposes.get(point.extforce.name, ("", ""))[0] == "contact"
+            dots.append((body, point.coordinates, "contacts" if contact else "forces", None))
+
+    def end(given: tuple[str | None, str | None]) -> tuple[str | None, Vec]:
+        return given[0], at.get(given, ZERO)
+
+    return {
+        "points": dots,
+        "lines": [
+            (one.kind, end(one.endpoint1), end(one.endpoint2))
+            for one in (*model.cuts, *model.links)
+        ],
+        "stops": list(_stops(model).items()),
+    }
+
+
+def tables(conversion: Conversion, model: Mbs) -> str:
+    """Tables of points, loops, stops and user models; those of what there is."""
+    parts = [
+        _point_table(conversion, model),
+        _force_torque_table(conversion),
+        _connection_table(model),
+        *_user_model_tables(model),
+    ]
+    return "".join(parts) or '<p class="note">None.</p>'
+
+
+def _point_table(conversion: Conversion, model: Mbs) -> str:
+    purposes = _purposes(conversion)
+    rows = []
+    for body, point in _points(model):
+        for one, kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
+            if one is None:
+                continue
+            what, link = purposes.get(one.name, ("", ""))
+            rows.append(
+                (
+                    f' data-body="{escape(body or "")}"',
+                    [
+                        escape(one.name), kind, escape(what), escape(link),
+                        escape(body or "base"), escape(point.name), vector(point.coordinates),
+                    ],
+                )
+            )  # fmt: skip
+    if not rows:
+        return ""
+    head = ("name", "kind", "what it is", "URDF link", "body", "point", "at [m]")
+    return "<h3>Sensors, contacts and external forces</h3>" + table(head, rows, right=(6,))
+
+
+def _force_torque_table(conversion: Conversion) -> str:
+    rows = [
+        (
+            f' data-link="{escape(one.link)}"',
+            [escape(one.name), escape(one.link), escape(", ".join(j.name for j in one.joints))],
+        )
+        for one in conversion.simulation.force_torques
+    ]
+    if not rows:
+        return ""
+    head = ("sensor", "URDF link", "driven joints whose Qc it reads")
+    return "<h3>Force-torque sensors</h3>" + table(head, rows)
+
+
+def _connection_table(model: Mbs) -> str:
+    placed = place(model).bodies
+    at = _coordinates(model)
+
+    def where(end: tuple[str | None, str | None]) -> Vec:
+        here = at.get(end, ZERO)
+        if end[0] is None:
+            return here
+        pose = placed[end[0]]
+        return add(pose.xyz, rotate(pose.rot, here))
+
+    def words(end: tuple[str | None, str | None]) -> str:
+        return escape("/".join((end[0] or "base", *([end[1]] if end[1] else []))))
+
+    def row(one: Connection) -> tuple[str, list[str]]:
+        apart = dist(where(one.endpoint1), where(one.endpoint2))
+        return (
+            f' data-body="{escape(one.endpoint2[0] or "")}"',
+            [escape(one.name), one.kind, words(one.endpoint1), words(one.endpoint2),
+             number(one.length), f"{apart:.6g}"],
+        )  # fmt: skip
+
+    rows = [row(one) for one in (*model.cuts, *model.links)]
+    if not rows:
+        return ""
+    head = ("name", "kind", "from", "to", "length [m]", "apart at the start [m]")
+    return "<h3>Loops and springs</h3>" + table(head, rows, right=(4, 5))
+
+
+def _user_model_tables(model: Mbs) -> list[str]:
+    """One table with a row for each joint and a column for each model whose parameters are
+    joints; one of all other parameters."""
+    numbers = model.numbers()
+    kinds: dict[str, dict[str, str]] = {}
+    others = []
+    for one in model.user_models:
+        values = {p.name: ", ".join(map(_short, p.values)) for p in one.parameters}
+        if values and values.keys() <= numbers.keys():
+            kinds[one.name] = values
+        else:
+            others += [("", [escape(one.name), escape(k), escape(v)]) for k, v in values.items()]
+    found = []
+    if kinds:
+        rows = [
+            (
+                f' data-joint="{escape(name)}"',
+                [escape(name), *(escape(values.get(name, "")) for values in kinds.values())],
+            )
+            for name in numbers
+            if any(name in values for values in kinds.values())
+        ]
+        head = ("joint", *map(escape, kinds))
+        numeric = range(1, len(head))
+        found.append("<h3>User models: one value a joint</h3>" + table(head, rows, right=numeric))
+    if others:
+        head = ("user model", "parameter", "value")
+        found.append("<h3>Other user models</h3>" + table(head, others, right=(2,)))
+    return found
+
+
+def _short(value: str) -> str:
+    try:
+        return number(float(value))
+    except ValueError:
+        return value

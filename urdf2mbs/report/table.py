@@ -1,0 +1,36 @@
+"""Tables of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def table(
+    head: Iterable[str],
+    rows: Iterable[tuple[str, list[str]]],
+    right: Iterable[int] = (),
+    foot: list[str] | None = None,
+) -> str:
+    """Rows of escaped cells, each row with its attributes; ``right`` are columns of numbers."""
+    numeric = set(right)
+
+    def cells(tag: str, texts: Iterable[str]) -> str:
+        return "".join(
+            f"<{tag} class=n>{text}</{tag}>" if index in numeric else f"<{tag}>{text}</{tag}>"
+            for index, text in enumerate(texts)
+        )
+
+    body = "\n".join(f"<tr{attributes}>{cells('td', row)}</tr>" for attributes, row in rows)
+    tail = f"<tfoot><tr>{cells('td', foot)}</tr></tfoot>" if foot else ""
+    return (
+        f'<div class="scroll"><table><thead><tr>{cells("th", head)}</tr></thead>'
+        f"<tbody>\n{body}\n</tbody>{tail}</table></div>"
+    )
+
+
+def number(value: float | None) -> str:
+    return "" if value is None else f"{value + 0.0:.6g}"
+
+
+def vector(values: Iterable[float | None] | None) -> str:
+    return "" if values is None else ", ".join(map(number, values))
