@@ -61,9 +61,12 @@ double user_call_LinkForces(double z, double zd, MbsData *s, double tsim, int i)
 {{ return hook_LinkForces(z, zd, s, tsim, i); }}
 double *user_call_JointForces(MbsData *s, double tsim) {{ (void) tsim; return s->Qq; }}
 void user_call_DrivenJoints(MbsData *s, double tsim) {{ (void) s, (void) tsim; }}
+void (*hook_cons_hJ)(double *h, double **Jac, MbsData *s, double tsim);
+void (*hook_cons_jdqd)(double *jdqd, MbsData *s, double tsim);
 void user_call_cons_hJ(double *h, double **Jac, MbsData *s, double tsim)
-{{ (void) h, (void) Jac, (void) s, (void) tsim; }}
-void user_call_cons_jdqd(double *j, MbsData *s, double tsim) {{ (void) j, (void) s, (void) tsim; }}
+{{ hook_cons_hJ(h, Jac, s, tsim); }}
+void user_call_cons_jdqd(double *jdqd, MbsData *s, double tsim)
+{{ hook_cons_jdqd(jdqd, s, tsim); }}
 """
 
 _double = ctypes.c_double
@@ -249,6 +252,8 @@ class CEquations(PythonEquations):
                 wrench.in_dll(self.library, f"hook_{name}").value = None
                 pointer = ctypes.c_void_p.in_dll(self.library, f"hook_{name}")
                 pointer.value = ctypes.cast(s.hooks[-1], ctypes.c_void_p).value
+        if hasattr(s, "user_cons_hJ"):
+            self._hook_constraints(s)
         if hasattr(s, "user_LinkForces"):
             kind = ctypes.CFUNCTYPE(
                 _double, _double, _double, ctypes.c_void_p, _double, ctypes.c_int
@@ -256,6 +261,27 @@ class CEquations(PythonEquations):
             s.hooks.append(kind(lambda z, zd, _, t, i: float(s.user_LinkForces(z, zd, s, t, i))))
             pointer = ctypes.c_void_p.in_dll(self.library, "hook_LinkForces")
             pointer.value = ctypes.cast(s.hooks[-1], ctypes.c_void_p).value
+
+    def _hook_constraints(self, s: Any) -> None:
+        """``s.user_constraints`` is how many there are."""
+        size, columns = s.user_constraints + 1, s.njoint + 1
+
+        def fill(h: Any, jac: Any, _: Any, t: float) -> None:
+            # Robotran's tables are rows that need not lie one after the other
+            rows = np.zeros((size, columns))
+            s.user_cons_hJ(np.ctypeslib.as_array(h, (size,)), rows, s, t)
+            for i in range(1, size):
+                np.ctypeslib.as_array(jac[i], (columns,))[1:] += rows[i, 1:]
+
+        def derive(jdqd: Any, _: Any, t: float) -> None:
+            s.user_cons_jdqd(np.ctypeslib.as_array(jdqd, (size,)), s)
+
+        one = ctypes.CFUNCTYPE(None, _row, ctypes.POINTER(_row), ctypes.c_void_p, _double)(fill)
+        two = ctypes.CFUNCTYPE(None, _row, ctypes.c_void_p, _double)(derive)
+        for name, hook in (("cons_hJ", one), ("cons_jdqd", two)):
+            s.hooks.append(hook)
+            pointer = ctypes.c_void_p.in_dll(self.library, f"hook_{name}")
+            pointer.value = ctypes.cast(hook, ctypes.c_void_p).value
 
     def dirdyna(self, s: Data) -> tuple[Array, Array]:
         m, c = np.zeros((s.njoint + 1,) * 2), np.zeros(s.njoint + 1)
@@ -348,7 +374,7 @@ class Truth:
         return out
 
     def matrix(self, s: Data) -> Array:
-        m = pin.crba(self.model, self.data, self.vector(s.q))
+        m = np.reshape(pin.crba(self.model, self.data, self.vector(s.q)), (self.model.nv, -1))
         m = np.triu(m) + np.triu(m, 1).T
         return np.asarray(m[np.ix_(self.column, self.column)])
 
@@ -384,7 +410,8 @@ class Truth:
         jacobian = (
             pin.SE3(turn, np.zeros(3)).toActionMatrix() @ here.toActionMatrixInverse() @ jacobian
         )
-        out.J[1:, 1:] = jacobian[:, self.column]
+        # of a model with one joint, pinocchio gives a vector
+        out.J[1:, 1:] = np.reshape(jacobian, (6, -1))[:, self.column]
         return out
 
 

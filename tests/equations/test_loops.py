@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from runtime import CEquations, Data, PythonEquations, Truth, error, random_state
@@ -321,6 +322,61 @@ def test_a_loop_keeps_its_length_and_its_energy() -> None:
         assert np.abs(s.qd[1:]).max() > 0.5
         assert abs(eq.constraints(s, 1)[0][0]) <= 1e-9
         assert abs(energy(truth, s) - before) <= 1e-6 * abs(before)
+
+
+def test_user_constraints_beside_a_cut() -> None:
+    """A fourth bar follows the first by a rule that is not linear: the rows of user constraints
+    come after those of cuts, in Python and in C, and the energy is kept.  Nothing else is asked
+    of the user: ``user_cons_J_accelred`` is not called."""
+    mbs = four_bar()
+    bar = (0.01, 0.0, 0.0, 0.02, 0.0, 0.02)
+    joints = [Joint("follower", "R2", "dependent")]
+    mbs.bodies.append(Body("lever", None, None, joints, 0.5, (0.0, 0.1, 0.2), bar))
+
+    def rule(h: Array, jac: Array, s: Data, _: float) -> None:
+        h[1] = s.q[4] - np.sin(s.q[1]) - 0.3
+        jac[1, 4], jac[1, 1] = 1.0, -np.cos(s.q[1])
+
+    def derivative(jdqd: Array, s: Data) -> None:
+        jdqd[1] = np.sin(s.q[1]) * s.qd[1] ** 2
+
+    ends = []
+    for c in (False, True):
+        eq, truth, s = written(mbs, c=c), Truth(mbs), Data(mbs)
+        s.user_cons_hJ, s.user_cons_jdqd, s.user_constraints = rule, derivative, 1
+        s.q[1:3] = 0.2, 0.3
+        fall(eq, s, [1, 2], 0, 0.0)
+        before = energy(truth, s)
+        fall(eq, s, [1, 2], 100, 1e-3)
+        assert np.abs(s.qd[1:]).max() > 0.5
+        assert abs(s.q[4] - np.sin(s.q[1]) - 0.3) <= 1e-9
+        assert abs(s.qd[4] - np.cos(s.q[1]) * s.qd[1]) <= 1e-9
+        second = np.cos(s.q[1]) * s.qdd[1] - np.sin(s.q[1]) * s.qd[1] ** 2
+        assert abs(s.qdd[4] - second) <= 1e-9
+        assert abs(eq.constraints(s, 1)[0][0]) <= 1e-9
+        assert abs(energy(truth, s) - before) <= 1e-6 * abs(before)
+        ends.append(s.q.copy())
+    assert np.abs(ends[0] - ends[1]).max() <= 1e-10
+
+
+@pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
+def test_turns_that_are_kept(c: bool) -> None:
+    """A driven joint with the symbol q alone is a number, unless the turns are kept."""
+    mbs = four_bar()
+    mbs.cuts, mbs.bodies[-1].joints[0].nature = [], "independent"
+    mbs.bodies[1].joints.insert(0, Joint("turn", "R1", "driven", q=0.5, symbols=("q",)))
+    for keep in (False, True):
+        eq, truth, s = written(mbs, c=c, keep_turns=keep), Truth(mbs), Data(mbs)
+        s.q[1:], s.qd[1:] = (0.2, 1.1, 0.3, -0.4), (1.0, 0.0, -2.0, 0.5)
+        m, forces = eq.dirdyna(s)
+        found = max(
+            error(m, truth.matrix(s)), error(forces, truth.forces(s, accelerated=False)),
+            *(error(eq.sensor(s, k, "gensensor").P, truth.sensor(s, k, np.zeros(3)).P)
+              for k in range(2, 5)),
+        )  # fmt: skip
+        assert found <= TOLERANCE if keep else found > 1e-3
+        s.q[2] = 0.5
+        assert error(eq.dirdyna(s)[0], truth.matrix(s)) <= TOLERANCE
 
 
 def test_a_falling_tree_keeps_its_energy() -> None:
