@@ -35,6 +35,7 @@ from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.meshes import reader as meshes
 from urdf2mbs.meshes import vrml
+from urdf2mbs.meshes.model import MeshError
 from urdf2mbs.testing import TINY
 
 #: One input may take so many seconds.
@@ -272,7 +273,7 @@ class Fuzzer:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 run[kind](data, which)
-        except meshes.MeshError:
+        except MeshError:
             return "mesh-unreadable"
         except ConversionError as error:
             str(error)

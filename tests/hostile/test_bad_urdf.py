@@ -9,7 +9,8 @@ from hostile.bad_urdf import GOOD, all_cases
 
 from urdf2mbs.api import convert
 from urdf2mbs.diagnostics import ConversionError, Diagnostic
-from urdf2mbs.urdf.reader import MOST_ERRORS, parse
+from urdf2mbs.urdf.messages import MOST_ERRORS
+from urdf2mbs.urdf.reader import parse
 
 CASES = all_cases()
 
