@@ -100,3 +100,51 @@ def test_ten_thousand_joints_on_one_link(tmp_path: Path) -> None:
     file = tmp_path / "r.urdf"
     file.write_text(f'<robot name="r"><link name="a">{inertial}</link>\n{legs}</robot>')
     assert len(convert(file, pipeline=["expand", "insert-base"]).robot.joints) > 9_999
+
+
+def changed(folder: Path, old: str, new: str, more: str = "") -> list[str]:
+    """The codes of the tiny robot with a change, in a project."""
+    assert old in TINY
+    (folder / "r.urdf").write_text(TINY.replace(old, new, 1))
+    (folder / "c.yaml").write_text(f"source: r.urdf\noutput: {{project: p}}\n{more}\n")
+    found = Pipeline(*load(folder / "c.yaml"), installed_plugins=False).run().diagnostics
+    return [one.code for one in found]
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<joint name="l" type="revolute"><parent>hand</parent><child>body</child>'
+        "<axis><xyz>0 0 0</xyz></axis></joint>",
+        '<joint name="l" type="revolute"><parent>hand</parent><child>body</child>'
+        "<pose>1 2</pose></joint>",
+        '<joint name="l" type="ball"><parent>hand</parent><child>body</child>'
+        "<pose>nan 0 0</pose></joint>",
+        '<joint name="l" type="screw"><parent>hand</parent><child>body</child></joint>',
+    ],
+)
+def test_a_loop_that_cannot_be_read(inside: str, tmp_path: Path) -> None:
+    assert "loop-left-out" in changed(tmp_path, "</robot>", f"<gazebo>{inside}</gazebo></robot>")
+
+
+def test_a_loop_without_an_axis_is_about_z(tmp_path: Path) -> None:
+    joint = '<joint name="l" type="revolute"><parent>hand</parent><child>body</child></joint>'
+    found = changed(tmp_path, "</robot>", f"<gazebo>{joint}</gazebo></robot>")
+    assert "loops" in found
+    assert "loop-left-out" not in found
+
+
+def test_a_mimic_joint_that_is_driven(tmp_path: Path) -> None:
+    joint = '<joint name="wrist_roll" type="continuous">'
+    found = changed(
+        tmp_path, joint, joint + '<mimic joint="shoulder"/>',
+        "passes: {mimic: {joints: {wrist_roll: driven}}}",
+    )  # fmt: skip
+    assert "mimic-driven" in found
+
+
+def test_a_report_without_an_mbs(tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "c.yaml").write_text("source: tiny.urdf\npipeline: [expand, insert-base]\n")
+    assert main(["report", str(tmp_path / "c.yaml")]) == 2
+    assert "error[no-mbs]" in capsys.readouterr().err
