@@ -10,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from urdf2mbs import files
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Settings
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference
 from urdf2mbs.engine.config import Config, Lines, typed
@@ -205,7 +206,7 @@ def verify(
             f"gravity is {list(gravity)}: each part must be a finite number, in m/s^2",
         )
     try:
-        data = model.read_bytes()
+        data = files.read(model)
     except OSError as error:
         raise ConfigError("file-unreadable", f"cannot read '{model}': {error.strerror}") from None
     mbs = read(data, str(model))

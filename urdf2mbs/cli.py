@@ -5,15 +5,19 @@ from __future__ import annotations
 import argparse
 import io
 import os
+import signal
 import sys
+import threading
 from collections.abc import Sequence
+from contextlib import suppress
+from errno import ENOSPC
 from typing import Any
 
 from urdf2mbs.commands import diagram, equations, explain, new_pass, passes, run, schema, verify
 from urdf2mbs.commands import report as report_page
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import shared_options
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagnostics import ConfigError, ConversionError
 
 #: In the order of the help.
 COMMANDS = (run, explain, passes, new_pass, schema, report_page, verify, diagram, equations)
@@ -26,6 +30,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             # a robot's name may have letters that this terminal or pipe has not
             stream.reconfigure(errors="backslashreplace")
     arguments = _parser().parse_args(argv)
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _stop)
     try:
         code: int = arguments.command(arguments)
         sys.stdout.flush()
@@ -46,10 +52,33 @@ def main(argv: Sequence[str] | None = None) -> int:
         return error.exit_code
     except BrokenPipeError:
         # whoever read our output has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _leave_stdout()
         return 0
     except KeyboardInterrupt:
         return 130
+    except Exception as error:
+        if arguments.debug:
+            raise
+        _leave_stdout()
+        if isinstance(error, OSError) and error.errno == ENOSPC:
+            print(f"error[output-unwritable]: cannot print: {error.strerror}", file=sys.stderr)
+            return ConfigError.exit_code
+        said = ConversionError(
+            "internal", f"{type(error).__name__}: {' '.join(str(error).split())}",
+            hint="this is a mistake in urdf2mbs: please report it; --debug shows more",
+        )  # fmt: skip
+        print(said, file=sys.stderr)
+        return said.exit_code
+
+
+def _stop(*_: object) -> None:
+    """A process that is asked to end takes away its unfinished files first."""
+    raise SystemExit(128 + signal.SIGTERM)
+
+
+def _leave_stdout() -> None:
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class _Version(argparse.Action):

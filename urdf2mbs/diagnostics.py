@@ -98,6 +98,20 @@ def render(
     return f"{text}\n  {hint}" if hint else text
 
 
+def quoted(text: str) -> str:
+    r"""A name on one line: what cannot be printed is written as ``\n``, ``\x1b``, ``\u202e``.
+
+    So a name in generated code, between quotes or in a comment, stays a name.  A backslash is
+    doubled.
+    """
+    return "".join(
+        letter
+        if letter.isprintable() and letter != "\\"
+        else letter.encode("unicode_escape").decode()
+        for letter in text
+    )
+
+
 def counted(number: int, thing: str) -> str:
     """``1 joint``, ``2 joints``."""
     plural = {"body": "bodies", "mesh": "meshes", "inertia": "inertias"}.get(thing, f"{thing}s")

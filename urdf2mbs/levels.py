@@ -11,93 +11,18 @@ from typing import Any, Literal
 
 import msgspec
 
+from urdf2mbs.catalogue import SECTIONS
 from urdf2mbs.diagnostics import ConversionError, Diagnostic
 
 Level = Literal["error", "warning", "note", "ignore"]
 
 #: All whose level can be changed, and the level that they have; what is not here is an error
-#: that leaves nothing to convert.  (docs/diagnostics.md says what each means.)
+#: that leaves nothing to convert.
 DEFAULTS: dict[str, Level] = {
-    # what the file leaves open, and what happens if it is no error: it is left out
-    "xacro-macro-unknown": "error",
-    "xacro-legacy": "error",
-    # the robot's file
-    "unknown-element": "warning",
-    "unknown-attribute": "warning",
-    "doubled-element": "warning",
-    "robot-unnamed": "warning",
-    "name-blank": "warning",
-    "inertial-incomplete": "warning",
-    "inertia-incomplete": "warning",
-    "inertia-indefinite": "warning",
-    "inertia-triangle": "warning",
-    "inertia-without-mass": "warning",
-    "mass-negative": "warning",
-    "mass-without-inertia": "note",
-    "number-left-out": "warning",
-    "mesh-scale": "warning",
-    "geometry-unknown": "warning",
-    "geometry-size": "warning",
-    "material-undefined": "warning",
-    "material-unnamed": "warning",
-    "color-range": "warning",
-    "joint-type-spelling": "warning",
-    "joint-limit-missing": "warning",
-    "limit-order": "warning",
-    "mimic-left-out": "warning",
-    "link-unattached": "warning",
-    "world-implied": "warning",
-    "xml-namespace": "warning",
-    "xml-mended": "warning",
-    "property-unused": "warning",
-    "package-unresolved": "warning",
-    "xacro-warning": "warning",
-    "xacro-message": "note",
-    "xacro-unused-arg": "warning",
-    # the conversion
-    "no-mass": "warning",
-    "inertia-estimated": "warning",
-    "inertia-repaired": "warning",
-    "base": "note",
-    "massless-leaf": "warning",
-    "singular": "warning",
-    "singular-at-start": "warning",
-    "generator-limits": "note",
-    "layout-kept": "note",
-    "layout-not-kept": "warning",
-    # what a project needs to run
-    "mimic-leader": "warning",
-    "mimic-driven": "warning",
-    "posture-limit": "warning",
-    "posture-state": "warning",
-    "stand": "note",
-    "contacts-mesh": "warning",
-    "sensor-left-out": "warning",
-    "force-torque": "note",
-    "loops": "note",
-    "loop-open": "warning",
-    "loop-left-out": "warning",
-    "project-renamed": "warning",
-    "mbs-name": "note",
-    "ground-mass": "note",
-    "axis-aligned": "note",
-    "mimic": "warning",
-    "point-without-rotation": "note",
-    "texture": "warning",
-    "collision": "note",
-    "joint-dynamics": "warning",
-    "limit": "note",
-    "safety-controller": "note",
-    "calibration": "note",
-    "extension": "note",
-    "mesh-not-converted": "note",
-    "mesh-missing": "warning",
-    "mesh-unreadable": "warning",
-    "mesh-part": "warning",
-    "mesh-file-missing": "warning",
-    "mesh-not-ours": "warning",
-    "mesh-up-axis": "warning",
-    "plugin-idle": "warning",
+    code: one.level
+    for section in SECTIONS
+    if section.changeable
+    for code, one in section.codes.items()
 }
 
 

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from contextlib import suppress
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from errno import EACCES, EISDIR
 from pathlib import Path
 from shutil import copy2
 from stat import S_IMODE
 from tempfile import NamedTemporaryFile, mkstemp
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.files import read
 
+#: What Robotran expects in a project's folder.
+FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 #: In a project folder, what we wrote there, in the form of ``sha256sum``.
 RECORD = ".urdf2mbs"
 
@@ -28,34 +32,40 @@ def write(conversion: Conversion) -> None:
     files = dict(conversion.files)
     # links count as well, even those that lead nowhere
     files |= {path: data for path, data in conversion.starters.items() if not os.path.lexists(path)}
-    if settings.project is not None and settings.output in files:
-        record = settings.project / RECORD
-        line = _checksum(settings.project, settings.output, files[settings.output])
-        if settings.output.exists():
-            there = _checksum(settings.project, settings.output, _read(settings.output))
-            known = _read(record) if record.exists() else b""
-            if there != line and known != there.encode():
+    folders: list[Path] = []
+    if settings.project is not None:
+        folders = [settings.project / name for name in FOLDERS]
+        if settings.output in files:
+            files = {settings.project / RECORD: _record(settings, files), **files}
+    write_files(files, folders)
+
+
+def _record(settings: Settings, files: Mapping[Path, bytes]) -> bytes:
+    """The checksum of the .mbs to come, and of the one that is there.
+
+    The record is put in place before the .mbs: whenever a process is killed, the .mbs is one of
+    the two.
+    """
+    assert settings.project is not None
+    record = settings.project / RECORD
+    lines = [_checksum(settings.project, settings.output, files[settings.output])]
+    if settings.output.exists():
+        there = _checksum(settings.project, settings.output, _read(settings.output))
+        known = _read(record) if record.exists() else b""
+        if there != lines[0]:
+            if there.encode() not in known.splitlines(keepends=True):
                 raise ConfigError(
                     "output-not-ours",
                     f"'{settings.output}' was not written by urdf2mbs, or was edited since",
                     hint="move it away, or convert into another project",
                 )
-        files[record] = line.encode()
-    if settings.project is not None:
-        for name in ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR"):
-            folder = settings.project / name
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise ConfigError(
-                    "output-unwritable", f"cannot make the folder '{folder}': {error.strerror}"
-                ) from None
-    write_files(files)
+            lines.append(there)
+    return "".join(lines).encode()
 
 
 def _read(file: Path) -> bytes:
     try:
-        return file.read_bytes()
+        return read(file)
     except OSError as error:
         raise ConfigError("file-unreadable", f"cannot read '{file}': {error.strerror}") from None
 
@@ -66,13 +76,15 @@ def _checksum(folder: Path, file: Path, data: bytes) -> str:
     return f"{sha256(data).hexdigest()}  {file.relative_to(folder).as_posix()}\n"
 
 
-def write_files(files: Mapping[Path, bytes]) -> None:
-    """Write all of the files or, where one cannot be written, none.
+def write_files(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
+    """Write all of the files or, where one cannot be written, none; ``folders`` are made, too.
 
     Each file is written and synced beside its place, with the mode of the one that it replaces;
-    then all are renamed into place.  Where a rename fails, those before it are undone.  So there is
-    never half a file, and after a crash of the machine each file is the old or the new one.  Only a
-    process that is killed between two renames leaves some files new and some old.
+    then all are renamed into place.  Where a rename fails, those before it are undone, and so are
+    the folders.  So there is never half a file, and after a crash of the machine each file is the
+    old or the new one.  Only a process that is killed between two renames leaves some files new
+    and some old; what it leaves beside them goes at the next run.  Two runs into one folder wait
+    for each other.
     A link stays, and what it leads to is replaced.  A device or pipe is written to, last of all.
 
     Raises ConfigError where a folder or file cannot be written.
@@ -80,40 +92,102 @@ def write_files(files: Mapping[Path, bytes]) -> None:
     path = Path()
     parts: dict[Path, Path] = {}
     kept: dict[Path, Path | None] = {}
+    made: list[Path] = []
     streams: list[tuple[Path, bytes]] = []
-    try:
-        for path, data in files.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            place = Path(os.path.realpath(path))
-            if path.exists() and not path.is_file() and not path.is_dir():
-                streams.append((path, data))
-            else:
+    with ExitStack() as locks:
+        try:
+            for path in (*folders, *(file.parent for file in files)):
+                _make_folder(path, made)
+            places: dict[Path, Path] = {}
+            for path, data in files.items():
+                if path.exists() and not path.is_file() and not path.is_dir():
+                    streams.append((path, data))
+                else:
+                    places[path] = Path(os.path.realpath(path))
+            for path in sorted({place.parent for place in places.values()}):
+                if _lock(path, locks):
+                    _sweep(path, [p.name for p in places.values() if p.parent == path])
+            for path, place in places.items():
                 _check_place(place)
                 if place in parts:  # by another name, which is a link
                     parts.pop(place).unlink()
-                parts[place] = _part(place, data)
-        for path, part in parts.items():
-            kept[path] = _backup(path)
-            part.replace(path)
-        for path, data in streams:
-            with path.open("wb") as stream:
-                stream.write(data)
-        for folder in {place.parent for place in parts}:
-            _sync_folder(folder)
-    except BaseException as error:
-        for place, old in kept.items():
-            with suppress(OSError):
-                _undo(place, old, parts[place])
-        if not isinstance(error, OSError):
-            raise
-        raise ConfigError(
-            "output-unwritable", f"cannot write '{path}': {error.strerror or error}"
-        ) from None
-    finally:
-        for left in (*parts.values(), *kept.values()):
-            if left is not None:
+                parts[place] = _part(place, files[path])
+            for path, part in parts.items():
+                kept[path] = _backup(path)
+                part.replace(path)
+            for path, data in streams:
+                with path.open("wb") as stream:
+                    stream.write(data)
+            for folder in {place.parent for place in parts}:
+                _sync_folder(folder)
+        except BaseException as error:
+            for place, old in kept.items():
                 with suppress(OSError):
-                    left.unlink(missing_ok=True)
+                    _undo(place, old, parts[place])
+            _take_away(parts.values())
+            for folder in reversed(made):
+                with suppress(OSError):
+                    folder.rmdir()  # which does nothing where somebody has put something
+            if not isinstance(error, (OSError, ValueError)):
+                raise
+            raise ConfigError(
+                "output-unwritable",
+                f"cannot write '{path}': {getattr(error, 'strerror', None) or error}",
+            ) from None
+        finally:
+            _take_away([*parts.values(), *kept.values()])
+
+
+def _take_away(files: Iterable[Path | None]) -> None:
+    for file in files:
+        if file is not None:
+            with suppress(OSError):
+                file.unlink(missing_ok=True)
+
+
+def _make_folder(folder: Path, made: list[Path]) -> None:
+    """Make a folder and those above it; ``made`` gets all that were not there."""
+    missing = []
+    while not folder.is_dir():
+        missing.append(folder)
+        folder = folder.parent
+        if folder == missing[-1]:
+            break
+    for one in reversed(missing):
+        try:
+            one.mkdir()
+        except FileExistsError:
+            if not one.is_dir():  # another run may have made it just now
+                raise
+        else:
+            made.append(one)
+
+
+def _lock(folder: Path, locks: ExitStack) -> bool:
+    """Wait until no other run writes into a folder; False where folders cannot be locked.
+
+    The system lets go of the lock when the process ends, however it ends.
+    """
+    try:
+        from fcntl import LOCK_EX, flock
+    except ImportError:
+        return False
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+        locks.callback(os.close, descriptor)
+        flock(descriptor, LOCK_EX)
+    except OSError:
+        return False
+    return True
+
+
+def _sweep(folder: Path, names: Sequence[str]) -> None:
+    """Take away what a run that was killed has left beside files of these names."""
+    ours = re.compile(
+        rf"\.({'|'.join(re.escape(name[:100]) for name in names)})\.[a-z0-9_]{{8}}\.(part|old)"
+    )
+    with os.scandir(folder) as entries:
+        _take_away([Path(entry.path) for entry in entries if ours.fullmatch(entry.name)])
 
 
 def _check_place(place: Path) -> None:

@@ -107,7 +107,7 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
     "ampersand": ('<robot name="a&b">\n</robot>', "xml-syntax", 1, ()),
     "no quotes": ("<robot name=r>\n</robot>", "xml-syntax", 1, ()),
     "not utf-8": (b'<robot name="r">\n<link name="\xe4"/></robot>', "xml-syntax", None, ()),
-    "too deep": ("<robot>" + "<a>" * 50000 + "</a>" * 50000 + "</robot>", "xml-syntax", 1, ()),
+    "too deep": ("<robot>" + "<a>" * 50000 + "</a>" * 50000 + "</robot>", "xml-too-large", 1, ()),
     "billion laughs": (LAUGHS + '<robot name="&i;"/>', "xml-entity", None, ()),
     "billion laughs in text": (LAUGHS + "<robot>&i;</robot>", "xml-entity", None, ()),
     "entity": (

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from urdf2mbs import files
 from urdf2mbs.commands.printing import (
     beside,
     print_json,
@@ -35,7 +36,7 @@ def _diagram(arguments: argparse.Namespace) -> int:
     from urdf2mbs.mbs.reader import read
 
     try:
-        data = arguments.model.read_bytes()
+        data = files.read(arguments.model)
     except OSError as error:
         raise ConfigError(
             "model-unreadable", f"cannot read '{arguments.model}': {error.strerror}"

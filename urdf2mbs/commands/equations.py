@@ -8,6 +8,7 @@ from typing import Any
 
 import msgspec
 
+from urdf2mbs import files
 from urdf2mbs.commands.printing import (
     print_json,
 )
@@ -50,7 +51,7 @@ def _equations(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", "--numba is for Python: leave it out, or --language c")
     model: Path = arguments.model
     try:
-        data = model.read_bytes()
+        data = files.read(model)
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
     mbs = read(data, str(model), mechanics_only=True)

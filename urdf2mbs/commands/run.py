@@ -25,6 +25,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.files import is_folder
 from urdf2mbs.kit.dump import Dump
 from urdf2mbs.output import write
 from urdf2mbs.summary import Report, report
@@ -61,7 +62,7 @@ def _convert(arguments: argparse.Namespace) -> int:
     output: Any = arguments.output
     if output == "":
         raise ConfigError("usage", "--output: the name of the file is empty")
-    if output is not None and (output.endswith(_SEPARATORS) or Path(output).is_dir()):
+    if output is not None and (output.endswith(_SEPARATORS) or is_folder(Path(output))):
         output = {"project": output}
     config, lines = without_config(arguments.robot, output, arguments)
     return _carry_out(config, lines, arguments)

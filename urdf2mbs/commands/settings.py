@@ -10,6 +10,7 @@ import msgspec
 
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, load, typed, word
+from urdf2mbs.files import is_folder
 
 
 class Parents(msgspec.Struct):
@@ -110,7 +111,7 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
 def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """A config is told from a robot by the file's ending."""
     file: Path = arguments.config
-    if file.suffix.lower() not in (".yaml", ".yml", "") and not file.is_dir():
+    if file.suffix.lower() not in (".yaml", ".yml", "") and not is_folder(file):
         return without_config(str(file), None, arguments)
     for name in ("base", "package", "arg", "pipeline", "plugin", "after", "set"):
         if getattr(arguments, name):

@@ -15,6 +15,7 @@ import msgspec
 import yaml
 from msgspec import Meta
 
+from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.levels import Level
 
@@ -22,6 +23,9 @@ _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 #: The presets lie there, a config file each.
 PRESETS = Path(__file__).parents[1] / "presets"
+
+#: The most bytes of a config that are read.
+MOST = 2**20
 
 #: Where in a config a value stands: the keys (and list positions) that lead to it.
 Key = tuple[str | int, ...]
@@ -98,7 +102,7 @@ class Lines:
 def load(file: Path) -> tuple[Config, Lines]:
     """Read a config file; raises ConfigError."""
     try:
-        text = file.read_text("utf-8-sig")
+        text = files.read(file, MOST).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ConfigError(

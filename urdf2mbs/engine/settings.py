@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
@@ -10,26 +9,27 @@ from pathlib import Path
 from urdf2mbs.conversion import Settings
 from urdf2mbs.engine.config import Config, Lines, Project
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.files import absolute
 from urdf2mbs.levels import Levels
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.urdf.reader import stem
 
 
 def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
-    source = _path(folder / config.source)
+    source = absolute(folder / config.source)
     project = None
     languages: tuple[str, ...] = ()
     if isinstance(config.output, Project):
-        project = _path(folder / config.output.project)
+        project = absolute(folder / config.output.project)
         output = project / "dataR" / f"{identifiers([project.name])[0]}.mbs"
         language = config.output.language
         if language == "both":
             language = ["python", "c"]
         languages = (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
     elif config.output is not None:
-        output = _path(folder / config.output)
+        output = absolute(folder / config.output)
     else:
-        output = _path(folder / f"{stem(source)}.mbs")
+        output = absolute(folder / f"{stem(source)}.mbs")
     if not all(map(isfinite, config.gravity)):
         raise lines.error(
             "gravity-infinite",
@@ -38,7 +38,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
         )
     packages = {}
     for name, directory in config.packages.items():
-        packages[name] = _path(folder / directory)
+        packages[name] = absolute(folder / directory)
         if not packages[name].is_dir():
             raise lines.error(
                 "package-missing",
@@ -47,7 +47,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
             )
     return Settings(
         source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
-        Levels(config.diagnostics, config.strict), languages, _path(folder),
+        Levels(config.diagnostics, config.strict), languages, absolute(folder),
     )  # fmt: skip
 
 
@@ -55,7 +55,7 @@ def check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> No
     """Where an .mbs is written to; a pipeline that makes none needs no place."""
     if not any("mbs-file" in pass_.gives for pass_ in passes) or settings.source.is_dir():
         return
-    if settings.output == settings.source:
+    if _same(settings.output, settings.source):
         raise lines.error(
             "output-is-source",
             f"the output would overwrite the robot '{settings.source}'",
@@ -70,5 +70,9 @@ def check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> No
         )
 
 
-def _path(path: Path) -> Path:
-    return Path(os.path.abspath(path))  # noqa: PTH100 unlike resolve(), links keep their name
+def _same(one: Path, other: Path) -> bool:
+    """Whether two paths are one file: by a link, or where letter case does not count."""
+    try:
+        return one.samefile(other)
+    except OSError:
+        return one == other

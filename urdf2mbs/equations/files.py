@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.diagnostics import ConfigError, ConversionError, quoted
 from urdf2mbs.equations import c, python
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.constraints import constraints
@@ -106,7 +106,7 @@ def _header(
 ) -> list[str]:
     count = out.counts[name]
     lines = [
-        f"{MARK} {file}. Do not edit: generate again.",
+        f"{MARK} {quoted(file)}. Do not edit: generate again.",
         f"sha256 of the .mbs: {checksum}",
         f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
     ]
@@ -128,7 +128,7 @@ def _header(
         )
     if out.fixed:
         lines.append("These joints never move, and their positions are numbers:")
-        lines += [f"  {number} {joint} at {q!r}" for number, joint, q in out.fixed]
+        lines += [f"  {number} {quoted(joint)} at {q!r}" for number, joint, q in out.fixed]
     return lines
 
 
@@ -170,7 +170,7 @@ class _Maker:
         try:
             found = accelerations(tree, self.tree(tree))
         except Massless as error:
-            joint = tree.frames[error.number].joint.name
+            joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
         routine = Routine(tree.graph)
         for k, value in found.items():

@@ -18,6 +18,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.output import write_files
 from urdf2mbs.spatial import IDENTITY, Pose
 
 #: How our files begin, by which those of an earlier run are known.
@@ -42,12 +43,15 @@ class Dump:
             folder.mkdir(parents=True, exist_ok=True)
             (folder / EXPANDED).unlink(missing_ok=True)
             for old in folder.glob("[0-9]*-*.yaml"):
-                with old.open(encoding="utf-8") as file:
-                    ours = file.readline().startswith(MARK)
+                with old.open("rb") as file:
+                    ours = file.read(len(MARK)) == MARK.encode()
                 if ours:
                     old.unlink()
-        except OSError as error:
-            raise _unwritable(folder, error) from None
+        except (OSError, ValueError) as error:
+            raise ConfigError(
+                "output-unwritable",
+                f"cannot write in '{folder}': {getattr(error, 'strerror', None) or error}",
+            ) from None
 
     @hookimpl
     def urdf2mbs_before_pass(self, conversion: Conversion) -> None:
@@ -56,21 +60,14 @@ class Dump:
     def finish(self) -> None:
         """Write the URDF that xacro made, also where it could not be read."""
         if self._conversion is not None and self._conversion.expanded is not None:
-            file = self._folder / EXPANDED
-            try:
-                file.write_bytes(self._conversion.expanded)
-            except OSError as error:
-                raise _unwritable(file, error) from None
+            write_files({self._folder / EXPANDED: self._conversion.expanded})
 
     @hookimpl(trylast=True)
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
         self._count += 1
         file = self._folder / f"{self._count:02}-{re.sub(r'[^A-Za-z0-9_.-]', '_', pass_.name)}.yaml"
         text = f"{MARK}'{pass_.name}'\n" + to_yaml(state(conversion))
-        try:
-            file.write_text(text, "utf-8", newline="\n")
-        except OSError as error:
-            raise _unwritable(file, error) from None
+        write_files({file: text.encode()})
 
 
 def state(conversion: Conversion) -> dict[str, Any]:
@@ -191,7 +188,3 @@ def _scalar(value: Any) -> str:
         return str(value)
     text = json.dumps(value, ensure_ascii=False)
     return _UNPRINTED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
-
-
-def _unwritable(path: Path, error: OSError) -> ConfigError:
-    return ConfigError("output-unwritable", f"cannot write '{path}': {error.strerror or error}")

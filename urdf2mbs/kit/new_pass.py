@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from pathlib import Path
 
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.plugins import GROUP, Plugins
+from urdf2mbs.output import write_files
 
 PLUGIN = '''\
 """Tell which links are heavier than a limit.  (Say here what your pass does.)"""
@@ -85,21 +87,17 @@ def new_pass(name: str, folder: Path) -> str:
         folder / f"test_{stem}.py": TEST,
     }
     for file in files:
-        if file.exists():
+        if os.path.lexists(file):
             raise ConfigError(
                 "file-exists", f"'{file}' is already there, and stays as it is",
                 hint="choose another name, or another folder with -o DIR",
             )  # fmt: skip
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for file, text in files.items():
-            # "x": never over a file that was not there a moment ago
-            with file.open("x", encoding="utf-8", newline="\n") as out:
-                out.write(text.replace("NAME", name).replace("FILE", stem))
-    except OSError as error:
-        raise ConfigError(
-            "output-unwritable", f"cannot write in '{folder}': {error.strerror or error}"
-        ) from None
+    write_files(
+        {
+            file: text.replace("NAME", name).replace("FILE", stem).encode()
+            for file, text in files.items()
+        }
+    )
     plugin, test = files
     return NEXT.format(plugin=plugin, test=test, name=name)
 

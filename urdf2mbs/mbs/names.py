@@ -29,6 +29,15 @@ C_KEYWORDS = frozenset([
     "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long", "register",
     "restrict", "return", "short", "signed", "sizeof", "static", "struct", "switch", "typedef",
     "union", "unsigned", "void", "volatile", "while",
+    # of later standards, and of gcc
+    "alignas", "alignof", "asm", "bool", "constexpr", "false", "nullptr", "static_assert",
+    "thread_local", "true", "typeof", "typeof_unqual",
+    # macros of gcc, and of the headers that user functions include
+    "complex", "errno", "i386", "I", "linux", "unix", "stderr", "stdin", "stdout",
+    "NULL", "EOF", "NAN", "INFINITY", "HUGE_VAL", "EXIT_FAILURE", "EXIT_SUCCESS", "RAND_MAX",
+    "BUFSIZ", "FILENAME_MAX", "FOPEN_MAX", "MB_CUR_MAX", "math_errhandling", "TRUE", "FALSE",
+    "M_E", "M_LOG2E", "M_LOG10E", "M_LN2", "M_LN10", "M_PI", "M_PI_2", "M_PI_4", "M_1_PI",
+    "M_2_PI", "M_2_SQRTPI", "M_SQRT2", "M_SQRT1_2",
 ])  # fmt: skip
 
 _GOOD = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII).fullmatch
@@ -51,7 +60,7 @@ def identifiers(names: Sequence[str], reserved: Iterable[str] = (), suffix: str 
     """An identifier for each name, in the same order, no two alike.
 
     A name that is good as it is keeps itself, before any other is changed: only the first
-    of several equal ones, and none that is ``reserved`` or a keyword of C.  In the others
+    of several equal ones, and none that is ``reserved`` or a word of C's own.  In the others
     each bad character becomes ``_``, a name that does not start with a letter gets ``n_``,
     and where that is taken, ``suffix`` and then ``_2``, ``_3``, ... are appended.
     """

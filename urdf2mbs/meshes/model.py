@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import msgspec
 
+from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ class Mesh:
     def _keep(self, data: bytes, name: str, ending: str) -> str:
         # named by content: equal images are one file, unequal ones never collide
         stem = re.sub(r"[^A-Za-z0-9_-]", "_", PureWindowsPath(unquote(name)).stem) or "texture"
-        file = f"{stem}_{hashlib.sha256(data).hexdigest()[:8]}{ending}"
+        file = f"{stem[:100]}_{hashlib.sha256(data).hexdigest()[:8]}{ending}"
         self.textures[file] = data
         return file
 
@@ -128,7 +129,7 @@ def read_beside(path: Path, name: str) -> bytes | None:
     options = [plain, unquote(uri.path) if uri.scheme == "file" else unquote(plain)]
     for option in options:
         try:
-            return (path.parent / option).read_bytes()
+            return files.read(path.parent / option)
         except (OSError, ValueError):
             continue
     return None

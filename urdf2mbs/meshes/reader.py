@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 
+from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.meshes.model import Mesh, MeshError, Part, missing_extra
 
@@ -28,9 +29,9 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
         raise MeshError(f"the format '{ending}' is not known; known are {', '.join(FORMATS)}")
     mesh = Mesh(path)
     try:
-        data = path.read_bytes()
+        data = files.read(path)
     except OSError as error:
-        raise MeshError(str(error)) from None
+        raise MeshError(error.strerror or str(error)) from None
     mesh.sources[path.name] = data
     try:
         if ending == ".dae":

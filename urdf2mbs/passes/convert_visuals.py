@@ -24,6 +24,12 @@ from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
 Y_ONTO_Z = from_turn((1, pi / 2))
 #: Where the project keeps its meshes.
 VRML = "PRJPATH/animationR/vrml"
+#: So many letters of a mesh file's name are kept: most file systems take 255 at most.
+_LONGEST = 150
+#: Names that no file may have on Windows, whatever its ending.
+DEVICES = frozenset(
+    ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
+)
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
@@ -60,7 +66,9 @@ def _stem(filename: str, taken: set[str]) -> str:
     """The mesh file's own name, made safe, and unique where letter case does not count."""
     plain = (
         re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(filename.replace("\\", "/")).stem) or "mesh"
-    )
+    )[:_LONGEST]
+    if plain.lower() in DEVICES:
+        plain = f"{plain}_mesh"
     stem = free_name(plain, taken, str.lower)
     taken.add(stem.lower())
     return stem

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import msgspec
 
+from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram import arrange
@@ -39,7 +40,7 @@ def _keep(conversion: Conversion) -> int:
         conversion.note("layout-kept", f"'{output.name}' is not there yet: all places are new")
         return 0
     try:
-        drawn = read(output.read_bytes(), str(output))
+        drawn = read(files.read(output), str(output))
     except (ConversionError, OSError) as error:
         why = error.strerror if isinstance(error, OSError) else error.message
         conversion.warn(

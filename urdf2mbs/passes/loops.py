@@ -170,18 +170,24 @@ def _from_sdf(
                 f"joint '{name}' in <gazebo> closes a loop by a {kind} joint, which is no cut",
             )
             continue
-        conversion.simulation.used.append(extension)
         # a joint's pose is that of its frame in the child link
-        at = _numbers(joint.findtext("pose"))[:3]
+        at = _vector(joint.findtext("pose"), ZERO)
+        axis = _vector(joint.findtext("axis/xyz"), (0.0, 0.0, 1.0))
+        if at is None or axis is None or axis == ZERO:
+            conversion.warn(
+                "loop-left-out",
+                f"joint '{name}' in <gazebo> closes a loop, and its <pose> or <axis> is not of "
+                "three finite numbers, or zero",
+            )
+            continue
+        conversion.simulation.used.append(extension)
         placement = place(conversion.mbs)
         points = [at]
         if kind == "revolute":
-            axis = _numbers(joint.findtext("axis/xyz")) or [0.0, 0.0, 1.0]
-            x, y, z = unit((axis[0], axis[1], axis[2]))
-            points.append([at[0] + APART * x, at[1] + APART * y, at[2] + APART * z])
-        for number, point in enumerate(points, start=1):
+            x, y, z = unit(axis)
+            points.append((at[0] + APART * x, at[1] + APART * y, at[2] + APART * z))
+        for number, here in enumerate(points, start=1):
             own = name if len(points) == 1 else f"{name}_{number}"
-            here: Vec = (point[0], point[1], point[2])
             there = _seen_from(conversion, placement, name, child, here, parent)
             cuts[own] = Cut(
                 (End(parent, there), End(child, here)), "solid" if kind == "fixed" else "ball"
@@ -202,11 +208,15 @@ def _seen_from(
     return compose(compose(inverse(poses[1]), poses[0]), Pose(at)).xyz
 
 
-def _numbers(text: str | None) -> list[float]:
+def _vector(text: str | None, default: Vec) -> Vec | None:
+    """The first three numbers of a text; None where they are not finite, or fewer."""
+    if text is None or not text.strip():
+        return default
     try:
-        return [float(word) for word in (text or "0 0 0").split()]
+        x, y, z = map(float, text.split()[:3])
     except ValueError:
-        return [0.0, 0.0, 0.0]
+        return None
+    return (x, y, z) if isfinite(x) and isfinite(y) and isfinite(z) else None
 
 
 # --- the Jacobian ---

@@ -17,6 +17,7 @@ from math import inf, isfinite, pi
 import msgspec
 from lxml import etree
 
+from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
@@ -122,7 +123,7 @@ def _group_state(
     file = conversion.settings.folder / options.srdf
     parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
-        root = etree.fromstring(file.read_bytes(), parser)
+        root = etree.fromstring(files.read(file), parser)
     except OSError as error:
         raise ConfigError(
             "posture-srdf", f"posture: cannot read '{file}': {error.strerror}"

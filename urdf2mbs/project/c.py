@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from urdf2mbs.diagnostics import quoted
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.project import FOLDER, fill
 from urdf2mbs.simulation import Coupling, Simulation
@@ -167,7 +168,7 @@ def _row(rotation: Rot) -> str:
 
 
 def _comment(text: str) -> str:
-    return text.replace("*/", "* /").replace("\n", " ")
+    return quoted(text).replace("*/", "* /").replace("/*", "/ *")
 
 
 # --- what MBSysPad would generate ---

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from urdf2mbs.diagnostics import quoted
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.project import FOLDER, fill
 from urdf2mbs.simulation import Simulation
@@ -105,7 +106,7 @@ def _entry(key: str, value: Any) -> str:
 def _literal(value: Any) -> str:
     """A Python literal, strings in double quotes."""
     if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+        return '"' + quoted(value).replace('"', '\\"') + '"'
     if isinstance(value, tuple):
         return f"({', '.join(map(_literal, value))}{',' if len(value) == 1 else ''})"
     return repr(value + 0.0) if isinstance(value, float) else repr(value)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.files import read
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.meshes import reader as meshes
 from urdf2mbs.meshes import vrml_reader
@@ -258,7 +259,7 @@ def lookup(files: Mapping[Path, bytes], project: Path) -> Fetch:
         if path in files:
             return files[path]
         try:
-            return path.read_bytes()
+            return read(path)
         except OSError:
             return None
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
+from urdf2mbs import files
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.elements import is_xacro
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
+    from urdf2mbs.urdf.isolated import Isolate
     from urdf2mbs.urdf.model import Robot
     from urdf2mbs.urdf.packages import Packages
 
@@ -41,15 +43,26 @@ def read_robot(
 
 
 def expanded(
-    source: Path, packages: Packages, xacro_args: Mapping[str, str]
+    source: Path,
+    packages: Packages,
+    xacro_args: Mapping[str, str],
+    *,
+    isolate: Isolate | None = None,
 ) -> tuple[bytes, Expansion | None]:
-    """A file's bytes, and what xacro makes of them; None where there is no xacro in it."""
+    """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
+
+    ``isolate``: xacro runs in a process of its own, with these limits.
+    """
     data = _read(source)
     if not data.strip():
         raise ConversionError("file-empty", "the file is empty", file=str(source))
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
         return data, None
-    return data, expand(source, packages, xacro_args)
+    if isolate is None:
+        return data, expand(source, packages, xacro_args)
+    from urdf2mbs.urdf.isolated import isolated
+
+    return data, isolated(source, packages, dict(xacro_args), isolate)
 
 
 def has_xacro(data: bytes, file: str) -> bool:
@@ -124,7 +137,7 @@ def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, lis
 def _read(source: Path) -> bytes:
     file = str(source)
     try:
-        return source.read_bytes()
+        return files.read(source)
     except FileNotFoundError:
         try:
             known = [

@@ -24,6 +24,8 @@ class Slip(NamedTuple):
 
 #: Blanks and byte order marks, in any encoding.
 BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
+#: Longer comments are not read by libxml2.
+_LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
 _DECLARATION = re.compile(rb"<\?xml(?=[\s?])([^>]*?)\?>")
 _VERSION = re.compile(rb"""version\s*=\s*["']([^"']*)["']""")
@@ -80,7 +82,7 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
     """The root element of an XML text, and what was mended or forgiven.
 
     :raises ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
-        ``xml-truncated``, ``xml-entity``
+        ``xml-truncated``, ``xml-entity``, ``xml-too-large``
     """
     if not data.strip(BLANK):
         raise ConversionError("file-empty", "the file is empty", file=file)
@@ -139,6 +141,9 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         return _blanked(match[0])
 
     def comment(match: re.Match[bytes]) -> bytes:
+        if len(match[1]) > _LONG:
+            slip("a comment has more than 10,000,000 letters", match.start())
+            return b"<!--" + b"\n" * match[1].count(b"\n") + b"-->"
         if b"--" not in match[1] and not match[1].endswith(b"-"):
             return match[0]
         slip("there is a '--' within a comment", match.start())
@@ -184,6 +189,7 @@ def explain(data: bytes, file: str, error: etree.XMLSyntaxError, log: list[Any])
         reason = reason.format(*told.groups())
     elif pattern:
         reason = "it cannot be read here"
+    _check_size(log, file, line)
     at_end = line is not None and line > data.rstrip(BLANK).count(b"\n")
     if first in _UNFINISHED or (at_end and not text.endswith(b">")):
         fail(
@@ -193,6 +199,24 @@ def explain(data: bytes, file: str, error: etree.XMLSyntaxError, log: list[Any])
     if b"<!ENTITY" in data:
         _bad_entities(file, line)
     fail("xml-syntax", f"not well-formed XML: {reason}", line, hint)
+
+
+def _check_size(log: list[Any], file: str, line: int | None) -> None:
+    """Raise the error for what is larger than libxml2 reads."""
+    said = log[0].message if log else ""
+    depth = re.search(r"depth in document: (\d+)", said)
+    if depth:
+        what = f"elements are nested more than {depth[1]} deep"
+    elif "Name too long" in said:
+        what = "a name of an element or attribute has more than 50,000 letters"
+    elif "too big found" in said or "Resource limit" in said:
+        what = "one text, comment or value of an attribute has more than 10,000,000 letters"
+    else:
+        return
+    raise ConversionError(
+        "xml-too-large", f"the file is more than can be read: {what}", file=file, line=line,
+        hint="no robot needs that: look at the program that has made the file",
+    )  # fmt: skip
 
 
 def explain_text(data: bytes, file: str) -> None:

@@ -1,0 +1,392 @@
+"""A fuzzer of all inputs: good files changed by a grammar of slips, each by a seed.
+
+``python tests/fuzz/fuzzer.py --minutes 10`` tries as many as it can; each finding is one line with
+the kind and the seed, and ``--one KIND SEED`` shows it.  What may come out is a result, or an error
+of ours that is not ``internal``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import re
+import signal
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import yaml
+from lxml import etree
+
+from urdf2mbs.api import convert
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagram.draw import draw
+from urdf2mbs.engine.config import load
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.equations import equations
+from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.meshes import reader as meshes
+from urdf2mbs.meshes import vrml
+from urdf2mbs.meshes.model import MeshError
+from urdf2mbs.testing import TINY
+
+#: One input may take so many seconds.
+PATIENCE = 20
+
+XACRO = """<?xml version="1.0"?>
+<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="n" default="2"/><xacro:property name="m" value="${2 * pi}"/>
+  <xacro:macro name="leg" params="side *origin mass:=1"><link name="${side}_leg"><inertial>
+    <xacro:insert_block name="origin"/><mass value="${mass}"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+    <joint name="${side}" type="continuous"><parent link="trunk"/><child link="${side}_leg"/>
+    <axis xyz="0 1 0"/></joint></xacro:macro>
+  <link name="trunk"/>
+  <xacro:leg side="left" mass="${m}"><origin xyz="0 $(arg n) 0"/></xacro:leg>
+  <xacro:if value="${m > 1}"><xacro:leg side="right"><origin xyz="0 -1 0"/></xacro:leg></xacro:if>
+</robot>
+"""
+CONFIG = """# a robot
+source: tiny.urdf
+output: {project: out, language: both}
+base: floating
+gravity: [0, 0, -9.81]
+packages: {p: .}
+xacro_args: {hand: false, mass: 1.50}
+pipeline: compact
+passes:
+  posture: {joints: {shoulder: 0.5}, srdf: r.srdf, state: home,
+            hold: {joints: ["*"], stiffness: 1, damping: 2}}
+  contacts: {links: [hand], stiffness: 1.0e+5, points: {hand: [[0, 0, 1]]}}
+  expand: {isolate: null}
+  forces:
+    wrenches: {push: {link: hand, at: [0, 0, 1], force: [1, 0, 0], start: 0.1}}
+    springs: {s: {ends: [{link: hand}, {link: body, at: [0, 0, 1]}], stiffness: 10}}
+  loops: {cuts: {c: {ends: [{link: hand}, {link: body}], kind: rod, length: 1}}}
+  sensors: {links: [hand]}
+  layout: {style: method}
+  align-frames: {}
+  joint-parameters: {}
+diagnostics: {mesh-missing: ignore, base: warning}
+strict: false
+"""
+SRDF = """<?xml version="1.0"?>
+<robot name="tiny"><group name="all"><joint name="shoulder"/></group>
+<group_state name="home" group="all"><joint name="shoulder" value="0.3"/></group_state></robot>
+"""
+OBJ = """mtllib a.mtl
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+vt 0 0
+vn 0 0 1
+usemtl red
+f 1/1/1 2/1/1 3/1/1
+f 1 3 4
+f -1 -2 -3 -4
+"""
+#: What stands in the place of a word.
+WORDS = [
+    '"', "'", "<", ">", "/>", "&amp;", "&x;", "&#0;", "<!--", "-->", "<![CDATA[", "]]>", "<?",
+    "?>", "${", "}", "$(", ")", "nan", "inf", "-inf", "1e999", "-1", "0", "0x1", "1e308",
+    "99999999999999999999", "1_0", "../..", "/dev/null", "http://127.0.0.1:9/x", ":", "-", "[",
+    "]", "{", "}", "|", "!", "*", "&", "#", "@", ",", "true", "null", "~", ".inf",
+    "!!python/object:os.system", "xmlns=", "xacro:", "é", "🦾", "<link/>", "<joint/>", "<robot>",
+    "</robot>", "float(int)", "2**99", "1e-320", "-1e200", "0,5", "world", "base", "origin", "int",
+    "*.x", "fixed", "floating", "planar",
+    "", " ", "0 0 0", "1 2 3", "0 0 1e308", "1 2", "\n", "\t", "\r", "\0", "\u202e", "\x01",
+    "a" * 300, "<a>" * 300, "[" * 300, "(" * 300, "{a: " * 300,
+]  # fmt: skip
+TOKEN = re.compile(rb'"[^"\n]*"|[-+\w.]+|[<>{}\[\]:,]')
+
+
+def shaken(root: Any, chance: random.Random) -> None:
+    """One to four changes of an XML tree, which stays well-formed."""
+    for _ in range(chance.choice([1, 1, 1, 2, 2, 3, 4])):
+        elements = list(root.iter(etree.Element))
+        one, other = chance.choice(elements), chance.choice(elements)
+        how, word = chance.randrange(9), chance.choice(WORDS)
+        parent = one.getparent()
+        with suppress(ValueError):  # what XML cannot hold
+            if how <= 2 and one.attrib:
+                one.set(chance.choice(sorted(one.attrib)), word)
+            elif how <= 3:
+                one.text = word
+            elif how == 4 and one.attrib:
+                del one.attrib[chance.choice(sorted(one.attrib))]
+            elif how == 5 and parent is not None:
+                parent.remove(one)
+            elif how == 6 and parent is not None:
+                parent.insert(chance.randrange(len(parent) + 1), deepcopy(one))
+            elif how == 7 and other not in one.iter():
+                other.append(one)
+            elif how == 8 and other.attrib and one.attrib:
+                one.set(chance.choice(sorted(one.attrib)), other.get(sorted(other.attrib)[0]))
+
+
+def stirred(data: Any, chance: random.Random) -> Any:
+    """Plain data with one to three of its values, keys or items changed."""
+    for _ in range(chance.choice([1, 1, 2, 3])):
+        places: list[tuple[Any, Any]] = []
+        todo = [data]
+        while todo:
+            inner = todo.pop()
+            if isinstance(inner, (dict, list)):
+                keys = list(inner) if isinstance(inner, dict) else range(len(inner))
+                places += [(inner, key) for key in keys]
+                todo += [inner[key] for key in keys]
+        holder, key = chance.choice(places)
+        value = holder[key]
+        how = chance.randrange(5)
+        if how <= 1:
+            holder[key] = chance.choice([*WORDS, 0, -1, 1e308, float("nan"), None, True, [], {},
+                                         10**30, ["a"], {"a": "b"}, {1: 2}])  # fmt: skip
+        elif how == 2:
+            del holder[key]
+        elif how == 3 and isinstance(holder, dict):
+            holder[chance.choice(WORDS)] = value
+        else:
+            other, place = chance.choice(places)
+            with suppress(IndexError, KeyError):
+                holder[key] = deepcopy(other[place])
+        if not data:
+            break
+    return data
+
+
+def changed(data: bytes, chance: random.Random, kind: str) -> bytes:
+    """A change that keeps the file's grammar, mostly; else one of its bytes."""
+    if chance.random() < 0.75 and kind in ("urdf", "xacro", "srdf", "mbs"):
+        root = etree.fromstring(data)
+        shaken(root, chance)
+        return etree.tostring(root)
+    if chance.random() < 0.75 and kind == "config":
+        text = yaml.safe_dump(stirred(yaml.safe_load(data), chance), sort_keys=False)
+        return text.encode("utf-8", "surrogatepass")
+    return broken(data, chance)
+
+
+def broken(data: bytes, chance: random.Random) -> bytes:
+    """One to four slips: a word replaced, doubled, dropped or moved; bytes cut, flipped, put in."""
+    for _ in range(chance.choice([1, 1, 1, 2, 2, 3, 4])):
+        tokens = list(TOKEN.finditer(data))
+        how = chance.randrange(8)
+        at = chance.randrange(len(data) + 1)
+        if how <= 3 and tokens:
+            one = chance.choice(tokens)
+            new = chance.choice(WORDS).encode("utf-8", "surrogatepass")
+            if how == 1:
+                new = chance.choice(tokens)[0]
+            elif how == 2:
+                new = b""
+            elif how == 3 and one[0].startswith(b'"'):
+                new = b'"' + new + b'"'
+            data = data[: one.start()] + new + data[one.end() :]
+        elif how == 4:
+            end = at + chance.randrange(1, 60)
+            data = data[:at] + data[end:]
+        elif how == 5:
+            end = at + chance.randrange(1, 200)
+            data = data[:end] + data[at:end] * chance.choice([1, 1, 2, 50]) + data[end:]
+        elif how == 6 and data:
+            array = bytearray(data)
+            for _ in range(chance.randrange(1, 6)):
+                array[chance.randrange(len(data))] = chance.choice([0, 255, 128, 127, 32, 60])
+            data = bytes(array)
+        elif how == 7:
+            data = data[:at]
+    return data
+
+
+class Fuzzer:
+    """The good files, and what is done with each kind of changed one, in a folder of its own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        (folder / "tiny.urdf").write_text(TINY)
+        (folder / "r.srdf").write_text(SRDF)
+        sensor = '<sensor name="s" type="imu"><pose>0 0 1 0 0 0</pose></sensor>'
+        loop = '<joint name="l" type="revolute"><parent>hand</parent><child>body</child></joint>'
+        rich = TINY.replace("</robot>", f'<gazebo reference="hand">{sensor}</gazebo>'
+                            f"<gazebo>{loop}</gazebo></robot>")  # fmt: skip
+        more = (
+            '<limit lower="-1" upper="1" effort="2" velocity="3"/>'
+            '<dynamics damping="1" friction="1"/><mimic joint="elbow"/></joint>'
+        )
+        rich = rich.replace("</joint>", more, 1)
+        mbs = convert(folder / "tiny.urdf").data
+        self.good: dict[str, list[bytes]] = {
+            "urdf": [TINY.encode(), rich.encode()],
+            "xacro": [XACRO.encode()],
+            "config": [CONFIG.encode(), b"source: tiny.urdf\n"],
+            "srdf": [SRDF.encode()],
+            "mbs": [mbs],
+            "mesh": [],
+        }
+        self.endings: list[str] = []
+        self._meshes()
+
+    def _meshes(self) -> None:
+        import trimesh
+
+        box = trimesh.creation.box()
+        for ending in (".stl", ".ply", ".glb", ".dae", ".obj"):
+            data = box.export(file_type=ending[1:])
+            self._mesh(ending, data if isinstance(data, bytes) else data.encode())
+        self._mesh(".stl", trimesh.exchange.stl.export_stl_ascii(box).encode())
+        self._mesh(".ply", trimesh.exchange.ply.export_ply(box, encoding="ascii"))
+        self._mesh(".obj", OBJ.encode())
+        files = trimesh.exchange.gltf.export_gltf(trimesh.Scene(box))
+        for name, data in files.items():
+            (self.folder / name).write_bytes(data)
+        self._mesh(".gltf", files["model.gltf"])
+
+    def _mesh(self, ending: str, data: bytes) -> None:
+        self.endings.append(ending)
+        self.good["mesh"].append(data)
+
+    def input(self, kind: str, seed: int) -> tuple[bytes, int]:
+        chance = random.Random(f"{kind} {seed}")
+        which = chance.randrange(len(self.good[kind]))
+        return changed(self.good[kind][which], chance, kind), which
+
+    def try_(self, kind: str, seed: int) -> str:
+        """Give a changed file to the library: '' for a result, the code of an error of ours.
+
+        Raises whatever else comes out.
+        """
+        data, which = self.input(kind, seed)
+        run: dict[str, Callable[[bytes, int], Any]] = {
+            "urdf": self._urdf, "xacro": self._xacro, "config": self._config, "srdf": self._srdf,
+            "mbs": self._mbs, "mesh": self._mesh_read,
+        }  # fmt: skip
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                run[kind](data, which)
+        except MeshError:
+            return "mesh-unreadable"
+        except ConversionError as error:
+            str(error)
+            if error.code in ("internal", "plugin-failed"):
+                raise
+            return error.code
+        return ""
+
+    def _put(self, name: str, data: bytes) -> Path:
+        file = self.folder / name
+        file.write_bytes(data)
+        return file
+
+    def _urdf(self, data: bytes, which: int) -> None:
+        file = self._put("fuzzed.urdf", data)
+        if which:
+            config = self._put("fuzzed.yaml", b"source: fuzzed.urdf\noutput: {project: p}\n")
+            Pipeline(*load(config), installed_plugins=False).run()
+        else:
+            convert(file)
+
+    def _xacro(self, data: bytes, which: int) -> None:
+        convert(self._put("fuzzed.xacro", data))
+
+    def _config(self, data: bytes, which: int) -> None:
+        Pipeline(*load(self._put("fuzzed.yaml", data)), installed_plugins=False).run()
+
+    def _srdf(self, data: bytes, which: int) -> None:
+        self._put("fuzzed.srdf", data)
+        convert(
+            self.folder / "tiny.urdf",
+            options={"posture": {"srdf": str(self.folder / "fuzzed.srdf"), "state": "home"}},
+        )
+
+    def _mbs(self, data: bytes, which: int) -> None:
+        mbs = read(data, "fuzzed.mbs")
+        validate(data, "fuzzed.mbs")
+        draw(mbs)
+        try:
+            write(mbs)
+        except ValueError as error:  # what emit tells as mbs-unwritable
+            raise ConversionError("mbs-unwritable", str(error)) from None
+        equations(mbs, data, "fuzzed.mbs")
+
+    def _mesh_read(self, data: bytes, which: int) -> None:
+        mesh = meshes.read(self._put(f"fuzzed{self.endings[which]}", data))
+        vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)
+
+
+KINDS = ("urdf", "xacro", "config", "srdf", "mbs", "mesh")
+
+
+class TooLongError(Exception):
+    """An input that takes longer than ``PATIENCE``."""
+
+
+@contextmanager
+def patience() -> Iterator[None]:
+    def late(*_: object) -> None:
+        raise TooLongError
+
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(PATIENCE)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--minutes", type=float, default=1.0)
+    parser.add_argument("--first", type=int, default=1_000_000, help="the first seed")
+    parser.add_argument("--kinds", nargs="+", default=KINDS)
+    parser.add_argument("--one", nargs=2, metavar=("KIND", "SEED"))
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        fuzzer = Fuzzer(Path(folder))
+        if arguments.one:
+            kind, seed = arguments.one
+            sys.stdout.buffer.write(fuzzer.input(kind, int(seed))[0])
+            print("\n", fuzzer.try_(kind, int(seed)))
+            return 0
+        end = time.monotonic() + 60 * arguments.minutes
+        counts: dict[str, dict[str, int]] = {kind: {} for kind in arguments.kinds}
+        found: dict[str, str] = {}
+        seed = arguments.first
+        while time.monotonic() < end:
+            for kind in arguments.kinds:
+                try:
+                    with patience():
+                        code = fuzzer.try_(kind, seed)
+                except Exception as error:
+                    code = "CRASH"
+                    root = error.__cause__ or error
+                    where = traceback.extract_tb(root.__traceback__)[-1:]
+                    at = "".join(f"{Path(f.filename).name}:{f.lineno}" for f in where)
+                    what = f"{kind} {type(root).__name__} {at}"
+                    if what not in found:
+                        found[what] = f"{seed}: {' '.join(str(root).split())[:150]}"
+                        print(what, found[what], flush=True)
+                counts[kind][code] = counts[kind].get(code, 0) + 1
+            seed += 1
+        for kind, codes in counts.items():
+            most = sorted(codes.items(), key=lambda pair: -pair[1])
+            print(f"{kind}: {sum(codes.values())} inputs, {len(codes)} outcomes: {dict(most)}")
+        print(f"{sum(sum(c.values()) for c in counts.values())} inputs, {len(found)} crashes")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

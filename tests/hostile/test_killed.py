@@ -1,0 +1,281 @@
+"""A kill, a full disk or another run at any moment: the old result is whole, and no litter stays.
+
+The process is killed, or a call of the system fails, at each step of writing in turn: the steps
+are counted, so the same ones are met every time.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import pytest
+
+from urdf2mbs import cli, output
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.output import write, write_files
+from urdf2mbs.testing import TINY
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes of POSIX")
+
+State = dict[str, bytes | None]
+
+#: The calls by which something on the disk changes.
+STEPS: list[tuple[Any, str]] = [
+    (os, "fsync"), (os, "link"), (output, "mkstemp"), (Path, "replace"), (Path, "unlink"),
+    (Path, "mkdir"), (Path, "rmdir"), (Path, "chmod"),
+]  # fmt: skip
+
+
+@contextmanager
+def at_step(number: int, act: Callable[[], None], but: str = "") -> Iterator[list[str]]:
+    """Do something before a step of writing; gives the steps that were taken."""
+    taken: list[str] = []
+
+    def counted(plain: Any, name: str) -> Any:
+        def step(*args: Any, **options: Any) -> Any:
+            taken.append(name)
+            if len(taken) == number and name != but:
+                act()
+            return plain(*args, **options)
+
+        return step
+
+    with ExitStack() as stack:
+        for owner, name in STEPS:
+            stack.enter_context(patch.object(owner, name, counted(getattr(owner, name), name)))
+        yield taken
+
+
+def in_child(work: Callable[[], Any]) -> int:
+    """The exit code of a process that does something; minus the signal that has killed it."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        pid = os.fork()
+    if pid == 0:
+        code = 99
+        try:
+            work()
+            code = 0
+        except ConfigError:
+            code = 2
+        except SystemExit as end:
+            code = int(end.code or 0)
+        finally:
+            os._exit(code)
+    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process is killed here, not the machine: nothing has to be on the disk itself."""
+    monkeypatch.setattr(os, "fsync", lambda _: None)
+
+
+def kill() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def full() -> None:
+    raise OSError(28, "No space left on device")
+
+
+def state(folder: Path) -> State:
+    """Everything below a folder; None is a folder."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+def conversion(folder: Path, mass: str, *, project: bool) -> Conversion:
+    source = folder / "tiny.urdf"
+    source.write_text(TINY.replace('<mass value="', f'<mass value="{mass}', 1))
+    out: Any = {"project": str(folder / "out")} if project else str(folder / "out" / "tiny.mbs")
+    lines = Lines()
+    given = {"source": str(source), "output": out, "pipeline": "faithful"}
+    return Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
+
+
+@pytest.fixture(scope="module", params=["file", "project"])
+def two(request: Any, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Conversion]]:
+    """A folder, and two conversions into it that differ."""
+    folder = tmp_path_factory.mktemp("killed")
+    made = [conversion(folder, mass, project=request.param == "project") for mass in ("2", "3")]
+    assert made[0].files != made[1].files
+    return folder / "out", made
+
+
+def clean(folder: Path, before: Conversion | None) -> State:
+    shutil.rmtree(folder, ignore_errors=True)
+    if before is not None:
+        write(before)
+    return state(folder)
+
+
+def whole(conversion: Conversion, folder: Path) -> State:
+    clean(folder, None)
+    write(conversion)
+    return state(folder)
+
+
+@pytest.mark.parametrize("fresh", [True, False])
+def test_a_kill_at_any_step(two: tuple[Path, list[Conversion]], fresh: bool) -> None:
+    folder, (old, new) = two
+    record = output.RECORD
+    wanted = whole(new, folder)
+    for number in range(1, 1000):
+        before = clean(folder, None if fresh else old)
+
+        def work(number: int = number) -> None:
+            with at_step(number, kill):
+                write(new)
+
+        code = in_child(work)
+        after = state(folder)
+        for name, data in before.items():
+            if data is not None and name != record:
+                assert after[name] in (data, wanted[name]), f"step {number}: {name}"
+        for name, data in after.items():
+            if name in wanted and name not in before and name != record:
+                assert data == wanted[name], f"step {number}: {name}"
+        write(new)  # which accepts what is there, and takes the litter away
+        assert {**state(folder), record: b""} == {**wanted, record: b""}, f"step {number}"
+        if code == 0:
+            assert number > 4
+            return
+        assert code == -signal.SIGKILL
+    raise AssertionError("it never ended")
+
+
+@pytest.mark.parametrize("fresh", [True, False])
+def test_a_full_disk_at_any_step(two: tuple[Path, list[Conversion]], fresh: bool) -> None:
+    folder, (old, new) = two
+    whole(new, folder)
+    failed = 0
+    for number in range(1, 1000):
+        before = clean(folder, None if fresh else old)
+        folder.mkdir(exist_ok=True)  # made by the test, so that it may stay
+        said = None
+        with at_step(number, full, but="unlink") as taken:
+            try:
+                write(new)
+            except ConfigError as error:
+                said = error
+        if said is not None:
+            assert said.code == "output-unwritable"
+            assert "No space left" in said.message
+            assert state(folder) == before, f"step {number}: {taken[number - 1]}"
+            failed += 1
+        if len(taken) < number:
+            assert failed >= 4
+            return
+    raise AssertionError("it never ended")
+
+
+def test_a_limit_of_the_system(two: tuple[Path, list[Conversion]]) -> None:
+    """Not an injected failure: the system itself refuses to write more."""
+    import resource
+
+    folder, (old, new) = two
+    for most in (0, 100, 2000):
+        before = clean(folder, old)
+
+        def work(most: int = most) -> None:
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+            write(new)
+
+        assert in_child(work) == 2
+        assert state(folder) == before
+
+
+def test_sigterm_takes_the_litter_away(tmp_path: Path) -> None:
+    source, out = tmp_path / "tiny.urdf", tmp_path / "out" / "tiny.mbs"
+    source.write_text(TINY)
+    before = state(tmp_path)
+    for number in range(1, 100):
+
+        def work(number: int = number) -> None:
+            with at_step(number, lambda: os.kill(os.getpid(), signal.SIGTERM)):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+                raise SystemExit(cli.main(["convert", str(source), "-o", str(out)]))
+
+        code = in_child(work)
+        if code == 0:
+            break
+        assert code == 128 + signal.SIGTERM
+        assert set(state(tmp_path)) in ({*before}, {*before, "out", "out/tiny.mbs"}), number
+        shutil.rmtree(out.parent, ignore_errors=True)
+    assert number > 4
+
+
+def test_another_run_waits(tmp_path: Path) -> None:
+    """While one run is within its renames, nobody gets the folders."""
+    from fcntl import LOCK_EX, LOCK_NB, flock
+
+    files = {tmp_path / "a" / "1": b"x", tmp_path / "b" / "2": b"y"}
+    write_files(files)
+    tried: list[str] = []
+
+    def look() -> None:
+        for folder in ("a", "b"):
+            descriptor = os.open(tmp_path / folder, os.O_RDONLY)
+            try:
+                flock(descriptor, LOCK_EX | LOCK_NB)
+                tried.append(f"{folder} is free")
+            except BlockingIOError:
+                tried.append("locked")
+            finally:
+                os.close(descriptor)
+
+    with at_step(3, look):
+        write_files(files)
+    assert tried == ["locked", "locked"]
+    tried.clear()
+    look()
+    assert tried == ["a is free", "b is free"]
+
+
+def test_two_runs_at_once_do_not_mix(two: tuple[Path, list[Conversion]]) -> None:
+    folder, made = two
+    wholes = [{k: v for k, v in whole(one, folder).items() if k != output.RECORD} for one in made]
+    clean(folder, made[0])
+    for _ in range(5):
+        pids = []
+        for one in made:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                pid = os.fork()
+            if pid == 0:
+                code = 1
+                try:
+                    write(one)
+                    code = 0
+                finally:
+                    os._exit(code)
+            pids.append(pid)
+        assert [os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) for pid in pids] == [0, 0]
+        there = {name: data for name, data in state(folder).items() if name != output.RECORD}
+        assert there in wholes
+        write(made[0])  # it is ours still
+
+
+def test_litter_of_others_stays(tmp_path: Path) -> None:
+    ours = [".a.mbs.abcd_123.part", ".a.mbs.12345678.old"]
+    others = [".b.mbs.abcd_123.part", ".a.mbs.part", "a.mbs.abcd_123.part", ".a.mbs.abcd_1234.part"]
+    for name in (*ours, *others):
+        (tmp_path / name).touch()
+    write_files({tmp_path / "a.mbs": b""})
+    assert sorted(state(tmp_path)) == sorted([*others, "a.mbs"])

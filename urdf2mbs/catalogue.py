@@ -1,0 +1,548 @@
+"""The catalogue: every error, warning and note, what it means, and what to do about it.
+
+docs/diagnostics.md is made from this table (``python -m urdf2mbs.kit.catalogue``), and so are the
+levels that a user can change.  The texts are Markdown.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+
+class Code(NamedTuple):
+    """One thing that can be said."""
+
+    meaning: str
+    todo: str = ""
+    level: Literal["error", "warning", "note"] = "error"
+
+
+class Section(NamedTuple):
+    """Codes of one kind."""
+
+    title: str
+    codes: dict[str, Code]
+    intro: str = ""
+    changeable: bool = False
+    """Whether the user may give them another level."""
+
+
+SECTIONS = [
+    Section(
+        "Errors that can be lowered",
+        intro="What happens then is defined.",
+        changeable=True,
+        codes={
+            "xacro-macro-unknown": Code(
+                "a xacro macro is called that no file defines; the call is left out, with "
+                "all that it would have made"
+            ),
+            "xacro-legacy": Code(
+                "xacro of before 2014, without the prefix `xacro:`; the element is left "
+                "out. (Where a number needs it, nothing is left to convert, and the level "
+                "does not matter.)"
+            ),
+        },
+    ),
+    Section(
+        "The robot's file (exit code 1)",
+        codes={
+            "file-not-found": Code("there is no such file", todo="mend the path"),
+            "file-is-directory": Code("the source is a folder", todo="name the file in it"),
+            "file-unreadable": Code(
+                "a file cannot be read, or is larger than what is read; the message says which",
+                todo="look at its rights",
+            ),
+            "file-empty": Code("there is nothing in it", todo="get it again"),
+            "not-xml": Code("it is no XML", todo="a URDF begins with `<robot name=...>`"),
+            "xml-syntax": Code("its XML is not well-formed", todo="mend the line named"),
+            "merge-conflict": Code(
+                "a merge conflict was left in the file", todo="choose one of the two versions"
+            ),
+            "xml-truncated": Code(
+                "it ends before its elements are closed", todo="it was cut off: get it again"
+            ),
+            "xml-too-large": Code(
+                "its XML is nested deeper, or a text in it is longer, than is read; the message "
+                "says the bound",
+                todo="look at the program that has made the file",
+            ),
+            "xml-entity": Code(
+                "it declares XML entities, which are not read (they can hide attacks)",
+                todo="write out what they stand for",
+            ),
+            "wrong-root": Code(
+                "its root is not `<robot>`: SDF, MJCF, ...", todo="convert that to URDF first"
+            ),
+            "no-links": Code("the robot has no link"),
+            "name-missing": Code("a link or joint has no name", todo="name it"),
+            "name-doubled": Code("two of one name, which are not the same", todo="rename one"),
+            "number-missing": Code("a number that the `.mbs` needs is not there", todo="give it"),
+            "number-invalid": Code("it is not a finite number", todo="write it as 1.5 or -2e-3"),
+            "number-count": Code("too many or too few numbers", todo="give as many as are wanted"),
+            "joint-type-missing": Code("a joint has no type"),
+            "joint-type-unknown": Code(
+                "a joint's type is not known", todo="the message lists the types"
+            ),
+            "joint-link-missing": Code("a joint has no parent or child"),
+            "joint-same-link": Code("a joint's parent is its child"),
+            "link-unknown": Code(
+                "a joint names a link that does not exist, and is not `world` as a parent",
+                todo="the nearest name is offered",
+            ),
+            "axis-zero": Code("the axis of a moving joint is 0 0 0", todo="give a direction"),
+            "two-parents": Code("a link is the child of two joints", todo="URDF is a tree"),
+            "several-roots": Code(
+                "several links have no parent, and more than one holds or has something",
+                todo="join them, or take some away",
+            ),
+            "loop": Code("links form a loop", todo="URDF is a tree"),
+            "mbs-unwritable": Code(
+                "the model holds what an `.mbs` cannot: an infinite number (huge ones of "
+                "the URDF add up), or a word of a plugin's that the format does not know",
+                todo="the message says which",
+            ),
+            "xacro": Code(
+                "xacro cannot expand the file",
+                todo="the message is xacro's, with file and includes",
+            ),
+            "xacro-isolated": Code(
+                "xacro was stopped, as it took more time or memory than `isolate` gives it",
+                todo="look for macros that call themselves, or give more",
+            ),
+            "xacro-arg": Code(
+                "a xacro argument has no value", todo="`xacro_args`, or `--arg NAME:=VALUE`"
+            ),
+            "xacro-unexpanded": Code(
+                "an expression is left, after xacro, where a number is wanted",
+                todo="write the number",
+            ),
+            "package-not-found": Code(
+                "a ROS package was not found, and a file in it is included; the message "
+                "says where was looked",
+                todo="`packages: {NAME: DIR}`, or `--package NAME=DIR`",
+            ),
+        },
+    ),
+    Section(
+        "The robot's file: warnings and notes",
+        changeable=True,
+        codes={
+            "unknown-element": Code(
+                "an element that URDF does not know has no effect", level="warning"
+            ),
+            "unknown-attribute": Code(
+                "an attribute that URDF does not know has no effect", level="warning"
+            ),
+            "doubled-element": Code(
+                "only the first of two counts (in an `.mbs`: an error)", level="warning"
+            ),
+            "robot-unnamed": Code(
+                "`<robot>` has no name: the robot is called as its file", level="warning"
+            ),
+            "name-blank": Code(
+                "a name begins or ends with a blank, which is kept", level="warning"
+            ),
+            "inertial-incomplete": Code(
+                "`<inertial>` without `<mass>` or `<inertia>`; read as ROS does", level="warning"
+            ),
+            "inertia-incomplete": Code(
+                "products of inertia that are not given are zero, as in Drake: a tensor "
+                "of three moments is a diagonal one",
+                level="warning",
+            ),
+            "inertia-indefinite": Code(
+                "no real body: a principal moment is below zero; it is kept. "
+                "`estimate-inertia: {repair: true}` puts the [nearest possible "
+                "one](passes/estimate-inertia.md)",
+                level="warning",
+            ),
+            "inertia-triangle": Code(
+                "no real body: one principal moment is more than the others together; it "
+                "is kept, or repaired, likewise",
+                level="warning",
+            ),
+            "mass-negative": Code(
+                "no real body: a mass below zero; it is kept, or repaired to zero", level="warning"
+            ),
+            "inertia-without-mass": Code("inertia, but no mass", level="warning"),
+            "mass-without-inertia": Code("mass, but no inertia: a point mass", level="note"),
+            "inertia-repaired": Code(
+                "inertias that no body can have were moved to the nearest possible ones, "
+                "as asked for",
+                level="warning",
+            ),
+            "inertia-estimated": Code(
+                "links that had no inertia were given one, as asked for", level="warning"
+            ),
+            "number-left-out": Code(
+                "a number that the `.mbs` does not need cannot be read: a limit (infinite "
+                "ones, too), damping, mimic, colour; the item is left out. A visual or "
+                "collision whose size or place cannot be read is left out as a whole, as "
+                "it would be shown wrongly",
+                level="warning",
+            ),
+            "mesh-scale": Code(
+                "the scale of a mesh is one number; it is taken for all directions", level="warning"
+            ),
+            "geometry-unknown": Code(
+                "a visual or collision without a geometry that we know is left out", level="warning"
+            ),
+            "geometry-size": Code("a size is zero or negative", level="warning"),
+            "material-undefined": Code("a material is named, but nowhere defined", level="warning"),
+            "material-unnamed": Code(
+                "a material of `<robot>` has no name, so nobody can use it", level="warning"
+            ),
+            "color-range": Code("a colour is not within 0 and 1", level="warning"),
+            "joint-type-spelling": Code("a joint's type has capitals or blanks", level="warning"),
+            "mimic-left-out": Code(
+                "a joint mimics none that exists, or itself: it is free", level="warning"
+            ),
+            "world-implied": Code(
+                "a joint's parent is `world`, which is not declared: it is implied, as in Drake",
+                level="warning",
+            ),
+            "link-unattached": Code(
+                "a link that no joint holds, and that holds and has nothing, is left out",
+                level="warning",
+            ),
+            "joint-limit-missing": Code(
+                "a revolute or prismatic joint without `<limit>`; read as one without limits",
+                level="warning",
+            ),
+            "limit-order": Code("the lower limit is above the upper one", level="warning"),
+            "xml-namespace": Code("a prefix that is not declared is forgiven", level="warning"),
+            "xml-mended": Code(
+                "a slip that leaves the meaning clear: `<?xml ...?>` that is late, bare, "
+                "doubled or of version 0.0; `--` or foreign letters within a comment",
+                level="warning",
+            ),
+            "property-unused": Code(
+                "a `<property>` without the prefix `xacro:`, which nothing uses", level="warning"
+            ),
+            "package-unresolved": Code(
+                "a ROS package of a mesh or of another program's file was not found",
+                level="warning",
+            ),
+            "xacro-warning": Code("xacro's own", level="warning"),
+            "xacro-message": Code("xacro's own", level="note"),
+            "xacro-unused-arg": Code(
+                "an argument that no file uses has no effect", level="warning"
+            ),
+        },
+    ),
+    Section(
+        "The conversion: warnings and notes",
+        changeable=True,
+        codes={
+            "base": Code("whether the base floats, and why", level="note"),
+            "no-mass": Code(
+                "no link has mass or inertia: all frames are kept, as bodies without "
+                "mass, and the model has no dynamics until masses are given",
+                level="warning",
+            ),
+            "massless-leaf": Code(
+                "joints move nothing that has mass: they are held at zero; keep them by "
+                "`prune-massless: {keep: [...]}`",
+                level="warning",
+            ),
+            "singular": Code(
+                "the mass matrix is singular at every position: Robotran cannot solve the "
+                "model; see [find-singular](passes/find-singular.md)",
+                level="warning",
+            ),
+            "singular-at-start": Code(
+                "the mass matrix is singular at the initial position: a simulation cannot "
+                "start there",
+                level="warning",
+            ),
+            "mbs-name": Code(
+                "the file's stem is no identifier, so the model has another name", level="note"
+            ),
+            "ground-mass": Code("mass that is fixed to the ground has no body", level="note"),
+            "axis-aligned": Code(
+                "an axis is within 1e-9 of a coordinate axis or plane, and is taken to lie on it",
+                level="note",
+            ),
+            "mimic": Code(
+                "joints that follow others are independent in the `.mbs`; the message has "
+                "the rules. A project couples them: see [mimic](passes/mimic.md)",
+                level="warning",
+            ),
+            "mimic-leader": Code(
+                "a joint follows one that does not move by one coordinate in the `.mbs`: "
+                "it stays independent",
+                level="warning",
+            ),
+            "mimic-driven": Code(
+                "a joint is driven by its leader, which does not feel its inertia, "
+                "because the config says so",
+                level="warning",
+            ),
+            "posture-limit": Code(
+                "joints start beyond their limits: give a start position", level="warning"
+            ),
+            "posture-state": Code(
+                "a group state names what is no joint with one position", level="warning"
+            ),
+            "stand": Code(
+                "how far the base was shifted so that the robot stands on the ground", level="note"
+            ),
+            "contacts-mesh": Code(
+                "a mesh whose lowest points are wanted cannot be used", level="warning"
+            ),
+            "sensor-left-out": Code(
+                "a sensor is on what is no part of a moving body", level="warning"
+            ),
+            "force-torque": Code(
+                "force-torque sensors of the URDF that are left out, and how to have them",
+                level="note",
+            ),
+            "loops": Code(
+                "how many cuts there are, and which joints they make dependent", level="note"
+            ),
+            "loop-open": Code(
+                "a loop is not closed at the start position; the message has the distance",
+                level="warning",
+            ),
+            "loop-left-out": Code(
+                "a joint in `<gazebo>` closes a loop in a way that is no cut", level="warning"
+            ),
+            "generator-limits": Code(
+                "more joints, cuts or sensors than most accounts of Robotran's generator "
+                "of equations allow (80, 30, 30); [equations](passes/equations.md) has no "
+                "limit",
+                level="note",
+            ),
+            "project-renamed": Code(
+                "user functions that were there already call the generated module by another name",
+                level="warning",
+            ),
+            "point-without-rotation": Code(
+                "frames became anchor points, which have no rotation; it is in the report",
+                level="note",
+            ),
+            "layout-kept": Code(
+                "how many bodies stay where the output that was there has them (`layout: "
+                "{keep: true}`)",
+                level="note",
+            ),
+            "layout-not-kept": Code(
+                "that output cannot be read, so all places are new", level="warning"
+            ),
+            "texture": Code("textures of materials are left out", level="warning"),
+            "collision": Code("collision shapes are left out", level="note"),
+            "joint-dynamics": Code(
+                "nothing applies damping and friction: a project does, or your own "
+                "`user_JointForces`",
+                level="warning",
+            ),
+            "limit": Code(
+                "limits of joints that do not move by one coordinate in the `.mbs` are left out",
+                level="note",
+            ),
+            "safety-controller": Code("the same for safety controllers", level="note"),
+            "calibration": Code("the same for calibration", level="note"),
+            "extension": Code("other programs' elements are left out", level="note"),
+            "mesh-not-converted": Code(
+                "the output is one file, not a project: meshes are not converted", level="note"
+            ),
+            "mesh-missing": Code(
+                "a mesh file was not found; the message says where was looked", level="warning"
+            ),
+            "mesh-unreadable": Code("a mesh file cannot be read", level="warning"),
+            "mesh-part": Code("a part of a mesh cannot be shown", level="warning"),
+            "mesh-file-missing": Code(
+                "a file that meshes name (a texture, an `.mtl`) was not found", level="warning"
+            ),
+            "mesh-not-ours": Code(
+                "a `.wrl` that we did not write, or that was changed since, stays as it is",
+                level="warning",
+            ),
+            "mesh-up-axis": Code(
+                "COLLADA meshes were turned so that z is up, as asked; RViz and Gazebo do "
+                "not: see [meshes.md](meshes.md)",
+                level="warning",
+            ),
+            "plugin-idle": Code(
+                "none of a plugin's passes is in the pipeline: put one in by `after`",
+                level="warning",
+            ),
+        },
+    ),
+    Section(
+        "Config and command line (exit code 2)",
+        codes={
+            "path-invalid": Code(
+                "a path is too long, or has a character that none can have", todo="another path"
+            ),
+            "isolate-unsupported": Code(
+                "`isolate` cannot limit the memory on this operating system",
+                todo="leave `memory` out",
+            ),
+            "usage": Code("an argument does not read as it should", todo="the message says how"),
+            "config-unreadable": Code("the config cannot be read"),
+            "config-yaml": Code("it is not YAML", todo="mend the line named"),
+            "config-type": Code("a value is of the wrong type"),
+            "config-key-missing": Code("a key must be given"),
+            "config-key-doubled": Code("a key is there twice"),
+            "unknown-key": Code("a key that nobody knows", todo="the nearest name is offered"),
+            "unknown-preset": Code("there is no such preset"),
+            "unknown-code": Code(
+                "`diagnostics` or `--level` names no code that can be changed",
+                todo="the nearest one is offered",
+            ),
+            "unknown-pass": Code(
+                "there is no such pass, or it is not in this pipeline",
+                todo="`urdf2mbs passes` lists all",
+            ),
+            "unknown-plugin": Code("`swap` names a plugin that does not bring the pass"),
+            "pass-doubled": Code("a pass is in the pipeline twice"),
+            "pass-ambiguous": Code(
+                "two plugins bring a pass of one name", todo="`swap: {PASS: PLUGIN}`"
+            ),
+            "pass-order": Code(
+                "a pass stands where it cannot work", todo="the message says where it belongs"
+            ),
+            "pass-name": Code("`new-pass` cannot use this name"),
+            "need-not-given": Code("a pass needs what no pass gives", todo="put in one that does"),
+            "wrong-order": Code("a pass needs what is given only later", todo="change the order"),
+            "given-twice": Code("two passes give the same", todo="leave one out"),
+            "mimic-joints": Code("the option of mimic names no joint that follows another"),
+            "actuators-joints": Code("actuators names no joint that moves"),
+            "posture-joint": Code(
+                "posture names what is no joint with a position of its own",
+                todo="the nearest name is offered",
+            ),
+            "posture-value": Code("a position is not a finite number"),
+            "posture-srdf": Code(
+                "the SRDF file cannot be read, or has no such group state",
+                todo="those that it has are offered",
+            ),
+            "posture-hold": Code("no joint fits `hold.joints`"),
+            "contacts-links": Code("contacts names no link", todo="the nearest name is offered"),
+            "contacts-body": Code(
+                "no force can act on a link: it never moves, or has no body of its own",
+                todo="the message says what to do",
+            ),
+            "contacts-shape": Code("a link has no shape to take points of", todo="give the points"),
+            "contacts-value": Code("a number with which there would be no force, or no end of it"),
+            "sensors-links": Code("sensors names no link", todo="the nearest name is offered"),
+            "force-torque-joint": Code(
+                "a joint cannot be a force-torque sensor", todo="the message says why"
+            ),
+            "loops-link": Code(
+                "a cut does not end at a link with a body", todo="the nearest name is offered"
+            ),
+            "loops-length": Code("a length that no rod can have"),
+            "loops-dependent": Code(
+                "the joints in `dependent` cannot be solved for", todo="name more, or leave it out"
+            ),
+            "forces-link": Code(
+                "a force does not act on a link with a body that moves",
+                todo="the nearest name is offered",
+            ),
+            "forces-name": Code(
+                "a wrench or spring has a name that Robotran cannot use",
+                todo="letters, digits and `_`, a letter first",
+            ),
+            "loops-name": Code("a cut is called as a link is", todo="another name"),
+            "forces-value": Code("a number of a force is not finite"),
+            "forces-spring": Code("the ends of a spring coincide"),
+            "stale": Code(
+                "a pass needs what another has changed the source of since",
+                todo="the message names both passes: change the order",
+            ),
+            "gravity-infinite": Code(
+                "gravity is not three finite numbers", todo="in m/s^2, such as `[0, 0, -9.81]`"
+            ),
+            "tolerance-invalid": Code(
+                "the tolerance is not a finite number above 0", todo="such as `1e-9`"
+            ),
+            "estimate-inertia": Code("its options contradict each other or the robot"),
+            "package-missing": Code("`packages` names a folder that does not exist"),
+            "package-folder": Code("the same, found by xacro"),
+            "output-is-source": Code("the output would overwrite the robot"),
+            "output-is-folder": Code("the output is a folder", todo="name the file"),
+            "output-not-ours": Code(
+                "the .mbs in a project folder was not written by urdf2mbs, or was edited "
+                "since (in MBSysPad, say)",
+                todo="move it away, or convert into another project",
+            ),
+            "equations-not-ours": Code(
+                "a file in `symbolicR` was not written by urdf2mbs (Robotran's generator "
+                "gives its files the same names)",
+                todo="move it away, or write into another folder",
+            ),
+            "output-unwritable": Code(
+                "a file cannot be written; of several files none is", todo="look at the rights"
+            ),
+            "file-exists": Code("`new-pass` never overwrites", todo="another name or folder"),
+            "extra-missing": Code(
+                "a package that is not installed is needed", todo="`pip install 'urdf2mbs[EXTRA]'`"
+            ),
+            "pinocchio-refused": Code(
+                "`verify --engine pinocchio`: Pinocchio's own reader refuses the URDF",
+                todo="compare with the own engine",
+            ),
+            "no-mbs": Code("the pipeline makes no `.mbs` to report on", todo="put `emit` in"),
+        },
+    ),
+    Section(
+        "Plugins (exit code 2)",
+        codes={
+            "plugin-missing": Code("the file does not exist"),
+            "plugin-broken": Code(
+                "the plugin cannot be loaded, or what it brings is wrong; the message "
+                "says what. A warning, without exit code, for an installed plugin: it is "
+                "left out"
+            ),
+            "plugin-empty": Code("it has no function marked `@hookimpl`"),
+            "plugin-doubled": Code("two plugins of one name"),
+        },
+    ),
+    Section(
+        "Plugins at work (exit code 1)",
+        codes={
+            "plugin-failed": Code(
+                "an exception in a plugin's pass or hook; `--debug` shows the traceback"
+            ),
+            "plugin-robot-broken": Code("a plugin's pass leaves links and joints that are no tree"),
+            "plugin-output-broken": Code(
+                "a plugin's pass leaves files that are not `Path: bytes`, or a report "
+                "that cannot be JSON"
+            ),
+            "internal": Code("an exception in urdf2mbs itself: please report it"),
+        },
+    ),
+    Section(
+        "Reading an .mbs",
+        codes={
+            "model-unreadable": Code("the file cannot be read"),
+            "mbsname-no-identifier": Code(
+                "`equations`: the files are called after `<mbsname>`, and it is no name "
+                "that a program can have"
+            ),
+            "not-mbs": Code("its root is not `mbsDescR7`"),
+            "mbs-incomplete": Code("an element is missing without which Robotran goes wrong"),
+            "mbs-schema": Code("a warning: it departs from the format's schema", level="warning"),
+            "body-without-joint": Code("Robotran would lose the body"),
+            "parent-missing": Code("a body has no parent"),
+            "parent-unknown": Code("its parent does not exist"),
+            "parent-order": Code("its parent stands later in the file"),
+            "point-unknown": Code("its anchor point does not exist"),
+            "name-unknown": Code(
+                "a cut, a link or a user constraint that a plugin's pass has added names "
+                "what the model does not have"
+            ),
+            "joint-unknown": Code("a user constraint names a joint that does not exist"),
+            "joint-nature-unknown": Code(
+                "a joint's nature is none of `independent`, `dependent`, `driven`"
+            ),
+            "value-unknown": Code("a measure of a sensor is not `true`"),
+            "no-drawing": Code("the file has no 2D diagram to draw"),
+        },
+    ),
+]
+
+CATALOGUE = {code: one for section in SECTIONS for code, one in section.codes.items()}
