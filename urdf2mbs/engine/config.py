@@ -38,8 +38,7 @@ class Project(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Config(msgspec.Struct, forbid_unknown_fields=True):
-    """A config file's content. Paths are relative to the folder of the file; ``~`` and
-    ``$VARIABLE`` in them are filled in."""
+    """A config file's content. Paths are relative to the folder of the file."""
 
     source: Annotated[
         str, Meta(description="the robot: a .urdf or .xacro file, or robot_descriptions:NAME")

@@ -14,7 +14,7 @@ import yaml
 from lxml import etree
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.config import Config, Lines, parse, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.output import write_files
@@ -36,8 +36,8 @@ class Argument(NamedTuple):
     """An ``<xacro:arg>`` as its file declares it."""
 
     name: str
-    default: str | None
-    """As it is written, perhaps with ``$(...)``; None: it must be given."""
+    default: str
+    """As it is written, perhaps with ``$(...)``."""
     description: str
 
 
@@ -105,15 +105,17 @@ def find(conversion: Conversion, table: Mapping[str, str]) -> Findings:
     packages = Packages(settings.packages, settings.source)
     data, expansion = expanded(settings.source, packages, settings.xacro_args)
     robot, _ = read_text(settings.source, data, expansion, settings.xacro_args)
-    meshes = {
-        shape.geometry.filename
+    shapes = [
+        shape
         for link in robot.links.values()
-        for shape in (*link.visuals, *link.collisions)
-        if isinstance(shape.geometry, Mesh)
-    }
+        for shape in (*(v.geometry for v in link.visuals), *(c.geometry for c in link.collisions))
+    ]
+    meshes = {shape.filename for shape in shapes if isinstance(shape, Mesh)}
     missing = sorted(name for name in meshes if packages.resolve(name) is None)
     known = packages.found()
-    named = {found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))}
+    named = {
+        found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
+    }
     return Findings(
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
@@ -140,7 +142,7 @@ def _arguments(files: list[str]) -> list[Argument]:
         for element in () if root is None else root.iter("{*}arg"):
             name = element.get("name")
             if name and "xacro" in str(etree.QName(element).namespace):
-                default = element.get("default")
+                default = element.get("default") or ""
                 found.setdefault(name, Argument(name, default, _described(element)))
     return list(found.values())
 
@@ -174,19 +176,18 @@ def _feet(robot: Robot) -> list[str]:
     for joint in robot.depth_first():
         poses[joint.child] = compose(poses[joint.parent], joint.origin.pose)
         limb[joint.child] = joint.name if joint.moves else limb[joint.parent]
-    inner = {
-        limb[joint.parent] for name in robot.links for joint in children[name] if joint.moves
-    }
+    inner = {limb[joint.parent] for name in robot.links for joint in children[name] if joint.moves}
     heights = {name: pose.xyz[2] for name, pose in poses.items()}
     floor = min(heights.values()) + LOW * (max(heights.values()) - min(heights.values()))
+    low = {limb[name] for name, height in heights.items() if height <= floor}
     feet: dict[str, str] = {}
     for name, moved_by in limb.items():
         link = robot.links[name]
-        low = heights[name] <= floor and (link.collisions or link.visuals)
-        if moved_by is None or moved_by in inner or not low:
+        if moved_by is None or moved_by in inner or moved_by not in low:
             continue
         joint = robot.joints[moved_by]
-        if joint.type == "continuous" and joint.child == name:
+        wheel = joint.type == "continuous" and heights[joint.child] <= floor
+        if wheel or not (link.collisions or link.visuals):
             continue
         if moved_by not in feet or _likely(link) > _likely(robot.links[feet[moved_by]]):
             feet[moved_by] = name
@@ -282,7 +283,7 @@ def _packages(config: Path, found: Findings) -> list[str]:
     lines = ["", "packages:" if found.packages else "# packages:"]
     lines += [f"  {_flow(n)}: {_flow(_relative(p, config))}" for n, p in found.packages.items()]
     lines += [
-        f"#  {_flow(name)}: DIR   # meshes name it, and it was not found"
+        f"#   {_flow(name)}: DIR   # meshes name it, and it was not found"
         for name in found.packages_missing
     ]
     return lines
@@ -295,18 +296,24 @@ def _args(found: Findings, given: Mapping[str, str]) -> list[str]:
     lines = ["", "xacro_args:" if given else "# xacro_args:   # and their defaults"]
     for name, value in given.items():
         about = described[name].description if name in described else ""
-        line = f"  {_flow(name)}: {_flow(value)}"
+        line = f"  {_flow(name)}: {_argument(value)}"
         lines.append(f"{line}   # {about}" if about else line)
     for one in found.arguments:
         if one.name not in given:
-            about = [one.description] if one.description else []
-            default = "VALUE"
-            if one.default is not None and "$(" in one.default:
-                about.append(f"default: {_line(one.default)}")  # xacro fills in only its own
-            elif one.default is not None:
-                default = _flow(one.default)
-            lines.append(f"#  {_flow(one.name)}: {default}" + "   # " * bool(about) + "; ".join(about))
+            notes = [one.description] if one.description else []
+            default = _argument(one.default)
+            if "$(" in one.default:  # which is filled in only in the file that declares it
+                notes.append(f"default: {_line(one.default)}")
+                default = "VALUE"
+            lines.append(
+                f"#   {_flow(one.name)}: {default}" + "   # " * bool(notes) + "; ".join(notes)
+            )
     return lines
+
+
+def _argument(value: str) -> str:
+    """An argument's value in YAML; a config takes numbers and yes or no as they are written."""
+    return value if re.fullmatch(r"[\w.+-]*\w", value) else _flow(value)
 
 
 def _meshes(found: Findings) -> list[str]:
@@ -350,5 +357,7 @@ def _next(config: Path, found: Findings) -> str:
     if found.sensors:
         text += f"\n  sensors: {_line(', '.join(found.sensors))}"
     if found.packages_missing:
-        text += f"\n  not found: {', '.join(found.packages_missing)} (the config says where to put it)"
+        text += (
+            f"\n  not found: {', '.join(found.packages_missing)} (the config says where to put it)"
+        )
     return f"{text}\n\nNext: urdf2mbs run {config}\n      urdf2mbs report {config}"

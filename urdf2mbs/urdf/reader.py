@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from lxml import etree
 
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
-from urdf2mbs.urdf import xml
+from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import is_xacro
 from urdf2mbs.urdf.robot import read_root
 from urdf2mbs.urdf.values import Reading
@@ -123,6 +123,9 @@ def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, lis
 
 def _read(source: Path) -> bytes:
     file = str(source)
+    given = standard_input.taken(source)
+    if given is not None:
+        return given
     try:
         return source.read_bytes()
     except FileNotFoundError:
