@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import inspect
 import json
+import posixpath
 import re
 from pathlib import Path
 from typing import Any
@@ -36,17 +37,36 @@ def on_files(files: Any, config: Any) -> Any:
     return files
 
 
+def on_config(config: Any) -> Any:
+    """MkDocs calls this first: each pass has a page."""
+    passes = sorted(file.stem for file in (DOCS / "passes").glob("*.md"))
+    config.nav.append({"Each pass": [{name: f"passes/{name}.md"} for name in passes]})
+    return config
+
+
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Code blocks without the words that are for the tests; links that lead out of docs/."""
-    markdown = re.sub(r"^(```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
-    return re.sub(r"\]\((\.\./)+(README\.md|plugins/[^)]*)\)", "]", markdown).replace(
-        "](config.schema.json)", "](reference/config.md)"
-    )
+    """Code blocks without the words that are for the tests; no links to files outside docs/."""
+    markdown = re.sub(r"^( *```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
+    here = posixpath.dirname(page.file.src_uri)
+
+    def link(found: re.Match[str]) -> str:
+        outside = posixpath.normpath(posixpath.join(here, found[2])).startswith("../")
+        outside = outside or found[2].endswith((".json", ".cff", "LICENSE"))
+        return found[1].replace("`", "") if outside else found[0]
+
+    return re.sub(r"(?<!!)\[([^\]]+)\]\(([^):#]+)(?:#[^)]*)?\)", link, markdown)
+
+
+def _index() -> str:
+    """The README, as the site's first page."""
+    text = (DOCS.parent / "README.md").read_text("utf-8").replace("](docs/", "](")
+    return text.replace("](CONTRIBUTING.md)", "](../C)").replace("](CHANGELOG.md)", "](../C)")
 
 
 def pages() -> dict[str, str]:
     """The generated pages, by name."""
     return {
+        "index.md": _index(),
         "reference/commands.md": _commands(),
         "reference/config.md": _config(),
         "reference/passes.md": _passes(),
