@@ -97,13 +97,15 @@ def _commands() -> str:
 
 def _config() -> str:
     known = schema(Plugins(installed=False))
-    lines = ["# Config", "", "A config is a YAML file. Paths in it are relative to its folder; `~` "
-             "and `$VARIABLE` are filled in.", "", "| key | default | |", "|---|---|---|"]  # fmt: skip
+    told = (
+        "A config is a YAML file. Paths are relative to its folder; `~`, `$VARIABLE` are filled in."
+    )
+    lines = ["# Config", "", told, "", "| key | default | |", "|---|---|---|"]
     for key, one in known["properties"].items():
         default = "must be given" if key in known["required"] else f"`{json.dumps(one['default'])}`"
         lines.append(f"| `{key}` | {default} | {one.get('description', '')} |")
-    lines += ["", "The options below `passes` are those of [each pass](passes.md). "
-              "`urdf2mbs schema` prints all this as a JSON schema, for your editor.", ""]  # fmt: skip
+    told = "`urdf2mbs schema` prints all this as a JSON schema, for your editor."
+    lines += ["", f"The options below `passes` are those of [each pass](passes.md). {told}", ""]
     return "\n".join(lines)
 
 
