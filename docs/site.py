@@ -154,7 +154,10 @@ def _api() -> str:
 
 
 def _function(name: str, function: Any, level: str = "##") -> list[str]:
-    parameters = [str(one) for one in inspect.signature(function).parameters.values()]
+    parameters = [
+        re.sub(r": '([^']*)'", r": \1", str(one))  # an annotation is a text there
+        for one in inspect.signature(function).parameters.values()
+    ]
     words = ",\n    ".join(parameters)
     called = f"{function.__name__}(\n    {words},\n)" if words else f"{function.__name__}()"
     text = inspect.getdoc(function) or ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
 import inspect
 import json
 import re
@@ -23,10 +24,10 @@ import yaml
 from installed import FOOT_CONTACTS, install
 from lxml import etree
 
-from urdf2mbs.cli import main
+from urdf2mbs.cli import EXAMPLES, main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine import hookspecs
-from urdf2mbs.engine.config import Lines, load, parse, preset
+from urdf2mbs.engine.config import Config, Lines, load, parse, preset
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
@@ -393,3 +394,28 @@ def test_every_command_is_in_the_readme_or_the_docs(capsys: Any) -> None:
     assert len(commands) >= 6
     for command in commands:
         assert f"urdf2mbs {command}" in text, command
+
+
+def test_each_test_file_says_in_one_line_what_it_protects() -> None:
+    for file in sorted((ROOT / "tests").rglob("*.py")):
+        told = ast.get_docstring(ast.parse(file.read_text())) or ""
+        assert len(told.splitlines()[:1]) == 1, file
+
+
+def test_the_site_has_every_command_key_pass_and_hook() -> None:
+    """Its generated pages; that all links lead somewhere is seen when it is built, in CI."""
+    spec = importlib.util.spec_from_file_location("site_pages", DOCS / "site.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    pages = module.pages()
+    for command in EXAMPLES:
+        assert f"\n## {command}\n" in pages["reference/commands.md"]
+    for key in Config.__struct_fields__:
+        assert f"\n| `{key}` |" in pages["reference/config.md"]
+    for name in BUILT_IN:
+        assert f"(../passes/{name}.md)" in pages["reference/passes.md"]
+    for name in vars(hookspecs):
+        if name.startswith("urdf2mbs_"):
+            assert f"\n## {name}\n" in f"\n{pages['reference/hooks.md']}"
