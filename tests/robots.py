@@ -27,6 +27,8 @@ class RealRobot:
     text: Path
     packages: dict[str, Path] = field(default_factory=dict)
     args: dict[str, str] = field(default_factory=dict)
+    listed: bool = False
+    """Whether it is an entry of the manifest."""
 
     def convert(self, **settings: Any) -> Result:
         from urdf2mbs import convert
@@ -74,7 +76,9 @@ def _all() -> list[RealRobot]:
                 name = source.name
             packages = {p: folder / path for p, path in entry.get("package_map", {}).items()}
             found.append(
-                RealRobot(f"{robot['robot']}-{name}", source, text, packages, entry.get("args", {}))
+                RealRobot(
+                    f"{robot['robot']}-{name}", source, text, packages, entry.get("args", {}), True
+                )
             )
     known = {robot.source for robot in found}
     for path in sorted(FOLDER.rglob("*")):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
 import inspect
 import json
 import re
@@ -24,10 +25,10 @@ from installed import FOOT_CONTACTS, install
 from lxml import etree
 
 from urdf2mbs.catalogue import CATALOGUE, SECTIONS
-from urdf2mbs.cli import main
+from urdf2mbs.cli import EXAMPLES, main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine import hookspecs
-from urdf2mbs.engine.config import Lines, load, parse, preset
+from urdf2mbs.engine.config import Config, Lines, load, parse, preset
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
@@ -40,7 +41,12 @@ from urdf2mbs.urdf.elements import ATTRIBUTES
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md")), *sorted(ROOT.glob("plugins/*/*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted(DOCS.rglob("*.md")),
+    *sorted(ROOT.glob("plugins/*/*.md")),
+]
 BUILT_IN: dict[str, Pass] = {
     name: found[0].pass_ for name, found in Plugins(installed=False).passes.items()
 }
@@ -91,8 +97,10 @@ class Page:
         shutil.copytree(ROOT / "plugins", folder / "plugins")
 
     def follow(self, block: Block) -> None:
-        if block.file:
-            file = self.folder / block.file
+        file = self.folder / (block.file or "")
+        if block.language == "text" and file.is_file():
+            assert block.text in file.read_text(), f"{block.file} says something else"
+        elif block.file:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(block.text)
         getattr(self, block.language)(block)
@@ -119,7 +127,7 @@ class Page:
         assert block.text in (FOOT_CONTACTS / "pyproject.toml").read_text()
 
     def sh(self, block: Block) -> None:
-        if block.info and block.info[0] in ("install", "test"):
+        if block.info and block.info[0] in ("install", "test", "setup"):
             return  # what CI runs
         wanted = next((int(word[5:]) for word in block.info if word.startswith("exit=")), 0)
         self.said = ""
@@ -146,7 +154,7 @@ class Page:
             assert code == wanted, f"{line}: {code}\n{self.said}"
 
     def text(self, block: Block) -> None:
-        """What was said last; '...' stands for anything."""
+        """What was said last; '...' stands for anything.  Of a file that is there: a part of it."""
         if block.file:
             return
         said = " ".join(self.said.replace(f"{self.folder}/", "").split())
@@ -404,3 +412,28 @@ def test_every_command_is_in_the_readme_or_the_docs(capsys: Any) -> None:
     assert len(commands) >= 6
     for command in commands:
         assert f"urdf2mbs {command}" in text, command
+
+
+def test_each_test_file_says_in_one_line_what_it_protects() -> None:
+    for file in sorted((ROOT / "tests").rglob("*.py")):
+        told = ast.get_docstring(ast.parse(file.read_text())) or ""
+        assert len(told.splitlines()[:1]) == 1, file
+
+
+def test_the_site_has_every_command_key_pass_and_hook() -> None:
+    """Its generated pages; that all links lead somewhere is seen when it is built, in CI."""
+    spec = importlib.util.spec_from_file_location("site_pages", DOCS / "site.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    pages = module.pages()
+    for command in EXAMPLES:
+        assert f"\n## {command}\n" in pages["reference/commands.md"]
+    for key in Config.__struct_fields__:
+        assert f"\n| `{key}` |" in pages["reference/config.md"]
+    for name in BUILT_IN:
+        assert f"(../passes/{name}.md)" in pages["reference/passes.md"]
+    for name in vars(hookspecs):
+        if name.startswith("urdf2mbs_"):
+            assert f"\n## {name}\n" in f"\n{pages['reference/hooks.md']}"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import SHARED
+from descriptions import stand_in
 from project.test_mimic import joint, link
 
 from urdf2mbs.diagnostics import ConfigError
@@ -161,10 +161,13 @@ def test_wrong_cuts(cut: dict[str, Any], code: str) -> None:
     assert caught.value.code == code
 
 
-def test_cassies_rods_close() -> None:
+def test_cassies_rods_close(shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     config = ROOT / "configs" / "cassie.yaml"
-    if not (SHARED / "robots" / "cassie").is_dir():
-        pytest.skip("the real robots are not beside the checkout")
+    folder = shared / "robots" / "cassie" / "cassie_description"
+    stand_in(
+        monkeypatch, tmp_path, "cassie_description",
+        {"urdf/cassie_v4.urdf": folder / "urdf" / "cassie_v4.urdf"},
+    )  # fmt: skip
     conversion = Pipeline(*load(config)).run()
     codes = {found.code for found in conversion.diagnostics}
     assert not codes & {"loop-open", "posture-limit"}

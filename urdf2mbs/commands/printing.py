@@ -63,6 +63,23 @@ def other_way(names: Sequence[str]) -> str:
     )
 
 
+def next_steps(conversion: Conversion) -> str:
+    """The two lines that say what to do with the files."""
+    settings = conversion.settings
+    model = near(settings.output)
+    if settings.project is None:
+        return (
+            f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}\n"
+            "      for a whole Robotran project: output: {project: DIR}, or convert -o DIR/"
+        )
+    main = settings.project / "workR" / "main.py"
+    run = f"python {near(main)}" if main in conversion.starters else "build workR by its CMakeLists"
+    return (
+        f"Next: open {model} in MBSysPad; have it generate the equations into symbolicR\n"
+        f"      {run}   (wants Robotran's MBsysPy or MBsysC; see docs/first-simulation.md)"
+    )
+
+
 def near(path: Path) -> str:
     return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
 

@@ -68,4 +68,6 @@ def _report(arguments: argparse.Namespace) -> int:
         if page.missing:
             print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
         tell(conversion, found, arguments.verbose)
+        print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")
+        print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
     return 0 if conversion.rejected is None else 3

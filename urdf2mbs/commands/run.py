@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
 from urdf2mbs.commands.presets import by_presets
 from urdf2mbs.commands.printing import (
     near,
+    next_steps,
     print_json,
     tell,
     tell_diagnostics,
@@ -29,6 +32,7 @@ from urdf2mbs.files import is_folder
 from urdf2mbs.kit.dump import Dump
 from urdf2mbs.output import write
 from urdf2mbs.summary import Report, report
+from urdf2mbs.urdf.reader import stem
 
 
 def add(commands: Any, parents: Parents) -> None:
@@ -45,10 +49,14 @@ def add(commands: Any, parents: Parents) -> None:
         parents=[parents.common, parents.running, parents.levels],
         help="convert one robot, without a config file",
     )
-    convert.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
+    convert.add_argument(
+        "robot",
+        metavar="ROBOT",
+        help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
+    )
     convert.add_argument(
         "-o", "--output", metavar="OUT.mbs",
-        help="the file; an existing folder, or DIR/, gets a whole Robotran project",
+        help="the file, - for standard output; an existing folder, or DIR/, gets a project",
     )  # fmt: skip
     add_settings(convert)
     convert.set_defaults(command=_convert)
@@ -62,17 +70,40 @@ def _convert(arguments: argparse.Namespace) -> int:
     output: Any = arguments.output
     if output == "":
         raise ConfigError("usage", "--output: the name of the file is empty")
+    if output == "-" or (output is None and arguments.robot == "-"):
+        return _pass_on(arguments)
     if output is not None and (output.endswith(_SEPARATORS) or is_folder(Path(output))):
         output = {"project": output}
     config, lines = without_config(arguments.robot, output, arguments)
     return _carry_out(config, lines, arguments)
 
 
+def _pass_on(arguments: argparse.Namespace) -> int:
+    """Convert to standard output; all that is said goes to standard error."""
+    if arguments.json:
+        raise ConfigError("usage", "--json and the .mbs cannot both go to standard output")
+    name = "robot" if arguments.robot == "-" else stem(Path(arguments.robot))
+    output = sys.stdout
+    with redirect_stdout(sys.stderr):
+        config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
+        conversion = _converted(config, lines, arguments)
+        found = report(conversion)
+        print(f"{found.robot}: written to standard output")
+        tell(conversion, found, arguments.verbose)
+        data = conversion.files.get(conversion.settings.output)
+        if conversion.rejected is None and data is not None:
+            output.flush()
+            output.buffer.write(data)
+            output.buffer.flush()
+    return 0 if conversion.rejected is None else 3
+
+
 #: What ends the name of a folder.
 _SEPARATORS = tuple(filter(None, (os.sep, os.altsep)))
 
 
-def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
+def _converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
+    """The conversion, run; nothing is written but the dump."""
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments.verbose) as progress:
         pipeline.plugins.watch(progress)
@@ -80,10 +111,14 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
         if dump is not None:
             pipeline.plugins.watch(dump)
         try:
-            conversion = pipeline.run(stop_after=arguments.stop_after)
+            return pipeline.run(stop_after=arguments.stop_after)
         finally:
             if dump is not None:
                 dump.finish()
+
+
+def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
+    conversion = _converted(config, lines, arguments)
     write(conversion)
     found = report(conversion)
     if arguments.json:
@@ -93,6 +128,8 @@ def _carry_out(config: Config, lines: Lines, arguments: argparse.Namespace) -> i
         fewer = _fewer(conversion, config, lines, arguments)
         if fewer:
             print(f"  {fewer}")
+        if conversion.files and conversion.rejected is None:
+            print(next_steps(conversion))
     return 0 if conversion.rejected is None else 3
 
 

@@ -11,6 +11,7 @@ import msgspec
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, load, typed, word
 from urdf2mbs.files import is_folder
+from urdf2mbs.urdf import descriptions, standard_input
 
 
 class Parents(msgspec.Struct):
@@ -83,6 +84,8 @@ def levels(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config that the command line stands for."""
+    if robot == "-":
+        robot = standard_input.take()
     options: dict[str, dict[str, Any]] = {}
     for key, value in pairs(arguments.set, "=", "--set", "PASS.OPTION=VALUE"):
         pass_, dot, option = key.rpartition(".")
@@ -111,6 +114,8 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
 def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """A config is told from a robot by the file's ending."""
     file: Path = arguments.config
+    if str(file) == "-" or str(file).startswith(descriptions.PREFIX):
+        return without_config(str(file), None, arguments)
     if file.suffix.lower() not in (".yaml", ".yml", "") and not is_folder(file):
         return without_config(str(file), None, arguments)
     for name in ("base", "package", "arg", "pipeline", "plugin", "after", "set"):

@@ -44,7 +44,9 @@ class Project(msgspec.Struct, forbid_unknown_fields=True):
 class Config(msgspec.Struct, forbid_unknown_fields=True):
     """A config file's content. Paths are relative to the folder of the file."""
 
-    source: Annotated[str, Meta(description="the robot: a .urdf or .xacro file")]
+    source: Annotated[
+        str, Meta(description="the robot: a .urdf or .xacro file, or robot_descriptions:NAME")
+    ]
     output: Annotated[
         str | Project | None, Meta(description="the .mbs file (default: the source's name)")
     ] = None

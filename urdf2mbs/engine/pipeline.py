@@ -13,7 +13,7 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Plugins, Registered
 from urdf2mbs.engine.resolve import Configured, resolve
-from urdf2mbs.engine.settings import check_output, settings_of
+from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.levels import DEFAULTS
 from urdf2mbs.urdf.changes import between, snapshot
 
@@ -24,7 +24,9 @@ class Pipeline:
     def __init__(self, config: Config, lines: Lines, *, installed_plugins: bool = True) -> None:
         folder = lines.file.parent if lines.file else Path()
         self.settings = settings_of(config, lines, folder)
-        files = [folder / file for file in config.plugins]
+        files = [
+            folder / spelled(file, lines, ("plugins", n)) for n, file in enumerate(config.plugins)
+        ]
         for index, file in enumerate(files):
             if not file.is_file():
                 raise lines.error(

@@ -2,32 +2,43 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Sequence
 from math import isfinite
 from pathlib import Path
 
 from urdf2mbs.conversion import Settings
-from urdf2mbs.engine.config import Config, Lines, Project
+from urdf2mbs.engine.config import Config, Key, Lines, Project
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.files import absolute
 from urdf2mbs.levels import Levels
 from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.reader import stem
 
 
 def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
-    source = absolute(folder / config.source)
+    xacro_args = dict(config.xacro_args)
+    packages = {}
+    if config.source.startswith(descriptions.PREFIX):
+        described = descriptions.locate(config.source)
+        source = absolute(described.source)
+        packages = described.packages
+        xacro_args = {**described.xacro_args, **xacro_args}
+    else:
+        source = absolute(folder / spelled(config.source, lines, ("source",)))
     project = None
     languages: tuple[str, ...] = ()
     if isinstance(config.output, Project):
-        project = absolute(folder / config.output.project)
+        project = absolute(folder / spelled(config.output.project, lines, ("output", "project")))
         output = project / "dataR" / f"{identifiers([project.name])[0]}.mbs"
         language = config.output.language
         if language == "both":
             language = ["python", "c"]
         languages = (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
     elif config.output is not None:
-        output = absolute(folder / config.output)
+        output = absolute(folder / spelled(config.output, lines, ("output",)))
     else:
         output = absolute(folder / f"{stem(source)}.mbs")
     if not all(map(isfinite, config.gravity)):
@@ -36,9 +47,8 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
             f"gravity is {list(config.gravity)}: each part must be a finite number, in m/s^2",
             ("gravity",),
         )
-    packages = {}
     for name, directory in config.packages.items():
-        packages[name] = absolute(folder / directory)
+        packages[name] = absolute(folder / spelled(directory, lines, ("packages", name)))
         if not packages[name].is_dir():
             raise lines.error(
                 "package-missing",
@@ -46,7 +56,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
                 ("packages", name),
             )
     return Settings(
-        source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
+        source, output, config.base, packages, xacro_args, config.gravity, project,
         Levels(config.diagnostics, config.strict), languages, absolute(folder),
     )  # fmt: skip
 
@@ -76,3 +86,19 @@ def _same(one: Path, other: Path) -> bool:
         return one.samefile(other)
     except OSError:
         return one == other
+
+
+def spelled(given: str, lines: Lines, at: Key) -> str:
+    """A config's path with ``~`` and ``$VARIABLE`` filled in, as a shell does it for a command."""
+    if lines.file is None:
+        return given
+    text = os.path.expanduser(given) if given.startswith("~") else given  # noqa: PTH111
+    for whole, name in re.findall(r"(\$\{?([A-Za-z_]\w*)\}?)", text):
+        if not os.environ.get(name):
+            raise lines.error(
+                "variable-unset",
+                f"'{given}' wants the variable {name}, which is not set",
+                at, f"for instance: export {name}=DIR; the config's comments may say which folder",
+            )  # fmt: skip
+        text = text.replace(whole, os.environ[name])
+    return text

@@ -121,6 +121,11 @@ class Packages:
             )
         return known
 
+    def found(self) -> dict[str, Path]:
+        """All packages found so far that ``find`` gives, by name."""
+        there = {name: folder for name, folder in self._found.items() if folder is not None}
+        return dict(sorted({**self.table, **there}.items()))
+
     def places(self, name: str) -> list[str]:
         """Where ``find`` looks for a package, for a message."""
         known = ", ".join(self.table) or "empty"

@@ -13,7 +13,7 @@ from lxml import etree
 
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
-from urdf2mbs.urdf import xml
+from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import is_xacro
 from urdf2mbs.urdf.robot import read_root
 from urdf2mbs.urdf.values import Reading
@@ -136,6 +136,9 @@ def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, lis
 
 def _read(source: Path) -> bytes:
     file = str(source)
+    given = standard_input.taken(source)
+    if given is not None:
+        return given
     try:
         return files.read(source)
     except FileNotFoundError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import threading
@@ -15,7 +16,7 @@ from xml.parsers.expat import ExpatError
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
-from urdf2mbs.urdf import xml
+from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.packages import absolute
 
 if TYPE_CHECKING:
@@ -268,6 +269,9 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
     plain_parse, plain_call = xacro.parse, xacro.handle_macro_call
 
     def parse(inp: Any, filename: str | None = None) -> Any:
+        given = standard_input.taken(Path(filename)) if filename else None
+        if inp is None and given is not None:
+            inp = io.BytesIO(given)
         try:
             return plain_parse(inp, filename)
         except (ExpatError, UnicodeError):

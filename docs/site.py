@@ -1,0 +1,169 @@
+"""What MkDocs generates of the reference: commands, config, passes, hooks, Python API.
+
+All of it is read off the program, so none of it can be stale.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import json
+import posixpath
+import re
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs import testing
+from urdf2mbs.api import Result, Verdict, convert, verify
+from urdf2mbs.cli import EXAMPLES, parser
+from urdf2mbs.conversion import Conversion, LinkFrame, Names, Segment, Step
+from urdf2mbs.engine import hookspecs
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.kit.schema import field_docs, schema
+from urdf2mbs.summary import Joints, Report
+
+DOCS = Path(__file__).resolve().parent
+CODE = "```"
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """MkDocs calls this with all pages: the generated ones join them."""
+    from mkdocs.structure.files import File
+
+    for name, text in pages().items():
+        files.append(File.generated(config, name, content=text))
+    return files
+
+
+def on_config(config: Any) -> Any:
+    """MkDocs calls this first: each pass has a page."""
+    passes = sorted(file.stem for file in (DOCS / "passes").glob("*.md"))
+    config.nav.append({"Each pass": [{name: f"passes/{name}.md"} for name in passes]})
+    return config
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Code blocks without the words that are for the tests; no links to files outside docs/."""
+    markdown = re.sub(r"^( *```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
+    here = posixpath.dirname(page.file.src_uri)
+
+    def link(found: re.Match[str]) -> str:
+        outside = posixpath.normpath(posixpath.join(here, found[2])).startswith("../")
+        outside = outside or found[2].endswith((".json", ".cff", "LICENSE"))
+        return found[1].replace("`", "") if outside else found[0]
+
+    return re.sub(r"(?<!!)\[([^\]]+)\]\(([^):#]+)(?:#[^)]*)?\)", link, markdown)
+
+
+def _index() -> str:
+    """The README, as the site's first page."""
+    text = (DOCS.parent / "README.md").read_text("utf-8").replace("](docs/", "](")
+    return text.replace("](CONTRIBUTING.md)", "](../C)").replace("](CHANGELOG.md)", "](../C)")
+
+
+def pages() -> dict[str, str]:
+    """The generated pages, by name."""
+    return {
+        "index.md": _index(),
+        "reference/commands.md": _commands(),
+        "reference/config.md": _config(),
+        "reference/passes.md": _passes(),
+        "reference/hooks.md": _hooks(),
+        "reference/api.md": _api(),
+    }
+
+
+def _commands() -> str:
+    lines = ["# Commands", "", "Exit codes: 0 done, 1 the robot, 2 the command line or config, "
+             "3 not the same robot. `-` is standard input or output.", ""]  # fmt: skip
+    action = next(a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
+    about = {choice.dest: choice.help for choice in action._choices_actions}
+    for name, command in action.choices.items():
+        lines += [f"## {name}", "", f"{(about[name] or '').capitalize()}.", "", f"{CODE}sh"]
+        lines += [*EXAMPLES[name], CODE, "", "| option | |", "|---|---|"]
+        for one in command._actions:
+            if one.dest == "help":
+                continue
+            words = ", ".join(one.option_strings) or str(one.metavar or one.dest)
+            value = one.metavar or ("\\|".join(one.choices) if one.choices else "")
+            value = f" {value}" if value and one.option_strings and one.nargs != 0 else ""
+            told = (one.help or "") % {**vars(one), "prog": "urdf2mbs"} if one.help else ""
+            lines.append(f"| `{words}{value}` | {told} |".replace("\\|", "/"))
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _config() -> str:
+    known = schema(Plugins(installed=False))
+    told = (
+        "A config is a YAML file. Paths are relative to its folder; `~`, `$VARIABLE` are filled in."
+    )
+    lines = ["# Config", "", told, "", "| key | default | |", "|---|---|---|"]
+    for key, one in known["properties"].items():
+        default = "must be given" if key in known["required"] else f"`{json.dumps(one['default'])}`"
+        lines.append(f"| `{key}` | {default} | {one.get('description', '')} |")
+    told = "`urdf2mbs schema` prints all this as a JSON schema, for your editor."
+    lines += ["", f"The options below `passes` are those of [each pass](passes.md). {told}", ""]
+    return "\n".join(lines)
+
+
+def _passes() -> str:
+    lines = ["# Passes", "", "In the order of the alphabet; "
+             "[what a pass is, and how to write one](../passes.md).", "",
+             "| pass | | needs | changes | gives |", "|---|---|---|---|---|"]  # fmt: skip
+    for name, found in sorted(Plugins(installed=False).passes.items()):
+        pass_ = found[0].pass_
+        tokens = (pass_.needs, pass_.changes, pass_.gives)
+        row = " | ".join(", ".join(f"`{token}`" for token in one) or "-" for one in tokens)
+        lines.append(f"| [{name}](../passes/{name}.md) | {pass_.summary} | {row} |")
+    return "\n".join([*lines, ""])
+
+
+def _hooks() -> str:
+    lines = ["# Hooks", "", "What a plugin may implement, with `hookimpl`; it takes those of the "
+             "arguments that it wants. [Passes](../passes.md) shows each at work.", ""]  # fmt: skip
+    for name, hook in vars(hookspecs).items():
+        if name.startswith("urdf2mbs_"):
+            lines += _function(name, hook)
+    return "\n".join(lines)
+
+
+def _api() -> str:
+    lines = ["# Python API", "", "Units are m, kg, rad."]
+    lines += ["", f"{CODE}python", "from urdf2mbs import convert", CODE, ""]
+    for function in (convert, verify):
+        lines += _function(f"{function.__module__}.{function.__name__}", function)
+    for kind in (Result, Verdict, Report, Joints, Conversion, Segment, Step, Names, LinkFrame):
+        lines += [f"## {kind.__module__}.{kind.__name__}", "", inspect.getdoc(kind) or "", ""]
+        docs = field_docs(kind) if issubclass(kind, msgspec.Struct) else {}
+        fields = getattr(kind, "__struct_fields__", ())
+        rows = {field: docs.get(field, "") for field in fields}
+        for name, one in vars(kind).items():
+            if not name.startswith("_") and (isinstance(one, property) or inspect.isfunction(one)):
+                rows[name] = " ".join((inspect.getdoc(one) or "").split())
+        lines += ["| | |", "|---|---|"]
+        lines += [f"| `{name}` | {_cell(text)} |" for name, text in rows.items()]
+        lines.append("")
+    lines += ["## For tests of passes: urdf2mbs.testing", ""]
+    for name, one in vars(testing).items():
+        if inspect.isfunction(one) and one.__module__ == testing.__name__ and name[0] != "_":
+            lines += _function(name, one, "###")
+    return "\n".join(lines)
+
+
+def _function(name: str, function: Any, level: str = "##") -> list[str]:
+    parameters = [
+        re.sub(r": '([^']*)'", r": \1", str(one))  # an annotation is a text there
+        for one in inspect.signature(function).parameters.values()
+    ]
+    words = ",\n    ".join(parameters)
+    called = f"{function.__name__}(\n    {words},\n)" if words else f"{function.__name__}()"
+    text = inspect.getdoc(function) or ""
+    text = re.sub(r":raises (\w+):", r"Raises \1:", text)
+    return [f"{level} {name}", "", f"{CODE}python", called, CODE, "", text.replace("``", "`"), ""]
+
+
+def _cell(text: str) -> str:
+    return text.replace("``", "`").replace("|", "\\|")

@@ -1,0 +1,182 @@
+"""`init`: the config it writes for any robot says what was found, and runs as it is."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from robots import BROKEN, CONVERTIBLE, RealRobot
+
+from urdf2mbs.cli import main
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.engine.config import load
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.kit.init import init
+from urdf2mbs.testing import TINY
+
+ROOT = Path(__file__).resolve().parents[1]
+ENTRY = [one for one in CONVERTIBLE if one.values[0].listed]
+
+
+def started(robot: RealRobot, folder: Path) -> tuple[str, Path]:
+    config = folder / "robot.yaml"
+    packages = {name: str(path) for name, path in robot.packages.items()}
+    return init(str(robot.source), config, packages=packages, xacro_args=robot.args), config
+
+
+@pytest.mark.any_python
+@pytest.mark.parametrize("robot", ENTRY)
+def test_every_real_robot(robot: RealRobot, tmp_path: Path) -> None:
+    """The config runs, is short, and finds the same packages and arguments without being told."""
+    said, config = started(robot, tmp_path)
+    text = config.read_text()
+    assert len(text.splitlines()) < 60
+    conversion = Pipeline(*_as_a_file(config)).run()
+    assert conversion.proof is not None
+    assert conversion.proof.same
+    assert f"{len(conversion.robot.links) - bool(conversion.inserted)} link" in said
+    # uncommented, it is still a config
+    bare = re.sub(r"^# (?=passes:|xacro_args:|packages:|  \S+: )", "", text, flags=re.M)
+    assert set(yaml.safe_load(bare)) >= set(yaml.safe_load(text))
+
+
+def _as_a_file(config: Path) -> Any:
+    """The config, converting to one file: the meshes take long, and have tests of their own."""
+    parsed, lines = load(config)
+    parsed.output = "robot.mbs"
+    return parsed, lines
+
+
+@pytest.mark.parametrize("robot", BROKEN)
+def test_what_cannot_be_converted_gets_no_config(robot: RealRobot, tmp_path: Path) -> None:
+    with pytest.raises(ConversionError):
+        started(robot, tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("end", "feet"),
+    [
+        ("atlas_v5.urdf.xacro", ["l_foot", "r_foot"]),
+        ("naoV50_generated_urdf/nao.urdf", ["l_ankle", "r_ankle"]),
+        ("robotran_edu_2017/bigman.urdf", ["LFoot", "RFoot"]),
+        ("iCubGazeboV2_5/model.urdf", ["l_foot", "r_foot"]),
+        ("cassie_v4.urdf", ["leftfoot", "rightfoot"]),
+        ("solo12.urdf.xacro", [f"{leg}_LOWER_LEG" for leg in ("FL", "FR", "HL", "HR")]),
+        ("leo_sim.urdf.xacro", []),  # it has wheels
+        ("fr3.urdf.xacro", []),  # it is fixed
+    ],
+)
+def test_feet(end: str, feet: list[str], tmp_path: Path) -> None:
+    robot = next((r.values[0] for r in ENTRY if r.values[0].source.as_posix().endswith(end)), None)
+    if robot is None:
+        pytest.skip("the real robots are not beside the checkout")
+    said, config = started(robot, tmp_path)
+    found = re.search(r"contacts: \{links: \[(.*)\]\}", config.read_text())
+    assert sorted(found[1].split(", ") if found else []) == feet
+    assert ("feet:" in said) == bool(feet)
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_biped_word_for_word(here: Path, capsys: Any) -> None:
+    (here / "biped.urdf.xacro").write_text((ROOT / "configs" / "biped.urdf.xacro").read_text())
+    assert main(["init", "biped.urdf.xacro", "--arg", "height:=0.9"]) == 0
+    assert capsys.readouterr().out.endswith(
+        "\n\nNext: urdf2mbs run biped.yaml\n      urdf2mbs report biped.yaml\n"
+    )
+    assert (
+        (here / "biped.yaml").read_text()
+        == """\
+# biped: 21 links, 16 moving joints, 12.96 kg. Paths are relative to this file.
+#   urdf2mbs run biped.yaml       convert it
+#   urdf2mbs report biped.yaml    look at it
+source: biped.urdf.xacro
+output: {project: biped}  # a whole Robotran project; or only the file: biped.mbs
+base: floating            # nothing ties the root to 'world'; or fixed
+pipeline: compact         # the fewest joints; or faithful: every link's frame is a body's
+
+xacro_args:
+  height: 0.9
+#   mass: 12.0
+#   arms: true
+
+# Uncomment to let the robot stand on the ground, held by a controller:
+# passes:
+#   contacts: {links: [left_foot, right_foot]}
+#   posture: {hold: {stiffness: 300, damping: 4}}   # N m/rad, N m s/rad
+"""
+    )
+    assert main(["run", "biped.yaml"]) == 0
+    # standing works, too
+    text = (here / "biped.yaml").read_text()
+    standing = text.replace("# passes", "passes").replace("#   contacts", "  contacts")
+    (here / "biped.yaml").write_text(standing.replace("#   posture", "  posture"))
+    assert main(["run", "biped.yaml"]) == 0
+
+
+XACRO = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <!-- how many there are -->
+  <xacro:arg name="before" default="3"/>
+  <xacro:arg name="beside" default="$(find us)/x: #y"/>   <!-- a file -->
+  <xacro:arg name="plain" default="a: b # c"/>
+
+  <!-- A section of the file. -->
+  <link name="$(arg needed)"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <visual><geometry><mesh filename="package://us/a.stl"/></geometry></visual>
+    <visual><geometry><mesh filename="package://them/b.stl"/></geometry></visual></link>
+</robot>"""
+
+
+def test_arguments_packages_and_meshes(here: Path, capsys: Any) -> None:
+    (here / "us").mkdir()
+    (here / "us" / "package.xml").write_text("<package><name>us</name></package>")
+    (here / "us" / "a.stl").write_text("")
+    (here / "us" / "x.urdf.xacro").write_text(XACRO)
+    assert main(["init", "us/x.urdf.xacro"]) == 1
+    assert "the argument 'needed' is not defined" in capsys.readouterr().err
+    assert main(["init", "us/x.urdf.xacro", "--arg", "needed:=yes: no"]) == 0
+    text = (here / "x.yaml").read_text()
+    assert "\npackages:\n  us: us\n#   them: DIR   # meshes name it, and it was not found\n" in text
+    assert (
+        """
+xacro_args:
+  needed: 'yes: no'
+#   before: 3   # how many there are
+#   beside: VALUE   # a file; default: $(find us)/x: #y
+#   plain: 'a: b # c'
+"""
+        in text
+    )
+    assert "# 2 meshes, 1 found. Not found: package://them/b.stl\n" in text
+    assert load(here / "x.yaml")[0].xacro_args == {"needed": "yes: no"}
+
+
+def test_without_the_extra_for_meshes_it_still_runs(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh = '<visual><geometry><mesh filename="a.stl"/></geometry></visual>'
+    (here / "a.stl").write_text("")
+    (here / "tiny.urdf").write_text(TINY.replace("<inertial>", f"{mesh}<inertial>", 1))
+    monkeypatch.setattr("urdf2mbs.kit.init.find_spec", lambda name: None)
+    assert main(["init", "tiny.urdf"]) == 0
+    text = (here / "tiny.yaml").read_text()
+    assert re.search(r"^output: tiny.mbs +# or \{project: tiny\}, once you have: pip", text, re.M)
+
+
+def test_it_overwrites_nothing(here: Path, capsys: Any) -> None:
+    (here / "tiny.urdf").write_text(TINY)
+    (here / "tiny.yaml").write_text("mine")
+    assert main(["init", "tiny.urdf"]) == 2
+    assert "error[file-exists]" in capsys.readouterr().err
+    assert (here / "tiny.yaml").read_text() == "mine"
+    assert main(["init", "tiny.urdf", "-o", "other.txt"]) == 2
+    assert "error[config-name]" in capsys.readouterr().err

@@ -1,0 +1,86 @@
+"""Robots by their name in the package ``robot_descriptions``: ``robot_descriptions:NAME``.
+
+The package (extra ``robots``) knows where well over a hundred robots are published, and keeps what
+it has fetched in a cache: ``~/.cache/robot_descriptions``, or ``$ROBOT_DESCRIPTIONS_CACHE``.
+"""
+
+from __future__ import annotations
+
+import sys
+from contextlib import redirect_stdout
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from urdf2mbs.diagnostics import ConfigError, nearest
+
+PREFIX = "robot_descriptions:"
+
+
+class Description(NamedTuple):
+    source: Path
+    """A .urdf or .xacro file, in the cache."""
+    packages: dict[str, Path]
+    """Those whose folder has another name, or is elsewhere."""
+    xacro_args: dict[str, str]
+    """Those that make the robot of this name from an .xacro file."""
+
+
+def locate(source: str) -> Description:
+    """The file of ``robot_descriptions:NAME``; fetches it where the cache does not have it.
+
+    :raises ConfigError: ``extra-missing``, ``unknown-description``, ``description-no-urdf``,
+        ``description-unreachable``
+    """
+    name = source.removeprefix(PREFIX)
+    if find_spec("robot_descriptions") is None:
+        raise ConfigError(
+            "extra-missing",
+            f"'{source}' needs the package 'robot_descriptions', which is not installed",
+            hint="pip install 'urdf2mbs[robots]'",
+        )
+    module = f"robot_descriptions.{name}"
+    if not name.isidentifier() or find_spec(module) is None:
+        known = _names()
+        raise ConfigError(
+            "unknown-description",
+            f"robot_descriptions has no robot '{name}'",
+            hint=nearest(name, known) or f"it has {len(known)}; 'robot_descriptions list' tells",
+        )
+    found = _fetched(module, source)
+    path = getattr(found, "URDF_PATH", None) or getattr(found, "XACRO_PATH", None)
+    if path is None:
+        raise ConfigError(
+            "description-no-urdf",
+            f"'{source}' is not a URDF: robot_descriptions has it in another format only",
+            hint=nearest(name.replace("_mj", ""), _names()),
+        )
+    args = {} if hasattr(found, "URDF_PATH") else getattr(found, "XACRO_ARGS", {})
+    packages = getattr(found, "XACRO_PACKAGE_PATHS", {})
+    return Description(
+        Path(path),
+        {key: Path(folder) for key, folder in packages.items()},
+        {key: str(value) for key, value in args.items()},
+    )
+
+
+def _fetched(module: str, source: str) -> Any:
+    try:
+        with redirect_stdout(sys.stderr):  # where it says what it fetches
+            return import_module(module)
+    except Exception as error:  # git's own, and those of the network
+        said = str(getattr(error, "stderr", "") or error).strip().splitlines() or [""]
+        raise ConfigError(
+            "description-unreachable",
+            f"'{source}' is not in the cache, and cannot be fetched: {said[-1].strip()}",
+            hint="connect to the network once; the robot then stays in the cache, which is "
+            "~/.cache/robot_descriptions or $ROBOT_DESCRIPTIONS_CACHE",
+        ) from error
+
+
+def _names() -> list[str]:
+    """The robots that the package has as a URDF."""
+    from robot_descriptions import DESCRIPTIONS
+
+    return sorted(name for name, one in DESCRIPTIONS.items() if one.has_urdf)
