@@ -477,7 +477,26 @@ SECTIONS = [
             "output-unwritable": Code(
                 "a file cannot be written; of several files none is", todo="look at the rights"
             ),
-            "file-exists": Code("`new-pass` never overwrites", todo="another name or folder"),
+            "variable-unset": Code(
+                "a path in the config names a `$VARIABLE` that is not set", todo="set it"
+            ),
+            "unknown-description": Code(
+                "`robot_descriptions` has no robot of this name", todo="the hint names the nearest"
+            ),
+            "description-no-urdf": Code(
+                "`robot_descriptions` has this robot in another format only (MJCF)",
+                todo="another name",
+            ),
+            "description-unreachable": Code(
+                "the robot is not in the cache, and cannot be fetched",
+                todo="connect to the network once",
+            ),
+            "file-exists": Code(
+                "`init` and `new-pass` never overwrite", todo="another name or folder"
+            ),
+            "config-name": Code(
+                "the file that `init` is to write does not end in .yaml", todo="another name"
+            ),
             "extra-missing": Code(
                 "a package that is not installed is needed", todo="`pip install 'urdf2mbs[EXTRA]'`"
             ),
