@@ -180,6 +180,8 @@ class Conversion:
         self.robot: Robot = Robot(name="")
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
+        self.sources: set[Path] = set()
+        """The files that the robot was read from."""
         self.floating = False
         self.base_reason = ""
         """Why the base floats or not, in a word or two."""

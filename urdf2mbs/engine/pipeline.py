@@ -22,7 +22,12 @@ class Pipeline:
     """The passes of one config, in an order that has been checked."""
 
     def __init__(self, config: Config, lines: Lines, *, installed_plugins: bool = True) -> None:
-        folder = lines.file.parent if lines.file else Path()
+        folder = lines.folder
+        if config.sweep is not None:
+            raise lines.error(
+                "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
+                "'urdf2mbs run' makes them; 'explain' shows the first",
+            )  # fmt: skip
         self.settings = settings_of(config, lines, folder)
         files = [folder / file for file in config.plugins]
         for index, file in enumerate(files):

@@ -6,6 +6,8 @@ expanded here without any ROS installed: ``$(find)``, ``$(arg)``, includes, ``lo
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.urdf.reader import expanded, read_text
@@ -14,8 +16,10 @@ from urdf2mbs.urdf.reader import expanded, read_text
 def run(conversion: Conversion, options: NoOptions) -> None:
     settings = conversion.settings
     data, expansion = expanded(settings.source, conversion.packages, settings.xacro_args)
+    conversion.sources.add(settings.source)
     if expansion is not None:
         conversion.expanded = expansion.text
+        conversion.sources.update(map(Path, expansion.files))
     conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
     conversion.diagnostics += diagnostics
 
