@@ -61,9 +61,9 @@ def add_settings(command: argparse.ArgumentParser) -> None:
     )
 
 
-def configured(arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """The config file, with the levels of the command line."""
-    return with_levels(*load(arguments.config), arguments)
+def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """A config file, with the levels of the command line."""
+    return with_levels(*load(file), arguments)
 
 
 def with_levels(

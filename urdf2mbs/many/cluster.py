@@ -19,11 +19,12 @@ def on_cluster(jobs: list[Job], address: str) -> Iterator[Outcome]:
     writes the same bytes twice, and is one outcome.
     """
     try:
-        from distributed import Client, KilledWorker, as_completed
+        import distributed
     except ImportError as error:
         raise no_extra(error.name or "distributed") from None
+    dask: Any = distributed  # whose functions have no types
     try:
-        client: Any = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = dask.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise ConfigError(
             "cluster-unreachable", f"no Dask scheduler answers at '{address}': {error}",
@@ -33,18 +34,18 @@ def on_cluster(jobs: list[Job], address: str) -> Iterator[Outcome]:
         # not pure: a job is never taken for one of an earlier run
         futures = client.map(convert_one, jobs, pure=False)
         waiting = {future.key: job for future, job in zip(futures, jobs, strict=True)}
-        completed = as_completed(futures)
+        completed = dask.as_completed(futures, loop=client.loop)
         del futures  # so that a result that was given is forgotten
         for future in completed:
             job = waiting.pop(future.key)
-            error = future.exception()
-            if error is None:
+            failure = future.exception()
+            if failure is None:
                 yield future.result()
-            elif isinstance(error, KilledWorker):
+            elif isinstance(failure, dask.KilledWorker):
                 yield died(job)
             else:
                 yield failed(
                     job, "cluster-failed",
-                    f"the cluster's workers cannot convert: {type(error).__name__}: {error}",
+                    f"the cluster's workers cannot convert: {type(failure).__name__}: {failure}",
                     2,
                 )  # fmt: skip

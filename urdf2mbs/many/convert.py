@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
+from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, render
 from urdf2mbs.engine.config import Config, Lines, Project, load, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.many.sweep import members
@@ -49,6 +49,9 @@ class Failure(msgspec.Struct):
     file: str | None = None
     line: int | None = None
     hint: str | None = None
+
+    def __str__(self) -> str:
+        return render("error", self.code, self.message, self.file, self.line, self.hint)
 
 
 class Outcome(msgspec.Struct):
@@ -143,7 +146,9 @@ def _place(job: Job) -> str | None:
     return os.path.normpath(job.lines.folder / name)
 
 
-def run(jobs: list[Job], *, workers: int | None = None, cluster: str | None = None) -> Iterator[Outcome]:
+def run(
+    jobs: list[Job], *, workers: int | None = None, cluster: str | None = None
+) -> Iterator[Outcome]:
     """Carry jobs out, here or elsewhere."""
     if cluster is not None:
         from urdf2mbs.many.cluster import on_cluster

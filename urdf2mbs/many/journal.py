@@ -71,7 +71,9 @@ class Journal:
         ordered = [self.outcomes[job.number] for job in self.jobs]
         robots = [shown(outcome) for outcome in ordered]
         whole = {"urdf2mbs": self._version, "code": worst(ordered), "robots": robots}
-        write_files({self.report: msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"})
+        write_files(
+            {self.report: msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"}
+        )
         self.file.unlink(missing_ok=True)
 
     def _write(self, outcome: Outcome) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from itertools import islice
@@ -38,7 +39,7 @@ def in_processes(jobs: list[Job], workers: int) -> Iterator[Outcome]:
             try:
                 for job in islice(todo, workers * AHEAD - len(running)):
                     suspects = [job]
-                    running[pool.submit(convert_one, job)] = job
+                    running[pool.submit(_carry_out, job)] = job
                 suspects = []
             except BrokenProcessPool:
                 pass
@@ -72,7 +73,7 @@ def _alone(job: Job) -> Outcome:
 
     with _pool(1) as pool:
         try:
-            return pool.submit(convert_one, job).result()
+            return pool.submit(_carry_out, job).result()
         except BrokenProcessPool:
             return died(job)
 
@@ -85,6 +86,44 @@ def _pool(workers: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
 
 
+class _State:
+    """Of this process, if it is one of a pool."""
+
+    busy = False
+    ending = False
+
+
 def _begin() -> None:
-    """Ctrl-C is for the process that was started by hand, which ends the others."""
+    """Let a process of the pool end as it should: without half a job, and not after its parent."""
+    import threading
+
+    # Ctrl-C is for the process that was started by hand, which ends the others
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # a pool that lost one process ends the others by this signal
+    signal.signal(signal.SIGTERM, _end)
+    threading.Thread(target=_follow_parent, daemon=True).start()
+
+
+def _end(*_: object) -> None:
+    if not _State.busy:
+        os._exit(0)
+    _State.ending = True
+
+
+def _follow_parent() -> None:
+    from multiprocessing import parent_process
+
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _carry_out(job: Job) -> Outcome:
+    _State.busy = True
+    try:
+        return convert_one(job)
+    finally:
+        _State.busy = False
+        if _State.ending:
+            os._exit(0)

@@ -68,20 +68,20 @@ def members(config: Config, lines: Lines) -> list[Member]:
     found: list[Member] = []
     taken: dict[str, dict[str, Any]] = {}
     for combination in product(*lists):
-        values = dict(zip(keys, combination, strict=True))
+        own = dict(zip(keys, combination, strict=True))
         passes = {name: dict(block) for name, block in config.passes.items()}
         for (pass_, option), value in zip(options, combination[len(args) :], strict=True):
             passes.setdefault(pass_, {})[option] = value
-        output, place = _output(config, values, lines)
+        output, place = _output(config, own, lines)
         if place in taken:
             raise lines.error(
                 "sweep-output",
                 f"two robots of the sweep would be written to '{place}': {told(taken[place])}, "
-                f"and {told(values)}",
+                f"and {told(own)}",
                 ("output",),
                 f"name each by its values, such as 'output: models/{_names(keys)}.mbs'",
             )
-        taken[place] = values
+        taken[place] = own
         config_of_one = msgspec.structs.replace(
             config,
             output=output,
@@ -89,7 +89,7 @@ def members(config: Config, lines: Lines) -> list[Member]:
             passes=passes,
             xacro_args={**config.xacro_args, **dict(zip(args, combination, strict=False))},
         )
-        found.append(Member(config_of_one, values))
+        found.append(Member(config_of_one, own))
     return found
 
 

@@ -1,7 +1,8 @@
-"""What the command line says of many conversions: progress while they run, then a table."""
+"""`run` and `convert` for many robots: progress while they run, then a table and a report."""
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from collections.abc import Iterable
@@ -9,8 +10,10 @@ from pathlib import Path
 from time import monotonic
 from typing import TextIO
 
-from urdf2mbs.diagnostics import counted
-from urdf2mbs.many.convert import Job, Outcome, run
+from urdf2mbs.commands.printing import near, print_json
+from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.engine.config import Config, Lines, Project
+from urdf2mbs.many.convert import Job, Outcome, jobs_of, run
 from urdf2mbs.many.journal import Journal, shown, worst
 from urdf2mbs.many.sweep import told
 
@@ -20,10 +23,58 @@ SHOWN = 40
 #: Seconds between two lines of progress where no terminal rewrites one.
 PATIENCE = 5.0
 
+#: The report's name, in the folder that all outputs are in.
+REPORT = "urdf2mbs-report.json"
 
-def convert_all(
-    jobs: list[Job], report: Path, *, workers: int | None, cluster: str | None
-) -> list[Outcome]:
+
+def add_many(command: argparse.ArgumentParser) -> None:
+    """The options that are for many robots."""
+    many = command.add_argument_group("many robots")
+    many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
+    many.add_argument("--cluster", metavar="ADDRESS", help="of a Dask scheduler to use instead")
+    many.add_argument(
+        "--report", type=Path, metavar="FILE.json",
+        help=f"default: {REPORT} in the folder that all outputs are in",
+    )  # fmt: skip
+
+
+def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
+    """Convert all robots of some configs; the exit code is the worst of theirs."""
+    for name in ("stop_after", "dump"):
+        if getattr(arguments, name) is not None:
+            flag = name.replace("_", "-")
+            raise ConfigError("usage", f"--{flag} is for one robot, and these are many")
+    if arguments.workers is not None and arguments.workers < 1:
+        raise ConfigError("usage", f"--workers {arguments.workers}: one is the least")
+    jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins)
+    report = arguments.report or _folder(jobs) / REPORT
+    outcomes = _convert_all(jobs, report, arguments)
+    if arguments.json:
+        print_json({"code": worst(outcomes), "robots": [shown(outcome) for outcome in outcomes]})
+    else:
+        for outcome in outcomes:
+            if outcome.error is not None:
+                print(_error(outcome), file=sys.stderr)
+        print(_table(outcomes, report))
+    return worst(outcomes)
+
+
+def _folder(jobs: list[Job]) -> Path:
+    """The folder that all outputs are in."""
+    places = set()
+    for job in jobs:
+        output = job.config.output
+        name = output.project if isinstance(output, Project) else output or job.config.source
+        places.add((job.lines.folder / name).parent)
+    return Path(os.path.commonpath(places))
+
+
+def _error(outcome: Outcome) -> str:
+    own = f" ({told(outcome.values)})" if outcome.values else ""
+    return f"{near(Path(outcome.source))}{own}:\n{outcome.error}"
+
+
+def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -> list[Outcome]:
     """Carry all jobs out, with progress on stderr, and write the report.
 
     An interrupted run says how to go on, and raises KeyboardInterrupt.
@@ -33,7 +84,7 @@ def convert_all(
             print(f"{len(journal.outcomes)} of {len(jobs)} were done before", file=sys.stderr)
         progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr)
         try:
-            for outcome in run(journal.todo, workers=workers, cluster=cluster):
+            for outcome in run(journal.todo, workers=arguments.workers, cluster=arguments.cluster):
                 journal.add(outcome)
                 progress.show(outcome)
         except KeyboardInterrupt:
@@ -76,12 +127,14 @@ class _Progress:
             print("\r\033[K", end="", file=self._stream, flush=True)
 
 
-def table(outcomes: list[Outcome], report: Path) -> str:
+def _table(outcomes: list[Outcome], report: Path) -> str:
     """A line for each robot, and what they came to."""
     done = [one for one in outcomes if one.code == 0]
     left = len(done) - SHOWN
     listed = [one for one in outcomes if one.code or left <= 0 or one in done[:SHOWN]]
-    rows = [("robot", "of its own", "links", "bodies", "joints", "mass/kg", "warnings", "")]
+    rows: list[tuple[str, ...]] = [
+        ("robot", "of its own", "links", "bodies", "joints", "mass/kg", "warnings", "")
+    ]
     rows += [_row(outcome) for outcome in listed]
     own = any(row[1] for row in rows[1:])
     lines = _aligned([row if own else (row[0], *row[2:]) for row in rows])
@@ -95,7 +148,7 @@ def table(outcomes: list[Outcome], report: Path) -> str:
         if (number := sum(one.code == code for one in outcomes))
     )
     lines.append(f"{counted(len(done), 'robot')} done{before}" + (failures and f"; {failures}"))
-    lines.append(f"report: {_near(report)}")
+    lines.append(f"report: {near(report)}")
     return "\n".join(lines)
 
 
@@ -107,7 +160,7 @@ _FAILURES = {
 
 
 def _row(outcome: Outcome) -> tuple[str, ...]:
-    name = _near(Path(outcome.source))
+    name = near(Path(outcome.source))
     own = told(outcome.values)
     found = outcome.report
     if found is None:
@@ -116,7 +169,7 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
         return (name, own, "-", "-", "-", "-", "-", said)
     warnings = sum(said.level == "warning" for said in found.diagnostics)
     verdict = "" if outcome.code == 0 else "NOT the same robot: "
-    output = _near(Path(outcome.output)) if outcome.output else "nothing is written"
+    output = near(Path(outcome.output)) if outcome.output else "nothing is written"
     return (
         name, own, str(found.links), str(found.bodies), str(found.joints.mbs),
         f"{found.mass:.6g}", str(warnings), f"{verdict}{output}",
@@ -135,16 +188,3 @@ def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
         + f"  {row[-1]}".rstrip()
         for row in rows
     ]
-
-
-def told_as_json(outcomes: list[Outcome]) -> dict[str, object]:
-    return {"code": worst(outcomes), "robots": [shown(outcome) for outcome in outcomes]}
-
-
-def _near(path: Path) -> str:
-    return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
-
-
-def common(places: Iterable[str]) -> Path:
-    """The folder that all of some files are in."""
-    return Path(os.path.commonpath([os.path.dirname(place) for place in places]))  # noqa: PTH120
