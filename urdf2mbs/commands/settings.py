@@ -41,6 +41,9 @@ def shared_options() -> Parents:
         help="how much a warning weighs: error, warning, note or ignore",
     )  # fmt: skip
     levels.add_argument("--strict", action="store_true", help="warnings are errors")
+    levels.add_argument(
+        "--no-cache", action="store_true", help="expand xacro anew, and do not keep it"
+    )
     return Parents(common, running, levels)
 
 
@@ -72,12 +75,15 @@ def with_levels(
     given = typed(Config, {"source": config.source, **levels(arguments)}, Lines())
     config.diagnostics = {**config.diagnostics, **given.diagnostics}
     config.strict = config.strict or given.strict
+    config.cache = config.cache and given.cache
     return config, lines
 
 
 def levels(arguments: argparse.Namespace) -> dict[str, Any]:
     changed = pairs(arguments.level, "=", "--level", "CODE=LEVEL")
-    return {"diagnostics": dict(changed), "strict": arguments.strict}
+    return {
+        "diagnostics": dict(changed), "strict": arguments.strict, "cache": not arguments.no_cache
+    }  # fmt: skip
 
 
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:

@@ -99,6 +99,9 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
         dict[str, Level], Meta(description="code of a warning, say: how much it weighs")
     ] = {}
     strict: Annotated[bool, Meta(description="warnings are errors")] = False
+    cache: Annotated[bool, Meta(description="keep what xacro makes in the user's cache folder")] = (
+        True
+    )
     sweep: Annotated[
         Sweep | None, Meta(description="make a family of robots, one for each combination")
     ] = None

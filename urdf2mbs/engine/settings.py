@@ -48,6 +48,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
     return Settings(
         source, output, config.base, packages, dict(config.xacro_args), config.gravity, project,
         Levels(config.diagnostics, config.strict), languages, _path(folder),
+        config.cache,
     )  # fmt: skip
 
 

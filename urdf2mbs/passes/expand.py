@@ -15,7 +15,15 @@ from urdf2mbs.urdf.reader import expanded, read_text
 
 def run(conversion: Conversion, options: NoOptions) -> None:
     settings = conversion.settings
-    data, expansion = expanded(settings.source, conversion.packages, settings.xacro_args)
+    data, expansion = expanded(
+        settings.source, conversion.packages, settings.xacro_args, cache=settings.cache
+    )
+    conversion.sources.add(settings.source)
+    if expansion is not None:
+        conversion.expanded = expansion.text
+        conversion.sources.update(map(Path, expansion.files))
+    conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
+    conversion.diagnostics += diagnostics
     conversion.sources.add(settings.source)
     if expansion is not None:
         conversion.expanded = expansion.text

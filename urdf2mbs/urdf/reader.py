@@ -41,14 +41,21 @@ def read_robot(
 
 
 def expanded(
-    source: Path, packages: Packages, xacro_args: Mapping[str, str]
+    source: Path, packages: Packages, xacro_args: Mapping[str, str], *, cache: bool = False
 ) -> tuple[bytes, Expansion | None]:
-    """A file's bytes, and what xacro makes of them; None where there is no xacro in it."""
+    """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
+
+    ``cache``: or what it made of them before, where nothing has changed.
+    """
     data = _read(source)
     if not data.strip():
         raise ConversionError("file-empty", "the file is empty", file=str(source))
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
         return data, None
+    if cache:
+        from urdf2mbs.urdf import expansions
+
+        return data, expansions.expand(source, packages, xacro_args)
     return data, expand(source, packages, xacro_args)
 
 
