@@ -24,12 +24,6 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         conversion.sources.update(map(Path, expansion.files))
     conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
     conversion.diagnostics += diagnostics
-    conversion.sources.add(settings.source)
-    if expansion is not None:
-        conversion.expanded = expansion.text
-        conversion.sources.update(map(Path, expansion.files))
-    conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
-    conversion.diagnostics += diagnostics
 
 
 PASS = Pass("expand", run, gives=("robot",))
