@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -179,6 +180,13 @@ def preset(
             "unknown-preset", f"there is no preset '{name}'", ("pipeline",),
             nearest(name, known) or f"there are: {', '.join(known)}",
         )  # fmt: skip
+    names, options = _preset_in(file)
+    return list(names), deepcopy(options)
+
+
+@cache
+def _preset_in(file: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """What a preset's file says: it is read once, since that takes as long as a small pass."""
     data = yaml.load(file.read_text("utf-8"), _LOADER)
     return data["pipeline"], data.get("passes", {})
 

@@ -215,6 +215,6 @@ def digest(file: Path) -> str:
 
 def no_extra(name: str) -> ConfigError:
     return ConfigError(
-        "cluster-extra", f"a cluster needs the package '{name}'",
+        "extra-missing", f"a cluster needs the package '{name}'",
         hint="pip install 'urdf2mbs[batch]'",
     )  # fmt: skip
