@@ -264,10 +264,18 @@ def test_a_journal_that_was_cut_off(interrupted: Path, capsys: Any) -> None:
 
 @pytest.fixture
 def cluster() -> Iterator[Any]:
-    """A scheduler and two workers on loopback, each worker a process of its own."""
+    """A scheduler and two workers on loopback, each worker a process of its own.
+
+    What hangs is ended after two minutes.
+    """
     distributed = pytest.importorskip("distributed")
     import dask
 
+    def too_long(*_: Any) -> None:
+        raise TimeoutError("the cluster does not come to an end")
+
+    signal.signal(signal.SIGALRM, too_long)
+    signal.alarm(120)
     with (
         dask.config.set({"distributed.worker.daemon": True}),
         distributed.LocalCluster(
@@ -275,6 +283,7 @@ def cluster() -> Iterator[Any]:
         ) as cluster,
     ):
         yield cluster
+    signal.alarm(0)
 
 
 def test_a_worker_that_is_killed_loses_and_doubles_nothing(sweep: Path, cluster: Any) -> None:
