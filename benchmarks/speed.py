@@ -1,4 +1,4 @@
-"""How fast, beside the PyPI package urdf2webots and beside the floor, on the same files.
+"""How fast, beside urdf2webots, MuJoCo, Pinocchio and the floor, on the same files.
 
     pip install -e ".[bench]"
     python benchmarks/speed.py [--repetitions 20] [--processes 20]
@@ -6,6 +6,7 @@
 All run in turns within one run, so that what slows the machine down slows all of them.
 In process, warm: URDF on disk to the other format on disk. As a process: the command a user
 types. The floor is lxml parsing the file and serialising it again: nobody is faster than that.
+MuJoCo loads the URDF and saves it in its own format; Pinocchio only loads it, and proves nothing.
 No file has meshes: urdf2webots reads them, and that would be another race.
 """
 
@@ -15,10 +16,12 @@ import argparse
 import contextlib
 import io
 import os
+import platform
 import subprocess
 import sys
 import sysconfig
 import tempfile
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from statistics import median
 from time import perf_counter
@@ -56,12 +59,36 @@ def in_process(source: Path, folder: Path) -> Contenders:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             convertUrdfFile(input=str(source), output=str(proto))
 
+    def mujoco() -> None:
+        import mujoco
+
+        model = mujoco.MjModel.from_xml_path(str(source))
+        mujoco.mj_saveLastXML(str(folder / "robot.xml"), model)
+
+    def pinocchio() -> None:
+        import pinocchio
+
+        pinocchio.buildModelFromUrdf(str(source), pinocchio.JointModelFreeFlyer())
+
     return {
         "floor": floor,
         "urdf2mbs": ours,
         "without check": ours_unchecked,
         "urdf2webots": urdf2webots,
+        "MuJoCo": mujoco,
+        "Pinocchio": pinocchio,
     }
+
+
+def versions() -> str:
+    """What was raced against, and on which Python."""
+    found = []
+    for name in ("urdf2mbs", "urdf2webots", "mujoco", "pin", "lxml"):
+        try:
+            found.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            found.append(f"{name} is not installed")
+    return f"Python {platform.python_version()}, {', '.join(found)}"
 
 
 def as_process(source: Path, folder: Path) -> Contenders:
@@ -113,9 +140,9 @@ def show(title: str, rows: dict[str, dict[str, tuple[float, float]]]) -> None:
             a, b = (row["urdf2mbs"][i] / row["urdf2webots"][i] for i in (0, 1))
             ratio = f"{a:.2f} ({b:.2f})"
         print(f"{robot:14}" + "".join(f"{cell:>20}" for cell in cells) + f"{ratio:>20}")
-    print("times the floor")
+    print("times the floor, by least times")
     for robot, row in rows.items():
-        cells = [f"{row[n][0] / row['floor'][0]:.1f}" if n in row else "-" for n in contenders]
+        cells = [f"{row[n][1] / row['floor'][1]:.1f}" if n in row else "-" for n in contenders]
         print(f"{robot:14}" + "".join(f"{cell:>20}" for cell in cells))
 
 
@@ -130,6 +157,7 @@ def main() -> None:
         files = {name: files[name] for name in arguments.robots}
     warm: dict[str, dict[str, tuple[float, float]]] = {}
     whole: dict[str, dict[str, tuple[float, float]]] = {}
+    print(versions())
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.chdir(folder)

@@ -284,7 +284,7 @@ def test_names_that_the_pipe_has_no_letters_for(
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        (["convert", "d"], "file-is-directory"),
+        (["convert", "d"], "is a folder: say where its robots go"),
         (["verify", "d", "tiny.mbs"], "file-is-directory"),
         (["verify", "tiny.urdf", "d"], "file-unreadable"),
         (["diagram", "d"], "model-unreadable"),

@@ -101,6 +101,7 @@ def convert(
     swap: Mapping[str, str] | None = None,
     diagnostics: Mapping[str, str] | None = None,
     strict: bool = False,
+    cache: bool = True,
 ) -> Result:
     """Convert a URDF or xacro file; nothing is written until ``Result.write()``.
 
@@ -111,7 +112,8 @@ def convert(
     pass to those to put right beside it, ``without`` leaves passes out, ``alias`` gives a pass a
     second name, ``swap`` maps a pass to the plugin whose pass of the same name replaces it.
     ``diagnostics`` maps codes to ``error``, ``warning``, ``note`` or ``ignore``, and ``strict``
-    makes warnings errors.  Paths are relative to the working folder.  Raises ConversionError.
+    makes warnings errors.  ``cache``: what xacro makes is kept in the user's cache folder, for
+    another time.  Paths are relative to the working folder.  Raises ConversionError.
     """
     given: dict[str, Any] = {
         "source": os.fspath(source),
@@ -129,6 +131,7 @@ def convert(
         "swap": dict(swap or {}),
         "diagnostics": dict(diagnostics or {}),
         "strict": strict,
+        "cache": cache,
     }
     if project is not None:
         if output is not None:
@@ -218,6 +221,7 @@ def verify(
         "packages": dict(packages or {}),
         "xacro_args": dict(xacro_args or {}),
         "pipeline": ["expand", "insert-base"],
+        "cache": False,  # a proof takes nothing on trust
     }
     lines = Lines()
     conversion = Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()

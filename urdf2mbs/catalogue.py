@@ -477,6 +477,42 @@ SECTIONS = [
             "output-unwritable": Code(
                 "a file cannot be written; of several files none is", todo="look at the rights"
             ),
+            "output-doubled": Code(
+                "two of many robots would be written to one file",
+                todo="give each an output of its own",
+            ),
+            "folder-empty": Code(
+                "there is no robot in the folder",
+                todo="a robot is a `.urdf` file, or a `.xacro` file whose `<robot>` has a name",
+            ),
+            "sweep-empty": Code("a sweep, or one of its lists, has no values"),
+            "sweep-long": Code("a sweep makes more than a million robots"),
+            "sweep-many": Code(
+                "the config is a sweep, and one robot is wanted",
+                todo="`urdf2mbs run` makes them all",
+            ),
+            "sweep-output": Code(
+                "the output does not tell the robots of a sweep apart, or names a value that "
+                "is none",
+                todo="`output: models/{height}.mbs`",
+            ),
+            "sweep-range": Code(
+                "a range has no `from` and `to`, not one of `step` and `count`, or its steps do "
+                "not lead there",
+                todo="`{from: 0.7, to: 0.9, step: 0.1}`",
+            ),
+            "sweep-twice": Code("a value is given, and swept", todo="leave one of the two out"),
+            "cluster-unreachable": Code(
+                "no Dask scheduler answers at the address", todo="`dask scheduler` prints its own"
+            ),
+            "cluster-failed": Code(
+                "the workers of the cluster cannot convert",
+                todo="install the same urdf2mbs there",
+            ),
+            "worker-died": Code(
+                "of many robots: the process that converts this one was ended twice by the system",
+                todo="it may need more memory than there is",
+            ),
             "variable-unset": Code(
                 "a path in the config names a `$VARIABLE` that is not set", todo="set it"
             ),

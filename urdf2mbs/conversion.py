@@ -39,6 +39,8 @@ class Settings(msgspec.Struct, frozen=True):
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
     """That of the config, to which the paths in it are relative."""
+    cache: bool = False
+    """Whether what xacro makes is kept for another time."""
 
 
 class Step(msgspec.Struct):
@@ -180,6 +182,8 @@ class Conversion:
         self.robot: Robot = Robot(name="")
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
+        self.sources: set[Path] = set()
+        """The files that the robot was read from."""
         self.floating = False
         self.base_reason = ""
         """Why the base floats or not, in a word or two."""

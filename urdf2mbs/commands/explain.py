@@ -21,10 +21,12 @@ from urdf2mbs.commands.settings import (
     Parents,
     configured,
 )
+from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP, Plugins
 from urdf2mbs.engine.resolve import Configured
+from urdf2mbs.many.sweep import members, told
 from urdf2mbs.summary import Report, report
 
 
@@ -50,7 +52,9 @@ METHOD = (
 
 
 def _explain(arguments: argparse.Namespace) -> int:
-    config, lines = configured(arguments)
+    config, lines = configured(arguments.config, arguments)
+    first, *others = members(config, lines)
+    config = first.config
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     warn_of(pipeline.plugins)
     if arguments.json:
@@ -72,6 +76,10 @@ def _explain(arguments: argparse.Namespace) -> int:
         print_json({"passes": passes, "cost": cost})
         return 0
     settings = pipeline.settings
+    if others:
+        print(
+            f"sweep   {counted(len(others) + 1, 'robot')}; this is the first: {told(first.values)}"
+        )
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.base}")
     for name, folder in settings.packages.items():
         print(f"package {name} = {folder}")

@@ -9,6 +9,7 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
+from urdf2mbs.commands.many import add_many, carry_out_many
 from urdf2mbs.commands.presets import by_presets
 from urdf2mbs.commands.printing import (
     near,
@@ -30,6 +31,7 @@ from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.files import is_folder
 from urdf2mbs.kit.dump import Dump
+from urdf2mbs.many.folder import robots_in
 from urdf2mbs.output import write
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.reader import stem
@@ -39,31 +41,44 @@ def add(commands: Any, parents: Parents) -> None:
     run = commands.add_parser(
         "run",
         parents=[parents.common, parents.running, parents.levels],
-        help="convert as a config file says",
+        help="convert as a config file says, or as several do",
     )
-    run.add_argument("config", type=Path, metavar="CONFIG.yaml")
+    run.add_argument("config", type=Path, metavar="CONFIG.yaml", nargs="+")
+    add_many(run)
     run.set_defaults(command=_run)
 
     convert = commands.add_parser(
         "convert",
         parents=[parents.common, parents.running, parents.levels],
-        help="convert one robot, without a config file",
+        help="convert one robot, or a folder of them, without a config file",
     )
     convert.add_argument(
         "robot",
         metavar="ROBOT",
-        help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
+        help="a .urdf or .xacro file, a folder, robot_descriptions:NAME, or - for standard input",
     )
     convert.add_argument(
         "-o", "--output", metavar="OUT.mbs",
-        help="the file, - for standard output; an existing folder, or DIR/, gets a project",
+        help="the file, - for standard output; an existing folder, or DIR/, gets a project "
+        "(of a folder of robots: their .mbs files)",
     )  # fmt: skip
     add_settings(convert)
+    add_many(convert)
     convert.set_defaults(command=_convert)
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    return _carry_out(*configured(arguments), arguments)
+    configs = [configured(file, arguments) for file in arguments.config]
+    if len(configs) > 1 or configs[0][0].sweep is not None:
+        return carry_out_many(configs, arguments)
+    _only_one(arguments)
+    return _carry_out(*configs[0], arguments)
+
+
+def _only_one(arguments: argparse.Namespace) -> None:
+    for name in ("workers", "cluster", "report"):
+        if getattr(arguments, name) is not None:
+            raise ConfigError("usage", f"--{name} is for many robots, and this is one")
 
 
 def _convert(arguments: argparse.Namespace) -> int:
@@ -72,6 +87,9 @@ def _convert(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", "--output: the name of the file is empty")
     if output == "-" or (output is None and arguments.robot == "-"):
         return _pass_on(arguments)
+    if is_folder(Path(arguments.robot)):
+        return _convert_folder(Path(arguments.robot), output, arguments)
+    _only_one(arguments)
     if output is not None and (output.endswith(_SEPARATORS) or is_folder(Path(output))):
         output = {"project": output}
     config, lines = without_config(arguments.robot, output, arguments)
@@ -96,6 +114,23 @@ def _pass_on(arguments: argparse.Namespace) -> int:
             output.buffer.write(data)
             output.buffer.flush()
     return 0 if conversion.rejected is None else 3
+
+
+def _convert_folder(folder: Path, output: str | None, arguments: argparse.Namespace) -> int:
+    if output is None:
+        raise ConfigError(
+            "usage", f"'{folder}' is a folder: say where its robots go, such as '-o models/'"
+        )
+    if Path(output).exists() and not Path(output).is_dir():
+        raise ConfigError("usage", f"--output: '{output}' is no folder, and '{folder}' is one")
+    robots = robots_in(folder)
+    return carry_out_many(
+        [
+            without_config(str(source), str(Path(output) / place), arguments)
+            for source, place in robots.items()
+        ],
+        arguments,
+    )
 
 
 #: What ends the name of a folder.

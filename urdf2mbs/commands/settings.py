@@ -43,6 +43,9 @@ def shared_options() -> Parents:
         help="how much a warning weighs: error, warning, note or ignore",
     )  # fmt: skip
     levels.add_argument("--strict", action="store_true", help="warnings are errors")
+    levels.add_argument(
+        "--no-cache", action="store_true", help="expand xacro anew, and do not keep it"
+    )
     return Parents(common, running, levels)
 
 
@@ -63,9 +66,9 @@ def add_settings(command: argparse.ArgumentParser) -> None:
     )
 
 
-def configured(arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """The config file, with the levels of the command line."""
-    return with_levels(*load(arguments.config), arguments)
+def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """A config file, with the levels of the command line."""
+    return with_levels(*load(file), arguments)
 
 
 def with_levels(
@@ -74,12 +77,15 @@ def with_levels(
     given = typed(Config, {"source": config.source, **levels(arguments)}, Lines())
     config.diagnostics = {**config.diagnostics, **given.diagnostics}
     config.strict = config.strict or given.strict
+    config.cache = config.cache and given.cache
     return config, lines
 
 
 def levels(arguments: argparse.Namespace) -> dict[str, Any]:
     changed = pairs(arguments.level, "=", "--level", "CODE=LEVEL")
-    return {"diagnostics": dict(changed), "strict": arguments.strict}
+    return {
+        "diagnostics": dict(changed), "strict": arguments.strict, "cache": not arguments.no_cache
+    }  # fmt: skip
 
 
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -39,6 +40,28 @@ class Project(msgspec.Struct, forbid_unknown_fields=True):
         Literal["python", "c", "both"] | list[Literal["python", "c"]],
         Meta(description="of the project's code: python for MBsysPy, c for MBsysC, or both"),
     ] = "python"
+
+
+class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
+    """Numbers from one to another, both among them, in steps or so many."""
+
+    first: int | float = msgspec.field(name="from")
+    last: int | float = msgspec.field(name="to")
+    step: int | float | None = None
+    count: int | None = None
+
+
+class Sweep(msgspec.Struct, forbid_unknown_fields=True):
+    """A robot for every combination of these values."""
+
+    xacro_args: Annotated[
+        dict[str, list[str | int | float | bool] | Range],
+        Meta(description="xacro argument: its values, as a list or a range"),
+    ] = {}
+    passes: Annotated[
+        dict[str, dict[str, list[Any] | Range]],
+        Meta(description="pass: its options, each with a list or a range of values"),
+    ] = {}
 
 
 class Config(msgspec.Struct, forbid_unknown_fields=True):
@@ -83,13 +106,26 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
         dict[str, Level], Meta(description="code of a warning, say: how much it weighs")
     ] = {}
     strict: Annotated[bool, Meta(description="warnings are errors")] = False
+    cache: Annotated[bool, Meta(description="keep what xacro makes in the user's cache folder")] = (
+        True
+    )
+    sweep: Annotated[
+        Sweep | None, Meta(description="make a family of robots, one for each combination")
+    ] = None
 
 
 class Lines:
     """Where each value of a config file stands, for error messages."""
 
-    def __init__(self, file: Path | None = None, lines: dict[Key, int] | None = None) -> None:
+    def __init__(
+        self,
+        file: Path | None = None,
+        lines: dict[Key, int] | None = None,
+        folder: Path | None = None,
+    ) -> None:
         self.file = file
+        self.folder = folder or (file.parent if file else Path())
+        """To which the config's paths are relative."""
         self._lines = lines or {}
 
     def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
@@ -150,6 +186,13 @@ def preset(
             "unknown-preset", f"there is no preset '{name}'", ("pipeline",),
             nearest(name, known) or f"there are: {', '.join(known)}",
         )  # fmt: skip
+    names, options = _preset_in(file)
+    return list(names), deepcopy(options)
+
+
+@cache
+def _preset_in(file: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """What a preset's file says: it is read once, since that takes as long as a small pass."""
     data = yaml.load(file.read_text("utf-8"), _LOADER)
     return data["pipeline"], data.get("passes", {})
 
@@ -368,9 +411,13 @@ def _mark(root: yaml.Node, lines: Lines) -> None:
                 lines._lines[path] = key.start_mark.line + 1
                 if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
                     key.tag = "tag:yaml.org,2002:str"  # 'on' and '1' are names, too
+                # 'hand: false' and 'mass: 1.50' mean just these words
                 if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
-                    # 'hand: false' and 'mass: 1.50' mean just these words
                     value.tag = "tag:yaml.org,2002:str"
+                elif at == ("sweep", "xacro_args") and isinstance(value, yaml.SequenceNode):
+                    for one in value.value:
+                        if isinstance(one, yaml.ScalarNode):
+                            one.tag = "tag:yaml.org,2002:str"
                 todo.append((value, path))
         elif isinstance(node, yaml.SequenceNode):
             seen.add(id(node))

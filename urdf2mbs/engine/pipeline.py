@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from time import perf_counter
 
 from urdf2mbs.conversion import Conversion, RobotChange
@@ -22,7 +21,12 @@ class Pipeline:
     """The passes of one config, in an order that has been checked."""
 
     def __init__(self, config: Config, lines: Lines, *, installed_plugins: bool = True) -> None:
-        folder = lines.file.parent if lines.file else Path()
+        folder = lines.folder
+        if config.sweep is not None:
+            raise lines.error(
+                "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
+                "'urdf2mbs run' makes them; 'explain' shows the first",
+            )  # fmt: skip
         self.settings = settings_of(config, lines, folder)
         files = [
             folder / spelled(file, lines, ("plugins", n)) for n, file in enumerate(config.plugins)

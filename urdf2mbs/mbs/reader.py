@@ -91,7 +91,16 @@ def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
     body without a joint, an unknown parent, point or joint or one that stands later in the
     file, an unknown word, a number that is none, a name that is taken.
     """
-    root = _parse(data, file)
+    try:
+        return _model(_parse(data, file, exact_lines=False), file, mechanics_only)
+    except ConversionError:
+        if data.count(b"\n") < xml_lines.LIMIT - 1:
+            raise
+        # to count the lines of a long file takes long, and only an error needs them
+        return _model(_parse(data, file), file, mechanics_only)
+
+
+def _model(root: _Element, file: str, mechanics_only: bool) -> Mbs:
     if mechanics_only:
         etree.strip_elements(root, "graphics", with_tail=False)
     return _Reader(file).mbs(root)
@@ -117,13 +126,14 @@ def _schema() -> etree.RelaxNG:
     return etree.RelaxNG(etree.parse(str(Path(__file__).with_name("mbs.rng"))))
 
 
-def _parse(data: bytes, file: str) -> _Element:
+def _parse(data: bytes, file: str, *, exact_lines: bool = True) -> _Element:
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, collect_ids=False,
         remove_blank_text=True, remove_comments=True, remove_pis=True,
     )  # fmt: skip
     try:
-        root: _Element = xml_lines.parse(data, parser)
+        parse = xml_lines.parse if exact_lines else etree.fromstring
+        root: _Element = parse(data, parser)
     except etree.XMLSyntaxError as error:
         raise ConversionError(
             "not-xml", f"this is not XML: {error.msg}", file=file, line=error.lineno or 1,

@@ -109,6 +109,7 @@ def find_singular(mbs: Mbs) -> list[Singular]:
         for body in mbs.bodies
     ):
         return []
+    part = _in_question(mbs, whole)
     numbers = mbs.numbers()
     initial: dict[str, float] = {}
     general: dict[str, float] = {}
@@ -122,12 +123,34 @@ def find_singular(mbs: Mbs) -> list[Singular]:
     for values, small in (
         (general, ROUNDING), (initial, ROUNDING), (general, NEARLY), (initial, NEARLY)
     ):  # fmt: skip
+        if not _Position(part, values, size, whole, small).found:
+            continue
         known = {one.joint for one in out}
         for one in _Position(mbs, values, size, whole, small).singular():
             if one.joint not in known:
                 one.always, one.nearly = values is general, small == NEARLY
                 out.append(one)
     return out
+
+
+def _in_question(mbs: Mbs, whole: set[str]) -> Mbs:
+    """The robot without the bodies in which no joint can be singular, nor in those before them.
+
+    A joint before a ``whole`` body is not singular if it is the only one there, as all wrenches
+    are resisted behind it; and what it passes on to a body that is whole, too, is not looked at.
+    """
+    parents = {body.name: body.parent for body in mbs.bodies}
+    kept: set[str | None] = set()
+    for body in mbs.bodies:
+        moving = sum(joint.nature != "driven" for joint in body.joints)
+        fine = body.parent is None or body.parent in whole
+        if body.name in whole and moving <= 1 and fine:
+            continue
+        name: str | None = body.name
+        while name is not None and name not in kept:
+            kept.add(name)  # where a body is depends on those before it
+            name = parents[name]
+    return msgspec.structs.replace(mbs, bodies=[one for one in mbs.bodies if one.name in kept])
 
 
 class _Position:
@@ -142,7 +165,7 @@ class _Position:
         self._twists: dict[str, list[tuple[Joint, Six]]] = {}
         self._behind: dict[str, list[Six]] = {}
         """For each joint, an orthonormal basis of F, what is resisted behind it."""
-        self._found: list[tuple[str, str]] = []
+        self.found: list[tuple[str, str]] = []
         """The singular joints and their bodies, from the tips inwards."""
         poses = self._move(mbs, values, size)
         passed: dict[str | None, list[Six]] = {body.name: [] for body in mbs.bodies}
@@ -156,8 +179,8 @@ class _Position:
                 self._behind[joint.name] = felt
                 most = max(felt, key=lambda f: abs(_work(f, twist)), default=None)
                 if most is None or abs(_work(most, twist)) <= small * _length(twist):
-                    self._found.append((body.name, joint.name))
-                else:
+                    self.found.append((body.name, joint.name))
+                elif joint is not self._twists[body.name][0][0] or body.parent not in whole:
                     rest = [f for f in felt if f is not most]
                     share = _work(most, twist)
                     felt = _basis([_minus(f, _work(f, twist) / share, most) for f in rest], small)
@@ -196,7 +219,7 @@ class _Position:
 
     def singular(self) -> list[Singular]:
         out: list[Singular] = []
-        for body, joint in reversed(self._found):
+        for body, joint in reversed(self.found):
             others = self._moving_along(body, joint)
             why: Literal["moves-nothing", "no-inertia", "together"] = "no-inertia"
             if not self._behind[joint]:
@@ -283,11 +306,14 @@ def _basis(vectors: list[Six], small: float = ROUNDING) -> list[Six]:
 
 
 def _work(one: Six, two: Six) -> float:
-    return sum(a * b for a, b in zip(one, two, strict=True))
+    a, b, c, d, e, f = one
+    p, q, r, s, t, u = two
+    return a * p + b * q + c * r + d * s + e * t + f * u
 
 
 def _length(v: Six) -> float:
-    return sqrt(_work(v, v))
+    a, b, c, d, e, f = v
+    return sqrt(a * a + b * b + c * c + d * d + e * e + f * f)
 
 
 def _minus(v: Six, factor: float, other: Six) -> Six:

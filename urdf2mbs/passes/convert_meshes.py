@@ -102,6 +102,7 @@ def run(conversion: Conversion, options: Options) -> None:
             counts["unusable"] += 1
             lost.missing[filename] = conversion.packages.looked(filename)
             continue
+        conversion.sources.add(path)
         mesh: Mesh | None = None
         for look, shapes in looks.items():
             target = folder / f"{names[filename, look]}.wrl"

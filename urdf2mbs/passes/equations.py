@@ -12,7 +12,6 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.equations import equations, not_ours
 from urdf2mbs.mbs.reader import read
 
 
@@ -29,6 +28,8 @@ def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
     if options.language is None or output not in conversion.files:
         return
+    from urdf2mbs.equations import equations, not_ours  # which takes time, and is seldom asked for
+
     data = conversion.files[output]
     mbs = read(data, str(output), mechanics_only=True)
     folder = (conversion.settings.project or output.parent) / "symbolicR"

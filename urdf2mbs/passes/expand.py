@@ -6,6 +6,8 @@ expanded here without any ROS installed: ``$(find)``, ``$(arg)``, includes, ``lo
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import msgspec
 
 from urdf2mbs.conversion import Conversion
@@ -22,10 +24,13 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 def run(conversion: Conversion, options: Options) -> None:
     settings = conversion.settings
     data, expansion = expanded(
-        settings.source, conversion.packages, settings.xacro_args, isolate=options.isolate
-    )
+        settings.source, conversion.packages, settings.xacro_args,
+        isolate=options.isolate, cache=settings.cache,
+    )  # fmt: skip
+    conversion.sources.add(settings.source)
     if expansion is not None:
         conversion.expanded = expansion.text
+        conversion.sources.update(map(Path, expansion.files))
     conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
     conversion.diagnostics += diagnostics
 

@@ -48,21 +48,27 @@ def expanded(
     xacro_args: Mapping[str, str],
     *,
     isolate: Isolate | None = None,
+    cache: bool = False,
 ) -> tuple[bytes, Expansion | None]:
     """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
 
-    ``isolate``: xacro runs in a process of its own, with these limits.
+    ``isolate``: xacro runs in a process of its own, with these limits.  ``cache``: or what it
+    made of them before, where nothing has changed.
     """
     data = _read(source)
     if not data.strip():
         raise ConversionError("file-empty", "the file is empty", file=str(source))
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
         return data, None
-    if isolate is None:
-        return data, expand(source, packages, xacro_args)
-    from urdf2mbs.urdf.isolated import isolated
+    if isolate is not None:
+        from urdf2mbs.urdf.isolated import isolated
 
-    return data, isolated(source, packages, dict(xacro_args), isolate)
+        return data, isolated(source, packages, dict(xacro_args), isolate)
+    if cache:
+        from urdf2mbs.urdf import expansions
+
+        return data, expansions.expand(source, packages, xacro_args)
+    return data, expand(source, packages, xacro_args)
 
 
 def has_xacro(data: bytes, file: str) -> bool:

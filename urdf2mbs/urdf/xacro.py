@@ -9,8 +9,10 @@ import threading
 import warnings
 from contextlib import contextmanager
 from functools import partial
+from glob import glob
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.parsers.expat import ExpatError
 
@@ -52,12 +54,41 @@ _NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
 _SEARCHED = 500
 
 
+class Asked(NamedTuple):
+    """All that an expansion depends on, beside its arguments."""
+
+    files: list[str]
+    """Those that were read or looked for."""
+    packages: dict[str, str]
+    """The folder of each."""
+    environment: dict[str, str | None]
+    """The variables; None: not set."""
+
+
 class Expansion(NamedTuple):
     text: bytes
     """What the ``xacro`` command prints, in UTF-8."""
     files: list[str]
     """All that was read, the source first."""
     warnings: list[Diagnostic]
+    asked: Asked | None = None
+    """None: it depends on more, such as which files match a pattern."""
+
+
+class _Environment(dict[str, str]):
+    """The environment's variables, which notes those that the robot asks for."""
+
+    def __init__(self) -> None:
+        super().__init__(os.environ)
+        self.asked: dict[str, str | None] = {}
+
+    def __contains__(self, name: object) -> bool:
+        self.asked[str(name)] = self.get(str(name))
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked[name] = self.get(name)
+        return super().__getitem__(name)
 
 
 class _Context(dict[str, Any]):
@@ -108,6 +139,10 @@ class _Run:
         self.macros: dict[tuple[str, str], None] = {}
         """Macros that are called and not defined, and the file that calls each."""
         self.packages_missing: dict[str, ConversionError] = {}
+        self.packages_found: dict[str, str] = {}
+        self.environment = _Environment()
+        self.patterns = False
+        """Whether files are included by a pattern."""
         self.text = b""
         self.read: list[str] = []
 
@@ -206,7 +241,9 @@ def expand(source: Path, packages: Packages, args: Mapping[str, str]) -> Expansi
                 )
             )
     files = [name for name in dict.fromkeys(run.read) if Path(name).is_file()]
-    return Expansion(run.text, files, diagnostics)
+    depends = Asked(list(dict.fromkeys(run.read)), run.packages_found, run.environment.asked)
+    whole = not (run.patterns or run.packages_missing or run.macros)
+    return Expansion(run.text, files, diagnostics, depends if whole else None)
 
 
 class UndefinedArgumentError(ConversionError):
@@ -249,7 +286,8 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
 
     def find(package: str) -> str:
         try:
-            return str(run.packages.find(package))
+            found = run.packages_found[package] = str(run.packages.find(package))
+            return found
         except ConfigError:
             raise
         except ConversionError as error:
@@ -294,6 +332,10 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
             xacro.replace_node(node, by=None)
             return True
 
+    def matching(pattern: str) -> list[str]:
+        run.patterns = True
+        return glob(pattern)  # noqa: PTH207 just what xacro calls
+
     functions: dict[str, Any] = {
         "message": partial(say, "note"),
         "warning": partial(say, "warning"),
@@ -309,12 +351,16 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
         "handle_macro_call": handle_macro_call,
         "verbosity": 1,
         "root_dir": os.curdir,
+        "glob": SimpleNamespace(glob=matching),
         "_empty_text_node": minidom.Document().createTextNode("\n\n"),
         **functions,
     }
     borrowed: list[tuple[dict[str, Any], dict[str, Any]]] = [
         (vars(xacro), fresh),
-        (vars(substitution), {"_eval_find": find}),
+        (
+            vars(substitution),
+            {"_eval_find": find, "os": SimpleNamespace(environ=run.environment, path=os.path)},
+        ),
         (substitution._eval_dict, {"find": find}),
         (xacro._global_symbols["xacro"], functions),
     ]

@@ -1,0 +1,98 @@
+"""The robots that a sweep stands for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import parse
+from urdf2mbs.many.sweep import Member, members
+
+
+def swept(text: str, output: str = "'{height}.mbs'") -> list[Member]:
+    text = f"source: biped.urdf.xacro\noutput: {output}\nsweep:\n  {text}\n"
+    return members(*parse(text, Path("sweep.yaml")))
+
+
+def test_every_combination_in_its_order() -> None:
+    found = swept(
+        "{xacro_args: {height: [0.70, 0.8], arms: [true, no]}, "
+        "passes: {decompose-joints: {snap: [0, 1.5]}}}",
+        "'{height}-{arms}-{decompose-joints.snap}.mbs'",
+    )
+    assert [one.config.output for one in found] == [
+        "0.70-true-0.mbs", "0.70-true-1.5.mbs", "0.70-no-0.mbs", "0.70-no-1.5.mbs",
+        "0.8-true-0.mbs", "0.8-true-1.5.mbs", "0.8-no-0.mbs", "0.8-no-1.5.mbs",
+    ]  # fmt: skip
+    assert found[1].values == {"height": "0.70", "arms": "true", "decompose-joints.snap": 1.5}
+    assert found[1].config.xacro_args == {"height": "0.70", "arms": "true"}
+    assert found[1].config.passes == {"decompose-joints": {"snap": 1.5}}
+    assert all(one.config.sweep is None for one in found)
+
+
+@pytest.mark.parametrize(
+    ("given", "values"),
+    [
+        ("{from: 0.7, to: 0.9, step: 0.1}", ["0.7", "0.8", "0.9"]),
+        ("{from: 0.7, to: 0.89, step: 0.1}", ["0.7", "0.8"]),
+        ("{from: 1, to: 3, step: 1}", ["1", "2", "3"]),
+        ("{from: 3, to: 1, step: -1}", ["3", "2", "1"]),
+        ("{from: 0, to: 1, count: 4}", ["0.0", "0.3333333333333333", "0.6666666666666666", "1.0"]),
+    ],
+)
+def test_ranges(given: str, values: list[str]) -> None:
+    found = swept(f"{{xacro_args: {{height: {given}}}}}")
+    assert [one.values["height"] for one in found] == values
+
+
+@pytest.mark.parametrize(
+    ("given", "output", "code"),
+    [
+        ("{}", "x.mbs", "sweep-empty"),
+        ("{xacro_args: {height: []}}", "x.mbs", "sweep-empty"),
+        ("{xacro_args: {height: [1, 2]}}", "x.mbs", "sweep-output"),
+        ("{xacro_args: {height: [1, 1]}}", "'{height}.mbs'", "sweep-output"),
+        ("{xacro_args: {height: [1, 2]}}", "'{hight}.mbs'", "sweep-output"),
+        ("{xacro_args: {height: [1, 2]}}", "null", "sweep-output"),
+        ("{xacro_args: {height: {from: 1, to: 2}}}", "'{height}.mbs'", "sweep-range"),
+        ("{xacro_args: {height: {from: 1, to: 2, step: 0}}}", "'{height}.mbs'", "sweep-range"),
+        ("{xacro_args: {height: {from: 1, to: 2, step: -1}}}", "'{height}.mbs'", "sweep-range"),
+        ("{xacro_args: {height: {from: 1, to: .nan, step: 1}}}", "'{height}.mbs'", "sweep-range"),
+        ("{xacro_args: {height: {from: 1, to: .inf, step: 1}}}", "'{height}.mbs'", "sweep-range"),
+        ("{xacro_args: {height: {from: 1, to: 2, step: .nan}}}", "'{height}.mbs'", "sweep-range"),
+        ("{xacro_args: {height: {from: 1, to: 2, count: 1}}}", "'{height}.mbs'", "sweep-range"),
+        ("{xacro_args: {height: {from: 0, to: 1, step: 1.0e-9}}}", "'{height}.mbs'", "sweep-long"),
+        ("{xacro_args: {hight: 3}}", "x.mbs", "config-type"),
+        ("{args: {}}", "x.mbs", "config-type"),
+    ],
+)  # fmt: skip
+def test_what_is_no_sweep(given: str, output: str, code: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        swept(given, output)
+    assert caught.value.code == code
+    assert caught.value.line is not None
+
+
+def test_a_value_that_is_given_and_swept() -> None:
+    text = (
+        "source: a.xacro\noutput: '{height}.mbs'\nxacro_args: {height: 1}\n"
+        "sweep: {xacro_args: {height: [1, 2]}}"
+    )
+    with pytest.raises(ConfigError) as caught:
+        members(*parse(text, None))
+    assert caught.value.code == "sweep-twice"
+
+
+def test_a_value_is_a_part_of_one_name() -> None:
+    found = swept("{xacro_args: {height: [../../etc, b]}}", "'out/{height}.mbs'")
+    assert found[0].config.output == "out/.._.._etc.mbs"
+    assert found[0].values["height"] == "../../etc"
+
+
+def test_a_project_each() -> None:
+    found = swept("{xacro_args: {height: [1, 2]}}", "{project: 'biped_{height}'}")
+    outputs: list[Any] = [one.config.output for one in found]
+    assert [one.project for one in outputs] == ["biped_1", "biped_2"]

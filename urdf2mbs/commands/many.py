@@ -1,0 +1,190 @@
+"""`run` and `convert` for many robots: progress while they run, then a table and a report."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from time import monotonic
+from typing import TextIO
+
+from urdf2mbs.commands.printing import near, print_json
+from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.engine.config import Config, Lines, Project
+from urdf2mbs.many.convert import Job, Outcome, jobs_of, run
+from urdf2mbs.many.journal import Journal, shown, worst
+from urdf2mbs.many.sweep import told
+
+#: So many robots that are done are in the table; those that are not, all are.
+SHOWN = 40
+
+#: Seconds between two lines of progress where no terminal rewrites one.
+PATIENCE = 5.0
+
+#: The report's name, in the folder that all outputs are in.
+REPORT = "urdf2mbs-report.json"
+
+
+def add_many(command: argparse.ArgumentParser) -> None:
+    """The options that are for many robots."""
+    many = command.add_argument_group("many robots")
+    many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
+    many.add_argument("--cluster", metavar="ADDRESS", help="of a Dask scheduler to use instead")
+    many.add_argument(
+        "--report", type=Path, metavar="FILE.json",
+        help=f"default: {REPORT} in the folder that all outputs are in",
+    )  # fmt: skip
+
+
+def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
+    """Convert all robots of some configs; the exit code is the worst of theirs."""
+    for name in ("stop_after", "dump"):
+        if getattr(arguments, name) is not None:
+            flag = name.replace("_", "-")
+            raise ConfigError("usage", f"--{flag} is for one robot, and these are many")
+    if arguments.workers is not None and arguments.workers < 1:
+        raise ConfigError("usage", f"--workers {arguments.workers}: one is the least")
+    jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins)
+    report = arguments.report or _folder(jobs) / REPORT
+    outcomes = _convert_all(jobs, report, arguments)
+    if arguments.json:
+        print_json({"code": worst(outcomes), "robots": [shown(outcome) for outcome in outcomes]})
+    else:
+        for outcome in outcomes:
+            if outcome.error is not None:
+                print(_error(outcome), file=sys.stderr)
+        print(_table(outcomes, report))
+    return worst(outcomes)
+
+
+def _folder(jobs: list[Job]) -> Path:
+    """The folder that all outputs are in."""
+    places = set()
+    for job in jobs:
+        output = job.config.output
+        name = output.project if isinstance(output, Project) else output or job.config.source
+        places.add((job.lines.folder / name).parent)
+    return Path(os.path.commonpath(places))
+
+
+def _error(outcome: Outcome) -> str:
+    own = f" ({told(outcome.values)})" if outcome.values else ""
+    return f"{near(Path(outcome.source))}{own}:\n{outcome.error}"
+
+
+def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -> list[Outcome]:
+    """Carry all jobs out, with progress on stderr, and write the report.
+
+    An interrupted run says how to go on, and raises KeyboardInterrupt.
+    """
+    with Journal(report, jobs) as journal:
+        if journal.outcomes:
+            print(f"{len(journal.outcomes)} of {len(jobs)} were done before", file=sys.stderr)
+        progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr)
+        try:
+            for outcome in run(journal.todo, workers=arguments.workers, cluster=arguments.cluster):
+                journal.add(outcome)
+                progress.show(outcome)
+        except KeyboardInterrupt:
+            progress.end()
+            done = f"{len(journal.outcomes)} of {counted(len(jobs), 'robot')} done"
+            print(f"interrupted: {done}; the same command goes on", file=sys.stderr)
+            raise
+        progress.end()
+        journal.finish()
+        return [journal.outcomes[job.number] for job in jobs]
+
+
+class _Progress:
+    def __init__(self, count: int, before: int, stream: TextIO) -> None:
+        self._count = count
+        self._before = before
+        self._done = before
+        self._failed = 0
+        self._stream = stream
+        self._start = self._last = monotonic()
+        self._terminal = stream.isatty()
+
+    def show(self, outcome: Outcome) -> None:
+        self._done += 1
+        self._failed += outcome.code != 0
+        now = monotonic()
+        if now - self._last < (0.1 if self._terminal else PATIENCE):
+            return
+        self._last = now
+        rate = (self._done - self._before) / (now - self._start)
+        left = (self._count - self._done) / rate
+        text = f"{self._done} of {self._count}, {rate:.3g} a second, {left:.0f} s left"
+        if self._failed:
+            text += f", {self._failed} failed"
+        print(f"\r\033[K{text}" if self._terminal else f"... {text}",
+              end="" if self._terminal else "\n", file=self._stream, flush=True)  # fmt: skip
+
+    def end(self) -> None:
+        if self._terminal:
+            print("\r\033[K", end="", file=self._stream, flush=True)
+
+
+def _table(outcomes: list[Outcome], report: Path) -> str:
+    """A line for each robot, and what they came to."""
+    done = [one for one in outcomes if one.code == 0]
+    left = len(done) - SHOWN
+    listed = [one for one in outcomes if one.code or left <= 0 or one in done[:SHOWN]]
+    rows: list[tuple[str, ...]] = [
+        ("robot", "of its own", "links", "bodies", "joints", "mass/kg", "warnings", "")
+    ]
+    rows += [_row(outcome) for outcome in listed]
+    own = any(row[1] for row in rows[1:])
+    lines = _aligned([row if own else (row[0], *row[2:]) for row in rows])
+    if left > 0:
+        lines.append(f"and {left} more that are done")
+    kept = sum(one.kept for one in done)
+    before = f" ({kept} of them before)" if kept else ""
+    failures = "; ".join(
+        f"{counted(number, 'robot')} {what}"
+        for code, what in _FAILURES.items()
+        if (number := sum(one.code == code for one in outcomes))
+    )
+    lines.append(f"{counted(len(done), 'robot')} done{before}" + (failures and f"; {failures}"))
+    lines.append(f"report: {near(report)}")
+    return "\n".join(lines)
+
+
+_FAILURES = {
+    1: "cannot be converted",
+    2: "of which the config or the command line is wrong",
+    3: "NOT the same as the URDF",
+}
+
+
+def _row(outcome: Outcome) -> tuple[str, ...]:
+    name = near(Path(outcome.source))
+    own = told(outcome.values)
+    found = outcome.report
+    if found is None:
+        error = outcome.error
+        said = f"error[{error.code}]: {error.message.splitlines()[0]}" if error else ""
+        return (name, own, "-", "-", "-", "-", "-", said)
+    warnings = sum(said.level == "warning" for said in found.diagnostics)
+    verdict = "" if outcome.code == 0 else "NOT the same robot: "
+    output = near(Path(outcome.output)) if outcome.output else "nothing is written"
+    return (
+        name, own, str(found.links), str(found.bodies), str(found.joints.mbs),
+        f"{found.mass:.6g}", str(warnings), f"{verdict}{output}",
+    )  # fmt: skip
+
+
+def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+    """Columns of one width: numbers to the right; the last as it is."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    numbers = len(widths) - 6  # before these are words
+    return [
+        "  ".join(
+            cell.ljust(width) if at < numbers else cell.rjust(width)
+            for at, (cell, width) in enumerate(zip(row[:-1], widths[:-1], strict=True))
+        )
+        + f"  {row[-1]}".rstrip()
+        for row in rows
+    ]

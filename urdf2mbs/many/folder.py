@@ -1,0 +1,48 @@
+"""The robots in a folder."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.urdf.reader import stem
+
+#: The root of a robot.  That of a file with nothing but macros has no name.
+_ROBOT = re.compile(rb"<robot\s[^>]*?\bname\s*=")
+
+
+def robots_in(folder: Path) -> dict[Path, Path]:
+    """Each robot in a folder and those below it, and the .mbs to make of it, relative to another.
+
+    Robots are the ``.urdf`` files, and the ``.xacro`` files whose ``<robot>`` has a name: those
+    without one hold macros for others.  Raises ConfigError where there is none.
+    """
+    found = sorted(
+        file
+        for file in folder.rglob("*")
+        if file.is_file() and (file.suffix.lower() == ".urdf" or _is_xacro_robot(file))
+    )
+    if not found:
+        raise ConfigError(
+            "folder-empty", f"there is no robot in '{folder}'",
+            hint="a robot is a .urdf file, or a .xacro file whose <robot> has a name",
+        )  # fmt: skip
+    plain = {file: file.relative_to(folder).with_name(f"{stem(file)}.mbs") for file in found}
+    times = Counter(str(place).lower() for place in plain.values())
+    return {
+        # robot.urdf and robot.urdf.xacro must not become one file
+        file: place if times[str(place).lower()] == 1
+        else place.with_name(file.name.replace(".", "_") + ".mbs")
+        for file, place in plain.items()
+    }  # fmt: skip
+
+
+def _is_xacro_robot(file: Path) -> bool:
+    if file.suffix.lower() != ".xacro":
+        return False
+    try:
+        return _ROBOT.search(file.read_bytes()) is not None
+    except OSError:
+        return True  # which is then said of it
