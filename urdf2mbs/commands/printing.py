@@ -75,7 +75,7 @@ def next_steps(conversion: Conversion) -> str:
     main = settings.project / "workR" / "main.py"
     run = f"python {near(main)}" if main in conversion.starters else "build workR by its CMakeLists"
     return (
-        f"Next: open {model} in MBSysPad; have it generate the equations into symbolicR\n"
+        f"Next: open {model} in MBSysPad; its equations: urdf2mbs equations {model}\n"
         f"      {run}   (wants Robotran's MBsysPy or MBsysC; see docs/first-simulation.md)"
     )
 
