@@ -17,13 +17,17 @@ def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> d
     for name in presets():
         if name == config.pipeline:
             continue
-        after = {key: new for key, new in config.after.items() if key in preset(name, lines)[0]}
-        added = [
-            new for news in after.values() for new in ([news] if isinstance(news, str) else news)
-        ]
-        there = {*preset(name, lines)[0], *added}
+        there = set(preset(name, lines)[0])
+        beside = [*config.after.items(), *config.before.items()]
+        for _ in beside:  # what is put beside a pass may have others beside it
+            for key, new in beside:
+                if key in there:
+                    there.update([new] if isinstance(new, str) else new)
         other = msgspec.structs.replace(
-            config, pipeline=name, after=after,
+            config, pipeline=name,
+            after={key: new for key, new in config.after.items() if key in there},
+            before={key: new for key, new in config.before.items() if key in there},
+            without=[key for key in config.without if key in there],
             swap={key: value for key, value in config.swap.items() if key in there},
             passes={key: value for key, value in config.passes.items() if key in there},
         )  # fmt: skip
