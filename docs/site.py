@@ -17,11 +17,11 @@ import msgspec
 
 from urdf2mbs import testing
 from urdf2mbs.api import Result, Verdict, convert, verify
-from urdf2mbs.cli import EXAMPLES, parser
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Segment, Step
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.kit.schema import field_docs, schema
+from urdf2mbs.options import EXAMPLES, parser
 from urdf2mbs.summary import Joints, Report
 
 DOCS = Path(__file__).resolve().parent

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+import urdf2mbs
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
@@ -212,6 +213,38 @@ def test_names_that_will_not_do(name: str, hint: str, robot: Path, capsys: Any) 
     assert "error[pass-name]" in err
     assert hint in err
     assert not list(robot.glob("*.py"))
+
+
+#: Prints what a program has imported, after it.
+MODULES = "import sys, contextlib\nwith contextlib.suppress(SystemExit):\n  {}\nprint(*sys.modules)"
+
+
+def loaded(program: str) -> set[str]:
+    code = MODULES.format(program)
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+@pytest.mark.parametrize("words", [["--help"], ["convert", "--help"], ["nosuch"]])
+def test_help_imports_nothing_but_argparse(words: list[str]) -> None:
+    bare = loaded(
+        "from argparse import ArgumentParser as P; p = P(); p.add_subparsers().add_parser('x'); "
+        "p.parse_args(['--help'])"
+    )
+    ours = loaded(f"from urdf2mbs.cli import main; main({words})")
+    assert ours - bare - {"__future__"} == {"urdf2mbs", "urdf2mbs.cli", "urdf2mbs.options"}
+    assert not (ours - loaded("pass")) & {"shutil", "typing"}
+
+
+def test_the_package_imports_what_is_asked_for() -> None:
+    assert "urdf2mbs.diagnostics" not in loaded("import urdf2mbs")
+    assert "urdf2mbs.api" not in loaded("from urdf2mbs import ConversionError")
+    assert "urdf2mbs.api" in loaded("from urdf2mbs import convert")
+    for name in urdf2mbs.__all__:
+        assert getattr(urdf2mbs, name).__name__ == name
+        assert name in dir(urdf2mbs)
+    with pytest.raises(AttributeError, match="'urdf2mbs' has no attribute 'nosuch'"):
+        urdf2mbs.nosuch  # noqa: B018
 
 
 def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:

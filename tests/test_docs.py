@@ -25,7 +25,7 @@ from installed import FOOT_CONTACTS, install
 from lxml import etree
 
 from urdf2mbs.catalogue import CATALOGUE, SECTIONS
-from urdf2mbs.cli import EXAMPLES, main
+from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import Config, Lines, load, parse, preset
@@ -36,6 +36,7 @@ from urdf2mbs.kit.catalogue import page
 from urdf2mbs.kit.dump import state
 from urdf2mbs.kit.schema import field_docs
 from urdf2mbs.many.sweep import members
+from urdf2mbs.options import EXAMPLES
 from urdf2mbs.output import write_files
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES

@@ -14,8 +14,9 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.cli import COMMANDS, EXAMPLES, main, parser
+from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.options import EXAMPLES, parser
 from urdf2mbs.testing import TINY
 
 XACRO = TINY.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', 1).replace(
@@ -54,7 +55,7 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
 def test_no_command_is_without_examples() -> None:
     actions = [a for a in parser()._actions if a.choices]
     assert set(actions[0].choices or ()) == set(EXAMPLES)
-    assert len(COMMANDS) >= 10
+    assert len(EXAMPLES) >= 10
 
 
 def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,8 +1,13 @@
 """URDF and xacro robots to Robotran ``.mbs`` multibody systems, provably the same robot."""
 
-from urdf2mbs.api import Result, Verdict, convert, verify
-from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
-from urdf2mbs.many import Outcome, convert_many
+from __future__ import annotations
+
+# A type checker and an editor read these imports; Python imports a name when it is first used.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from urdf2mbs.api import Result, Verdict, convert, verify
+    from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
+    from urdf2mbs.many import Outcome, convert_many
 
 __all__ = [
     "ConfigError",
@@ -15,3 +20,28 @@ __all__ = [
     "convert_many",
     "verify",
 ]
+
+_HOMES = {
+    "ConfigError": "urdf2mbs.diagnostics",
+    "ConversionError": "urdf2mbs.diagnostics",
+    "Diagnostic": "urdf2mbs.diagnostics",
+    "Outcome": "urdf2mbs.many",
+    "Result": "urdf2mbs.api",
+    "Verdict": "urdf2mbs.api",
+    "convert": "urdf2mbs.api",
+    "convert_many": "urdf2mbs.many",
+    "verify": "urdf2mbs.api",
+}
+
+
+def __getattr__(name: str) -> object:
+    from importlib import import_module
+
+    if name not in _HOMES:
+        raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
+    globals()[name] = found = getattr(import_module(_HOMES[name]), name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return [*globals(), *__all__]

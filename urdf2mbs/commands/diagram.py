@@ -3,35 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import Any
 
 from urdf2mbs import files
-from urdf2mbs.commands.printing import (
-    beside,
-    print_json,
-)
-from urdf2mbs.commands.settings import (
-    Parents,
-)
+from urdf2mbs.commands.printing import beside, print_json
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.output import write_files
 
 
-def add(commands: Any, parents: Parents) -> None:
-    diagram = commands.add_parser(
-        "diagram",
-        parents=[parents.common],
-        help="draw the 2D diagram of an .mbs file as an SVG picture",
-    )
-    diagram.add_argument("model", type=Path, metavar="MODEL.mbs")
-    diagram.add_argument(
-        "-o", "--output", type=Path, metavar="OUT.svg", help="default: beside the model"
-    )
-    diagram.set_defaults(command=_diagram)
-
-
-def _diagram(arguments: argparse.Namespace) -> int:
+def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.diagram.draw import draw
     from urdf2mbs.mbs.reader import read
 

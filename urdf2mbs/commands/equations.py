@@ -4,46 +4,16 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
 from urdf2mbs import files
-from urdf2mbs.commands.printing import (
-    print_json,
-)
-from urdf2mbs.commands.settings import (
-    Parents,
-)
+from urdf2mbs.commands.printing import print_json
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.output import write_files
 
 
-def add(commands: Any, parents: Parents) -> None:
-    equations = commands.add_parser(
-        "equations",
-        parents=[parents.common],
-        help="write Robotran's equations for an .mbs file",
-    )
-    equations.add_argument("model", type=Path, metavar="MODEL.mbs")
-    equations.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="default: symbolicR of the project"
-    )
-    equations.add_argument("--language", choices=("python", "c"), default="python")
-    equations.add_argument(
-        "--fold", action="store_true", help="write masses, points and the like as numbers"
-    )
-    equations.add_argument(
-        "--keep-turns", action="store_true",
-        help="read the positions of joints that never move, too",
-    )  # fmt: skip
-    equations.add_argument(
-        "--numba", action="store_true", help="let numba compile dirdyna and invdyna (python)"
-    )
-    equations.set_defaults(command=_equations)
-
-
-def _equations(arguments: argparse.Namespace) -> int:
+def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.equations import equations, not_ours
     from urdf2mbs.mbs.reader import read
 

@@ -3,24 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import Any
 
 import msgspec
 
 from urdf2mbs.commands.presets import by_presets, driven_bound
-from urdf2mbs.commands.printing import (
-    described,
-    joints_in_words,
-    origin,
-    print_json,
-    warn_of,
-)
+from urdf2mbs.commands.printing import described, joints_in_words, origin, print_json, warn_of
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import (
-    Parents,
-    configured,
-)
+from urdf2mbs.commands.settings import configured
 from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
@@ -29,21 +18,6 @@ from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import members, told
 from urdf2mbs.summary import Report, report
 
-
-def add(commands: Any, parents: Parents) -> None:
-    explain = commands.add_parser(
-        "explain",
-        parents=[parents.common, parents.levels],
-        help="show the passes of a config, without running them",
-    )
-    explain.add_argument("config", type=Path, metavar="CONFIG.yaml")
-    explain.add_argument(
-        "--cost", action="store_true",
-        help="convert after all, by each preset too, to count the joints; nothing is written",
-    )  # fmt: skip
-    explain.set_defaults(command=_explain)
-
-
 #: What the summaries of the passes call "the method".
 METHOD = (
     '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
@@ -51,7 +25,7 @@ METHOD = (
 )
 
 
-def _explain(arguments: argparse.Namespace) -> int:
+def carry_out(arguments: argparse.Namespace) -> int:
     config, lines = configured(arguments.config, arguments)
     first, *others = members(config, lines)
     config = first.config

@@ -16,26 +16,13 @@ from urdf2mbs.engine.config import Config, Lines, Project
 from urdf2mbs.many.convert import Job, Outcome, jobs_of, run
 from urdf2mbs.many.journal import Journal, shown, worst
 from urdf2mbs.many.sweep import told
+from urdf2mbs.options import REPORT
 
 #: So many robots that are done are in the table; those that are not, all are.
 SHOWN = 40
 
 #: Seconds between two lines of progress where no terminal rewrites one.
 PATIENCE = 5.0
-
-#: The report's name, in the folder that all outputs are in.
-REPORT = "urdf2mbs-report.json"
-
-
-def add_many(command: argparse.ArgumentParser) -> None:
-    """The options that are for many robots."""
-    many = command.add_argument_group("many robots")
-    many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
-    many.add_argument("--cluster", metavar="ADDRESS", help="of a Dask scheduler to use instead")
-    many.add_argument(
-        "--report", type=Path, metavar="FILE.json",
-        help=f"default: {REPORT} in the folder that all outputs are in",
-    )  # fmt: skip
 
 
 def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:

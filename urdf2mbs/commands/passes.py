@@ -4,27 +4,12 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
-from urdf2mbs.commands.printing import (
-    described,
-    origin,
-    print_json,
-    warn_of,
-)
-from urdf2mbs.commands.settings import (
-    Parents,
-)
+from urdf2mbs.commands.printing import described, origin, print_json, warn_of
 from urdf2mbs.engine.plugins import Plugins
 
 
-def add(commands: Any, parents: Parents) -> None:
-    passes = commands.add_parser("passes", parents=[parents.common], help="list every known pass")
-    passes.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
-    passes.set_defaults(command=_passes)
-
-
-def _passes(arguments: argparse.Namespace) -> int:
+def carry_out(arguments: argparse.Namespace) -> int:
     plugins = Plugins([Path(file) for file in arguments.plugin], installed=not arguments.no_plugins)
     warn_of(plugins)
     found = [one for offered in plugins.passes.values() for one in offered]

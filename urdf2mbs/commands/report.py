@@ -3,47 +3,17 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import Any
 
-from urdf2mbs.commands.printing import (
-    beside,
-    near,
-    print_json,
-    tell,
-)
+from urdf2mbs.commands.printing import beside, near, print_json, tell
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import (
-    Parents,
-    add_settings,
-    robot_or_config,
-    with_levels,
-)
+from urdf2mbs.commands.settings import robot_or_config, with_levels
 from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.output import write_files
 from urdf2mbs.summary import report
 
 
-def add(commands: Any, parents: Parents) -> None:
-    page = commands.add_parser(
-        "report",
-        parents=[parents.common, parents.levels],
-        help="convert, and write one HTML page to look at instead",
-    )
-    page.add_argument(
-        "config", type=Path, metavar="CONFIG.yaml",
-        help="or a .urdf or .xacro file, with the options below",
-    )  # fmt: skip
-    page.add_argument(
-        "-o", "--output", type=Path, metavar="OUT.html", help="default: beside the output"
-    )
-    page.add_argument("-v", "--verbose", action="store_true", help="show each pass and all notes")
-    add_settings(page)
-    page.set_defaults(command=_report)
-
-
-def _report(arguments: argparse.Namespace) -> int:
+def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.report.page import make
 
     config, lines = with_levels(*robot_or_config(arguments), arguments)

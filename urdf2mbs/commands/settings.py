@@ -6,64 +6,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, load, typed, word
 from urdf2mbs.files import is_folder
 from urdf2mbs.urdf import descriptions, standard_input
-
-
-class Parents(msgspec.Struct):
-    """Options that several commands share."""
-
-    common: argparse.ArgumentParser
-    running: argparse.ArgumentParser
-    levels: argparse.ArgumentParser
-
-
-def shared_options() -> Parents:
-    common = argparse.ArgumentParser(add_help=False)
-    common.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    common.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
-    common.add_argument("--json", action="store_true", help="print the whole report as JSON")
-
-    running = argparse.ArgumentParser(add_help=False)
-    running.add_argument(
-        "-v", "--verbose", action="store_true", help="show each pass and all notes"
-    )
-    running.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
-    running.add_argument(
-        "--dump", type=Path, metavar="DIR", help="write the state after every pass, as YAML"
-    )
-
-    levels = argparse.ArgumentParser(add_help=False)
-    levels.add_argument(
-        "--level", action="append", default=[], metavar="CODE=LEVEL",
-        help="how much a warning weighs: error, warning, note or ignore",
-    )  # fmt: skip
-    levels.add_argument("--strict", action="store_true", help="warnings are errors")
-    levels.add_argument(
-        "--no-cache", action="store_true", help="expand xacro anew, and do not keep it"
-    )
-    return Parents(common, running, levels)
-
-
-def add_settings(command: argparse.ArgumentParser) -> None:
-    """What a config says, for a robot without one."""
-    command.add_argument("--base", choices=("auto", "floating", "fixed"))
-    command.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
-    command.add_argument(
-        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
-    )
-    command.add_argument("--pipeline", metavar="PRESET", help="default: faithful")
-    command.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
-    command.add_argument(
-        "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
-    )
-    command.add_argument(
-        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
-    )
 
 
 def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:

@@ -4,55 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
-from typing import Any
 
 import msgspec
 
-from urdf2mbs.commands.printing import (
-    other_way,
-    print_json,
-    proof_in_words,
-)
-from urdf2mbs.commands.settings import (
-    Parents,
-    pairs,
-)
-
-
-def add(commands: Any, parents: Parents) -> None:
-    verify = commands.add_parser(
-        "verify",
-        parents=[parents.common],
-        help="compare a robot with an .mbs file: are they the same?",
-    )
-    verify.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
-    verify.add_argument("model", type=Path, metavar="MODEL.mbs")
-    verify.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
-    verify.add_argument(
-        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
-    )
-    verify.add_argument(
-        "--engine", choices=("own", "pinocchio"), default="own",
-        help="pinocchio also compares mass matrix, gravity forces and inverse dynamics",
-    )  # fmt: skip
-    verify.add_argument(
-        "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
-        help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
-    )  # fmt: skip
-    verify.add_argument(
-        "--frames", action="store_true",
-        help="a link's frame that is elsewhere in the .mbs is a difference, too",
-    )  # fmt: skip
-    verify.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
-    verify.set_defaults(command=_verify)
-
+from urdf2mbs.commands.printing import other_way, print_json, proof_in_words
+from urdf2mbs.commands.settings import pairs
 
 #: So many frames that are elsewhere are told; a compact model has moved nearly all.
 SHOWN = 10
 
 
-def _verify(arguments: argparse.Namespace) -> int:
+def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.api import verify
     from urdf2mbs.proof.urdf_side import SIX
 

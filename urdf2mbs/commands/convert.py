@@ -1,0 +1,77 @@
+"""`convert`: a robot in, an .mbs or a project out, without a config."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from contextlib import redirect_stdout
+from pathlib import Path
+from typing import Any
+
+from urdf2mbs.commands.printing import tell
+from urdf2mbs.commands.run import carry_out_one, converted, only_one
+from urdf2mbs.commands.settings import without_config
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.files import is_folder
+from urdf2mbs.summary import report
+from urdf2mbs.urdf.reader import stem
+
+
+def carry_out(arguments: argparse.Namespace) -> int:
+    output: Any = arguments.output
+    if output == "":
+        raise ConfigError("usage", "--output: the name of the file is empty")
+    if output == "-" or (output is None and arguments.robot == "-"):
+        return _pass_on(arguments)
+    if is_folder(Path(arguments.robot)):
+        return _convert_folder(Path(arguments.robot), output, arguments)
+    only_one(arguments)
+    if output is not None and (output.endswith(_SEPARATORS) or is_folder(Path(output))):
+        output = {"project": output}
+    config, lines = without_config(arguments.robot, output, arguments)
+    return carry_out_one(config, lines, arguments)
+
+
+def _pass_on(arguments: argparse.Namespace) -> int:
+    """Convert to standard output; all that is said goes to standard error."""
+    if arguments.json:
+        raise ConfigError("usage", "--json and the .mbs cannot both go to standard output")
+    name = "robot" if arguments.robot == "-" else stem(Path(arguments.robot))
+    output = sys.stdout
+    with redirect_stdout(sys.stderr):
+        config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
+        conversion = converted(config, lines, arguments)
+        found = report(conversion)
+        print(f"{found.robot}: written to standard output")
+        tell(conversion, found, arguments.verbose)
+        data = conversion.files.get(conversion.settings.output)
+        if conversion.rejected is None and data is not None:
+            output.flush()
+            output.buffer.write(data)
+            output.buffer.flush()
+    return 0 if conversion.rejected is None else 3
+
+
+def _convert_folder(folder: Path, output: str | None, arguments: argparse.Namespace) -> int:
+    from urdf2mbs.commands.many import carry_out_many
+    from urdf2mbs.many.folder import robots_in
+
+    if output is None:
+        raise ConfigError(
+            "usage", f"'{folder}' is a folder: say where its robots go, such as '-o models/'"
+        )
+    if Path(output).exists() and not Path(output).is_dir():
+        raise ConfigError("usage", f"--output: '{output}' is no folder, and '{folder}' is one")
+    robots = robots_in(folder)
+    return carry_out_many(
+        [
+            without_config(str(source), str(Path(output) / place), arguments)
+            for source, place in robots.items()
+        ],
+        arguments,
+    )
+
+
+#: What ends the name of a folder.
+_SEPARATORS = tuple(filter(None, (os.sep, os.altsep)))
