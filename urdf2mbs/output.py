@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from errno import EACCES, EISDIR
 from pathlib import Path
-from shutil import copy2
 from stat import S_IMODE
 from tempfile import NamedTemporaryFile, mkstemp
 
@@ -235,6 +234,8 @@ def _backup(place: Path) -> Path | None:
     try:
         os.link(place, name)
     except OSError:  # a file system without links
+        from shutil import copy2
+
         copy2(place, name)
     return name
 

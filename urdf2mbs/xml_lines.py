@@ -7,7 +7,6 @@ some neighbour.  There the lines are counted by a second parser, expat.
 from __future__ import annotations
 
 from typing import Any
-from xml.parsers import expat
 
 from lxml import etree
 
@@ -43,6 +42,8 @@ def parse(data: bytes, parser: etree.XMLParser) -> Any:
 
 def _lines(data: bytes) -> list[int]:
     """The line on which each element begins, in the order of the file."""
+    from xml.parsers import expat
+
     lines: list[int] = []
     counter = expat.ParserCreate()
     counter.StartElementHandler = lambda *_: lines.append(counter.CurrentLineNumber)

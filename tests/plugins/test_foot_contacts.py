@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from importlib import metadata
 from math import cos, sin
@@ -10,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from installed import FOOT_CONTACTS, install
 
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.engine.plugins import _installed as installed_plugins
 from urdf2mbs.mbs.model import Body, Point
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
@@ -236,3 +239,33 @@ def test_installed_plugins_are_looked_up_once(monkeypatch: pytest.MonkeyPatch) -
     )
     Plugins()
     assert calls == []
+
+
+def test_a_package_that_only_importlib_metadata_can_see_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a zip file on the path, and by a finder of its own on ``sys.meta_path``."""
+    folder = install(FOOT_CONTACTS, tmp_path / "elsewhere")
+    packed = shutil.make_archive(str(tmp_path / "packed"), "zip", folder)
+    found = metadata.Distribution.at(folder / "urdf2mbs_foot_contacts-0.1.0.dist-info")
+
+    class Finder:
+        def find_spec(self, *_: object) -> None:
+            return None
+
+        def find_distributions(self, *_: object) -> list[metadata.Distribution]:
+            return [found]
+
+    def seen() -> set[str]:
+        installed_plugins.cache_clear()
+        return {entry.name for entry, _ in installed_plugins(tuple(sys.path))}
+
+    monkeypatch.setattr(sys, "path", [path for path in sys.path if str(tmp_path) not in path])
+    assert "foot-contacts" not in seen()
+    with monkeypatch.context() as patch:
+        patch.syspath_prepend(packed)
+        assert "foot-contacts" in seen()
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "meta_path", [*sys.meta_path, Finder()])
+        assert "foot-contacts" in seen()
+    installed_plugins.cache_clear()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Sequence
@@ -110,4 +109,6 @@ def described(found: Registered) -> dict[str, Any]:
 
 
 def print_json(data: Any) -> None:
+    import json
+
     print(json.dumps(msgspec.to_builtins(data), indent=2))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import Config, Lines, load, typed, word
+from urdf2mbs.engine.config import Config, Lines, load, typed
 from urdf2mbs.files import is_folder
 from urdf2mbs.urdf import descriptions, standard_input
 
@@ -43,6 +43,8 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
         pass_, dot, option = key.rpartition(".")
         if not dot:
             raise ConfigError("usage", f"--set {key}={value}: it reads PASS.OPTION=VALUE")
+        from urdf2mbs.engine.yaml_text import word
+
         options.setdefault(pass_, {})[option] = word(value)
     after: dict[str, list[str]] = {}
     for pass_, new in pairs(arguments.after, "=", "--after", "PASS=NEW"):

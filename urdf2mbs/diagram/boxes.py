@@ -7,8 +7,9 @@ ahead, from the parent's point over the joints into the box; ``b`` runs across. 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from math import ceil, sqrt
+
+import msgspec
 
 from urdf2mbs.mbs.model import Body, Drawing, Joint, Mbs, Point
 
@@ -46,28 +47,26 @@ AHEAD, BACK = 0, 2
 """Which way a child runs from its parent's box; -1 and 1 are the sides."""
 
 
-@dataclass
-class Lead:
+class Lead(msgspec.Struct):
     """A point, and the bodies that it carries."""
 
     point: Point | None
     """None is the parent's own frame."""
-    nodes: list[Node] = field(default_factory=list)
+    nodes: list[Node] = []
 
 
-@dataclass
-class Node:
+class Node(msgspec.Struct):
     """A body of the diagram, or the base (``body`` None), and all that hangs on it."""
 
     body: Body | None
     parent: Node | None
-    leads: list[Lead] = field(default_factory=list)
+    leads: list[Lead] = []
     name_width: float = 0.0
-    frames: list[Point] = field(default_factory=list)
+    frames: list[Point] = []
     """Points that carry nothing."""
     alike: Node | None = None
     """Its partner in the mirror, beside which it is drawn alike."""
-    plan: dict[bool, Plan] = field(default_factory=dict)
+    plan: dict[bool, Plan] = {}
     """As it is drawn when its limb runs up or down (True), to the left or right (False)."""
 
     @property
@@ -87,8 +86,7 @@ class Node:
         return [node for lead in self.leads for node in lead.nodes]
 
 
-@dataclass
-class Plan:
+class Plan(msgspec.Struct):
     """A body and all below it, in the body's own frame."""
 
     vertical: bool
@@ -296,8 +294,7 @@ def _rows(count: int, width: float) -> int:
     return ceil(count / max(1, _columns(width) - 4))
 
 
-@dataclass
-class Way:
+class Way(msgspec.Struct):
     """A frame on the sheet: where it begins, and the directions of ``a`` and ``b``."""
 
     x: float

@@ -7,9 +7,10 @@ stand farther out, as arms do beside legs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from math import ceil
 from typing import NamedTuple
+
+import msgspec
 
 from urdf2mbs.diagram.boxes import (
     AHEAD,
@@ -44,8 +45,7 @@ Box = tuple[float, float, float, float]
 what is alike at both sides is drawn alike; y up from the base."""
 
 
-@dataclass
-class Limb:
+class Limb(msgspec.Struct):
     """What leaves the spine."""
 
     lead: Lead
@@ -61,16 +61,15 @@ class Limb:
         return self.lead.nodes[0]
 
 
-@dataclass
-class Vertebra:
+class Vertebra(msgspec.Struct):
     """A body of the spine and what leaves it."""
 
     node: Node
-    ahead: list[Lead] = field(default_factory=list)
+    ahead: list[Lead] = []
     """What stands on it, from left to right; the next body of the spine, if there is one."""
-    rows: list[list[Limb]] = field(default_factory=list)
+    rows: list[list[Limb]] = []
     """What leaves sideways, lowest first; in a row, one limb or one at each side."""
-    legs: list[Limb] = field(default_factory=list)
+    legs: list[Limb] = []
     """Limbs that hang straight down from the lower edge of the box, from the middle outwards."""
 
 

@@ -8,7 +8,8 @@ where a robot faces backwards, say which side is which.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+
+import msgspec
 
 from urdf2mbs.diagram.boxes import Node
 from urdf2mbs.spatial import HERE, ZERO, Pose, Vec, add, from_turn, multiply, rotate
@@ -21,8 +22,7 @@ LEFT = re.compile(r"[Ll]eft|LEFT|(^|[^A-Za-z])[lL]([^A-Za-z]|$)|^L[A-Z][a-z]|(^|
 RIGHT = re.compile(r"[Rr]ight|RIGHT|(^|[^A-Za-z])[rR]([^A-Za-z]|$)|^R[A-Z][a-z]|(^|_)[FHRB]R(_|$)")
 
 
-@dataclass
-class Limb:
+class Limb(msgspec.Struct):
     """A body and all below it: lengths in m, seen from the front (aside, away, up)."""
 
     start: Vec
@@ -38,8 +38,7 @@ class Limb:
     """Its mirror image, beside it on the same parent."""
 
 
-@dataclass
-class Shape:
+class Shape(msgspec.Struct):
     limbs: dict[str, Limb]
     """By the name of the body with which a limb begins."""
     size: float

@@ -7,23 +7,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
-import yaml
 from msgspec import Meta
 
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.levels import Level
-
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
-#: The presets lie there, a config file each.
-PRESETS = Path(__file__).parents[1] / "presets"
+from urdf2mbs.presets import PRESETS
 
 #: The most bytes of a config that are read.
 MOST = 2**20
@@ -151,7 +145,10 @@ def load(file: Path) -> tuple[Config, Lines]:
 
 def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
     """Typed data of a config's text; raises ConfigError."""
-    data, lines = _tree(text, file)
+    from urdf2mbs.engine import yaml_text  # PyYAML: not for a robot without a config
+
+    data, places = yaml_text.tree(text, file)
+    lines = Lines(file, places)
     if not isinstance(data, dict):
         raise lines.error(
             "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
@@ -177,29 +174,18 @@ def preset(
     name: str, lines: Lines, more: Mapping[str, Mapping[str, Any]] | None = None
 ) -> tuple[list[str], dict[str, dict[str, Any]]]:
     """The passes of a preset and the options that it sets; ``more`` are those of plugins."""
-    if more and name in more:
-        return list(more[name]["pipeline"]), dict(more[name].get("passes", {}))
-    file = PRESETS / f"{name}.yaml"
-    if not file.is_file():
-        known = presets(more)
+    known = {**PRESETS, **(more or {})}
+    if name not in known:
         raise lines.error(
             "unknown-preset", f"there is no preset '{name}'", ("pipeline",),
-            nearest(name, known) or f"there are: {', '.join(known)}",
+            nearest(name, known) or f"there are: {', '.join(sorted(known))}",
         )  # fmt: skip
-    names, options = _preset_in(file)
-    return list(names), deepcopy(options)
-
-
-@cache
-def _preset_in(file: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
-    """What a preset's file says: it is read once, since that takes as long as a small pass."""
-    data = yaml.load(file.read_text("utf-8"), _LOADER)
-    return data["pipeline"], data.get("passes", {})
+    return list(known[name]["pipeline"]), dict(known[name].get("passes", {}))
 
 
 def presets(more: Mapping[str, Any] | None = None) -> list[str]:
     """The names of all presets; ``more`` are those of plugins."""
-    return sorted({*(file.stem for file in PRESETS.glob("*.yaml")), *(more or {})})
+    return sorted({*PRESETS, *(more or {})})
 
 
 def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
@@ -276,22 +262,6 @@ def _choices(kind: Any) -> str | None:
     return f"it is one of: {', '.join(words)}" if words else None
 
 
-#: What PyYAML says, what we say of it, and what to do.
-_YAML: list[tuple[str, str, str | None]] = [
-    ("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
-    ("undefined alias", "a word begins with '*'", "write it in quotes"),
-    ("constructor", "a value begins with '!'", "write it in quotes"),
-    ("another document", "a line '---' begins a second config", "keep one of the two"),
-    ("quoted scalar", "a quote is not closed", "close it"),
-    ("flow (mapping|sequence|node)", "a bracket is not closed, or a comma is missing",
-     "look for [ and { in this line and before it"),
-    ("mapping values are not allowed", "a second ':' in one line", "write the value in quotes"),
-    ("could not find expected ':'", "this line has no ':'", "write 'key: value'"),
-    ("block (mapping|collection|sequence)", "this line does not continue the lines before it",
-     "look at its indentation"),
-]  # fmt: skip
-
-
 def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
     """What msgspec says is wrong with ``data``, and where: the keys that lead there.
 
@@ -339,14 +309,6 @@ def _replaced(data: Any, path: Key, value: Any) -> Any:
     return value
 
 
-def word(text: str) -> Any:
-    """A value given on the command line: YAML where it is YAML, else the text itself."""
-    try:
-        return yaml.load(text, _LOADER)
-    except yaml.YAMLError:
-        return text
-
-
 @cache
 def _fields(kind: type) -> tuple[Any, ...]:
     info: Any = msgspec.inspect.type_info(kind)
@@ -361,64 +323,3 @@ def _is_list(kind: Any) -> bool:
 
 def _dotted(at: Key) -> str:
     return ".".join(str(key) for key in at) or "config"
-
-
-def _tree(text: str, file: Path | None) -> tuple[Any, Lines]:
-    loader = _LOADER(text)
-    try:
-        node = loader.get_single_node()
-        lines = Lines(file, {})
-        if node is None:
-            return None, lines
-        _mark(node, lines)
-        return loader.construct_document(node), lines
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        message = " ".join(part for part in (error.context, error.problem) if part)
-        reason, hint = next(
-            (said for pattern, *said in _YAML if re.search(pattern, message)), (message, None)
-        )
-        raise ConfigError(
-            "config-yaml", f"this is not YAML: {reason}", file=str(file) if file else None,
-            line=mark.line + 1 if mark else None, hint=hint,
-        ) from None  # fmt: skip
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ConfigError(
-            "config-yaml", f"this is not YAML: {error}", file=str(file) if file else None
-        ) from None
-    finally:
-        loader.dispose()
-
-
-def _mark(root: yaml.Node, lines: Lines) -> None:
-    """Note every value's line; give arguments as they are written; refuse doubled keys."""
-    todo: list[tuple[yaml.Node, Key]] = [(root, ())]
-    seen: set[int] = set()
-    while todo:
-        node, at = todo.pop()
-        lines._lines.setdefault(at, node.start_mark.line + 1)
-        if id(node) in seen:
-            continue
-        if isinstance(node, yaml.MappingNode):
-            seen.add(id(node))
-            for key, value in node.value:
-                path = (*at, str(key.value))
-                if path in lines._lines:
-                    lines._lines[path] = key.start_mark.line + 1
-                    raise lines.error(
-                        "config-key-doubled", f"'{_dotted(path)}' is there twice", path
-                    )
-                lines._lines[path] = key.start_mark.line + 1
-                if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
-                    key.tag = "tag:yaml.org,2002:str"  # 'on' and '1' are names, too
-                # 'hand: false' and 'mass: 1.50' mean just these words
-                if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
-                    value.tag = "tag:yaml.org,2002:str"
-                elif at == ("sweep", "xacro_args") and isinstance(value, yaml.SequenceNode):
-                    for one in value.value:
-                        if isinstance(one, yaml.ScalarNode):
-                            one.tag = "tag:yaml.org,2002:str"
-                todo.append((value, path))
-        elif isinstance(node, yaml.SequenceNode):
-            seen.add(id(node))
-            todo += [(value, (*at, index)) for index, value in enumerate(node.value)]

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import ast
-import traceback
 from collections.abc import Sequence
 from pathlib import Path
-from types import FrameType, TracebackType
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -15,6 +14,9 @@ from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.plugins import GROUP, Registered
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.urdf.model import Joint, Link, Robot
+
+if TYPE_CHECKING:
+    from types import FrameType, TracebackType
 
 
 def pass_failed(
@@ -82,6 +84,8 @@ def _failed(
 def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None, str]:
     """File and line of the innermost frame in a plugin's own code (its file, or its folder if
     that is a package), and what link, joint or body its local variables hold."""
+    import traceback
+
     own = Path(file)
     frames = list(traceback.walk_tb(tb))
     found = [

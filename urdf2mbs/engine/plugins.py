@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
-import importlib.util
 import inspect
+import os
 import sys
-import traceback
-import zlib
 from collections.abc import Iterable
 from functools import cache
-from importlib import metadata
+from importlib.machinery import PathFinder
 from pathlib import Path
-from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import pluggy
@@ -23,6 +19,10 @@ from urdf2mbs.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.hookspecs import Pass
 
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+    from types import TracebackType
+
 #: The entry point group in which an installed package names its plugin, and our own name there.
 GROUP = "urdf2mbs"
 
@@ -31,13 +31,45 @@ FAILURES = (Exception, SystemExit)
 
 
 @cache
-def _installed(path: tuple[str, ...]) -> tuple[tuple[metadata.EntryPoint, str, str], ...]:
-    """The plugins of the packages on ``path``, which is ``sys.path``, and name and version of
-    the package of each: looking costs more than converting a small robot."""
+def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
+    """The plugins of the packages on ``path``, which is ``sys.path``, and the package of each:
+    looking costs more than converting a small robot."""
+    if not any(map(_may_name_plugins, path)) and all(map(_is_usual, sys.meta_path)):
+        return ()
+    from importlib import metadata
+
     return tuple(
-        (entry, entry.dist.name, entry.dist.version) if entry.dist else (entry, "?", "?")
+        (entry, entry.dist.name if entry.dist else "?")
         for entry in metadata.entry_points(group=GROUP)
     )
+
+
+def _may_name_plugins(folder: str) -> bool:
+    """Whether a package in a folder of ``sys.path`` has entry points of our group, as far as can
+    be seen without ``importlib.metadata``, whose import takes as long as converting a robot."""
+    try:
+        names = os.listdir(folder or ".")  # noqa: PTH208
+    except NotADirectoryError:
+        return True  # a zip file: only importlib.metadata looks into it
+    except OSError:
+        return False
+    if folder.endswith(".egg") or any(name.endswith(".egg") for name in names):
+        return True
+    group = f"[{GROUP}]".encode()
+    for name in names:
+        if name.lower().endswith((".dist-info", ".egg-info")):
+            try:
+                if group in Path(folder, name, "entry_points.txt").read_bytes():
+                    return True
+            except OSError:
+                pass  # most packages have none
+    return False
+
+
+def _is_usual(finder: object) -> bool:
+    """Whether packages are found by a finder of ``sys.meta_path`` in the folders of ``sys.path``,
+    or not at all."""
+    return finder is PathFinder or not hasattr(finder, "find_distributions")
 
 
 class Registered(msgspec.Struct, frozen=True):
@@ -47,8 +79,12 @@ class Registered(msgspec.Struct, frozen=True):
     plugin: str
     package: str
     """What it is installed from; empty for a file."""
-    version: str
     file: str
+
+    @property
+    def version(self) -> str:
+        """Of the package; empty where it is not known."""
+        return _version(self.package) if self.package else ""
 
 
 class Plugins:
@@ -57,9 +93,9 @@ class Plugins:
     def __init__(self, files: Iterable[Path] = (), *, installed: bool = True) -> None:
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
-        self._packages: dict[str, tuple[str, str]] = {}
+        self._packages: dict[str, str] = {}
         self._files: dict[str, str] = {}
-        self._register(passes, GROUP, (GROUP, _version(GROUP)), passes.__file__ or "")
+        self._register(passes, GROUP, GROUP, passes.__file__ or "")
         self.broken: list[Diagnostic] = []
         """Installed plugins that are left out, and what is wrong with each."""
         self.hook: Any = self._manager.hook
@@ -69,8 +105,8 @@ class Plugins:
         """The presets of plugins, by name."""
         self._collect(GROUP)
         if installed:
-            for entry, package, version in _installed(tuple(sys.path)):
-                self._add_installed(entry, package, version)
+            for entry, package in _installed(tuple(sys.path)):
+                self._add_installed(entry, package)
         for file in files:
             self._load_file(file)
             self._collect(file.stem)
@@ -81,6 +117,8 @@ class Plugins:
 
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
         """The plugin (name, file) whose hook a traceback went through; None: no plugin's."""
+        import traceback
+
         codes = {frame.f_code for frame, _ in traceback.walk_tb(tb)}
         for plugin in self._files:
             for caller in self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or ():
@@ -111,18 +149,18 @@ class Plugins:
             if any(found.plugin == plugin for found in offered)
         ]
 
-    def _add_installed(self, entry: metadata.EntryPoint, package: str, version: str) -> None:
+    def _add_installed(self, entry: EntryPoint, package: str) -> None:
         """An installed plugin that is broken is left out: it must not block everybody's work."""
         there = entry.name in self._files
         try:
-            self._load_installed(entry, package, version)
+            self._load_installed(entry, package)
             self._collect(entry.name)
         except ConfigError as error:
             self.broken.append(
                 Diagnostic(
                     "warning", "plugin-broken",
-                    f"the installed plugin '{entry.name}' (package {package} {version}) is left "
-                    f"out: {error.message}",
+                    f"the installed plugin '{entry.name}' (package {package} {_version(package)}) "
+                    f"is left out: {error.message}",
                     file=error.file, line=error.line,
                     hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
                 )
@@ -139,15 +177,18 @@ class Plugins:
             if not self.passes[name]:
                 del self.passes[name]
 
-    def _load_installed(self, entry: metadata.EntryPoint, package: str, version: str) -> None:
+    def _load_installed(self, entry: EntryPoint, package: str) -> None:
         try:
             plugin = entry.load()
         except FAILURES as error:
             raise ConfigError("plugin-broken", f"it cannot be loaded: {_said(error)}") from error
         file = getattr(plugin, "__file__", None) or package
-        self._register(plugin, entry.name, (package, version), file)
+        self._register(plugin, entry.name, package, file)
 
     def _load_file(self, file: Path) -> None:
+        import importlib.util
+        import zlib
+
         if not file.is_file():
             raise ConfigError("plugin-missing", f"plugin file '{file}' does not exist")
         # files of one name in two folders must not take each other's place
@@ -168,9 +209,9 @@ class Plugins:
                 "plugin-broken", f"plugin '{file}' cannot be loaded: {_said(error)}",
                 file=str(file), line=_line_in(file, error), hint=hint,
             ) from error  # fmt: skip
-        self._register(module, file.stem, ("", ""), str(file))
+        self._register(module, file.stem, "", str(file))
 
-    def _register(self, plugin: Any, name: str, package: tuple[str, str], file: str) -> None:
+    def _register(self, plugin: Any, name: str, package: str, file: str) -> None:
         if name in self._files:
             raise ConfigError(
                 "plugin-doubled",
@@ -247,7 +288,7 @@ class Plugins:
             if any(other.plugin == name for other in offered):
                 raise _broken(name, file, f"it brings two passes '{pass_.name}'", "rename one")
             source = _source(pass_, name, file)
-            offered.append(Registered(pass_, name, *self._packages[name], source))
+            offered.append(Registered(pass_, name, self._packages[name], source))
 
 
 def _preset_fault(preset: Any) -> str | None:
@@ -294,6 +335,8 @@ def _bad_hook(plugin: Any, name: str, file: str, error: Exception) -> ConfigErro
 
 def _fault(pass_: Pass) -> tuple[str, str] | None:
     """What is wrong with a pass, and what to do; None: nothing is."""
+    import dataclasses
+
     if not isinstance(pass_.name, str) or not pass_.name.strip():
         return "its name is not a word", "call it something like 'my-pass'"
     try:
@@ -331,6 +374,8 @@ def _source(pass_: Pass, plugin: str, file: str) -> str:
 
 @cache
 def _version(package: str) -> str:
+    from importlib import metadata
+
     try:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
@@ -344,6 +389,8 @@ def _said(error: BaseException) -> str:
 
 
 def _line_in(file: Path, error: BaseException) -> int | None:
+    import traceback
+
     if isinstance(error, SyntaxError) and error.filename == str(file):
         return error.lineno
     lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]

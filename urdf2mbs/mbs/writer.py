@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from html import escape
 from math import isfinite
 
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
@@ -60,11 +59,14 @@ class _Texts(dict[str, str]):
         if not _PLAIN(value):
             if _NOT_XML(value):
                 raise ValueError(f"an .mbs file cannot hold the name {value!r}")
-            text = escape(value).replace("\r", "&#13;")
+            text = value.translate(_ESCAPED)
         self[value] = text
         return text
 
 
+_ESCAPED = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#x27;", "\r": "&#13;"}
+)
 _PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
 _NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 import re
 from pathlib import Path, PureWindowsPath
@@ -115,9 +114,11 @@ class Mesh:
         return self._keep(out.getvalue(), name, ".png")
 
     def _keep(self, data: bytes, name: str, ending: str) -> str:
+        from hashlib import sha256
+
         # named by content: equal images are one file, unequal ones never collide
         stem = re.sub(r"[^A-Za-z0-9_-]", "_", PureWindowsPath(unquote(name)).stem) or "texture"
-        file = f"{stem[:100]}_{hashlib.sha256(data).hexdigest()[:8]}{ending}"
+        file = f"{stem[:100]}_{sha256(data).hexdigest()[:8]}{ending}"
         self.textures[file] = data
         return file
 

@@ -12,7 +12,6 @@ visual shows the same mesh in another colour.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 from typing import Literal
@@ -279,13 +278,13 @@ def convert(mesh: Mesh, look: Look, options: Options) -> tuple[Made, bytes]:
     r, g, b = (c / 255 for c in look.color)
     nodes = vrml.write(parts, (r, g, b), look.transparency)
     body = b"# " + msgspec.json.encode(made) + b"\n" + nodes
-    return made, OURS + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
+    return made, OURS + _sha256(body).encode() + b"\n" + body
 
 
 def made_from(content: bytes) -> Made | None:
     """What a .wrl was made from; None: it is not ours, or was changed by someone since."""
     digest, _, body = content.removeprefix(OURS).partition(b"\n")
-    if not content.startswith(OURS) or digest != hashlib.sha256(body).hexdigest().encode():
+    if not content.startswith(OURS) or digest != _sha256(body).encode():
         return None
     try:
         return msgspec.json.decode(body[2 : body.index(b"\n")], type=Made)
@@ -304,7 +303,13 @@ def is_current(made: Made, options: Options, look: Look, path: Path, folder: Pat
 
 
 def _digest(data: bytes | None) -> str | None:
-    return None if data is None else hashlib.sha256(data).hexdigest()
+    return None if data is None else _sha256(data)
+
+
+def _sha256(data: bytes) -> str:
+    from hashlib import sha256  # its library takes as long to load as all our passes
+
+    return sha256(data).hexdigest()
 
 
 PASS = Pass("convert-meshes", run, Options, needs=("robot",), changes=("shapes",))

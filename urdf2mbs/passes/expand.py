@@ -12,7 +12,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.urdf.isolated import Isolate
+from urdf2mbs.urdf.limits import Isolate
 from urdf2mbs.urdf.reader import expanded, read_text
 
 

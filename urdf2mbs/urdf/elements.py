@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.messages import Messages
-from urdf2mbs.urdf.xacro import LEGACY, LEGACY_HINT
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+#: What xacro read without the prefix ``xacro:`` until 2014, and now copies as it stands.
+LEGACY = frozenset(("property", "macro", "include", "if", "unless", "insert_block", "call"))
+LEGACY_HINT = (
+    'write <xacro:{tag} ...> and declare xmlns:xacro="http://www.ros.org/wiki/xacro" on <robot>'
+)
 
 #: The attributes of each element that we read; any other is reported.
 ATTRIBUTES: dict[str, frozenset[str]] = {

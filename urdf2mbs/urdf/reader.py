@@ -17,15 +17,15 @@ from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import is_xacro
 from urdf2mbs.urdf.robot import read_root
 from urdf2mbs.urdf.values import Reading
-from urdf2mbs.urdf.xacro import Expansion, expand
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from urdf2mbs.urdf.isolated import Isolate
+    from urdf2mbs.urdf.limits import Isolate
     from urdf2mbs.urdf.model import Robot
     from urdf2mbs.urdf.packages import Packages
+    from urdf2mbs.urdf.xacro import Expansion
 
 
 def read_robot(
@@ -68,6 +68,8 @@ def expanded(
         from urdf2mbs.urdf import expansions
 
         return data, expansions.expand(source, packages, xacro_args)
+    from urdf2mbs.urdf.xacro import expand
+
     return data, expand(source, packages, xacro_args)
 
 

@@ -19,18 +19,13 @@ from xml.parsers.expat import ExpatError
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import standard_input, xml
+from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.packages import absolute
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
     from urdf2mbs.urdf.packages import Packages
-
-#: What xacro read without the prefix ``xacro:`` until 2014, and now copies as it stands.
-LEGACY = frozenset(("property", "macro", "include", "if", "unless", "insert_block", "call"))
-LEGACY_HINT = (
-    'write <xacro:{tag} ...> and declare xmlns:xacro="http://www.ros.org/wiki/xacro" on <robot>'
-)
 
 _UNKNOWN_MACRO = "unknown macro name: "
 

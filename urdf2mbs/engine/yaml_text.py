@@ -1,0 +1,103 @@
+"""The YAML of a config, with the line of every value, and what is wrong with it in plain words."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from urdf2mbs.diagnostics import ConfigError
+
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+#: The keys, and positions in lists, that lead to a value.
+Key = tuple[str | int, ...]
+
+#: What PyYAML says, what we say of it, and what to do.
+_YAML: list[tuple[str, str, str | None]] = [
+    ("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
+    ("undefined alias", "a word begins with '*'", "write it in quotes"),
+    ("constructor", "a value begins with '!'", "write it in quotes"),
+    ("another document", "a line '---' begins a second config", "keep one of the two"),
+    ("quoted scalar", "a quote is not closed", "close it"),
+    ("flow (mapping|sequence|node)", "a bracket is not closed, or a comma is missing",
+     "look for [ and { in this line and before it"),
+    ("mapping values are not allowed", "a second ':' in one line", "write the value in quotes"),
+    ("could not find expected ':'", "this line has no ':'", "write 'key: value'"),
+    ("block (mapping|collection|sequence)", "this line does not continue the lines before it",
+     "look at its indentation"),
+]  # fmt: skip
+
+
+def word(text: str) -> Any:
+    """A value given on the command line: YAML where it is YAML, else the text itself."""
+    try:
+        return yaml.load(text, LOADER)
+    except yaml.YAMLError:
+        return text
+
+
+def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
+    """The data, and the line of each value; raises ConfigError."""
+    loader = LOADER(text)
+    try:
+        node = loader.get_single_node()
+        if node is None:
+            return None, {}
+        lines = _marked(node, file)
+        return loader.construct_document(node), lines
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        message = " ".join(part for part in (error.context, error.problem) if part)
+        reason, hint = next(
+            (said for pattern, *said in _YAML if re.search(pattern, message)), (message, None)
+        )
+        raise ConfigError(
+            "config-yaml", f"this is not YAML: {reason}", file=str(file) if file else None,
+            line=mark.line + 1 if mark else None, hint=hint,
+        ) from None  # fmt: skip
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise ConfigError(
+            "config-yaml", f"this is not YAML: {error}", file=str(file) if file else None
+        ) from None
+    finally:
+        loader.dispose()
+
+
+def _marked(root: yaml.Node, file: Path | None) -> dict[Key, int]:
+    """Every value's line; give arguments as they are written; refuse doubled keys."""
+    lines: dict[Key, int] = {}
+    todo: list[tuple[yaml.Node, Key]] = [(root, ())]
+    seen: set[int] = set()
+    while todo:
+        node, at = todo.pop()
+        lines.setdefault(at, node.start_mark.line + 1)
+        if id(node) in seen:
+            continue
+        if isinstance(node, yaml.MappingNode):
+            seen.add(id(node))
+            for key, value in node.value:
+                path = (*at, str(key.value))
+                if path in lines:
+                    lines[path] = key.start_mark.line + 1
+                    raise ConfigError(
+                        "config-key-doubled", f"'{'.'.join(map(str, path))}' is there twice",
+                        file=str(file) if file else None, line=lines[path],
+                    )  # fmt: skip
+                lines[path] = key.start_mark.line + 1
+                if len(at) < 3 and isinstance(key, yaml.ScalarNode) and key.value != "<<":
+                    key.tag = "tag:yaml.org,2002:str"  # 'on' and '1' are names, too
+                # 'hand: false' and 'mass: 1.50' mean just these words
+                if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
+                    value.tag = "tag:yaml.org,2002:str"
+                elif at == ("sweep", "xacro_args") and isinstance(value, yaml.SequenceNode):
+                    for one in value.value:
+                        if isinstance(one, yaml.ScalarNode):
+                            one.tag = "tag:yaml.org,2002:str"
+                todo.append((value, path))
+        elif isinstance(node, yaml.SequenceNode):
+            seen.add(id(node))
+            todo += [(value, (*at, index)) for index, value in enumerate(node.value)]
+    return lines

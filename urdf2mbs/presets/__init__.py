@@ -1,1 +1,0 @@
-"""Pipelines under a name: each a config file of its own."""
