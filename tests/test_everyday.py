@@ -1,4 +1,4 @@
-"""The command line day by day: help, doctor, completion, standard streams, colours, next steps."""
+"""The command line day by day: help, flags, doctor, completion, streams, colours, next steps."""
 
 from __future__ import annotations
 
@@ -56,6 +56,124 @@ def test_no_command_is_without_examples() -> None:
     actions = [a for a in parser()._actions if a.choices]
     assert set(actions[0].choices or ()) == set(EXAMPLES)
     assert len(EXAMPLES) >= 10
+
+
+#: The flags that commands share: who has them.
+CONVERTING = {"run", "convert", "report"}
+PLUGINS = {*CONVERTING, "explain", "passes", "schema", "doctor"}
+SHARED = {
+    "--debug": set(EXAMPLES),
+    "--color": set(EXAMPLES),
+    "--json": set(EXAMPLES) - {"schema", "completion"},  # what these print is no table of words
+    "--quiet": {*CONVERTING, "init", "verify", "diagram", "equations", "new-pass"},
+    "--no-plugins": PLUGINS,
+    "--level": {*CONVERTING, "explain", "verify"},
+    "--strict": {*CONVERTING, "explain", "verify"},
+    "--verbose": {*CONVERTING, "explain", "verify"},
+    "--set": {*CONVERTING, "explain"},
+    "--no-cache": {*CONVERTING, "explain"},
+    "--package": {"init", "convert", "report", "explain", "verify"},
+    "--arg": {"init", "convert", "report", "explain", "verify"},
+    "--base": {"init", "convert", "report", "explain"},
+    "--plugin": {"convert", "report", "explain", "passes", "schema"},
+}
+
+
+@pytest.mark.parametrize("flag", SHARED)
+def test_a_flag_is_on_every_command_that_it_suits_and_the_same_there(flag: str) -> None:
+    commands = next(a.choices for a in parser()._actions if a.choices)
+    assert isinstance(commands, dict)
+    found = {
+        name: action
+        for name, command in commands.items()
+        for action in command._actions
+        if flag in action.option_strings
+    }
+    assert set(found) == SHARED[flag]
+    assert len({(a.help, a.metavar, str(a.default)) for a in found.values()}) == 1
+    assert all(a.help for a in found.values())
+
+
+def test_every_option_has_help() -> None:
+    commands = next(a.choices for a in parser()._actions if a.choices)
+    assert isinstance(commands, dict)
+    for name, command in commands.items():
+        for action in command._actions:
+            assert action.help, (name, action.dest)
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (["convert", "tiny.urdf"], 0),
+        (["convert", "tiny.urdf", "-o", "x/"], 0),
+        (["convert", "nowhere.urdf"], 1),
+        (["init", "tiny.urdf"], 0),
+        (["new-pass", "paint"], 0),
+    ],
+)
+def test_quiet(words: list[str], code: int, here: Path, capsys: Any) -> None:
+    assert main([*words, "--quiet"]) == code
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert ("error[" in said.err) == (code != 0)
+
+
+def test_quiet_and_standard_output(here: Path, capfdbinary: Any) -> None:
+    assert main(["convert", "tiny.urdf", "-o", "-", "-q"]) == 0
+    said = capfdbinary.readouterr()
+    assert [body.name for body in read(said.out, "").bodies] == ["body", "arm", "hand"]
+    assert b"written to" not in said.err
+
+
+def test_quiet_leaves_warnings(here: Path, capsys: Any) -> None:
+    (here / "odd.urdf").write_text(TINY.replace('<link name="hand">', '<link name="hand"><foo/>'))
+    assert main(["convert", "odd.urdf", "-q"]) == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "warning[unknown-element]" in said.err
+    assert main(["verify", "odd.urdf", "odd.mbs", "-q"]) == 0
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "warning[unknown-element]" in said.err
+    assert main(["verify", "odd.urdf", "odd.mbs", "--level", "unknown-element=ignore"]) == 0
+    said = capsys.readouterr()
+    assert said.out.endswith("the same robot\n")
+    assert said.err == ""
+    assert main(["verify", "odd.urdf", "odd.mbs", "--strict"]) == 1
+    assert "error[unknown-element]" in capsys.readouterr().err
+
+
+def test_json_of_those_that_write_for_you(here: Path, capsys: Any) -> None:
+    assert main(["init", "tiny.urdf", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["config"], found["robot"], found["links"]) == ("tiny.yaml", "tiny", 5)
+    assert main(["new-pass", "paint", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"plugin": "paint.py", "test": "test_paint.py"}
+
+
+def test_set_changes_a_config(here: Path, capsys: Any) -> None:
+    (here / "tiny.yaml").write_text("source: tiny.urdf\npasses: {check: {tolerance: 1.0e-3}}\n")
+    assert main(["explain", "tiny.yaml", "--json", "--set", "prune-massless.keep=[tool]"]) == 0
+    options = {one["name"]: one["options"] for one in json.loads(capsys.readouterr().out)}
+    assert options["check"]["tolerance"] == 1e-3
+    assert options["prune-massless"]["keep"] == ["tool"]
+    assert main(["run", "tiny.yaml", "--set", "prune-massless.keep=[tool]"]) == 0
+    assert "5 links -> 4 bodies" in capsys.readouterr().out
+    assert main(["run", "tiny.yaml", "--set", "check.tolerances=1"]) == 2
+    assert "did you mean 'tolerance'?" in capsys.readouterr().err
+
+
+def test_explain_takes_a_robot_too(here: Path, capsys: Any) -> None:
+    assert main(["explain", "tiny.urdf", "--pipeline", "compact"]) == 0
+    assert "lump-fixed: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", ["run", "explain"])
+def test_a_robot_in_place_of_a_config(command: str, here: Path, capsys: Any) -> None:
+    (here / "tiny.yaml").write_text(TINY)
+    assert main([command, "tiny.yaml"]) == 2
+    assert "urdf2mbs init tiny.yaml" in capsys.readouterr().err
 
 
 def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -122,17 +240,53 @@ def test_the_same_bytes_go_to_a_file_and_to_standard_output(here: Path, capfdbin
     assert main(["convert", "tiny.urdf", "-o", "-", "--json"]) == 2
 
 
+def test_a_model_from_standard_input_and_a_picture_to_standard_output(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capfdbinary: Any
+) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    assert main(["diagram", "tiny.mbs"]) == 0
+    monkeypatch.setattr("sys.stdin", Stdin((here / "tiny.mbs").read_text()))
+    capfdbinary.readouterr()
+    assert main(["diagram", "-"]) == 0
+    assert capfdbinary.readouterr().out == (here / "tiny.svg").read_bytes()
+    monkeypatch.setattr("sys.stdin", Stdin(TINY))
+    assert main(["verify", "-", "tiny.mbs"]) == 0
+    assert main(["diagram", "tiny.mbs", "-o", "-", "--json"]) == 2
+    assert main(["equations", "-"]) == 2
+    assert main(["init", "-"]) == 2
+    assert sorted(file.name for file in here.iterdir()) == ["tiny.mbs", "tiny.svg", "tiny.urdf"]
+
+
+def test_the_report_goes_to_standard_output(here: Path, capfdbinary: Any) -> None:
+    pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
+    assert main(["report", "tiny.urdf", "-o", "-"]) == 0
+    said = capfdbinary.readouterr()
+    assert said.out.startswith(b"<!")
+    assert b"report written to standard output" in said.err
+
+
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True
 
 
 @pytest.mark.parametrize(
-    ("terminal", "variable", "coloured"),
-    [(True, "X", True), (True, "NO_COLOR", False), (False, "X", False)],
+    ("terminal", "variable", "when", "coloured"),
+    [
+        (True, "X", "auto", True),
+        (True, "NO_COLOR", "auto", False),
+        (False, "X", "auto", False),
+        (True, "X", "never", False),
+        (False, "NO_COLOR", "always", True),
+    ],
 )
 def test_colours(
-    terminal: bool, variable: str, coloured: bool, here: Path, monkeypatch: pytest.MonkeyPatch
+    terminal: bool,
+    variable: str,
+    when: str,
+    coloured: bool,
+    here: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("WT_SESSION", "1")
@@ -141,8 +295,8 @@ def test_colours(
     out, err = (Terminal() if terminal else io.StringIO() for _ in range(2))
     monkeypatch.setattr("sys.stdout", out)
     monkeypatch.setattr("sys.stderr", err)
-    assert main(["convert", "tiny.urdf"]) == 0
-    assert main(["convert", "nowhere.urdf"]) == 1
+    assert main(["convert", "tiny.urdf", "--color", when]) == 0
+    assert main(["convert", "nowhere.urdf", "--color", when]) == 1
     assert ("\033[32mthe same robot\033[0m" in out.getvalue()) == coloured
     assert ("\033[1;31merror\033[0m[file-not-found]" in err.getvalue()) == coloured
     assert ("\033" in out.getvalue() + err.getvalue()) == coloured

@@ -14,7 +14,7 @@ from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.kit.init import init
+from urdf2mbs.kit.init import in_words, init
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -24,7 +24,8 @@ ENTRY = [one for one in CONVERTIBLE if one.values[0].listed]
 def started(robot: RealRobot, folder: Path) -> tuple[str, Path]:
     config = folder / "robot.yaml"
     packages = {name: str(path) for name, path in robot.packages.items()}
-    return init(str(robot.source), config, packages=packages, xacro_args=robot.args), config
+    written = init(str(robot.source), config, packages=packages, xacro_args=robot.args)
+    return in_words(*written), config
 
 
 @pytest.mark.any_python

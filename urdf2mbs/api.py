@@ -175,6 +175,8 @@ class Verdict(msgspec.Struct):
     """Where the file departs from the format."""
     flipped: list[str] = []
     """The URDF's joints that count the other way round, as their names in the .mbs say."""
+    diagnostics: list[Diagnostic] = []
+    """Warnings and notes of reading the URDF."""
 
     @property
     def same(self) -> bool:
@@ -191,13 +193,16 @@ def verify(
     frames: bool = False,
     gravity: Vec = (0.0, 0.0, -9.81),
     tolerance: float = TOLERANCE,
+    diagnostics: Mapping[str, str] | None = None,
+    strict: bool = False,
 ) -> Verdict:
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
 
     Whether the base floats is read off the .mbs; joints are matched by name; ``gravity`` (m/s^2)
     is what the .mbs should have, since a URDF has none.  ``engine`` is ``own`` or ``pinocchio``,
     which compares the equations of motion too.  ``frames``: a link's frame that is elsewhere in the
-    .mbs is a difference, too.  Raises ConversionError.
+    .mbs is a difference, too.  ``diagnostics`` and ``strict`` weigh the warnings of reading the
+    URDF, as in ``convert``.  Raises ConversionError.
     """
     if not (isfinite(tolerance) and tolerance > 0.0):
         raise ConfigError(
@@ -222,6 +227,8 @@ def verify(
         "xacro_args": dict(xacro_args or {}),
         "pipeline": ["expand", "insert-base"],
         "cache": False,  # a proof takes nothing on trust
+        "diagnostics": dict(diagnostics or {}),
+        "strict": strict,
     }
     lines = Lines()
     conversion = Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
@@ -266,6 +273,7 @@ def verify(
         _not_compared(mbs, found.frozen) | (_unseen(robot, mbs, found) if frames else {}),
         [str(problem) for problem in validate(data, str(model))],
         found.flipped,
+        conversion.diagnostics,
     )
 
 

@@ -25,10 +25,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     import threading
 
     from urdf2mbs.commands.colours import colours
+    from urdf2mbs.commands.streams import quiet
 
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
-    with colours():
+    with colours(arguments.color), quiet(getattr(arguments, "quiet", False)):
         return _carry_out(arguments)
 
 
@@ -47,7 +48,7 @@ def _carry_out(arguments: argparse.Namespace) -> int:
         if arguments.debug:
             raise
         print(error, file=sys.stderr)
-        if arguments.json:
+        if getattr(arguments, "json", False):
             from urdf2mbs.commands.printing import print_json
 
             print_json(

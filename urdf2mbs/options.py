@@ -120,15 +120,30 @@ def _command(commands: Commands, name: str, does: str) -> argparse.ArgumentParse
     )
     command.set_defaults(command=name)
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
-    command.add_argument("--json", action="store_true", help="print the whole report as JSON")
+    command.add_argument(
+        "--color", choices=("auto", "always", "never"), default="auto",
+        help="auto: on a terminal only",
+    )  # fmt: skip
     return command
 
 
-def _add_running(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "-v", "--verbose", action="store_true", help="show each pass and all notes"
-    )
+def _add_json(command: argparse._ActionsContainer) -> None:
+    command.add_argument("--json", action="store_true", help="print all that is known, as JSON")
+
+
+def _add_telling(command: argparse.ArgumentParser) -> None:
+    """For what does something, and tells of it: in words, as JSON, or not at all."""
+    either = command.add_mutually_exclusive_group()
+    _add_json(either)
+    either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
+
+
+def _add_no_plugins(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
+
+
+def _add_steps(command: argparse.ArgumentParser) -> None:
+    """Where to stop, and what to show on the way."""
     command.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
     command.add_argument(
         "--dump", type=_path, metavar="DIR", help="write the state after every pass, as YAML"
@@ -136,19 +151,41 @@ def _add_running(command: argparse.ArgumentParser) -> None:
 
 
 def _add_levels(command: argparse.ArgumentParser) -> None:
+    """For what reads a robot, and may warn of it."""
+    command.add_argument(
+        "-v", "--verbose", action="store_true", help="show each pass and all notes"
+    )
     command.add_argument(
         "--level", action="append", default=[], metavar="CODE=LEVEL",
         help="how much a warning weighs: error, warning, note or ignore",
     )  # fmt: skip
     command.add_argument("--strict", action="store_true", help="warnings are errors")
+
+
+def _add_running(command: argparse.ArgumentParser) -> None:
+    """For what runs passes, by a config or by what stands for one."""
+    _add_no_plugins(command)
+    _add_levels(command)
     command.add_argument(
         "--no-cache", action="store_true", help="expand xacro anew, and do not keep it"
     )
+    command.add_argument(
+        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
+    )
+
+
+def _add_base(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--base", choices=BASES,
+        help="whether the base floats (default: auto, as the URDF ties it)",
+    )  # fmt: skip
 
 
 def _add_robot(command: argparse.ArgumentParser) -> None:
     """What a robot needs to be read."""
-    command.add_argument("--package", action="append", default=[], metavar="NAME=DIR")
+    command.add_argument(
+        "--package", action="append", default=[], metavar="NAME=DIR", help="where a package is"
+    )
     command.add_argument(
         "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
     )
@@ -156,20 +193,19 @@ def _add_robot(command: argparse.ArgumentParser) -> None:
 
 def _add_settings(command: argparse.ArgumentParser) -> None:
     """What a config says, for a robot without one."""
-    command.add_argument("--base", choices=BASES)
+    _add_base(command)
     _add_robot(command)
     command.add_argument("--pipeline", metavar="PRESET", help="default: faithful")
     _add_plugin(command)
     command.add_argument(
         "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
     )
-    command.add_argument(
-        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
-    )
 
 
 def _add_plugin(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--plugin", action="append", default=[], metavar="FILE.py")
+    command.add_argument(
+        "--plugin", action="append", default=[], metavar="FILE.py", help="a plugin to load"
+    )
 
 
 def _add_many(command: argparse.ArgumentParser) -> None:
@@ -190,15 +226,19 @@ def _init(commands: Commands) -> None:
     command.add_argument(
         "-o", "--output", type=_path, metavar="CONFIG.yaml", help="default: the robot's name, here"
     )
-    command.add_argument("--base", choices=BASES, default="auto")
+    _add_telling(command)
+    _add_base(command)
     _add_robot(command)
 
 
 def _run(commands: Commands) -> None:
     command = _command(commands, "run", "convert as a config file says, or as several do")
+    command.add_argument(
+        "config", type=_path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
+    )
+    _add_telling(command)
     _add_running(command)
-    _add_levels(command)
-    command.add_argument("config", type=_path, metavar="CONFIG.yaml", nargs="+")
+    _add_steps(command)
     _add_many(command)
 
 
@@ -206,8 +246,9 @@ def _convert(commands: Commands) -> None:
     command = _command(
         commands, "convert", "convert one robot, or a folder of them, without a config file"
     )
+    _add_telling(command)
     _add_running(command)
-    _add_levels(command)
+    _add_steps(command)
     command.add_argument(
         "robot",
         metavar="ROBOT",
@@ -224,28 +265,32 @@ def _convert(commands: Commands) -> None:
 
 def _report(commands: Commands) -> None:
     command = _command(commands, "report", "convert, and write one HTML page to look at instead")
-    _add_levels(command)
+    _add_telling(command)
+    _add_running(command)
     command.add_argument(
         "config", type=_path, metavar="CONFIG.yaml",
         help="or a .urdf or .xacro file, with the options below",
     )  # fmt: skip
     command.add_argument(
-        "-o", "--output", type=_path, metavar="OUT.html", help="default: beside the output"
-    )
-    command.add_argument(
-        "-v", "--verbose", action="store_true", help="show each pass and all notes"
-    )
+        "-o", "--output", type=_path, metavar="OUT.html",
+        help="default: beside the output; - for standard output",
+    )  # fmt: skip
     _add_settings(command)
 
 
 def _verify(commands: Commands) -> None:
     command = _command(commands, "verify", "compare a robot with an .mbs file: are they the same?")
-    command.add_argument("robot", metavar="ROBOT", help="a .urdf or .xacro file")
-    command.add_argument("model", type=_path, metavar="MODEL.mbs")
+    command.add_argument(
+        "robot", metavar="ROBOT",
+        help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
+    )  # fmt: skip
+    _add_model(command)
+    _add_telling(command)
+    _add_levels(command)
     _add_robot(command)
     command.add_argument(
         "--engine", choices=("own", "pinocchio"), default="own",
-        help="pinocchio also compares mass matrix, gravity forces and inverse dynamics",
+        help="own (the default), or pinocchio, which compares mass matrix and forces, too",
     )  # fmt: skip
     command.add_argument(
         "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
@@ -258,21 +303,34 @@ def _verify(commands: Commands) -> None:
     command.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
 
 
+def _add_model(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "model", type=_path, metavar="MODEL.mbs", help="of urdf2mbs, or drawn by hand"
+    )
+
+
 def _diagram(commands: Commands) -> None:
     command = _command(commands, "diagram", "draw the 2D diagram of an .mbs file as an SVG picture")
-    command.add_argument("model", type=_path, metavar="MODEL.mbs")
     command.add_argument(
-        "-o", "--output", type=_path, metavar="OUT.svg", help="default: beside the model"
+        "model", type=_path, metavar="MODEL.mbs", help="the file, or - for standard input"
     )
+    command.add_argument(
+        "-o", "--output", type=_path, metavar="OUT.svg",
+        help="default: beside the model; - for standard output",
+    )  # fmt: skip
+    _add_telling(command)
 
 
 def _equations(commands: Commands) -> None:
     command = _command(commands, "equations", "write Robotran's equations for an .mbs file")
-    command.add_argument("model", type=_path, metavar="MODEL.mbs")
+    _add_model(command)
+    _add_telling(command)
     command.add_argument(
         "-o", "--output", type=_path, metavar="DIR", help="default: symbolicR of the project"
     )
-    command.add_argument("--language", choices=("python", "c"), default="python")
+    command.add_argument(
+        "--language", choices=("python", "c"), default="python", help="default: python"
+    )
     command.add_argument(
         "--fold", action="store_true", help="write masses, points and the like as numbers"
     )
@@ -287,37 +345,52 @@ def _equations(commands: Commands) -> None:
 
 def _explain(commands: Commands) -> None:
     command = _command(commands, "explain", "show the passes of a config, without running them")
-    _add_levels(command)
-    command.add_argument("config", type=_path, metavar="CONFIG.yaml")
+    command.add_argument(
+        "config", type=_path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below",
+    )  # fmt: skip
     command.add_argument(
         "--cost", action="store_true",
         help="convert after all, by each preset too, to count the joints; nothing is written",
     )  # fmt: skip
+    _add_json(command)
+    _add_running(command)
+    _add_settings(command)
 
 
 def _passes(commands: Commands) -> None:
-    _add_plugin(_command(commands, "passes", "list every known pass"))
+    command = _command(commands, "passes", "list every known pass")
+    _add_json(command)
+    _add_no_plugins(command)
+    _add_plugin(command)
 
 
 def _new_pass(commands: Commands) -> None:
     command = _command(commands, "new-pass", "write a plugin with one pass, and its test")
-    command.add_argument("name", metavar="NAME")
-    command.add_argument("-o", "--output", type=_path, metavar="DIR", default=".")
+    command.add_argument("name", metavar="NAME", help="of the pass: small letters, digits, hyphens")
+    command.add_argument(
+        "-o", "--output", type=_path, metavar="DIR", default=".", help="default: here"
+    )
+    _add_telling(command)
 
 
 def _schema(commands: Commands) -> None:
-    _add_plugin(_command(commands, "schema", "print the JSON schema of a config, for editors"))
+    command = _command(commands, "schema", "print the JSON schema of a config, for editors")
+    _add_no_plugins(command)
+    _add_plugin(command)
 
 
 def _doctor(commands: Commands) -> None:
-    _command(
+    command = _command(
         commands, "doctor",
         "show versions, extras, plugins, ROS packages and Robotran as they are here",
     )  # fmt: skip
+    _add_json(command)
+    _add_no_plugins(command)
 
 
 def _completion(commands: Commands) -> None:
     command = _command(
         commands, "completion", "print a script that completes commands and options in a shell"
     )
-    command.add_argument("shell", choices=("bash", "zsh", "fish"))
+    command.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell that you use")

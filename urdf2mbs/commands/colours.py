@@ -33,19 +33,21 @@ class Coloured:
 
 
 @contextmanager
-def colours() -> Iterator[None]:
-    """Within it, standard output and error have colours where they are terminals.
+def colours(when: str = "auto") -> Iterator[None]:
+    """Within it, standard output and error have colours: ``auto``, ``always`` or ``never``.
 
-    ``NO_COLOR`` (https://no-color.org) and ``TERM=dumb`` switch them off.
+    ``auto`` is where they are terminals; there ``NO_COLOR`` (https://no-color.org) and
+    ``TERM=dumb`` switch colours off.
     """
     plain = sys.stdout, sys.stderr
     wanted = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     if os.name == "nt" and "WT_SESSION" not in os.environ:
         wanted = False  # the old console shows the codes
     try:
-        if wanted:
+        if when != "never" and (wanted or when == "always"):
             sys.stdout, sys.stderr = (
-                Coloured(stream) if stream.isatty() else stream for stream in plain
+                Coloured(stream) if when == "always" or stream.isatty() else stream
+                for stream in plain
             )
         yield
     finally:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
 from urdf2mbs.commands.printing import tell
 from urdf2mbs.commands.run import carry_out_one, converted, only_one
 from urdf2mbs.commands.settings import without_config
+from urdf2mbs.commands.streams import STREAM, file_to_stdout
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.files import is_folder
 from urdf2mbs.summary import report
@@ -22,7 +21,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     output: Any = arguments.output
     if output == "":
         raise ConfigError("usage", "--output: the name of the file is empty")
-    if output == "-" or (output is None and arguments.robot == "-"):
+    if output == STREAM or (output is None and arguments.robot == STREAM):
         return _pass_on(arguments)
     if is_folder(Path(arguments.robot)):
         return _convert_folder(Path(arguments.robot), output, arguments)
@@ -35,11 +34,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def _pass_on(arguments: argparse.Namespace) -> int:
     """Convert to standard output; all that is said goes to standard error."""
-    if arguments.json:
-        raise ConfigError("usage", "--json and the .mbs cannot both go to standard output")
-    name = "robot" if arguments.robot == "-" else stem(Path(arguments.robot))
-    output = sys.stdout
-    with redirect_stdout(sys.stderr):
+    name = "robot" if arguments.robot == STREAM else stem(Path(arguments.robot))
+    with file_to_stdout(arguments) as give:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
         conversion = converted(config, lines, arguments)
         found = report(conversion)
@@ -47,9 +43,7 @@ def _pass_on(arguments: argparse.Namespace) -> int:
         tell(conversion, found, arguments.verbose)
         data = conversion.files.get(conversion.settings.output)
         if conversion.rejected is None and data is not None:
-            output.flush()
-            output.buffer.write(data)
-            output.buffer.flush()
+            give(data)
     return 0 if conversion.rejected is None else 3
 
 

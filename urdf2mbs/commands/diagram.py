@@ -3,26 +3,29 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
-from urdf2mbs import files
 from urdf2mbs.commands.printing import beside, print_json
-from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
+from urdf2mbs.diagnostics import counted
 from urdf2mbs.output import write_files
+from urdf2mbs.urdf.standard_input import NAME as STDIN
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.diagram.draw import draw
     from urdf2mbs.mbs.reader import read
 
-    try:
-        data = files.read(arguments.model)
-    except OSError as error:
-        raise ConfigError(
-            "model-unreadable", f"cannot read '{arguments.model}': {error.strerror}"
-        ) from None
-    mbs = read(data, str(arguments.model))
-    output = arguments.output or beside(arguments.model, ".svg")
-    write_files({output: draw(mbs).encode()})
+    model: Path = arguments.model
+    mbs = read(read_model(model), STDIN if str(model) == STREAM else str(model))
+    picture = draw(mbs).encode()
+    default = Path(STREAM) if str(model) == STREAM else beside(model, ".svg")
+    output: Path = arguments.output or default
+    if str(output) == STREAM:
+        with file_to_stdout(arguments) as give:
+            give(picture)
+        return 0
+    write_files({output: picture})
     if arguments.json:
         print_json({"model": mbs.name, "output": str(output)})
     else:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import msgspec
 
-from urdf2mbs import files
 from urdf2mbs.commands.printing import print_json
+from urdf2mbs.commands.streams import STREAM, read_model
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.output import write_files
 
@@ -20,10 +20,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if arguments.numba and arguments.language == "c":
         raise ConfigError("usage", "--numba is for Python: leave it out, or --language c")
     model: Path = arguments.model
-    try:
-        data = files.read(model)
-    except OSError as error:
-        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
+    if str(model) == STREAM or str(arguments.output) == STREAM:
+        raise ConfigError("usage", "the equations are several files beside their model, not '-'")
+    data = read_model(model)
     mbs = read(data, str(model), mechanics_only=True)
     project = model.parent.parent if model.parent.name == "dataR" else model.parent
     folder: Path = arguments.output or project / "symbolicR"

@@ -7,9 +7,16 @@ import argparse
 import msgspec
 
 from urdf2mbs.commands.presets import by_presets, driven_bound
-from urdf2mbs.commands.printing import described, joints_in_words, origin, print_json, warn_of
+from urdf2mbs.commands.printing import (
+    METHOD,
+    described,
+    joints_in_words,
+    origin,
+    print_json,
+    warn_of,
+)
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import configured
+from urdf2mbs.commands.settings import robot_or_config
 from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
@@ -18,15 +25,9 @@ from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import members, told
 from urdf2mbs.summary import Report, report
 
-#: What the summaries of the passes call "the method".
-METHOD = (
-    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
-    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
-)
-
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    config, lines = configured(arguments.config, arguments)
+    config, lines = robot_or_config(arguments)
     first, *others = members(config, lines)
     config = first.config
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
@@ -90,7 +91,7 @@ def _cost(
 ) -> dict[str, Report]:
     """What becomes of the joints by the config as it is, and of it by each other preset."""
     pipelines = {"this config": pipeline, **by_presets(config, lines, arguments)}
-    with Progress(verbose=False) as progress:
+    with Progress(arguments) as progress:
         for each in pipelines.values():
             each.plugins.watch(progress)
         return {name: report(each.run()) for name, each in pipelines.items()}

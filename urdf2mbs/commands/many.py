@@ -67,9 +67,9 @@ def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -
     An interrupted run says how to go on, and raises KeyboardInterrupt.
     """
     with Journal(report, jobs) as journal:
-        if journal.outcomes:
+        if journal.outcomes and not arguments.quiet:
             print(f"{len(journal.outcomes)} of {len(jobs)} were done before", file=sys.stderr)
-        progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr)
+        progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr, arguments.quiet)
         try:
             for outcome in run(journal.todo, workers=arguments.workers, cluster=arguments.cluster):
                 journal.add(outcome)
@@ -85,12 +85,13 @@ def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -
 
 
 class _Progress:
-    def __init__(self, count: int, before: int, stream: TextIO) -> None:
+    def __init__(self, count: int, before: int, stream: TextIO, quiet: bool = False) -> None:
         self._count = count
         self._before = before
         self._done = before
         self._failed = 0
         self._stream = stream
+        self._quiet = quiet
         self._start = self._last = monotonic()
         self._terminal = stream.isatty()
 
@@ -98,7 +99,7 @@ class _Progress:
         self._done += 1
         self._failed += outcome.code != 0
         now = monotonic()
-        if now - self._last < (0.1 if self._terminal else PATIENCE):
+        if self._quiet or now - self._last < (0.1 if self._terminal else PATIENCE):
             return
         self._last = now
         rate = (self._done - self._before) / (now - self._start)

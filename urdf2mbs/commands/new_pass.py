@@ -6,7 +6,12 @@ import argparse
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.kit.new_pass import new_pass
+    from urdf2mbs.commands.printing import print_json
+    from urdf2mbs.kit.new_pass import in_words, new_pass
 
-    print(new_pass(arguments.name, arguments.output))
+    plugin, test = new_pass(arguments.name, arguments.output)
+    if arguments.json:
+        print_json({"plugin": str(plugin), "test": str(test)})
+    else:
+        print(in_words(arguments.name, plugin, test))
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from urdf2mbs.commands.printing import described, origin, print_json, warn_of
+from urdf2mbs.commands.printing import METHOD, described, origin, print_json, warn_of
 from urdf2mbs.engine.plugins import Plugins
 
 
@@ -25,10 +25,3 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print(f"{'':{width}}  {trade}; {origin(one)}")
     print(f"\n{METHOD}")
     return 0
-
-
-#: What the summaries of the passes call "the method".
-METHOD = (
-    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
-    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
-)

@@ -11,9 +11,15 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import counted
+from urdf2mbs.diagnostics import Diagnostic, counted
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.summary import Joints, Report
+
+#: What the summaries of the passes call "the method".
+METHOD = (
+    '"The method" is Appendix A, "URDF to MBS Converter", of the thesis on gait controllers in\n'
+    "Robotran that urdf2mbs follows; the pages in docs/passes quote it, pass by pass."
+)
 
 
 def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
@@ -35,12 +41,12 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
         print(f"  {verdict}: {proof_in_words(proof.groups, proof.positions, proof.largest)}")
         for difference in proof.differences:
             print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
-    tell_diagnostics(conversion, verbose)
+    tell_diagnostics(conversion.diagnostics, verbose)
 
 
-def tell_diagnostics(conversion: Conversion, verbose: bool) -> None:
-    warnings = [d for d in conversion.diagnostics if d.level == "warning"]
-    notes = [d for d in conversion.diagnostics if d.level == "note"]
+def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
+    warnings = [d for d in diagnostics if d.level == "warning"]
+    notes = [d for d in diagnostics if d.level == "note"]
     more = "" if verbose or not notes else " (-v shows them)"
     print(f"  {counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}{more}")
     for diagnostic in warnings + (notes if verbose else []):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 import threading
 
@@ -15,19 +16,22 @@ class Progress:
     PATIENCE = 2.0
     """Seconds of silence."""
 
-    def __init__(self, verbose: bool) -> None:
-        self._verbose = verbose
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self._verbose: bool = arguments.verbose
+        self._quiet: bool = getattr(arguments, "quiet", False)
         self._at = ""
         self._done = threading.Event()
         self._thread = threading.Thread(target=self._speak, daemon=True)
 
     def __enter__(self) -> Progress:
-        self._thread.start()
+        if not self._quiet:
+            self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._done.set()
-        self._thread.join()
+        if not self._quiet:
+            self._thread.join()
 
     def _speak(self) -> None:
         while not self._done.wait(self.PATIENCE):

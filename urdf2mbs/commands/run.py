@@ -35,7 +35,7 @@ def only_one(arguments: argparse.Namespace) -> None:
 def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
     """The conversion, run; nothing is written but the dump."""
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
-    with Progress(arguments.verbose) as progress:
+    with Progress(arguments) as progress:
         pipeline.plugins.watch(progress)
         if arguments.dump is None:
             return pipeline.run(stop_after=arguments.stop_after)
@@ -72,7 +72,7 @@ def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namesp
         tell(conversion, found, arguments.verbose)
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
-        tell_diagnostics(conversion, arguments.verbose)
+        tell_diagnostics(conversion.diagnostics, arguments.verbose)
 
 
 def _fewer(

@@ -13,31 +13,27 @@ from urdf2mbs.urdf import descriptions, standard_input
 
 
 def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """A config file, with the levels of the command line."""
-    return with_levels(*load(file), arguments)
-
-
-def with_levels(
-    config: Config, lines: Lines, arguments: argparse.Namespace
-) -> tuple[Config, Lines]:
+    """A config file, with what the command line changes of it."""
+    config, lines = load(file)
     given = typed(Config, {"source": config.source, **levels(arguments)}, Lines())
     config.diagnostics = {**config.diagnostics, **given.diagnostics}
     config.strict = config.strict or given.strict
-    config.cache = config.cache and given.cache
+    config.cache = config.cache and not arguments.no_cache
+    passes = dict(config.passes)
+    for name, options in _options(arguments).items():
+        passes[name] = {**(passes.get(name) or {}), **options}
+    config.passes = passes
     return config, lines
 
 
 def levels(arguments: argparse.Namespace) -> dict[str, Any]:
-    changed = pairs(arguments.level, "=", "--level", "CODE=LEVEL")
-    return {
-        "diagnostics": dict(changed), "strict": arguments.strict, "cache": not arguments.no_cache
-    }  # fmt: skip
+    """How much warnings weigh, as a config says it."""
+    weighed = pairs(arguments.level, "=", "--level", "CODE=LEVEL")
+    return {"diagnostics": dict(weighed), "strict": arguments.strict}
 
 
-def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """The config that the command line stands for."""
-    if robot == "-":
-        robot = standard_input.take()
+def _options(arguments: argparse.Namespace) -> dict[str, dict[str, Any]]:
+    """What ``--set`` says, by passes."""
     options: dict[str, dict[str, Any]] = {}
     for key, value in pairs(arguments.set, "=", "--set", "PASS.OPTION=VALUE"):
         pass_, dot, option = key.rpartition(".")
@@ -46,6 +42,13 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
         from urdf2mbs.engine.yaml_text import word
 
         options.setdefault(pass_, {})[option] = word(value)
+    return options
+
+
+def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """The config that the command line stands for."""
+    if robot == "-":
+        robot = standard_input.take()
     after: dict[str, list[str]] = {}
     for pass_, new in pairs(arguments.after, "=", "--after", "PASS=NEW"):
         after.setdefault(pass_, []).append(new)
@@ -58,7 +61,8 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
         "pipeline": arguments.pipeline or "faithful",
         "plugins": arguments.plugin,
         "after": after,
-        "passes": options,
+        "passes": _options(arguments),
+        "cache": not arguments.no_cache,
         **levels(arguments),
     }
     lines = Lines()
@@ -72,13 +76,13 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
         return without_config(str(file), None, arguments)
     if file.suffix.lower() not in (".yaml", ".yml", "") and not is_folder(file):
         return without_config(str(file), None, arguments)
-    for name in ("base", "package", "arg", "pipeline", "plugin", "after", "set"):
+    for name in ("base", "package", "arg", "pipeline", "plugin", "after"):
         if getattr(arguments, name):
             raise ConfigError(
                 "usage", f"--{name} is for a robot without a config",
                 hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
             )  # fmt: skip
-    return load(file)
+    return configured(file, arguments)
 
 
 def pairs(words: list[str], sign: str, flag: str, form: str) -> list[tuple[str, str]]:

@@ -7,8 +7,10 @@ import sys
 
 import msgspec
 
-from urdf2mbs.commands.printing import other_way, print_json, proof_in_words
-from urdf2mbs.commands.settings import pairs
+from urdf2mbs.commands.printing import other_way, print_json, proof_in_words, tell_diagnostics
+from urdf2mbs.commands.settings import levels, pairs
+from urdf2mbs.commands.streams import STREAM
+from urdf2mbs.urdf import standard_input
 
 #: So many frames that are elsewhere are told; a compact model has moved nearly all.
 SHOWN = 10
@@ -19,7 +21,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.proof.urdf_side import SIX
 
     verdict = verify(
-        arguments.robot,
+        standard_input.take() if arguments.robot == STREAM else arguments.robot,
         arguments.model,
         packages=dict(pairs(arguments.package, "=", "--package", "NAME=DIR")),
         xacro_args=dict(pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
@@ -27,6 +29,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         frames=arguments.frames,
         gravity=tuple(arguments.gravity),
         tolerance=arguments.tolerance,
+        **levels(arguments),
     )
     code = 0 if verdict.same else 3
     if arguments.json:
@@ -55,5 +58,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print(f"not compared: {what}: {why}")
     for problem in verdict.schema:
         print(problem, file=sys.stderr)
+    tell_diagnostics(verdict.diagnostics, arguments.verbose)
     print("the same robot" if verdict.same else "NOT the same robot")
     return code

@@ -140,6 +140,12 @@ def load(file: Path) -> tuple[Config, Lines]:
         raise ConfigError(
             "config-unreadable", f"cannot read the config: {reason}", file=str(file)
         ) from None
+    if text.lstrip().startswith("<"):
+        raise ConfigError(
+            "config-yaml", "this is XML, such as a robot, and no config", file=str(file),
+            hint=f"urdf2mbs init {file} writes a config for a robot; "
+            f"urdf2mbs convert {file} needs none",
+        )  # fmt: skip
     return parse(text, file)
 
 

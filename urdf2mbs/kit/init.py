@@ -63,8 +63,8 @@ def init(
     base: str = "auto",
     packages: Mapping[str, str] | None = None,
     xacro_args: Mapping[str, str] | None = None,
-) -> str:
-    """Write a config for a robot; gives what to tell the user.
+) -> tuple[Path, Findings]:
+    """Write a config for a robot; gives its file, and what was found.
 
     The config is tried before it is written: a conversion runs, of which nothing is kept.
 
@@ -96,7 +96,7 @@ def init(
     tried = _try(_text(source, config, found, arguments, conversion, None), config)
     text = _text(source, config, found, arguments, conversion, report(tried))
     write_files({config: text.encode()})
-    return _next(config, found)
+    return config, found
 
 
 def find(conversion: Conversion, table: Mapping[str, str]) -> Findings:
@@ -347,7 +347,8 @@ def _passes(found: Findings) -> list[str]:
     return lines
 
 
-def _next(config: Path, found: Findings) -> str:
+def in_words(config: Path, found: Findings) -> str:
+    """What was found and written, and what to do next."""
     text = f"wrote {config}: {counted(len(found.robot.links), 'link')}"
     text += f", {counted(len(found.packages), 'package')}"
     text += f", {counted(len(found.arguments), 'xacro argument')}"

@@ -76,8 +76,8 @@ Then: urdf2mbs explain CONFIG.yaml   shows where it stands
       pytest {test}"""
 
 
-def new_pass(name: str, folder: Path) -> str:
-    """Write NAME.py and test_NAME.py; gives what to tell the user.
+def new_pass(name: str, folder: Path) -> tuple[Path, Path]:
+    """Write NAME.py and test_NAME.py; gives both files.
 
     :raises ConfigError: ``pass-name``, ``file-exists``, ``output-unwritable``
     """
@@ -99,6 +99,11 @@ def new_pass(name: str, folder: Path) -> str:
         }
     )
     plugin, test = files
+    return plugin, test
+
+
+def in_words(name: str, plugin: Path, test: Path) -> str:
+    """What was written, and what to do next."""
     return NEXT.format(plugin=plugin, test=test, name=name)
 
 

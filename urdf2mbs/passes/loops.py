@@ -20,7 +20,7 @@ from typing import Literal
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.diagnostics import ConfigError, counted, nearest
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
@@ -117,7 +117,8 @@ def run(conversion: Conversion, options: Options) -> None:
     conversion.report["loops"] = {"cuts": mbs.cuts, "dependent": names}
     conversion.note(
         "loops",
-        f"{len(mbs.cuts)} cuts make {len(names)} joints dependent: "
+        f"{counted(len(mbs.cuts), 'cut')} {'makes' if len(mbs.cuts) == 1 else 'make'} "
+        f"{counted(len(names), 'joint')} dependent: "
         f"{', '.join(joint.name for joint in names) or 'none'}",
     )
 
