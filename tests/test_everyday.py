@@ -8,6 +8,7 @@ import re
 import shlex
 import shutil
 import subprocess
+import sys
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -208,6 +209,32 @@ def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
         file = tmp_path / "script"
         file.write_text(script)
         subprocess.run([shell, "-n", str(file)], check=True)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems have other shells")
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("ver", "verify"),
+        ("verify --en", "--engine"),
+        ("verify --engine p", "pinocchio"),
+        ("convert ti", "tiny.urdf"),
+        ("convert tiny.urdf --dump d", "dump"),
+        ("convert tiny.urdf --set ti", ""),
+    ],
+)
+def test_completion_in_a_shell(words: str, found: str, here: Path, capsys: Any) -> None:
+    """In bash, which every Linux has; zsh and fish were tried by hand."""
+    pytest.importorskip("shtab", reason="the extra 'completion' is not installed")
+    (here / "dump").mkdir()
+    assert main(["completion", "bash"]) == 0
+    typed = ["urdf2mbs", *words.split(" ")]
+    script = f"""{capsys.readouterr().out}
+        COMP_WORDS=({" ".join(typed)}); COMP_CWORD={len(typed) - 1}
+        _shtab_urdf2mbs urdf2mbs {typed[-1]} {typed[-2]}
+        echo "${{COMPREPLY[*]}}" """
+    done = subprocess.run(["bash", "-c", script], check=True, capture_output=True, text=True)
+    assert done.stdout.strip() == found
 
 
 @pytest.mark.parametrize("text", [TINY, XACRO], ids=["urdf", "xacro"])

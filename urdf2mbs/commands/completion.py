@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.options import parser
@@ -17,5 +18,21 @@ def carry_out(arguments: argparse.Namespace) -> int:
             "completion needs the package 'shtab', which is not installed",
             hint="pip install 'urdf2mbs[completion]'",
         ) from None
-    print(shtab.complete(parser(), shell=arguments.shell))
+    words = parser()
+    for command in _commands(words):
+        for action in command._actions:
+            if action.metavar == "DIR":
+                action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]
+            elif re.fullmatch(r"ROBOT|[A-Z]+\.[a-z]+", str(action.metavar)):
+                action.complete = shtab.FILE  # type: ignore[attr-defined]
+    print(shtab.complete(words, shell=arguments.shell))
     return 0
+
+
+def _commands(words: argparse.ArgumentParser) -> list[argparse.ArgumentParser]:
+    return [
+        command
+        for action in words._actions
+        if isinstance(action, argparse._SubParsersAction)
+        for command in action.choices.values()
+    ]
