@@ -118,6 +118,15 @@ def test_a_preset_of_a_plugin(tmp_path: Path) -> None:
         convert_text(plugins=[file], pipeline="bear")
 
 
+def test_a_preset_of_a_plugin_is_compared_with_the_others(tmp_path: Path, capsys: Any) -> None:
+    more = '"prune-massless", "decompose-joints", "collect-anchors", "assign-names"],'
+    write(tmp_path, PRESET.replace('"prune-massless"],', more))
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "c.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
+    assert main(["explain", str(tmp_path / "c.yaml"), "--cost", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out)["cost"]) == {"this config", "compact", "bare"}
+
+
 @pytest.mark.parametrize(
     ("preset", "said"),
     [

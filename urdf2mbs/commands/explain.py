@@ -17,7 +17,7 @@ from urdf2mbs.commands.printing import (
 )
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import robot_or_config
-from urdf2mbs.diagnostics import counted
+from urdf2mbs.diagnostics import ConversionError, counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP, Plugins
@@ -94,7 +94,15 @@ def _cost(
     with Progress(arguments) as progress:
         for each in pipelines.values():
             each.plugins.watch(progress)
-        return {name: report(each.run()) for name, each in pipelines.items()}
+        costs = {}
+        for name, each in pipelines.items():
+            try:
+                costs[name] = report(each.run())
+            except ConversionError:
+                if each is pipeline:
+                    raise
+                # a preset for which this robot is not made
+        return costs
 
 
 def _instead(step: Configured, plugins: Plugins) -> str:

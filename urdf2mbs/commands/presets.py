@@ -6,18 +6,20 @@ import argparse
 
 import msgspec
 
+from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, preset, presets
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.summary import Report
 
 
 def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:
-    """The config by each preset but its own."""
+    """The config by each preset but its own; plugins bring presets, too."""
+    more = Pipeline(config, lines, installed_plugins=not arguments.no_plugins).plugins.presets
     pipelines: dict[str, Pipeline] = {}
-    for name in presets():
+    for name in presets(more):
         if name == config.pipeline:
             continue
-        there = set(preset(name, lines)[0])
+        there = set(preset(name, lines, more)[0])
         beside = [*config.after.items(), *config.before.items()]
         for _ in beside:  # what is put beside a pass may have others beside it
             for key, new in beside:
@@ -31,7 +33,10 @@ def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> d
             swap={key: value for key, value in config.swap.items() if key in there},
             passes={key: value for key, value in config.passes.items() if key in there},
         )  # fmt: skip
-        pipelines[name] = Pipeline(other, lines, installed_plugins=not arguments.no_plugins)
+        try:
+            pipelines[name] = Pipeline(other, lines, installed_plugins=not arguments.no_plugins)
+        except ConfigError:
+            continue  # what the config says does not suit this preset
     return pipelines
 
 
