@@ -132,14 +132,17 @@ def rotate(rot: Rot, v: Vec) -> Vec:
 
 
 def add(a: Vec, b: Vec) -> Vec:
+    """The sum of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
 def dot(a: Vec, b: Vec) -> float:
+    """The scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vec, b: Vec) -> Vec:
+    """The vector product a x b."""
     return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
@@ -185,6 +188,7 @@ def point_mass_inertia(mass: float, d: Vec) -> Sym:
 
 
 def add_inertia(a: Sym, b: Sym) -> Sym:
+    """The sum of two inertias about one point, in the same axes (kg m^2)."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
 
 

@@ -23,6 +23,14 @@ class Rectangle(NamedTuple):
     right: float
     bottom: float
 
+    def overlaps(self, other: Rectangle) -> bool:
+        return (
+            self.left < other.right
+            and other.left < self.right
+            and self.top < other.bottom
+            and other.top < self.bottom
+        )
+
 
 def square(what: str, centre: XY, size: float) -> Rectangle:
     x, y = centre

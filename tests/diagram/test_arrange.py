@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from diagram.faults import boxes, dots, faults, wires
+from diagram.trees import LENGTHS, trees
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from robots import CONVERTIBLE
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 reproducible = settings(max_examples=80, deadline=None, derandomize=True, database=None)
 
-LENGTHS = st.sampled_from((0.0, 0.1, -0.1, 0.2, -0.35, 0.5, 1e-6, -0.02))
-
 
 def grow(
     mbs: Mbs, parent: Body | None, name: str, at: Vec = (0.0, 0.0, 0.0), joints: int = 1
@@ -40,29 +39,6 @@ def grow(
     )  # fmt: skip
     mbs.bodies.append(body)
     return body
-
-
-@st.composite
-def trees(draw: st.DrawFn) -> Mbs:
-    """Random trees in any order of bodies: long chains, many points, shared points, long names."""
-    mbs = Mbs("m")
-    where = st.tuples(LENGTHS, LENGTHS, LENGTHS)
-    for k in range(draw(st.integers(0, 8))):
-        mbs.base.points.append(Point(f"bp{k}", draw(where)))
-    for index in range(draw(st.integers(0, 14))):
-        parent = draw(st.sampled_from([None, *mbs.bodies]))
-        points = mbs.base.points if parent is None else parent.points
-        point = draw(st.sampled_from([None, *points]))
-        mbs.bodies.append(
-            Body(
-                f"{index}".rjust(draw(st.integers(2, 65)), "b"),
-                None if parent is None else parent.name,
-                None if point is None else point.name,
-                [Joint(f"j{index}_{k}", "R1") for k in range(draw(st.integers(1, 8)))],
-                points=[Point(f"p{k}", draw(where)) for k in range(draw(st.integers(0, 20)))],
-            )
-        )
-    return mbs
 
 
 @st.composite

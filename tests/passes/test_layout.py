@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from itertools import combinations, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import pytest
+from diagram.faults import Rectangle, square
+from diagram.trees import trees
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.mbs.model import XY, Body, Drawing, Joint, Mbs, Point
@@ -39,54 +40,11 @@ def tree(*parents: int | None, joints: int = 1) -> Mbs:
     return mbs
 
 
-@st.composite
-def trees(draw: st.DrawFn) -> Mbs:
-    """Random trees in any order of bodies: long chains, many points, shared points, long names."""
-    mbs = Mbs("m")
-    for k in range(draw(st.integers(0, 8))):
-        mbs.base.points.append(Point(f"bp{k}"))
-    for index in range(draw(st.integers(0, 14))):
-        parent = draw(st.sampled_from([None, *mbs.bodies]))
-        points = mbs.base.points if parent is None else parent.points
-        point = draw(st.sampled_from([None, *points]))
-        mbs.bodies.append(
-            Body(
-                f"{index}".rjust(draw(st.integers(2, 65)), "b"),
-                None if parent is None else parent.name,
-                None if point is None else point.name,
-                [Joint(f"j{index}_{k}", "R1") for k in range(draw(st.integers(1, 8)))],
-                points=[Point(f"p{k}") for k in range(draw(st.integers(0, 20)))],
-            )
-        )
-    return mbs
-
-
 def laid_out(mbs: Mbs) -> Mbs:
     conversion = Conversion(Settings(Path("robot.urdf"), Path("robot.mbs")))
     conversion.mbs = mbs
     run(conversion, Options(style="method"))
     return mbs
-
-
-class Rectangle(NamedTuple):
-    what: str
-    left: float
-    top: float
-    right: float
-    bottom: float
-
-    def overlaps(self, other: Rectangle) -> bool:
-        return (
-            self.left < other.right
-            and other.left < self.right
-            and self.top < other.bottom
-            and other.top < self.bottom
-        )
-
-
-def square(what: str, centre: XY, size: float) -> Rectangle:
-    x, y = centre
-    return Rectangle(what, x - size / 2, y - size / 2, x + size / 2, y + size / 2)
 
 
 def box(what: str, drawing: Drawing | None, at: XY | None) -> Rectangle:

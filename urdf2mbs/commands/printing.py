@@ -45,6 +45,7 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
 
 
 def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
+    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``."""
     warnings = [d for d in diagnostics if d.level == "warning"]
     notes = [d for d in diagnostics if d.level == "note"]
     more = "" if verbose or not notes else " (-v shows them)"
@@ -54,15 +55,18 @@ def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
 
 
 def proof_in_words(groups: int, positions: int, largest: dict[str, float]) -> str:
+    """What the comparison looked at, and the largest relative deviation of each kind."""
     found = ", ".join(f"{kind} {off:.1e}" for kind, off in largest.items())
     return f"{counted(groups, 'rigid group')} at {positions} positions; largest deviations: {found}"
 
 
 def joints_in_words(joints: Joints) -> str:
+    """How many joints there are of each nature."""
     return f"{joints}; {joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
 
 
 def other_way(names: Sequence[str]) -> str:
+    """The joints that count the other way round."""
     return (
         f"{counted(len(names), 'joint')} the other way round (minus the URDF's): {', '.join(names)}"
     )
@@ -86,6 +90,7 @@ def next_steps(conversion: Conversion) -> str:
 
 
 def near(path: Path) -> str:
+    """A path as the user would type it: relative if it is below the working folder."""
     return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
 
 
@@ -95,17 +100,20 @@ def beside(model: Path, suffix: str) -> Path:
 
 
 def warn_of(plugins: Plugins) -> None:
+    """Print which plugins are left out, and why."""
     for broken in plugins.broken:
         print(broken, file=sys.stderr)
 
 
 def origin(found: Registered) -> str:
+    """The plugin that a pass is from, with its package, version and file."""
     of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
     version = f" {found.version}" if found.version else ""
     return f"{found.plugin}{of}{version} ({found.file})"
 
 
 def described(found: Registered) -> dict[str, Any]:
+    """A pass as JSON has it."""
     pass_ = found.pass_
     return {
         "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,
@@ -115,6 +123,7 @@ def described(found: Registered) -> dict[str, Any]:
 
 
 def print_json(data: Any) -> None:
+    """Print data as JSON."""
     import json
 
     print(json.dumps(msgspec.to_builtins(data), indent=2))

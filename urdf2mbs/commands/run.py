@@ -27,6 +27,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 
 def only_one(arguments: argparse.Namespace) -> None:
+    """Refuse the options that are for many robots."""
     for name in ("workers", "cluster", "report"):
         if getattr(arguments, name) is not None:
             raise ConfigError("usage", f"--{name} is for many robots, and this is one")
@@ -50,6 +51,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
 
 
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
+    """Convert one robot, write its files, and say what became of it."""
     conversion = converted(config, lines, arguments)
     write(conversion)
     found = report(conversion)

@@ -86,6 +86,7 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
 
 
 def pairs(words: list[str], sign: str, flag: str, form: str) -> list[tuple[str, str]]:
+    """Split words such as ``NAME=VALUE``; raises ConfigError for one that cannot be."""
     pairs = []
     for given in words:
         name, found, value = given.partition(sign)

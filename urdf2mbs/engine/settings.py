@@ -19,6 +19,7 @@ from urdf2mbs.urdf.reader import stem
 
 
 def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
+    """What a config says, with absolute paths; ``folder`` is where its relative ones begin."""
     xacro_args = dict(config.xacro_args)
     packages = {}
     if config.source.startswith(descriptions.PREFIX):

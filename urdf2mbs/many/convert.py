@@ -191,6 +191,7 @@ def convert_one(job: Job) -> Outcome:
 
 
 def failed(job: Job, code: str, message: str, exit_code: int = 1) -> Outcome:
+    """The outcome of a robot that was not converted."""
     return Outcome(
         job.number, job.source, None, job.values, exit_code, error=Failure(code, message)
     )
@@ -214,6 +215,7 @@ def digest(file: Path) -> str:
 
 
 def no_extra(name: str) -> ConfigError:
+    """The error where the package for clusters is not installed."""
     return ConfigError(
         "extra-missing", f"a cluster needs the package '{name}'",
         hint="pip install 'urdf2mbs[batch]'",

@@ -139,6 +139,8 @@ class Viewpoint(msgspec.Struct):
 
 
 class Light(msgspec.Struct):
+    """A light of the 3D viewer; ``direction`` in the axes behind ``joint``."""
+
     name: str
     direction: Vec
     joint: str = BASE
@@ -169,22 +171,30 @@ class Connection(msgspec.Struct):
 
 
 class UserConstraint(msgspec.Struct):
+    """A constraint that the user's functions state, and the joints that it concerns."""
+
     name: str
     joints: tuple[str, ...] = ()
 
 
 class Parameter(msgspec.Struct):
+    """A value, or several, of a user model."""
+
     name: str
     type: str
     values: tuple[str, ...] = ()
 
 
 class UserModel(msgspec.Struct):
+    """Parameters that the user's functions read by their names."""
+
     name: str
     parameters: list[Parameter] = []
 
 
 class UserVariable(msgspec.Struct):
+    """A variable that the user's functions share."""
+
     name: str
     type: str
     size: str

@@ -137,6 +137,7 @@ def read_beside(path: Path, name: str) -> bytes | None:
 
 
 def missing_extra(error: ImportError) -> ConfigError:
+    """The error where a package that reads meshes is not installed."""
     return ConfigError(
         "extra-missing",
         f"converting meshes needs the package '{error.name}', which is not installed",

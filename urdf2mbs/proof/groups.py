@@ -75,5 +75,6 @@ class Side(msgspec.Struct):
 
 
 def only_ground(root: str) -> Side:
+    """A robot of which nothing is known yet but its root, which stands on the ground."""
     ground = Group(0, HERE, False, X, lambda _: HERE, "", "", 0.0)
     return Side([ground], {root: (0, HERE)}, {})

@@ -12,6 +12,7 @@ from urdf2mbs.spatial import Vec
 
 
 def mbs_side(mbs: Mbs, moving: set[str]) -> Side:
+    """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared."""
     side = only_ground("")
     frames = side.frames
     points: dict[tuple[str | None, str], Vec] = {

@@ -21,6 +21,7 @@ X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 def shift(u: Vec, q: float) -> Frame:
+    """A shift by ``q`` (m) along a unit vector."""
     return (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, q * u[0], q * u[1], q * u[2])
 
 
@@ -37,10 +38,12 @@ def spin(u: Vec, q: float) -> Frame:
 
 
 def dot(a: Vec, b: Vec) -> float:
+    """The scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vec, b: Vec) -> Vec:
+    """The vector product."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -92,6 +95,7 @@ def worst(offs: Iterable[float]) -> float:
 
 
 def compose(a: Frame, b: Frame) -> Frame:
+    """The frame ``b``, which is seen from ``a``, as seen from where ``a`` is."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
     b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
     return (
@@ -111,6 +115,7 @@ def compose(a: Frame, b: Frame) -> Frame:
 
 
 def inverse(a: Frame) -> Frame:
+    """The frame from which ``a`` is seen, as seen from ``a``."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33, x, y, z = a
     return (
         a11, a21, a31, a12, a22, a32, a13, a23, a33,

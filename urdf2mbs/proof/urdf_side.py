@@ -23,6 +23,11 @@ def urdf_side(
     held: Mapping[str, float],
     orders: Mapping[str, tuple[str, ...]],
 ) -> Side:
+    """The rigid groups of a URDF.
+
+    ``moving``: the coordinates that are compared, and their names in the .mbs; ``held``: where
+    others are held (rad, m); ``orders``: how the coordinates of a floating joint follow each other.
+    """
     side = only_ground(robot.root())
     frames = side.frames
     for joint in robot.depth_first():

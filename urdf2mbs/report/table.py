@@ -29,8 +29,10 @@ def table(
 
 
 def number(value: float | None) -> str:
+    """Six digits; nothing for None."""
     return "" if value is None else f"{value + 0.0:.6g}"
 
 
 def vector(values: Iterable[float | None] | None) -> str:
+    """Numbers with commas; nothing for None."""
     return "" if values is None else ", ".join(map(number, values))

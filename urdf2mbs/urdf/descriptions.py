@@ -19,6 +19,8 @@ PREFIX = "robot_descriptions:"
 
 
 class Description(NamedTuple):
+    """Where the package ``robot_descriptions`` has put a robot, and how it is read."""
+
     source: Path
     """A .urdf or .xacro file, in the cache."""
     packages: dict[str, Path]

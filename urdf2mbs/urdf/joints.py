@@ -28,6 +28,7 @@ _Part = TypeVar("_Part")
 
 
 def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None:
+    """Add a ``<joint>`` to ``joints``; its origin (m, rad) is in the parent link's frame."""
     name = reading.name(element, "joint", joints)
     if name is None:
         return
@@ -99,20 +100,24 @@ def optional(
 
 
 def read_dynamics(reading: Reading, element: Any) -> Dynamics:
+    """Damping (N m s/rad, or N s/m) and friction (N m, or N)."""
     return Dynamics(**known_numbers(reading, element))
 
 
 def read_mimic(reading: Reading, element: Any) -> Mimic:
+    """The leader's name; multiplier and offset (rad, or m)."""
     return Mimic(element.get("joint") or "", **known_numbers(reading, element))
 
 
 def read_safety(reading: Reading, element: Any) -> SafetyController:
+    """Gains, and soft limits (rad, or m)."""
     if element.get("k_velocity") is None:
         reading.bad_number(element, "k_velocity", None, 1)
     return SafetyController(**known_numbers(reading, element))
 
 
 def read_calibration(reading: Reading, element: Any) -> Calibration:
+    """Where a reference edge rises or falls (rad, or m)."""
     return Calibration(**known_numbers(reading, element))
 
 
@@ -141,6 +146,7 @@ def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) 
 
 
 def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
+    """Set the axis, in the child link's frame, as it is written; zero is an error."""
     joint.axis = reading.vector(element, "xyz", reading.attribute(element, "xyz"))
     if joint.axis == ZERO:
         reading.fail(

@@ -18,6 +18,7 @@ REPAIR = "estimate-inertia: {repair: true} puts the nearest one that a body can 
 
 
 def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
+    """Add a ``<link>`` to ``links``: its inertial, visuals and collisions."""
     name = reading.name(element, "link", links)
     if name is None:
         return
@@ -49,6 +50,7 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
 
 
 def read_inertial(reading: Reading, element: Any) -> Inertial | None:
+    """Mass (kg), centre (m) and inertia (kg m^2), about the centre, in the axes of its origin."""
     if element.attrib:
         reading.unknown_attributes(element)
     parts = reading.parts(element)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 
 def read_material(reading: Reading, element: Any) -> Material | None:
+    """Name, colour (red, green, blue, alpha from 0 to 1) and texture; None: nothing of use."""
     name = reading.attribute(element, "name") or ""
     color: tuple[float, float, float, float] | None = None
     texture: str | None = None
@@ -38,6 +39,7 @@ def read_material(reading: Reading, element: Any) -> Material | None:
 
 
 def read_global_material(reading: Reading, element: Any, robot: Robot) -> None:
+    """Add a ``<material>`` of the robot, which links refer to by its name."""
     reading.owner = ("material", element.get("name") or "")
     material = read_material(reading, element)
     if material is None or not material.name:

@@ -118,5 +118,6 @@ class Messages:
 
 
 def listed(names: list[str]) -> str:
+    """The first six names, and how many more there are."""
     shown = ", ".join(f"'{name}'" for name in names[:6])
     return f"{shown} and {len(names) - 6} more" if len(names) > 6 else shown

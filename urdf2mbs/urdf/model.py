@@ -40,6 +40,8 @@ class Inertial(msgspec.Struct):
 
 
 class Box(msgspec.Struct, tag="box"):
+    """A box, centred (m)."""
+
     size: Vec
     """Full lengths along x, y, z (m)."""
 
@@ -52,6 +54,8 @@ class Cylinder(msgspec.Struct, tag="cylinder"):
 
 
 class Sphere(msgspec.Struct, tag="sphere"):
+    """A sphere, centred (m)."""
+
     radius: float
 
 
@@ -84,6 +88,8 @@ class Visual(msgspec.Struct):
 
 
 class Collision(msgspec.Struct):
+    """``<collision>``: a shape and where it is, seen from its link (m, rad)."""
+
     geometry: Geometry
     origin: Origin = Origin()
     name: str | None = None
@@ -91,6 +97,8 @@ class Collision(msgspec.Struct):
 
 
 class Link(msgspec.Struct):
+    """``<link>``: what is fixed to one frame."""
+
     name: str
     inertial: Inertial | None = None
     visuals: list[Visual] = []
@@ -114,6 +122,8 @@ class Limit(msgspec.Struct):
 
 
 class Dynamics(msgspec.Struct):
+    """``<dynamics>``: damping (N m s/rad, or N s/m) and friction (N m, or N)."""
+
     damping: float = 0.0
     friction: float = 0.0
 
@@ -127,6 +137,8 @@ class Mimic(msgspec.Struct):
 
 
 class SafetyController(msgspec.Struct):
+    """``<safety_controller>``: its gains, and its limits (rad, or m)."""
+
     k_velocity: float
     k_position: float = 0.0
     soft_lower_limit: float = 0.0
@@ -134,6 +146,8 @@ class SafetyController(msgspec.Struct):
 
 
 class Calibration(msgspec.Struct):
+    """``<calibration>``: positions (rad, or m) at which a reference edge rises or falls."""
+
     rising: float | None = None
     falling: float | None = None
 

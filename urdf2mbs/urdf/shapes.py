@@ -20,6 +20,7 @@ _UNRESOLVED = re.compile(r"^file:/*(?=package://)")
 
 
 def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
+    """Append a ``<visual>``: its shape, origin (m, rad) in its link's frame, and material."""
     name = reading.attribute(element, "name")
     parts = reading.parts(element)
     material = parts.get("material")
@@ -30,6 +31,7 @@ def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
 
 
 def read_collision(reading: Reading, element: Any, collisions: list[Collision]) -> None:
+    """Append a ``<collision>``: its shape and origin (m, rad) in its link's frame."""
     name = reading.attribute(element, "name")
     placed = read_shape(reading, element, reading.parts(element))
     if placed is not None:
@@ -49,6 +51,10 @@ def read_shape(
 
 
 def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None:
+    """The shape in ``<geometry>`` (m); None, with a warning: there is none that is known.
+
+    :raises ConversionError: a number cannot be read
+    """
     shape = None
     if element is not None:
         if element.attrib:

@@ -97,6 +97,7 @@ def without_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list
 
 
 def check_loops(reading: Reading, links: Mapping[str, Link], above: Mapping[str, Joint]) -> None:
+    """Refuse links that are their own ancestors; ``above``: the joint that carries each link."""
     seen: dict[str, str] = {}
     for start in links:
         name = start

@@ -184,6 +184,7 @@ class Reading(Elements):
 
 
 def shown(text: str) -> str:
+    """A text of the file as a message quotes it: in one line, at most 60 letters."""
     text = _BLANKS.sub(" ", text).strip(" ")
     return repr(text if len(text) <= 60 else text[:57] + "...")
 

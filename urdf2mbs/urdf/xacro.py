@@ -61,6 +61,8 @@ class Asked(NamedTuple):
 
 
 class Expansion(NamedTuple):
+    """What xacro made of a file, and what that depends on."""
+
     text: bytes
     """What the ``xacro`` command prints, in UTF-8."""
     files: list[str]
