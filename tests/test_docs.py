@@ -304,7 +304,7 @@ def test_before_and_after(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
         config += "pipeline: compact\n"
     pipeline = Pipeline(*parse(config, tmp_path / "tiny.yaml"))
     around = Around(name)
-    pipeline.plugins.watch(around)
+    pipeline.watch(around)
     write_files(pipeline.run().files)
     assert set(told) == {"before", "after"}
     assert holds(told["before"], around.before)

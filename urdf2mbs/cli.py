@@ -34,9 +34,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _carry_out(arguments: argparse.Namespace) -> int:
+    import gc
     from errno import ENOSPC
     from importlib import import_module
 
+    # a conversion makes many objects that stay, and hardly any in circles
+    gc.set_threshold(100_000)
     from urdf2mbs.diagnostics import ConfigError, ConversionError
 
     try:

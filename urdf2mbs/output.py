@@ -9,7 +9,6 @@ from contextlib import ExitStack, suppress
 from errno import EACCES, EISDIR
 from pathlib import Path
 from stat import S_IMODE
-from tempfile import NamedTemporaryFile, mkstemp
 
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
@@ -199,8 +198,8 @@ def _check_place(place: Path) -> None:
 
 def _part(place: Path, data: bytes) -> Path:
     """A new file beside a place with the data on disk."""
-    descriptor, name = mkstemp(prefix=f".{place.name[:100]}.", suffix=".part", dir=place.parent)
-    part = Path(name)
+    part = _beside(place, "part")
+    descriptor = _new(part)
     try:
         with os.fdopen(descriptor, "wb") as file:
             file.write(data)
@@ -211,6 +210,20 @@ def _part(place: Path, data: bytes) -> Path:
         part.unlink(missing_ok=True)
         raise
     return part
+
+
+def _new(file: Path) -> int:
+    """Make a file that was not there, and that nobody else may read yet.
+
+    ``tempfile`` does the same, and imports all that packs files for it.
+    """
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    return os.open(file, flags, 0o600)
+
+
+def _beside(place: Path, ending: str) -> Path:
+    """A name beside a file that no other file has, nor gets from another run."""
+    return place.with_name(f".{place.name[:100]}.{os.urandom(4).hex()}.{ending}")
 
 
 def _mode(place: Path) -> int:
@@ -227,10 +240,7 @@ def _backup(place: Path) -> Path | None:
     """A second name for the file that is there, to go back to; None: there is none."""
     if not place.exists():
         return None
-    with NamedTemporaryFile(
-        prefix=f".{place.name[:100]}.", suffix=".old", dir=place.parent
-    ) as free:
-        name = Path(free.name)
+    name = _beside(place, "old")
     try:
         os.link(place, name)
     except OSError:  # a file system without links

@@ -165,7 +165,7 @@ def pipeline_of(folder: Path, text: str = "") -> Pipeline:
 
 def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
     pipeline, watcher = pipeline_of(tmp_path), Watcher()
-    pipeline.plugins.watch(watcher)
+    pipeline.watch(watcher)
     pipeline.run()
     assert watcher.seen == [(when, name) for name in NINE for when in ("before", "after")]
 
@@ -233,7 +233,7 @@ def test_a_pass_that_changes_the_mbs_is_found_out(tmp_path: Path) -> None:
 
 def dump(folder: Path, text: str = "") -> dict[str, Any]:
     pipeline = pipeline_of(folder, text)
-    pipeline.plugins.watch(Dump(folder / "dump"))
+    pipeline.watch(Dump(folder / "dump"))
     pipeline.run()
     return {file.name: file.read_text("utf-8") for file in sorted((folder / "dump").glob("*.yaml"))}
 

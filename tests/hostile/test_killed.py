@@ -33,7 +33,7 @@ State = dict[str, bytes | None]
 
 #: The calls by which something on the disk changes.
 STEPS: list[tuple[Any, str]] = [
-    (os, "fsync"), (os, "link"), (output, "mkstemp"), (Path, "replace"), (Path, "unlink"),
+    (os, "fsync"), (os, "link"), (output, "_new"), (Path, "replace"), (Path, "unlink"),
     (Path, "mkdir"), (Path, "rmdir"), (Path, "chmod"),
 ]  # fmt: skip
 

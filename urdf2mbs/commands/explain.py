@@ -93,7 +93,7 @@ def _cost(
     pipelines = {"this config": pipeline, **by_presets(config, lines, arguments)}
     with Progress(arguments) as progress:
         for each in pipelines.values():
-            each.plugins.watch(progress)
+            each.watch(progress)
         costs = {}
         for name, each in pipelines.items():
             try:

@@ -37,13 +37,13 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
     """The conversion, run; nothing is written but the dump."""
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments) as progress:
-        pipeline.plugins.watch(progress)
+        pipeline.watch(progress)
         if arguments.dump is None:
             return pipeline.run(stop_after=arguments.stop_after)
         from urdf2mbs.kit.dump import Dump
 
         dump = Dump(arguments.dump)
-        pipeline.plugins.watch(dump)
+        pipeline.watch(dump)
         try:
             return pipeline.run(stop_after=arguments.stop_after)
         finally:

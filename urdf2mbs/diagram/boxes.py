@@ -68,6 +68,8 @@ class Node(msgspec.Struct):
     """Its partner in the mirror, beside which it is drawn alike."""
     plan: dict[bool, Plan] = {}
     """As it is drawn when its limb runs up or down (True), to the left or right (False)."""
+    size: tuple[float, float] | None = None
+    """Of its box, once it is asked for."""
 
     @property
     def name(self) -> str:
@@ -268,6 +270,12 @@ def _fan(start: float, group: list[float]) -> float:
 
 def box_size(node: Node) -> tuple[float, float]:
     """Width and height of a box that holds the name and the points that are only frames."""
+    if node.size is None:
+        node.size = _box_size(node)
+    return node.size
+
+
+def _box_size(node: Node) -> tuple[float, float]:
     count = max(sum(map(_cells, one.frames)) for one in node.twins)
     if node.body is None:
         width, height = BASE_WIDTH, BASE_HEIGHT

@@ -55,10 +55,20 @@ class Limb(msgspec.Struct):
     """Where it leaves the spine (share of the robot's size)."""
     depth: int
     """Bodies one after the other, at the most."""
+    row: list[Node]
+    """The bodies that can run out one after the other; a limb turns down at the latest where
+    it branches."""
+
+    @classmethod
+    def of(cls, lead: Lead, side: int, height: float, depth: int) -> Limb:
+        row = [lead.nodes[0]]
+        while len(children := row[-1].children) == 1:
+            row += children
+        return cls(lead, side, height, depth, row)
 
     @property
     def node(self) -> Node:
-        return self.lead.nodes[0]
+        return self.row[0]
 
 
 class Vertebra(msgspec.Struct):
@@ -136,7 +146,7 @@ def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node
             middle.append(lead)
         else:
             side = 1 if aside > 0 else -1
-            sideways.append(Limb(lead, side, limb.start[2] / shape.size, limb.depth))
+            sideways.append(Limb.of(lead, side, limb.start[2] / shape.size, limb.depth))
     height = shape.limbs[node.name].at[2] - MIDDLE * shape.size
     rising_to = {lead.nodes[0].name: shape.limbs[lead.nodes[0].name] for lead in middle}
     up = [
@@ -164,7 +174,7 @@ def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node
         right = sum(limb.side for limb in sideways)
         limb = shape.limbs[lead.nodes[0].name]
         at = limb.start[2] / shape.size
-        sideways.append(Limb(lead, 1 if right < 0 else -1, at, limb.depth))
+        sideways.append(Limb.of(lead, 1 if right < 0 else -1, at, limb.depth))
     sideways.sort(key=lambda limb: (limb not in legs, round(limb.height, 2)))
     bone.rows = _rows(sideways, shape)
     return bone, following
@@ -268,16 +278,7 @@ def _room(rows: list[list[Limb]]) -> float:
 
 def _lane(row: list[Limb]) -> float:
     """The height of the lane in which limbs run out."""
-    return max(box_size(node)[1] for limb in row for node in _row(limb))
-
-
-def _row(limb: Limb) -> list[Node]:
-    """The bodies that can run out one after the other; a limb turns down at the latest where
-    it branches."""
-    row = [limb.node]
-    while len(row[-1].children) == 1:
-        row.append(row[-1].children[0])
-    return row
+    return max(box_size(node)[1] for limb in row for node in limb.row)
 
 
 def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
@@ -320,7 +321,7 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
 
     As few bodies run out as will do.
     """
-    row = _row(limb)
+    row = limb.row
     lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
     for length in lengths:
         _run(limb, length, 0.0)
@@ -346,13 +347,13 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
 
 def _wires(limb: Limb, length: int) -> int:
     """How many wires the bodies that run out have."""
-    return sum(len(node.body.joints) for node in _row(limb)[:length] if node.body is not None)
+    return sum(len(node.body.joints) for node in limb.row[:length] if node.body is not None)
 
 
 def _run(limb: Limb, length: int, spread: float, reach: float = 0.0) -> None:
     """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs, and
     the last box by ``reach``."""
-    row = _row(limb)[:length]
+    row = limb.row[:length]
     last = row[-1]
     last.plan[False] = plan(last, False, [], last.leads, spread=spread, corner=True, reach=reach)
     for node in reversed(row[:-1]):
@@ -361,7 +362,7 @@ def _run(limb: Limb, length: int, spread: float, reach: float = 0.0) -> None:
 
 def _boxes(limb: Limb, length: int, edge: float, lane: float) -> list[Box]:
     """The lane that a limb takes, and the column below its last body that runs out."""
-    row = _row(limb)[:length]
+    row = limb.row[:length]
     start = edge + sum(node.plan[False].box[1] for node in row[:-1])
     last = row[-1].plan[False]
     half = _lane([limb]) / 2

@@ -196,7 +196,7 @@ def presets(more: Mapping[str, Any] | None = None) -> list[str]:
 
 def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
     """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
-    fields = {field.encode_name: field for field in _fields(kind)}
+    fields = _fields(kind)
     known = list(fields)
     if not isinstance(data, dict):
         raise lines.error(
@@ -316,9 +316,10 @@ def _replaced(data: Any, path: Key, value: Any) -> Any:
 
 
 @cache
-def _fields(kind: type) -> tuple[Any, ...]:
+def _fields(kind: type) -> dict[str, Any]:
+    """The fields of a Struct or dataclass, by the names that they have in a config."""
     info: Any = msgspec.inspect.type_info(kind)
-    return tuple(info.fields)
+    return {field.encode_name: field for field in info.fields}
 
 
 def _is_list(kind: Any) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from time import perf_counter
+from typing import Any
 
 from urdf2mbs.conversion import Conversion, RobotChange
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
@@ -10,7 +11,7 @@ from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order
-from urdf2mbs.engine.plugins import FAILURES, GROUP, Plugins, Registered
+from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.levels import DEFAULTS
@@ -37,7 +38,9 @@ class Pipeline:
                     "plugin-missing", f"plugin file '{file}' does not exist", ("plugins", index)
                 )
         self._files = files
-        self.plugins = Plugins(files, installed=installed_plugins)
+        self.plugins = plugins_of(files, installed=installed_plugins)
+        self._hooks: list[Any] = []
+        """Of those who watch."""
         try:
             self.passes = resolve(config, lines, self.plugins)
         except ConfigError as error:
@@ -48,6 +51,10 @@ class Pipeline:
         passes = [configured.registered.pass_ for configured in self.passes]
         check_order(passes, lines, [one.at for one in self.passes])
         check_output(self.settings, passes, lines)
+
+    def watch(self, observer: object) -> None:
+        """Let an object's own hooks be called too, around every pass."""
+        self._hooks.append(hooks_of(observer))
 
     def run(self, *, stop_after: str | None = None) -> Conversion:
         """Run the passes; raises ConversionError. Nothing is written to disk.
@@ -83,7 +90,8 @@ class Pipeline:
 
     def _before_run(self, conversion: Conversion) -> None:
         try:
-            self.plugins.hook.urdf2mbs_before_run(settings=self.settings)
+            for hooks in (self.plugins.hook, *self._hooks):
+                hooks.urdf2mbs_before_run(settings=self.settings)
         except ConversionError:
             raise
         except FAILURES as error:
@@ -150,11 +158,14 @@ class Pipeline:
         return (givers or [passes[0].name])[-1]
 
     def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
-        """Call a hook of all plugins."""
+        """Call a hook of all plugins, and of those who watch."""
         strangers = self.plugins.hooked(hook)
+        if not strangers and not self._hooks:
+            return
         before = snapshot(conversion.robot) if strangers else None
         try:
-            getattr(self.plugins.hook, hook)(pass_=pass_, conversion=conversion, **more)
+            for hooks in (self.plugins.hook, *self._hooks):
+                getattr(hooks, hook)(pass_=pass_, conversion=conversion, **more)
             if before is not None:
                 when = "before" if "before" in hook else "after"
                 who = f"the hook {when} '{pass_.name}'"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -87,6 +87,26 @@ class Registered(msgspec.Struct, frozen=True):
         return _version(self.package) if self.package else ""
 
 
+def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
+    """The plugins at hand.  Without files of a config they are the same for the whole process."""
+    if files:
+        return Plugins(files, installed=installed)
+    return _without_files(tuple(sys.path) if installed else None)
+
+
+@cache
+def _without_files(path: tuple[str, ...] | None) -> Plugins:
+    return Plugins(installed=path is not None)
+
+
+def hooks_of(observer: object) -> Any:
+    """The hooks of an object that is no plugin, to be called beside those of the plugins."""
+    manager = pluggy.PluginManager(GROUP)
+    manager.add_hookspecs(hookspecs)
+    manager.register(observer)
+    return manager.hook
+
+
 class Plugins:
     """All plugins at hand: the built-in one, the installed ones, and the config's files."""
 
@@ -110,10 +130,7 @@ class Plugins:
         for file in files:
             self._load_file(file)
             self._collect(file.stem)
-
-    def watch(self, observer: object) -> None:
-        """Let an object's own hooks be called too, around every pass."""
-        self._manager.register(observer)
+        self._hooked: dict[str, list[str]] = {}
 
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
         """The plugin (name, file) whose hook a traceback went through; None: no plugin's."""
@@ -130,9 +147,10 @@ class Plugins:
 
     def hooked(self, hook: str) -> list[str]:
         """The plugins, ours apart, that have a hook."""
-        callers = getattr(self.hook, hook).get_hookimpls()
-        names = [impl.plugin_name for impl in callers]
-        return [name for name in names if name in self._files and name != GROUP]
+        if hook not in self._hooked:
+            callers = getattr(self.hook, hook).get_hookimpls()
+            self._hooked[hook] = [one.plugin_name for one in callers if one.plugin_name != GROUP]
+        return self._hooked[hook]
 
     def names(self) -> list[str]:
         """All plugins, the built-in one among them."""

@@ -69,7 +69,9 @@ def place(mbs: Mbs) -> Placement:
             axis = rotate(at.rot, AXES[k - 1])
             joints.append(Placed(joint, axis, at.xyz, before))
             before = len(joints) - 1
-            q = joint.q or 0.0
+            q = joint.q
+            if not q:
+                continue
             if joint.type[0] == "R":
                 at = compose(at, Pose(ZERO, from_turn((k, q))))
             else:

@@ -46,6 +46,7 @@ the reader warns of these.  Driven joints do not count: their rows are not solve
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import product
 from math import sqrt
 from typing import Literal
 
@@ -103,7 +104,7 @@ class Singular(msgspec.Struct):
 def find_singular(mbs: Mbs) -> list[Singular]:
     """The joints that are singular; none of them if the mass matrix is regular."""
     size = _size(mbs)
-    whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body, size)) == 3}
+    whole = {body.name for body in mbs.bodies if body.mass and _resists_all(body, size)}
     if all(
         body.name in whole and sum(joint.nature != "driven" for joint in body.joints) <= 1
         for body in mbs.bodies
@@ -119,10 +120,14 @@ def find_singular(mbs: Mbs) -> list[Singular]:
             if joint.nature != "driven":
                 spread = 2.0 * (GOLDEN * numbers[joint.name] % 1.0) - 1.0
                 general[joint.name] = spread * (size if joint.type[0] == "T" else 1.0)
+    # what is singular is nearly singular, too
+    doubtful = [
+        values
+        for values in (general, initial)
+        if _Position(part, values, size, whole, NEARLY).found
+    ]
     out: list[Singular] = []
-    for values, small in (
-        (general, ROUNDING), (initial, ROUNDING), (general, NEARLY), (initial, NEARLY)
-    ):  # fmt: skip
+    for small, values in product((ROUNDING, NEARLY), doubtful):
         if not _Position(part, values, size, whole, small).found:
             continue
         known = {one.joint for one in out}
@@ -264,6 +269,21 @@ def _size(mbs: Mbs) -> float:
         lengths += [abs(c) for point in body.points for c in point.coordinates]
         lengths += [abs(c) for c in body.com or ZERO]
     return max(lengths, default=0.0) or 1.0
+
+
+def _resists_all(body: Body, size: float) -> bool:
+    """Whether a body resists torques in all directions.
+
+    The last step of ``_torques`` is at least a third of the determinant, so a large one leaves no
+    doubt.
+    """
+    xx, xy, xz, yy, yz, zz = body.inertia or NO_INERTIA
+    largest = max(map(abs, (xx, xy, xz, yy, yz, zz)))
+    if largest > DUST * abs(body.mass or 0.0) * size * size:
+        a, b, c, d, e, f = (part / largest for part in (xx, xy, xz, yy, yz, zz))
+        if abs(a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)) > 10.0 * ROUNDING:
+            return True
+    return len(_torques(body, size)) == 3
 
 
 def _torques(body: Body, size: float) -> list[Vec]:

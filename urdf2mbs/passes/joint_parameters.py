@@ -150,20 +150,21 @@ def moved_inertias(model: mbs.Mbs) -> dict[str, float]:
     locked: kg m^2 about its axis for a turn, kg for a shift."""
     placement = place(model)
     #: Mass, centre and inertia about it, in the base, of what hangs on each joint.
-    carried: list[tuple[float, Vec, Sym]] = [(0.0, ZERO, (0.0,) * 6)] * len(placement.joints)
+    nothing: tuple[float, Vec, Sym] = (0.0, ZERO, (0.0,) * 6)
+    carried = [nothing] * len(placement.joints)
     for body in model.bodies:
         if body.mass:
             pose = placement.bodies[body.name]
             centre = add(pose.xyz, rotate(pose.rot, body.com or ZERO))
             tensor = rotate_inertia(pose.rot, body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-            at = placement.last[body.name]
-            carried[at] = lump([carried[at], (body.mass, centre, tensor)])
+            carried[placement.last[body.name]] = (body.mass, centre, tensor)
     values: dict[str, float] = {}
     for index in range(len(placement.joints) - 1, -1, -1):
         joint, axis, origin, before = placement.joints[index]
         mass, centre, tensor = carried[index]
         if before >= 0 and mass:
-            carried[before] = lump([carried[before], carried[index]])
+            there, here = carried[before], carried[index]
+            carried[before] = here if there is nothing else lump([there, here])
         if joint.type[0] == "T":
             values[joint.name] = mass
             continue

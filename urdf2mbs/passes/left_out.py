@@ -42,8 +42,9 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         if found:
             conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
     tags: dict[str, int] = {}
+    used = set(map(id, conversion.simulation.used))
     for extension in conversion.robot.extensions:
-        if any(extension is one for one in conversion.simulation.used):
+        if id(extension) in used:
             continue
         tags[extension.tag] = tags.get(extension.tag, 0) + 1
     if tags:

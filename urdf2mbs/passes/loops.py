@@ -157,7 +157,7 @@ def _from_sdf(
     conversion: Conversion, extension: Extension, cuts: dict[str, Cut], revolute: dict[str, str]
 ) -> None:
     """The SDF joints of a ``<gazebo>`` element that lie between two links of the robot."""
-    if extension.tag != "gazebo":
+    if extension.tag != "gazebo" or "<joint" not in extension.xml:
         return
     links = conversion.robot.links
     for joint in extension.element().iterchildren("joint"):

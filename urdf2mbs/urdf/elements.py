@@ -86,7 +86,7 @@ class Elements(Messages):
 
     def attributes(self, element: Any) -> dict[str, str]:
         """All of an element's attributes; those that we do not know are reported."""
-        attributes = dict(zip(element.keys(), element.values(), strict=True))
+        attributes = dict(element.items())
         if not ATTRIBUTES[element.tag].issuperset(attributes):
             self.unknown_attributes(element)
         return attributes

@@ -197,6 +197,9 @@ def _flipped(joint: Joint) -> Joint:
     )
 
 
+_PARSER = etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
+
+
 class Extension(msgspec.Struct):
     """An element that belongs to other programs (``<gazebo>``, ``<transmission>``, ...),
     kept as it is written."""
@@ -208,13 +211,11 @@ class Extension(msgspec.Struct):
 
     def element(self) -> etree._Element:
         """The element itself."""
-        return etree.fromstring(
-            self.xml, etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
-        )
+        return etree.fromstring(self.xml, _PARSER)
 
     def sensors(self) -> Iterator[tuple[str, str, etree._Element]]:
         """The name and type of each ``<sensor>`` that it is or has, and what it stands on."""
-        if self.tag in ("sensor", "gazebo"):
+        if self.tag in ("sensor", "gazebo") and "<sensor" in self.xml:
             root = self.element()
             for sensor in [root] if self.tag == "sensor" else root.iterchildren("sensor"):
                 yield str(sensor.get("name")), str(sensor.get("type")), sensor
