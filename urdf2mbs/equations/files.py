@@ -14,6 +14,7 @@ from urdf2mbs.equations.dynamics import forces, mass_matrix
 from urdf2mbs.equations.forces import extforces, links, links3d
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loops import Loops, Refused, loops
+from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
 from urdf2mbs.equations.tree import NONE, Tree, is_fixed
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
@@ -146,21 +147,38 @@ class _Maker:
         tree = self.tree()
         c = forces(tree, ())
         matrix = mass_matrix(self.tree(tree))
+        twin = mirrored(tree)
         routine = Routine(tree.graph)
+        rows: dict[int, list[int]] = {frame.number: [] for frame in tree.frames}
+        for i, k in matrix:
+            rows[k].append(i)
+
+        def store(i: int, k: int) -> None:
+            if (i, k) in matrix:
+                value = matrix.pop((i, k))
+                routine.store(f"M[{i}][{k}]", value, *([f"M[{k}][{i}]"] * (i != k)))
+
         for frame in reversed(tree.frames[1:]):
             k = frame.number
-            for (i, j), value in matrix.items():
-                if j == k:
-                    routine.store(f"M[{i}][{j}]", value, *([f"M[{j}][{i}]"] * (i != j)))
+            other = twin.get(k, k)
+            for i in rows[k]:
+                j = twin.get(i, i)
+                if other != k and (i, k) in matrix and (j, other) in matrix:
+                    routine.alike.append((matrix[i, k], matrix[j, other]))
+                store(i, k)
+                store(j, other)
             routine.store(f"c[{k}]", c[k])
+            if other < k:
+                routine.alike.append((c[k], c[other]))
         return routine
 
     def invdyna(self) -> Routine:
         tree = self.tree()
         routine = Routine(tree.graph)
-        for k, value in enumerate(forces(tree, range(len(tree.frames)))):
-            if k:
-                routine.store(f"phi[{k}]", value)
+        phi = forces(tree, range(len(tree.frames)))
+        for frame in tree.frames[1:]:
+            routine.store(f"phi[{frame.number}]", phi[frame.number])
+        routine.alike = [(phi[k], phi[j]) for k, j in mirrored(tree).items() if k < j]
         return routine
 
     def accelred(self) -> Routine | Loops | Refused:
