@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -12,11 +13,12 @@ from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.constraints import constraints
 from urdf2mbs.equations.dynamics import forces, mass_matrix
 from urdf2mbs.equations.forces import extforces, links, links3d
+from urdf2mbs.equations.graph import Graph
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loops import Loops, Refused, loops
 from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
-from urdf2mbs.equations.tree import NONE, Tree, is_fixed
+from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
@@ -139,15 +141,16 @@ class _Maker:
     def __init__(self, mbs: Mbs, fold: bool, keep_turns: bool) -> None:
         self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
 
-    def tree(self, other: Tree | None = None) -> Tree:
-        graph = None if other is None else other.graph
-        return Tree(self.mbs, fold=self.fold, keep_turns=self.keep_turns, graph=graph)
+    def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
+        return Tree(
+            self.mbs, fold=self.fold, keep_turns=self.keep_turns, graph=graph, labels=labels
+        )
 
     def dirdyna(self) -> Routine:
-        tree = self.tree()
+        twin, labels = mirrored(self.tree())
+        tree = self.tree(labels=labels)
         c = forces(tree, ())
-        matrix = mass_matrix(self.tree(tree))
-        twin = mirrored(tree)
+        matrix = mass_matrix(self.tree(tree.graph, labels))
         routine = Routine(tree.graph)
         rows: dict[int, list[int]] = {frame.number: [] for frame in tree.frames}
         for i, k in matrix:
@@ -173,12 +176,13 @@ class _Maker:
         return routine
 
     def invdyna(self) -> Routine:
-        tree = self.tree()
+        twin, labels = mirrored(self.tree())
+        tree = self.tree(labels=labels)
         routine = Routine(tree.graph)
         phi = forces(tree, range(len(tree.frames)))
         for frame in tree.frames[1:]:
             routine.store(f"phi[{frame.number}]", phi[frame.number])
-        routine.alike = [(phi[k], phi[j]) for k, j in mirrored(tree).items() if k < j]
+        routine.alike = [(phi[k], phi[j]) for k, j in twin.items() if k < j]
         return routine
 
     def accelred(self) -> Routine | Loops | Refused:
@@ -186,7 +190,7 @@ class _Maker:
         if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
             return loops(tree)
         try:
-            found = accelerations(tree, self.tree(tree))
+            found = accelerations(tree, self.tree(tree.graph))
         except Massless as error:
             joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
