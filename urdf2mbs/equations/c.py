@@ -119,14 +119,15 @@ class Writer:
             return text + "}\n", count
         used = [one for one in parameters.split(", ") if not one.endswith((" tsim", " isens"))]
         pieces, sizes = split(lines, PIECE)
-        shared = {array: "pair" if array == "v" else "double" for array in sizes}
-        taken = ", ".join([*used, *(f"{type} *restrict {a}" for a, type in shared.items())])
-        passed = ", ".join([*(one.split(" ")[-1].lstrip("*") for one in used), *shared])
-        text = PIECE_MACRO + "\n" + PAIR_TYPE * ("v" in sizes)
+        shared = [f"{'pair' if array == 'v' else 'double'} *restrict {array}" for array in sizes]
+        taken = ", ".join([*used, *shared])
+        passed = ", ".join([*(one.split(" ")[-1].lstrip("*") for one in used), *sizes])
+        text = PIECE_MACRO + "\n" + PAIR_TYPE * any(line.pair for line in lines)
         for number, piece in enumerate(pieces, start=1):
             text += f"PIECE {name}_{number}({taken})\n{{\n{_body(piece.lines, piece)}}}\n\n"
         text += f"{kind} {name}({parameters})\n{{\n"
-        text += "".join(f"    {shared[a]} {a}[{size}];\n" for a, size in sizes.items())
+        for array, size in sizes.items():
+            text += f"    {'pair' if array == 'v' else 'double'} {array}[{size}];\n"
         text += "".join(f"    {name}_{i}({passed});\n" for i in range(1, len(pieces) + 1))
         return text + "}\n", count
 
@@ -433,8 +434,8 @@ def _body(lines: list[Statement], piece: Piece | None = None) -> str:
             name = call.function.removeprefix("user_")
             out.append(f"    {call.result} = USER({name})({', '.join(call.arguments)});")
         elif line.variable is not None:
-            type = "pair" if line.pair else "double"
-            out.append(f"    const {type} {line.variable} = {line.text};")
+            kind = "pair" if line.pair else "double"
+            out.append(f"    const {kind} {line.variable} = {line.text};")
             if line.variable in gives:
                 out.append(f"    {gives[line.variable]} = {line.variable};")
         else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -13,7 +13,7 @@ from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.constraints import constraints
 from urdf2mbs.equations.dynamics import forces, mass_matrix
 from urdf2mbs.equations.forces import extforces, links, links3d
-from urdf2mbs.equations.graph import Graph
+from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loops import Loops, Refused, loops
 from urdf2mbs.equations.mirror import mirrored
@@ -65,12 +65,14 @@ def equations(
     fold: bool = False,
     keep_turns: bool = False,
     numba: bool = False,
+    pairs: bool = True,
 ) -> Equations:
     """Generate the equations of a model.
 
     ``data`` is the .mbs file and ``file`` its name, for the headers.  ``fold`` writes all
     constants as numbers; else masses, centres of mass, inertias and points are read from the
-    data.  ``keep_turns`` also reads the positions of joints that never move.
+    data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
+    compute mirrored limbs together, which takes gcc or clang.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -89,7 +91,7 @@ def equations(
             for body in mbs.bodies for joint in body.joints if is_fixed(joint)
         ]  # fmt: skip
     maker = _Maker(mbs, fold, keep_turns)
-    writer = c.Writer(mbs) if language == "c" else python.Writer(mbs, numba=numba)
+    writer = c.Writer(mbs, pairs=pairs) if language == "c" else python.Writer(mbs, numba=numba)
     checksum = sha256(data).hexdigest()
     for name in FUNCTIONS:
         made = getattr(maker, name.lower())()
@@ -122,12 +124,14 @@ def _header(
         f"{count.operations} operations: {count.products} products, {count.sums} sums, "
         f"{count.functions} functions, {count.divisions} divisions, {count.signs} signs"
     )
+    if count.paired:
+        lines.append(f"{count.paired} of them are done two at a time, for two mirrored limbs.")
     if fold:
         lines.append("All constants are numbers: a change of the data has no effect.")
     else:
         lines.append(
-            "What is zero in the .mbs stays zero, and other masses, centres, inertias and points "
-            "are read from the data."
+            "What is zero in the .mbs, or a rounding of it, stays zero; other masses, centres, "
+            "inertias and points are read from the data."
         )
     if out.fixed:
         lines.append("These joints never move, and their positions are numbers:")
@@ -152,38 +156,28 @@ class _Maker:
         c = forces(tree, ())
         matrix = mass_matrix(self.tree(tree.graph, labels))
         routine = Routine(tree.graph)
-        rows: dict[int, list[int]] = {frame.number: [] for frame in tree.frames}
-        for i, k in matrix:
-            rows[k].append(i)
-
-        def store(i: int, k: int) -> None:
-            if (i, k) in matrix:
-                value = matrix.pop((i, k))
-                routine.store(f"M[{i}][{k}]", value, *([f"M[{k}][{i}]"] * (i != k)))
-
-        for frame in reversed(tree.frames[1:]):
-            k = frame.number
-            other = twin.get(k, k)
-            for i in rows[k]:
-                j = twin.get(i, i)
-                if other != k and (i, k) in matrix and (j, other) in matrix:
-                    routine.alike.append((matrix[i, k], matrix[j, other]))
-                store(i, k)
-                store(j, other)
-            routine.store(f"c[{k}]", c[k])
-            if other < k:
-                routine.alike.append((c[k], c[other]))
+        for i, k in _order(matrix, twin):
+            routine.store(f"M[{i}][{k}]", matrix[i, k], *([f"M[{k}][{i}]"] * (i != k)))
+            other = twin.get(i, i), twin.get(k, k)
+            if k < other[1] and other in matrix:
+                routine.alike.append((matrix[i, k], matrix[other]))
+        self._store_forces(routine, "c", c, twin)
         return routine
 
     def invdyna(self) -> Routine:
         twin, labels = mirrored(self.tree())
         tree = self.tree(labels=labels)
-        routine = Routine(tree.graph)
         phi = forces(tree, range(len(tree.frames)))
-        for frame in tree.frames[1:]:
-            routine.store(f"phi[{frame.number}]", phi[frame.number])
-        routine.alike = [(phi[k], phi[j]) for k, j in twin.items() if k < j]
+        routine = Routine(tree.graph)
+        self._store_forces(routine, "phi", phi, twin)
         return routine
+
+    def _store_forces(
+        self, routine: Routine, name: str, values: list[Expr], twin: dict[int, int]
+    ) -> None:
+        for k in range(len(values) - 1, 0, -1):
+            routine.store(f"{name}[{k}]", values[k])
+        routine.alike += [(values[k], values[j]) for k, j in twin.items() if k < j]
 
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
@@ -253,6 +247,21 @@ class _Maker:
                 for frame in tree.frames[1:]
             }
         )
+
+
+def _order(matrix: Iterable[tuple[int, int]], twin: dict[int, int]) -> list[tuple[int, int]]:
+    """The elements of a mass matrix, the last columns first, twins next to each other."""
+    rows: dict[int, list[int]] = {}
+    for i, k in matrix:
+        rows.setdefault(k, []).append(i)
+    out: dict[tuple[int, int], None] = {}
+    for k in sorted(rows, reverse=True):
+        for i in rows[k]:
+            out[i, k] = None
+            j, other = twin.get(i, i), twin.get(k, k)
+            if j in rows.get(other, ()):
+                out[j, other] = None
+    return list(out)
 
 
 def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:

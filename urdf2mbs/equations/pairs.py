@@ -91,9 +91,20 @@ def _twins(graph: Graph, used: list[int], alike: list[tuple[Expr, Expr]]) -> dic
             (x, y), (u, v) = ours, others
             crossed = likeness(x, v) + likeness(y, u) > likeness(x, u) + likeness(y, v)
         out[m] = Twin(n, crossed)
-        for x, u in zip(ours, reversed(others) if crossed else others, strict=True):
+        for x, u in zip(ours, others[:: -1 if crossed else 1], strict=True):
             heappush(heap, (-max(x, u), x, u))
-    return out
+    return _linked(graph, out)
+
+
+def _linked(graph: Graph, twins: dict[int, Twin]) -> dict[int, Twin]:
+    """Without twins that neither are made of twins nor make any: these would not pay."""
+    linked: set[int] = set()
+    for m, twin in twins.items():
+        others = _operands(graph, twin.node)
+        for x, u in zip(_operands(graph, m), others[:: -1 if twin.crossed else 1], strict=True):
+            if x in twins and twins[x].node == u:
+                linked |= {m, x}
+    return {m: twin for m, twin in twins.items() if m in linked}
 
 
 def _order(graph: Graph, used: list[int], twins: dict[int, Twin]) -> list[int]:
@@ -152,8 +163,7 @@ class _Writer:
 
     def make(self, node: int) -> None:
         """All that the node is made of must be made."""
-        graph, op = self.graph, self.graph.op[node]
-        if op in LEAVES:
+        if self.graph.op[node] in LEAVES:
             self.scalars[node] = node
         elif node in self.twins:
             self.pairs[node] = self._twins(node, self.twins[node])
@@ -162,9 +172,7 @@ class _Writer:
 
     def _single(self, node: int) -> Expr:
         graph = self.graph
-        return graph.apply(
-            graph.op[node], self.scalar(graph.a[node]), self.scalar(graph.b[node])
-        )
+        return graph.apply(graph.op[node], self.scalar(graph.a[node]), self.scalar(graph.b[node]))
 
     def scalar(self, x: Expr) -> Expr:
         """An expression of the routine that was given, in the new one."""

@@ -1,14 +1,15 @@
 """The tree of joints that a model is, as expressions: where each joint stands, what it carries.
 
 Each joint has a frame behind it.  Masses, centres, inertias and points are symbols that are
-read from the data, as Robotran's own equations do, wherever they are not zero.
+read from the data, as Robotran's own equations do, wherever they are more than a rounding of
+zero.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import TypeVar, cast
 
 from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.mbs.model import Body, Joint, Mbs
@@ -86,7 +87,9 @@ class Tree:
             for point in points:
                 self.points[owner, point.name] = len(self.points) + 1
         self.coordinates = {
-            (owner, point.name): point.coordinates for owner, points in owners for point in points
+            (owner, point.name): clean(point.coordinates)
+            for owner, points in owners
+            for point in points
         }
         labels = labels or {}
         ground = Joint("", "T1")
@@ -104,7 +107,9 @@ class Tree:
                 own, before = labels.get(number, OWN), self.frames[parent].labels
                 axis = [i for i, _ in own].index(int(joint.type[1]) - 1)
                 sine, cosine = (graph.sin(q), graph.cos(q)) if turns else (0, 1)
-                frame = Frame(number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at)
+                frame = Frame(
+                    number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at
+                )
                 frame.labels, frame.change = own, labelled_again(own, inverse(before))
                 frame.back = inverse(frame.change)
                 self.frames.append(frame)
@@ -163,7 +168,7 @@ class Tree:
         """The centre of mass in the frame (m)."""
         given = (0.0, 0.0, 0.0)
         if frame.body is not None and frame.body.com is not None:
-            given = frame.body.com
+            given = clean(frame.body.com)
         x, y, z = (
             self.parameter(value, f"l[{k}][{frame.number}]")
             for k, value in enumerate(given, start=1)
@@ -174,7 +179,7 @@ class Tree:
         """About the centre of mass, in the frame's axes (kg m^2)."""
         given = (0.0,) * 6
         if frame.body is not None and frame.body.inertia is not None:
-            given = frame.body.inertia
+            given = clean(frame.body.inertia)
         xx, xy, xz, yy, yz, zz = (
             self.parameter(value, f"In[{k}][{frame.number}]")
             for k, value in zip((1, 2, 3, 5, 6, 9), given, strict=True)
@@ -245,6 +250,21 @@ class Tree:
         return out[0], out[1], out[2]
 
 
+#: A number this many times smaller than the largest beside it is a rounding of zero.
+ROUNDING = 1e-15
+
+Numbers = TypeVar("Numbers", bound=tuple[float, ...])
+
+
+def clean(numbers: Numbers) -> Numbers:
+    """Coordinates or elements of a tensor, zero where they are but a rounding of it.
+
+    A frame that was turned by 90 degrees leaves 1e-17 where zero was.
+    """
+    least = ROUNDING * max(abs(x) for x in numbers)
+    return cast("Numbers", tuple(x if abs(x) > least else 0.0 for x in numbers))
+
+
 def is_fixed(joint: Joint) -> bool:
     """Whether a joint never moves: driven, and of its symbols only the position is kept."""
     return joint.nature == "driven" and joint.symbols == ("q",)
@@ -272,9 +292,7 @@ def labelled_matrix(matrix: Matrix, labels: Labels) -> Matrix:
 
 def labelled_again(labels: Labels, first: Labels) -> Labels:
     """Other axes than those that ``first`` makes; OWN itself if nothing changes."""
-    (i, a), (j, b), (k, c) = (
-        (first[index][0], first[index][1] * sign) for index, sign in labels
-    )
+    (i, a), (j, b), (k, c) = ((first[index][0], first[index][1] * sign) for index, sign in labels)
     out = (i, a), (j, b), (k, c)
     return OWN if out == OWN else out
 
