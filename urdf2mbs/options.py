@@ -341,6 +341,11 @@ def _equations(commands: Commands) -> None:
     command.add_argument(
         "--numba", action="store_true", help="let numba compile dirdyna and invdyna (python)"
     )
+    command.add_argument(
+        "--no-pairs", action="store_true",
+        help="compute mirrored limbs one after the other, for compilers other than gcc and "
+        "clang (c)",
+    )  # fmt: skip
 
 
 def _explain(commands: Commands) -> None:

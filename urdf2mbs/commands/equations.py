@@ -19,6 +19,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
     if arguments.numba and arguments.language == "c":
         raise ConfigError("usage", "--numba is for Python: leave it out, or --language c")
+    if arguments.no_pairs and arguments.language == "python":
+        raise ConfigError("usage", "--no-pairs is for C: leave it out, or --language python")
     model: Path = arguments.model
     if str(model) == STREAM or str(arguments.output) == STREAM:
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
@@ -29,6 +31,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     made = equations(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
         keep_turns=arguments.keep_turns, numba=arguments.numba,
+        pairs=not arguments.no_pairs,
     )  # fmt: skip
     not_ours(folder, made)
     write_files({folder / name: text for name, text in made.files.items()})

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from urdf2mbs.equations.loops import Loops, Refused
+from urdf2mbs.equations.pairs import in_pairs
 from urdf2mbs.equations.routine import (
     Call,
     Cases,
     Count,
+    Piece,
     Routine,
     Statement,
     arrays,
@@ -45,6 +47,17 @@ PIECE_MACRO = """\
 #endif
 """
 
+#: What is done for two mirrored limbs at a time.
+PAIR_TYPE = """\
+#if defined(__GNUC__) || defined(__clang__)
+typedef double pair __attribute__((vector_size(16)));
+#else
+#error "pairs of numbers are for gcc and clang; generate the equations with --no-pairs"
+#endif
+#define PAIR(x, y) ((pair) {(x), (y)})
+
+"""
+
 #: How the user's functions are called: since 2025 through functions of Robotran's library.
 USER_MACRO = """\
 #ifdef MBS_BEFORE_2025
@@ -68,8 +81,8 @@ USER = {
 
 
 class Writer:
-    def __init__(self, mbs: Mbs) -> None:
-        self.mbs = mbs
+    def __init__(self, mbs: Mbs, *, pairs: bool = True) -> None:
+        self.mbs, self.pairs = mbs, pairs
 
     def function(self, name: str, made: Routine | Cases | Loops | Refused) -> tuple[str, Count]:
         """The text of a file below its header, and what was counted."""
@@ -93,24 +106,29 @@ class Writer:
     def _routine(
         self, name: str, parameters: str, made: Routine, kind: str = "void"
     ) -> tuple[str, Count]:
+        if self.pairs and made.alike:
+            made = in_pairs(made, made.alike)
         lines, count = statements(made)
         calls = [line.call for line in lines if line.call is not None]
         if calls or len(lines) <= PIECE:
             text = _user(sorted({call.function for call in calls}))
+            text += PAIR_TYPE * any(line.pair for line in lines)
             text += f"{kind} {name}({parameters})\n{{\n"
             text += "".join(f"    {line}\n" for call in calls for line in _declared(call))
             text += _body(lines)
             return text + "}\n", count
         used = [one for one in parameters.split(", ") if not one.endswith((" tsim", " isens"))]
-        passed = ", ".join(one.split(" ")[-1].lstrip("*") for one in used)
-        pieces, places = split(lines, PIECE)
-        text = PIECE_MACRO + "\n"
+        pieces, sizes = split(lines, PIECE)
+        shared = [f"{'pair' if array == 'v' else 'double'} *restrict {array}" for array in sizes]
+        taken = ", ".join([*used, *shared])
+        passed = ", ".join([*(one.split(" ")[-1].lstrip("*") for one in used), *sizes])
+        text = PIECE_MACRO + "\n" + PAIR_TYPE * any(line.pair for line in lines)
         for number, piece in enumerate(pieces, start=1):
-            text += f"PIECE {name}_{number}({', '.join(used)}, double *restrict w)\n{{\n"
-            text += _body(piece.lines, dict(piece.takes), piece.gives) + "}\n\n"
-        text = text.replace("\n\nPIECE", "\n\nPIECE")
-        text += f"{kind} {name}({parameters})\n{{\n    double w[{max(places, 1)}];\n"
-        text += "".join(f"    {name}_{i}({passed}, w);\n" for i in range(1, len(pieces) + 1))
+            text += f"PIECE {name}_{number}({taken})\n{{\n{_body(piece.lines, piece)}}}\n\n"
+        text += f"{kind} {name}({parameters})\n{{\n"
+        for array, size in sizes.items():
+            text += f"    {'pair' if array == 'v' else 'double'} {array}[{size}];\n"
+        text += "".join(f"    {name}_{i}({passed});\n" for i in range(1, len(pieces) + 1))
         return text + "}\n", count
 
     def _cases(self, name: str, cases: Cases) -> tuple[str, Count]:
@@ -402,23 +420,24 @@ def _declared(call: Call) -> list[str]:
     return out
 
 
-def _body(
-    lines: list[Statement], takes: dict[str, int] | None = None, gives: dict[str, int] | None = None
-) -> str:
-    takes, gives = dict(takes or {}), gives or {}
+def _body(lines: list[Statement], piece: Piece | None = None) -> str:
+    takes, gives = (dict(piece.takes), piece.gives) if piece else ({}, {})
     out = [f"    double {'**' if a in TABLES else '*'}{a} = s->{a};" for a in arrays(lines)]
     for line in lines:
         # as late as can be: each is one register less
-        first = [name for name in dict.fromkeys(line.uses) if name in takes]
-        out += [f"    const double {name} = w[{takes.pop(name)}];" for name in first]
+        for name in dict.fromkeys(line.uses):
+            if name in takes:
+                place = takes.pop(name)
+                out.append(f"    const {'pair' if place[0] == 'v' else 'double'} {name} = {place};")
         if line.call is not None:
             call = line.call
             name = call.function.removeprefix("user_")
             out.append(f"    {call.result} = USER({name})({', '.join(call.arguments)});")
         elif line.variable is not None:
-            out.append(f"    const double {line.variable} = {line.text};")
+            kind = "pair" if line.pair else "double"
+            out.append(f"    const {kind} {line.variable} = {line.text};")
             if line.variable in gives:
-                out.append(f"    w[{gives[line.variable]}] = {line.variable};")
+                out.append(f"    {gives[line.variable]} = {line.variable};")
         else:
             places = " = ".join(place.replace(".", "->") for place in line.places)
             out.append(f"    {places} = {line.text};")

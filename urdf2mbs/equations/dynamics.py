@@ -11,7 +11,16 @@ from collections.abc import Collection
 
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.slide import slide
-from urdf2mbs.equations.tree import NONE, Frame, Matrix, Tree, Vector, along
+from urdf2mbs.equations.tree import (
+    NONE,
+    OWN,
+    Frame,
+    Matrix,
+    Tree,
+    Vector,
+    along,
+    labelled_matrix,
+)
 
 
 def forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
@@ -42,7 +51,8 @@ def forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
             a = tree.outward(frame, a)
             matrix = _field(tree, w, rate)
         else:
-            w, rate, matrix = spin[parent], spin_rate[parent], field[parent]
+            w, rate = tree.behind(frame, spin[parent]), tree.behind(frame, spin_rate[parent])
+            a, matrix = tree.behind(frame, a), labelled_matrix(field[parent], frame.change)
             coriolis = tree.cross(w, along(axis, mul(graph.constant(2.0), frame.qd)))
             a = tree.plus(a, tree.plus(coriolis, along(axis, qdd)))
         spin.append(w)
@@ -93,14 +103,15 @@ def _second_moments(tree: Tree) -> list[Matrix]:
     add, frames = tree.graph.add, tree.frames
     out = [_second_moment(tree, frame) for frame in frames]
     for frame in reversed(frames[1:]):
-        axis, own, before = frame.axis, out[frame.number], out[frame.parent]
+        own, before = out[frame.number], out[frame.parent]
         if not any(before[i][i] for i in range(3)) or not frame.parent:
             continue
         if frame.turns:
-            before[axis][axis] = add(before[axis][axis], own[axis][axis])
+            axis, there = frame.axis, frame.change[frame.axis][0]
+            before[there][there] = add(before[there][there], own[axis][axis])
             own[axis][axis] = 0
         else:
-            out[frame.parent] = _sum(tree, before, own)
+            out[frame.parent] = _sum(tree, before, labelled_matrix(own, frame.back))
             out[frame.number] = [[0] * 3 for _ in "xyz"]
     return out
 
@@ -120,10 +131,9 @@ def _body(
     tree: Tree, frame: Frame, a: Vector, field: Matrix, moments: Matrix
 ) -> tuple[Vector, Vector]:
     """Force and moment about the frame's origin that a body needs, less what acts on it."""
-    add, mul, symbol = tree.graph.add, tree.graph.mul, tree.graph.symbol
-    k, mass, centre = frame.number, tree.mass(frame), tree.centre(frame)
-    frc = (symbol(f"frc[1][{k}]"), symbol(f"frc[2][{k}]"), symbol(f"frc[3][{k}]"))
-    trq = (symbol(f"trq[1][{k}]"), symbol(f"trq[2][{k}]"), symbol(f"trq[3][{k}]"))
+    add, mul = tree.graph.add, tree.graph.mul
+    mass, centre = tree.mass(frame), tree.centre(frame)
+    frc, trq = tree.loads(frame)
     f = tree.times(mass, tree.plus(a, multiply(tree, field, centre)))
     f = tree.minus(f, frc)
     n = []
@@ -150,7 +160,7 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
         k, axis = frame.number, frame.axis
         m, h, s = mass[k], first[k], second[k]
         if frame.turns:
-            h, s = tree.inward(frame, h), _turned(tree, frame, s)
+            h, s = tree.turn(axis, frame.cos, frame.sin, h), _turned(tree, frame, s)
             i, j = (axis + 1) % 3, (axis + 2) % 3
             f = tree.cross(along(axis, 1), h)
             moment = [0, 0, 0]
@@ -162,7 +172,8 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
             f = along(axis, m)
             n = tree.cross(h, along(axis, 1))
             matrix[k, k] = m
-        columns.carry(frame, f, n, matrix)
+        h, s = tree.before(frame, h), labelled_matrix(s, frame.back)
+        columns.carry(frame, tree.before(frame, f), tree.before(frame, n), matrix)
         parent, offset = frame.parent, frame.offset
         moved = tree.times(mul(graph.constant(0.5), m), offset)
         middle = tree.plus(h, moved)
@@ -191,7 +202,9 @@ def _matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
     for frame in reversed(tree.frames[1:]) if tree.fold else ():
         if not frame.turns:
             continue
-        k, parent, p, e = frame.number, frame.parent, frame.offset, along(frame.axis, 1)
+        k, parent, p = frame.number, frame.parent, frame.offset
+        own_axis = along(frame.axis, 1)
+        e = tree.before(frame, own_axis)
         m, line, own = mass[k], first[k][frame.axis], second[k][frame.axis][frame.axis]
         mass[parent] = add(mass[parent], m)
         moment = tree.plus(tree.times(m, p), tree.times(line, e))
@@ -200,7 +213,7 @@ def _matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
             product = [[mul(x, y) for y in w] for x in v]
             second[parent] = _sum(tree, second[parent], product)
         mass[k] = 0
-        first[k] = tree.minus(first[k], tree.times(line, e))
+        first[k] = tree.minus(first[k], tree.times(line, own_axis))
         second[k][frame.axis][frame.axis] = 0
     return mass, first, second
 
@@ -281,6 +294,8 @@ class _Columns:
         if not frame.turns or self.columns[frame.number] < RUN:
             return run
         while True:
+            if frame.change is not OWN:
+                return run
             frame = self.tree.frames[frame.parent]
             if not frame.turns or frame.axis != run[0].axis or self.stops[frame.number]:
                 return run
@@ -298,7 +313,7 @@ class _Columns:
             matrix[frame.number, column] = n[axis]
             if frame is not run[-1]:
                 n = tree.plus(n, tree.cross(tree.turn(axis, c, s, frame.offset), f))
-        return f, n
+        return tree.before(run[-1], f), tree.before(run[-1], n)
 
     def _turns(self, run: list[Frame]) -> list[tuple[Expr, Expr]]:
         """Cosine and sine of the angle of each frame of a run to the frame before all."""

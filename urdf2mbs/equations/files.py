@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
@@ -12,10 +13,12 @@ from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.constraints import constraints
 from urdf2mbs.equations.dynamics import forces, mass_matrix
 from urdf2mbs.equations.forces import extforces, links, links3d
+from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loops import Loops, Refused, loops
+from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
-from urdf2mbs.equations.tree import NONE, Tree, is_fixed
+from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
@@ -62,12 +65,14 @@ def equations(
     fold: bool = False,
     keep_turns: bool = False,
     numba: bool = False,
+    pairs: bool = True,
 ) -> Equations:
     """Generate the equations of a model.
 
     ``data`` is the .mbs file and ``file`` its name, for the headers.  ``fold`` writes all
     constants as numbers; else masses, centres of mass, inertias and points are read from the
-    data.  ``keep_turns`` also reads the positions of joints that never move.
+    data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
+    compute mirrored limbs together, which takes gcc or clang.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -86,7 +91,7 @@ def equations(
             for body in mbs.bodies for joint in body.joints if is_fixed(joint)
         ]  # fmt: skip
     maker = _Maker(mbs, fold, keep_turns)
-    writer = c.Writer(mbs) if language == "c" else python.Writer(mbs, numba=numba)
+    writer = c.Writer(mbs, pairs=pairs) if language == "c" else python.Writer(mbs, numba=numba)
     checksum = sha256(data).hexdigest()
     for name in FUNCTIONS:
         made = getattr(maker, name.lower())()
@@ -119,12 +124,14 @@ def _header(
         f"{count.operations} operations: {count.products} products, {count.sums} sums, "
         f"{count.functions} functions, {count.divisions} divisions, {count.signs} signs"
     )
+    if count.paired:
+        lines.append(f"{count.paired} of them are done two at a time, for two mirrored limbs.")
     if fold:
         lines.append("All constants are numbers: a change of the data has no effect.")
     else:
         lines.append(
-            "What is zero in the .mbs stays zero, and other masses, centres, inertias and points "
-            "are read from the data."
+            "What is zero in the .mbs, or a rounding of it, stays zero; other masses, centres, "
+            "inertias and points are read from the data."
         )
     if out.fixed:
         lines.append("These joints never move, and their positions are numbers:")
@@ -138,37 +145,46 @@ class _Maker:
     def __init__(self, mbs: Mbs, fold: bool, keep_turns: bool) -> None:
         self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
 
-    def tree(self, other: Tree | None = None) -> Tree:
-        graph = None if other is None else other.graph
-        return Tree(self.mbs, fold=self.fold, keep_turns=self.keep_turns, graph=graph)
+    def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
+        return Tree(
+            self.mbs, fold=self.fold, keep_turns=self.keep_turns, graph=graph, labels=labels
+        )
 
     def dirdyna(self) -> Routine:
-        tree = self.tree()
+        twin, labels = mirrored(self.tree())
+        tree = self.tree(labels=labels)
         c = forces(tree, ())
-        matrix = mass_matrix(self.tree(tree))
+        matrix = mass_matrix(self.tree(tree.graph, labels))
         routine = Routine(tree.graph)
-        for frame in reversed(tree.frames[1:]):
-            k = frame.number
-            for (i, j), value in matrix.items():
-                if j == k:
-                    routine.store(f"M[{i}][{j}]", value, *([f"M[{j}][{i}]"] * (i != j)))
-            routine.store(f"c[{k}]", c[k])
+        for i, k in _order(matrix, twin):
+            routine.store(f"M[{i}][{k}]", matrix[i, k], *([f"M[{k}][{i}]"] * (i != k)))
+            other = twin.get(i, i), twin.get(k, k)
+            if k < other[1] and other in matrix:
+                routine.alike.append((matrix[i, k], matrix[other]))
+        self._store_forces(routine, "c", c, twin)
         return routine
 
     def invdyna(self) -> Routine:
-        tree = self.tree()
+        twin, labels = mirrored(self.tree())
+        tree = self.tree(labels=labels)
+        phi = forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
-        for k, value in enumerate(forces(tree, range(len(tree.frames)))):
-            if k:
-                routine.store(f"phi[{k}]", value)
+        self._store_forces(routine, "phi", phi, twin)
         return routine
+
+    def _store_forces(
+        self, routine: Routine, name: str, values: list[Expr], twin: dict[int, int]
+    ) -> None:
+        for k in range(len(values) - 1, 0, -1):
+            routine.store(f"{name}[{k}]", values[k])
+        routine.alike += [(values[k], values[j]) for k, j in twin.items() if k < j]
 
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
         if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
             return loops(tree)
         try:
-            found = accelerations(tree, self.tree(tree))
+            found = accelerations(tree, self.tree(tree.graph))
         except Massless as error:
             joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
@@ -231,6 +247,21 @@ class _Maker:
                 for frame in tree.frames[1:]
             }
         )
+
+
+def _order(matrix: Iterable[tuple[int, int]], twin: dict[int, int]) -> list[tuple[int, int]]:
+    """The elements of a mass matrix, the last columns first, twins next to each other."""
+    rows: dict[int, list[int]] = {}
+    for i, k in matrix:
+        rows.setdefault(k, []).append(i)
+    out: dict[tuple[int, int], None] = {}
+    for k in sorted(rows, reverse=True):
+        for i in rows[k]:
+            out[i, k] = None
+            j, other = twin.get(i, i), twin.get(k, k)
+            if j in rows.get(other, ()):
+                out[j, other] = None
+    return list(out)
 
 
 def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:

@@ -13,7 +13,10 @@ from math import cos, sin, sqrt
 Expr = int
 
 #: The operations.  CONST and SYMBOL are what is not computed.
-CONST, SYMBOL, ADD, MUL, DIV, SIN, COS, SQRT, INPUT = range(9)
+CONST, SYMBOL, ADD, MUL, DIV, SIN, COS, SQRT, INPUT, PAIR, FIRST, SECOND = range(12)
+LEAVES = frozenset([CONST, SYMBOL, INPUT])
+#: Those of two operands; the rest has one.
+BINARY = frozenset([ADD, MUL, DIV, PAIR])
 
 
 class Graph:
@@ -156,6 +159,39 @@ class Graph:
             else:
                 node = self._node(op, x)
             self._known[key] = node
+        return node
+
+    def apply(self, op: int, x: Expr, y: Expr) -> Expr:
+        """An operation of one operand (``y`` does not count) or of two."""
+        two = {ADD: self.add, MUL: self.mul, DIV: self.div, PAIR: self.pair}
+        if op in two:
+            return two[op](x, y)
+        return {SIN: self.sin, COS: self.cos, SQRT: self.sqrt}[op](x)
+
+    # Two numbers as one, for processors that do the same with both in one step.  What is done
+    # with a pair is done with both; a single number may stand in for two equal ones.
+
+    def pair(self, x: Expr, y: Expr) -> Expr:
+        if x < 0:
+            return -self._shared(PAIR, -x, -y)
+        return self._shared(PAIR, x, y)
+
+    def first(self, pair: Expr) -> Expr:
+        return self._of_pair(FIRST, pair)
+
+    def second(self, pair: Expr) -> Expr:
+        return self._of_pair(SECOND, pair)
+
+    def _of_pair(self, op: int, pair: Expr) -> Expr:
+        if pair <= 0:
+            return -self._of_pair(op, -pair) if pair else 0
+        return self._shared(op, pair)
+
+    def _shared(self, op: int, x: Expr, y: Expr = 0) -> Expr:
+        key = (op, x, y)
+        node = self._known.get(key)
+        if node is None:
+            node = self._known[key] = self._node(op, x, y)
         return node
 
     def input(self, name: str) -> Expr:

@@ -77,10 +77,10 @@ class Writer:
         out = ["from numba import njit", "from numpy import empty", "", ""]
         for number, piece in enumerate(pieces, start=1):
             out += ["@njit(cache=True)", f"def _{name}_{number}({given}):"]
-            out += [f"    {variable} = w[{at}]" for variable, at in piece.takes]
+            out += [f"    {variable} = {place}" for variable, place in piece.takes.items()]
             out += _body(piece.lines, piece.gives, numpy=True)
             out += ["", ""]
-        out += [f"def {name}({parameters}):", f'    """{doc}"""', f"    w = empty({places})"]
+        out += [f"def {name}({parameters}):", f'    """{doc}"""', f"    w = empty({places['w']})"]
         passed = ", ".join([results, *(f"s.{array}" for array in used), "w"])
         out += [f"    _{name}_{number}({passed})" for number in range(1, len(pieces) + 1)]
         return "\n".join(out) + "\n", count
@@ -222,7 +222,7 @@ def _declared(call: Call) -> list[str]:
 
 
 def _body(
-    lines: list[Statement], gives: dict[str, int] | None = None, *, numpy: bool = False
+    lines: list[Statement], gives: dict[str, str] | None = None, *, numpy: bool = False
 ) -> list[str]:
     out: list[str] = []
     for line in lines:
@@ -233,7 +233,7 @@ def _body(
         elif line.variable is not None:
             out.append(f"    {line.variable} = {text}")
             if gives and line.variable in gives:
-                out.append(f"    w[{gives[line.variable]}] = {line.variable}")
+                out.append(f"    {gives[line.variable]} = {line.variable}")
         else:
             places = " = ".join(place.replace("][", ", ") for place in line.places)
             out.append(f"    {places} = {text}")

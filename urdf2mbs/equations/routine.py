@@ -10,14 +10,18 @@ from dataclasses import dataclass, field
 
 from urdf2mbs.equations.graph import (
     ADD,
+    BINARY,
     CONST,
     COS,
     DIV,
+    FIRST,
     INPUT,
+    LEAVES,
     MUL,
+    PAIR,
+    SECOND,
     SIN,
     SQRT,
-    SYMBOL,
     Expr,
     Graph,
 )
@@ -49,6 +53,8 @@ class Routine:
 
     graph: Graph
     steps: list[Store | Call] = field(default_factory=list)
+    alike: list[tuple[Expr, Expr]] = field(default_factory=list)
+    """Results of mirrored joints."""
 
     def store(self, place: str, value: Expr, *others: str) -> None:
         self.steps.append(Store((place, *others), value))
@@ -72,6 +78,8 @@ class Count:
     divisions: int = 0
     signs: int = 0
     """Changes of sign that are no part of a sum."""
+    paired: int = 0
+    """Of all these, how many are done two at a time."""
 
     @property
     def operations(self) -> int:
@@ -81,7 +89,7 @@ class Count:
         return Count(
             self.products + other.products, self.sums + other.sums,
             self.functions + other.functions, self.divisions + other.divisions,
-            self.signs + other.signs,
+            self.signs + other.signs, self.paired + other.paired,
         )  # fmt: skip
 
 
@@ -95,6 +103,8 @@ class Statement:
     uses: tuple[str, ...] = ()
     """What stands in the text: variables, and symbols such as ``q[3]``."""
     call: Call | None = None
+    pair: bool = False
+    """The variable is two numbers."""
 
 
 def statements(routine: Routine) -> tuple[list[Statement], Count]:
@@ -105,6 +115,9 @@ class _Writer:
     def __init__(self, routine: Routine) -> None:
         self.routine, self.graph = routine, routine.graph
         self.uses: dict[int, int] = {}
+        self.named: set[int] = set()
+        """Nodes that are variables though they are used once: only these have parts."""
+        self.pairs: set[int] = set()
         self.terms: dict[int, list[tuple[bool, str]]] = {}
         """How a node is written where it is used: terms, each with whether it is added."""
         self.used: dict[int, tuple[str, ...]] = {}
@@ -125,25 +138,18 @@ class _Writer:
         return self.out, self.count
 
     def _count_uses(self) -> None:
-        op, a, b = self.graph.op, self.graph.a, self.graph.b
+        op, a, b, uses = self.graph.op, self.graph.a, self.graph.b, self.uses
         stack = [abs(s.value) for s in self.routine.steps if isinstance(s, Store) and s.value]
-        uses, counted = self.uses, self.count
         while stack:
             node = stack.pop()
             uses[node] = uses.get(node, 0) + 1
-            if uses[node] > 1 or op[node] in (CONST, SYMBOL, INPUT):
+            if uses[node] > 1 or op[node] in LEAVES:
                 continue
             stack.append(abs(a[node]))
-            if op[node] in (ADD, MUL, DIV):
+            if op[node] in BINARY:
                 stack.append(abs(b[node]))
-            if op[node] == ADD:
-                counted.sums += 1
-            elif op[node] == MUL:
-                counted.products += 1
-            elif op[node] == DIV:
-                counted.divisions += 1
-            else:
-                counted.functions += 1
+            elif op[node] in (FIRST, SECOND):
+                self.named.add(stack[-1])
 
     def _make(self, wanted: int) -> None:
         """Write all that an expression needs, deepest first."""
@@ -155,10 +161,10 @@ class _Writer:
                 stack.pop()
                 continue
             kind = op[node]
-            if kind in (CONST, SYMBOL, INPUT):
+            if kind in LEAVES:
                 self._leaf(node, kind)
                 continue
-            operands = [abs(a[node])] if kind in (SIN, COS, SQRT) else [abs(a[node]), abs(b[node])]
+            operands = [abs(a[node]), abs(b[node])] if kind in BINARY else [abs(a[node])]
             missing = [x for x in operands if x not in self.terms]
             if missing:
                 stack += reversed(missing)
@@ -185,6 +191,10 @@ class _Writer:
             terms = [(True, f"{self._factor(x)} * {self._factor(y)}")]
         elif kind == DIV:
             terms = [(True, f"{self._factor(x)} / {self._divisor(y)}")]
+        elif kind == PAIR:
+            terms = [(True, f"PAIR({self._join(abs(x), x > 0)}, {self._join(abs(y), y > 0)})")]
+        elif kind in (FIRST, SECOND):
+            terms = [(True, f"{self._single(x)}[{kind - FIRST}]")]
         else:
             name = {SIN: "sin", COS: "cos", SQRT: "sqrt"}[kind]
             terms = [(True, f"{name}({self._join(abs(x), x > 0)})")]
@@ -192,8 +202,27 @@ class _Writer:
         if len(operands) > 1:
             used += self.used[operands[1]]
         self.terms[node], self.used[node] = terms, used
-        if self.uses[node] > 1 or sum(len(text) + 3 for _, text in terms) > LONGEST:
+        self._count(node, kind, operands)
+        long = sum(len(text) + 3 for _, text in terms) > LONGEST
+        if self.uses[node] > 1 or node in self.named or long:
             self._variable(node, kind)
+
+    def _count(self, node: int, kind: int, operands: list[int]) -> None:
+        count, pair = self.count, False
+        if kind == PAIR or (kind in BINARY and not self.pairs.isdisjoint(operands)):
+            self.pairs.add(node)
+            pair = True
+        times = 2 if pair else 1
+        if kind == ADD:
+            count.sums += times
+        elif kind == MUL:
+            count.products += times
+        elif kind == DIV:
+            count.divisions += times
+        elif kind in (SIN, COS, SQRT):
+            count.functions += 1
+        if pair and kind != PAIR:
+            count.paired += 2
 
     def _variable(self, node: int, kind: int) -> None:
         text = self._join(node, True)
@@ -203,7 +232,8 @@ class _Writer:
         else:
             self.variables += 1
             name = f"x{self.variables}"
-        self.out.append(Statement(text, name, (), self.used[node]))
+        pair = node in self.pairs
+        self.out.append(Statement(text, name, (), self.used[node], pair=pair))
         self.terms[node], self.used[node] = [(True, name)], (name,)
 
     def _join(self, node: int, positive: bool) -> str:
@@ -229,32 +259,33 @@ class _Writer:
 
 @dataclass
 class Piece:
-    """Some statements, the variables that they take from pieces before, and those they give."""
+    """Some statements, and the variables that these share with other pieces."""
 
     lines: list[Statement]
-    takes: list[tuple[str, int]] = field(default_factory=list)
-    """Each with its place in the array that all pieces share."""
-    gives: dict[str, int] = field(default_factory=dict)
+    takes: dict[str, str] = field(default_factory=dict)
+    """Each with its place in an array that all pieces share: w for numbers, v for pairs."""
+    gives: dict[str, str] = field(default_factory=dict)
 
 
-def split(lines: list[Statement], size: int) -> tuple[list[Piece], int]:
-    """Cut a function into pieces of so many statements; also, how many places they share."""
+def split(lines: list[Statement], size: int) -> tuple[list[Piece], dict[str, int]]:
+    """Cut a function into pieces of so many statements; also, how long the arrays are."""
     pieces = [Piece(lines[i : i + size]) for i in range(0, len(lines), size)]
-    made: dict[str, int] = {}
-    places: dict[str, int] = {}
+    made: dict[str, tuple[int, str]] = {}
+    places: dict[str, str] = {}
+    sizes = {"w": 0, "v": 0}
     for number, piece in enumerate(pieces):
-        taken: dict[str, None] = {}
         for line in piece.lines:
             if line.variable is not None:
-                made[line.variable] = number
+                made[line.variable] = number, "v" if line.pair else "w"
             for name in line.uses:
-                if name in made and made[name] != number:
-                    taken[name] = None
-        for name in taken:
-            place = places.setdefault(name, len(places))
-            pieces[made[name]].gives[name] = place
-            piece.takes.append((name, place))
-    return pieces, len(places)
+                giver, array = made.get(name, (number, ""))
+                if giver == number:
+                    continue
+                if name not in places:
+                    places[name] = f"{array}[{sizes[array]}]"
+                    sizes[array] += 1
+                piece.takes[name] = pieces[giver].gives[name] = places[name]
+    return pieces, {array: size for array, size in sizes.items() if size}
 
 
 def arrays(lines: list[Statement]) -> list[str]:

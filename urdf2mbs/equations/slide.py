@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import inf
 
 from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.tree import Frame, Tree, Vector, along
+from urdf2mbs.equations.tree import Frame, Tree, Vector, along, labelled
 from urdf2mbs.spatial import Vec
 
 #: So many places are considered for each frame.
@@ -65,13 +65,14 @@ class _Places:
         if not frame.turns:
             for vector, value in zip(before.slides, before.values, strict=True):
                 self._offer(
-                    tree.minus(vector, frame.start),
-                    tuple(a - b for a, b in zip(value, self.start, strict=True)),
+                    tree.behind(frame, tree.minus(vector, frame.start)),
+                    labelled(_less(value, self.start), frame.change),
                 )
         else:
             for vector, value in zip(before.slides, before.values, strict=True):
-                x = tree.graph.sub(vector[axis], frame.start[axis])
-                self._offer_along(axis, x, value[axis] - self.start[axis])
+                x = tree.behind(frame, tree.minus(vector, frame.start))[axis]
+                free = labelled(_less(value, self.start), frame.change)[axis]
+                self._offer_along(axis, x, free)
             for child in frame.children:
                 start = tree.frames[child].start
                 self._offer_along(axis, start[axis], places[child].start[axis])
@@ -82,12 +83,12 @@ class _Places:
     def _offer_along(self, axis: int, x: Expr, value: float) -> None:
         at = [0.0, 0.0, 0.0]
         at[axis] = value
-        self._offer(along(axis, x), tuple(at))
+        self._offer(along(axis, x), (at[0], at[1], at[2]))
 
-    def _offer(self, vector: Vector, value: tuple[float, ...]) -> None:
+    def _offer(self, vector: Vector, value: Vec) -> None:
         if vector not in self.slides and len(self.slides) < MOST:
             self.slides.append(vector)
-            self.values.append((value[0], value[1], value[2]))
+            self.values.append(value)
 
     def add_centre(self, price: float) -> None:
         if self.centre is None:
@@ -100,9 +101,10 @@ class _Places:
         """The price of each place with the best place of one child."""
         a, b, c = child.start
         adding = 0 if fold else 1
+        values = [labelled(value, frame.back) for value in child.values]
         for i, (x, y, z) in enumerate(self.values):
             lowest, best = inf, 0
-            for j, (u, v, w) in enumerate(child.values):
+            for j, (u, v, w) in enumerate(values):
                 total = child.price[j]
                 for part in (a - x + u, b - y + v, c - z + w):
                     if part:
@@ -112,3 +114,7 @@ class _Places:
                     lowest, best = total, j
             self.price[i] += lowest
             child.best.append(best)
+
+
+def _less(v: Vec, w: Vec) -> Vec:
+    return v[0] - w[0], v[1] - w[1], v[2] - w[2]

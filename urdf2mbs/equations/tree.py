@@ -1,12 +1,15 @@
 """The tree of joints that a model is, as expressions: where each joint stands, what it carries.
 
 Each joint has a frame behind it.  Masses, centres, inertias and points are symbols that are
-read from the data, as Robotran's own equations do, wherever they are not zero.
+read from the data, as Robotran's own equations do, wherever they are more than a rounding of
+zero.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar, cast
 
 from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.mbs.model import Body, Joint, Mbs
@@ -19,6 +22,10 @@ Matrix = list[list[Expr]]
 
 NONE: Vector = (0, 0, 0)
 
+#: Other axes of a frame: for each coordinate, which it was in the old axes, and its sign.
+Labels = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
+OWN: Labels = ((0, 1), (1, 1), (2, 1))
+
 
 @dataclass
 class Frame:
@@ -30,7 +37,7 @@ class Frame:
     parent: int
     """The number of the joint before; 0 is the ground."""
     axis: int
-    """0, 1 or 2."""
+    """0, 1 or 2, in the frame's own axes."""
     turns: bool
     q: Expr
     qd: Expr
@@ -45,6 +52,12 @@ class Frame:
     """``start`` and the joint's own shift by q: where the frame behind it is (m)."""
     slide: Vector = NONE
     """How far the frame stands from where the file has it, in its own axes (m)."""
+    labels: Labels = OWN
+    """The frame's axes, of those of the file."""
+    change: Labels = OWN
+    """The frame's axes, of those of the frame before, where the joint is at zero."""
+    back: Labels = OWN
+    """The other way."""
     body: Body | None = None
     """The body whose frame this is."""
     children: list[int] = field(default_factory=list)
@@ -60,6 +73,7 @@ class Tree:
         fold: bool = False,
         keep_turns: bool = False,
         graph: Graph | None = None,
+        labels: Mapping[int, Labels] | None = None,
     ) -> None:
         self.mbs = mbs
         self.graph = graph = Graph() if graph is None else graph
@@ -73,24 +87,33 @@ class Tree:
             for point in points:
                 self.points[owner, point.name] = len(self.points) + 1
         self.coordinates = {
-            (owner, point.name): point.coordinates for owner, points in owners for point in points
+            (owner, point.name): clean(point.coordinates)
+            for owner, points in owners
+            for point in points
         }
+        labels = labels or {}
         ground = Joint("", "T1")
         self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE, ZERO)]
         for body in mbs.bodies:
             parent = self.last[body.parent]
             start, at = self.point(body.parent, body.point), ZERO
             if body.point is not None:
-                at = self.coordinates[body.parent, body.point]
+                own = self.frames[parent].labels
+                at = labelled(self.coordinates[body.parent, body.point], own)
             for joint in body.joints:
                 number = len(self.frames)
                 q, qd, qdd = self._motion(joint, number, keep_turns)
-                axis, turns = int(joint.type[1]) - 1, joint.type[0] == "R"
+                turns = joint.type[0] == "R"
+                own, before = labels.get(number, OWN), self.frames[parent].labels
+                axis = [i for i, _ in own].index(int(joint.type[1]) - 1)
                 sine, cosine = (graph.sin(q), graph.cos(q)) if turns else (0, 1)
-                self.frames.append(
-                    Frame(number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at)
+                frame = Frame(
+                    number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at
                 )
-                self.put(self.frames[number], NONE)
+                frame.labels, frame.change = own, labelled_again(own, inverse(before))
+                frame.back = inverse(frame.change)
+                self.frames.append(frame)
+                self.put(frame, NONE)
                 self.frames[parent].children.append(number)
                 parent, start, at = number, NONE, ZERO
             self.last[body.name] = parent
@@ -109,10 +132,9 @@ class Tree:
     def put(self, frame: Frame, slide: Vector) -> None:
         """Move a frame in its own axes (m); the frame before it must be in its place."""
         frame.slide = slide
+        own = slide if frame.turns else self.plus(slide, along(frame.axis, frame.q))
         offset = self.minus(frame.start, self.frames[frame.parent].slide)
-        if not frame.turns:
-            offset = self.plus(offset, along(frame.axis, frame.q))
-        frame.offset = self.plus(offset, slide)
+        frame.offset = self.plus(offset, self.before(frame, own))
 
     def parameter(self, value: float | None, name: str) -> Expr:
         """A number of the file: a symbol if it is not zero, or with ``fold`` the number."""
@@ -121,7 +143,7 @@ class Tree:
         return self.graph.constant(value) if self.fold else self.graph.symbol(name)
 
     def point(self, body: str | None, point: str | None) -> Vector:
-        """The coordinates of a point in its body's frame."""
+        """The coordinates of a point in its body's frame (m)."""
         if point is None:
             return NONE
         number = self.points[body, point]
@@ -129,7 +151,7 @@ class Tree:
             self.parameter(value, f"dpt[{k}][{number}]")
             for k, value in enumerate(self.coordinates[body, point], start=1)
         )
-        return x, y, z
+        return labelled((x, y, z), self.frames[self.last[body]].labels)
 
     def gravity(self) -> Vector:
         x, y, z = (
@@ -146,23 +168,30 @@ class Tree:
         """The centre of mass in the frame (m)."""
         given = (0.0, 0.0, 0.0)
         if frame.body is not None and frame.body.com is not None:
-            given = frame.body.com
+            given = clean(frame.body.com)
         x, y, z = (
             self.parameter(value, f"l[{k}][{frame.number}]")
             for k, value in enumerate(given, start=1)
         )
-        return self.minus((x, y, z), frame.slide)
+        return self.minus(labelled((x, y, z), frame.labels), frame.slide)
 
     def inertia(self, frame: Frame) -> Matrix:
         """About the centre of mass, in the frame's axes (kg m^2)."""
         given = (0.0,) * 6
         if frame.body is not None and frame.body.inertia is not None:
-            given = frame.body.inertia
+            given = clean(frame.body.inertia)
         xx, xy, xz, yy, yz, zz = (
             self.parameter(value, f"In[{k}][{frame.number}]")
             for k, value in zip((1, 2, 3, 5, 6, 9), given, strict=True)
         )
-        return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+        return labelled_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], frame.labels)
+
+    def loads(self, frame: Frame) -> tuple[Vector, Vector]:
+        """Force and torque on a body, in the frame."""
+        symbol, number = self.graph.symbol, frame.number
+        fx, fy, fz = (symbol(f"frc[{k}][{number}]") for k in (1, 2, 3))
+        mx, my, mz = (symbol(f"trq[{k}][{number}]") for k in (1, 2, 3))
+        return labelled((fx, fy, fz), frame.labels), labelled((mx, my, mz), frame.labels)
 
     # --- vectors ---------------------------------------------------------------------------
 
@@ -189,13 +218,25 @@ class Tree:
             add(mul(v[0], w[1]), -mul(v[1], w[0])),
         )
 
+    def behind(self, frame: Frame, v: Vector) -> Vector:
+        """A vector in the axes of the frame before a joint, in those behind it if this is at
+        zero."""
+        return v if frame.change is OWN else labelled(v, frame.change)
+
+    def before(self, frame: Frame, v: Vector) -> Vector:
+        """The other way."""
+        return v if frame.change is OWN else labelled(v, frame.back)
+
     def outward(self, frame: Frame, v: Vector) -> Vector:
         """A vector given in the frame before a joint, in the frame behind it."""
+        v = self.behind(frame, v)
         return self.turn(frame.axis, frame.cos, -frame.sin, v) if frame.turns else v
 
     def inward(self, frame: Frame, v: Vector) -> Vector:
         """A vector given in the frame behind a joint, in the frame before it."""
-        return self.turn(frame.axis, frame.cos, frame.sin, v) if frame.turns else v
+        if frame.turns:
+            v = self.turn(frame.axis, frame.cos, frame.sin, v)
+        return self.before(frame, v)
 
     def turn(self, axis: int, c: Expr, s: Expr, v: Vector) -> Vector:
         """A vector, turned about a coordinate axis by an angle given by cosine and sine."""
@@ -209,6 +250,21 @@ class Tree:
         return out[0], out[1], out[2]
 
 
+#: A number this many times smaller than the largest beside it is a rounding of zero.
+ROUNDING = 1e-15
+
+Numbers = TypeVar("Numbers", bound=tuple[float, ...])
+
+
+def clean(numbers: Numbers) -> Numbers:
+    """Coordinates or elements of a tensor, zero where they are but a rounding of it.
+
+    A frame that was turned by 90 degrees leaves 1e-17 where zero was.
+    """
+    least = ROUNDING * max(abs(x) for x in numbers)
+    return cast("Numbers", tuple(x if abs(x) > least else 0.0 for x in numbers))
+
+
 def is_fixed(joint: Joint) -> bool:
     """Whether a joint never moves: driven, and of its symbols only the position is kept."""
     return joint.nature == "driven" and joint.symbols == ("q",)
@@ -219,3 +275,30 @@ def along(axis: int, x: Expr) -> Vector:
     out = [0, 0, 0]
     out[axis] = x
     return out[0], out[1], out[2]
+
+
+Three = TypeVar("Three", Vector, Vec)
+
+
+def labelled(v: Three, labels: Labels) -> Three:
+    """A vector in other axes."""
+    (i, a), (j, b), (k, c) = labels
+    return a * v[i], b * v[j], c * v[k]
+
+
+def labelled_matrix(matrix: Matrix, labels: Labels) -> Matrix:
+    return [[a * b * matrix[i][j] for j, b in labels] for i, a in labels]
+
+
+def labelled_again(labels: Labels, first: Labels) -> Labels:
+    """Other axes than those that ``first`` makes; OWN itself if nothing changes."""
+    (i, a), (j, b), (k, c) = ((first[index][0], first[index][1] * sign) for index, sign in labels)
+    out = (i, a), (j, b), (k, c)
+    return OWN if out == OWN else out
+
+
+def inverse(labels: Labels) -> Labels:
+    (_, i, a), (_, j, b), (_, k, c) = sorted(
+        (index, new, sign) for new, (index, sign) in enumerate(labels)
+    )
+    return (i, a), (j, b), (k, c)

@@ -22,6 +22,9 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     fold: bool = False
     """Write masses, centres of mass, inertias and points as numbers: fewer operations, but a
     change of the data has no effect."""
+    pairs: bool = True
+    """In C, let one operation do its work for both of two mirrored limbs.  This takes gcc or
+    clang; without it, any C compiler will do."""
 
 
 def run(conversion: Conversion, options: Options) -> None:
@@ -34,7 +37,9 @@ def run(conversion: Conversion, options: Options) -> None:
     mbs = read(data, str(output), mechanics_only=True)
     folder = (conversion.settings.project or output.parent) / "symbolicR"
     for language in ("python", "c") if options.language == "both" else (options.language,):
-        made = equations(mbs, data, output.name, language=language, fold=options.fold)
+        made = equations(
+            mbs, data, output.name, language=language, fold=options.fold, pairs=options.pairs
+        )
         not_ours(folder, made)
         for name, text in made.files.items():
             conversion.files[folder / name] = text

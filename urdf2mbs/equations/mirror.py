@@ -1,0 +1,141 @@
+"""Which joints are mirrored: those of the left arm and the right arm, of two legs, two fingers.
+
+The axes of the second limb's frames are named anew, so that the same joints turn about axes of
+the same name in both: a URDF often has them named otherwise, and then the same equations would
+look different.  Naming them costs no operation.
+"""
+
+from __future__ import annotations
+
+from itertools import permutations, product
+
+from urdf2mbs.equations.tree import OWN, Frame, Labels, Tree, along, is_fixed
+
+#: All ways to name the axes of a frame anew: those of a right-handed frame.
+NAMES: list[Labels] = [
+    ((i, a), (j, b), (k, c))
+    for i, j, k in permutations(range(3))
+    for a, b, c in product((1, -1), repeat=3)
+    if a * b * c == (1 if (j - i) % 3 == 1 else -1)
+]
+
+
+def mirrored(tree: Tree) -> tuple[dict[int, int], dict[int, Labels]]:
+    """By number the twin of each joint that has one, and the axes of frames in second limbs.
+
+    Joints that move, behind the same one or behind two twins, are twins if as many move behind
+    them, with the same branches; else if at least half as many do.
+    """
+    finder = _Finder(tree)
+    finder.find()
+    return finder.twin, finder.labels
+
+
+class _Finder:
+    def __init__(self, tree: Tree) -> None:
+        self.tree, frames = tree, tree.frames
+        self.behind: list[list[int]] = [[] for _ in frames]
+        """The next joints that move."""
+        self.between: list[list[Frame]] = [[] for _ in frames]
+        """The joints that never move between each and the one before that does."""
+        self.size = [1] * len(frames)
+        self.shape = [0] * len(frames)
+        """Equal for joints that have the same behind them."""
+        for frame in frames[1:]:
+            before = frames[frame.parent]
+            while before.number and is_fixed(before.joint):
+                self.between[frame.number].insert(0, before)
+                before = frames[before.parent]
+            if not is_fixed(frame.joint):
+                self.behind[before.number].append(frame.number)
+        known: dict[tuple[object, ...], int] = {}
+        for frame in reversed(frames):
+            k = frame.number
+            key = frame.turns, *sorted(self.shape[i] for i in self.behind[k])
+            self.shape[k] = known.setdefault(key, len(known))
+            self.size[k] += sum(self.size[i] for i in self.behind[k])
+        self.twin: dict[int, int] = {}
+        self.labels: dict[int, Labels] = {}
+
+    def find(self) -> None:
+        stack = [(0, 0)]
+        while stack:
+            one, other = stack.pop()
+            if one == other:
+                pairs = self._among(self.behind[one])
+                paired = {k for pair in pairs for k in pair}
+                stack += [(k, k) for k in self.behind[one] if k not in paired]
+            else:
+                pairs = self._both(self.behind[one], self.behind[other])
+                self._name(one, other, pairs)
+            stack += pairs
+
+    def _among(self, joints: list[int]) -> list[tuple[int, int]]:
+        """Pairs of joints behind one that has no twin."""
+        left = list(joints)
+        out = []
+        for fits in (self._same, self._like):
+            for k in joints:
+                j = next((j for j in left if j > k and k in left and fits(k, j)), 0)
+                if j:
+                    out.append((k, j))
+                    left = [i for i in left if i not in (k, j)]
+        return out
+
+    def _both(self, joints: list[int], others: list[int]) -> list[tuple[int, int]]:
+        """Pairs of joints behind two that are twins."""
+        ours, theirs = list(joints), list(others)
+        out = []
+        for fits in (self._same, self._like):
+            for k in list(ours):
+                j = next((j for j in theirs if fits(k, j)), 0)
+                if j:
+                    out.append((k, j))
+                    ours.remove(k)
+                    theirs.remove(j)
+        return out
+
+    def _same(self, k: int, j: int) -> bool:
+        return self.shape[k] == self.shape[j]
+
+    def _like(self, k: int, j: int) -> bool:
+        less, more = sorted((self.size[k], self.size[j]))
+        return self.tree.frames[k].turns == self.tree.frames[j].turns and 2 * less >= more
+
+    def _name(self, one: int, other: int, pairs: list[tuple[int, int]]) -> None:
+        """Name the axes of the second of two twins, and of the fixed joints before it."""
+        frames, ours, theirs = self.tree.frames, self.between[one], self.between[other]
+        alike = len(ours) == len(theirs)
+        for frame, twin in zip(theirs, ours if alike else [None] * len(theirs), strict=True):
+            self._choose(frame, twin, [(one, other)])
+        self._choose(frames[other], frames[one], pairs)
+
+    def _choose(self, frame: Frame, twin: Frame | None, pairs: list[tuple[int, int]]) -> None:
+        """Own axis and next axes like the twin's, and else the names of the frame before."""
+        before = self.labels.get(frame.parent, OWN)
+        square = is_fixed(frame.joint) and frame.sin in (0, 1, -1)
+        wanted = []
+        if twin is not None:
+            wanted = [(self._axis(j, frame), self._axis(k, twin)) for k, j in pairs]
+
+        def price(names: Labels) -> tuple[bool, int, bool]:
+            new = {index: i for i, (index, _) in enumerate(names)}
+            own = twin is not None and not square and new[frame.axis] != twin.axis
+            off = sum(1 for a, b in wanted if a is not None and new[a] != b)
+            return own, off, names != before
+
+        names = min((names for names in NAMES if (frame.axis, 1) in names), key=price)
+        self.labels[frame.number] = names
+        if twin is not None and names[twin.axis] == (frame.axis, 1):
+            self.twin[frame.number], self.twin[twin.number] = twin.number, frame.number
+
+    def _axis(self, number: int, frame: Frame) -> int | None:
+        """The axis of a joint behind a frame, as one of the frame's if it is one."""
+        at = self.tree.frames[number]
+        v = along(at.axis, 1)
+        for fixed in reversed(self.between[number]):
+            if fixed is frame:
+                break
+            v = self.tree.inward(fixed, v)
+        axes = [i for i, x in enumerate(v) if x]
+        return axes[0] if len(axes) == 1 else None
