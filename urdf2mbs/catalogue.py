@@ -567,6 +567,7 @@ SECTIONS = [
                 "a plugin's pass leaves files that are not `Path: bytes`, or a report "
                 "that cannot be JSON"
             ),
+            "memory-full": Code("there is not enough memory", todo="the message says for what"),
             "internal": Code("an exception in urdf2mbs itself: please report it"),
         },
     ),

@@ -60,7 +60,7 @@ BASES = ("auto", "floating", "fixed")
 
 def parser() -> argparse.ArgumentParser:
     """All commands with their options, in the order of the help."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="urdf2mbs",
         description="Convert URDF and xacro robots to Robotran .mbs files.",
         formatter_class=_Help,
@@ -73,6 +73,17 @@ def parser() -> argparse.ArgumentParser:
     ):  # fmt: skip
         add(commands)
     return parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong with a word without the control characters in it."""
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        super()._print_message("".join(map(_letter, message)), file)
+
+
+def _letter(letter: str) -> str:
+    return letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1]
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
