@@ -60,13 +60,13 @@ BASES = ("auto", "floating", "fixed")
 
 def parser() -> argparse.ArgumentParser:
     """All commands with their options, in the order of the help."""
-    parser = _Parser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="urdf2mbs",
         description="Convert URDF and xacro robots to Robotran .mbs files.",
         formatter_class=_Help,
     )
     parser.add_argument("--version", action=_Version, help="show the version and exit")
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    commands: Commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for add in (
         _init, _run, _convert, _report, _verify, _diagram, _equations,
         _explain, _passes, _new_pass, _schema, _doctor, _completion,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import io
+import logging
 import random
 import re
 import shutil
@@ -216,7 +217,11 @@ def stirred(data: Any, chance: random.Random) -> Any:
 
 def changed(data: bytes, chance: random.Random, kind: str) -> bytes:
     """A change that keeps the file's grammar, mostly; else one of its bytes."""
-    if chance.random() < 0.75 and kind in ("urdf", "xacro", "srdf", "mbs", "robot", "model") and data.startswith(b"<"):
+    if (
+        chance.random() < 0.75
+        and kind in ("urdf", "xacro", "srdf", "mbs", "robot", "model")
+        and data.startswith(b"<")
+    ):
         root = etree.fromstring(data)
         shaken(root, chance)
         return etree.tostring(root)
@@ -375,8 +380,7 @@ class Fuzzer:
         command = commands[seed % len(commands)]
         self._put("fuzzed.robot", data)
         words = [
-            f"{self.folder}/{word}" if word.startswith(FILES) else word
-            for word in command.split()
+            f"{self.folder}/{word}" if word.startswith(FILES) else word for word in command.split()
         ]
         out, err = io.StringIO(), io.StringIO()
         with redirect_stdout(out), redirect_stderr(err):
@@ -387,7 +391,7 @@ class Fuzzer:
         told = re.findall(r"^(?:.*: )?error\[([a-z-]+)\]: ", said, re.MULTILINE)
         if code == 0:
             return
-        if not told and code != 3 or set(told) - set(CATALOGUE) or "internal" in told:
+        if (not told and code != 3) or set(told) - set(CATALOGUE) or "internal" in told:
             raise AssertionError(f"{command} gives {code}: {said}")
         if re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", said + out.getvalue()):
             raise AssertionError(f"{command} prints a control character")
@@ -427,8 +431,10 @@ ROBOT_COMMANDS = (
     "convert fuzzed.robot -o out/ --set layout.style=method --json",
 )  # fmt: skip
 MODEL_COMMANDS = (
-    "equations fuzzed.robot -o out/", "equations fuzzed.robot -o out/ --language c --fold",
-    "verify tiny.urdf fuzzed.robot", "diagram fuzzed.robot -o out.svg",
+    "equations fuzzed.robot -o out/",
+    "equations fuzzed.robot -o out/ --language c --fold",
+    "verify tiny.urdf fuzzed.robot",
+    "diagram fuzzed.robot -o out.svg",
     "verify tiny.urdf fuzzed.robot --engine pinocchio --json",
 )
 KINDS = ("urdf", "xacro", "config", "srdf", "mbs", "mesh", "wrl", "robot", "model")
@@ -462,6 +468,7 @@ def main() -> int:
     parser.add_argument("--kinds", nargs="+", default=KINDS)
     parser.add_argument("--one", nargs=2, metavar=("KIND", "SEED"))
     arguments = parser.parse_args()
+    logging.disable()  # what other packages log
     with tempfile.TemporaryDirectory() as folder:
         fuzzer = Fuzzer(Path(folder))
         if arguments.one:

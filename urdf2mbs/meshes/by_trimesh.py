@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ import trimesh
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.meshes import gltf, obj
 from urdf2mbs.meshes.model import UP_AXES, Material, Mesh, MeshError, add
+
+# What is wrong with a file is said by us; without a handler its log goes to standard error.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 
 def read(mesh: Mesh, data: bytes, ending: str) -> None:
