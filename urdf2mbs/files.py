@@ -112,6 +112,14 @@ def beginning(path: Path, count: int) -> bytes:
         return b""
 
 
+def size(path: Path) -> int:
+    """Bytes of a file; 0 where that is not known."""
+    try:
+        return path.stat().st_size
+    except (OSError, ValueError):
+        return 0
+
+
 def is_folder(path: Path) -> bool:
     """Whether there is such a folder; what is wrong with a name is said where it is used."""
     try:
