@@ -384,7 +384,7 @@ class Fuzzer:
         ]
         out, err = io.StringIO(), io.StringIO()
         with redirect_stdout(out), redirect_stderr(err):
-            code = command_line([*words, "--no-plugins"])
+            code = command_line(words)
         shutil.rmtree(self.folder / "out", ignore_errors=True)
         (self.folder / "new.yaml").unlink(missing_ok=True)
         said = err.getvalue()

@@ -11,7 +11,7 @@ import pytest
 from fuzz.fuzzer import KINDS, PATIENCE, Fuzzer, patience
 
 #: Inputs of each kind, and the codes of which some must be met: else the fuzzer does nothing.
-COUNT = 40
+COUNT = 60
 
 
 @pytest.mark.parametrize("kind", KINDS)
