@@ -351,6 +351,11 @@ SECTIONS = [
                 "a mesh file was not found; the message says where was looked", level="warning"
             ),
             "mesh-unreadable": Code("a mesh file cannot be read", level="warning"),
+            "mesh-too-large": Code(
+                "the mesh files of the robot are more than is read: those beyond are left out",
+                todo="`convert-meshes: {at_most: MIB}`",
+                level="warning",
+            ),
             "mesh-part": Code("a part of a mesh cannot be shown", level="warning"),
             "mesh-file-missing": Code(
                 "a file that meshes name (a texture, an `.mtl`) was not found", level="warning"
@@ -567,6 +572,7 @@ SECTIONS = [
                 "a plugin's pass leaves files that are not `Path: bytes`, or a report "
                 "that cannot be JSON"
             ),
+            "memory-full": Code("there is not enough memory", todo="the message says for what"),
             "internal": Code("an exception in urdf2mbs itself: please report it"),
         },
     ),

@@ -24,12 +24,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     import signal
     import threading
 
-    from urdf2mbs.commands.colours import colours
+    from urdf2mbs.commands.colours import shown
     from urdf2mbs.commands.streams import quiet
 
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, _stop)
-    with colours(arguments.color), quiet(getattr(arguments, "quiet", False)):
+    with shown(arguments.color), quiet(getattr(arguments, "quiet", False)):
         return _carry_out(arguments)
 
 
@@ -40,7 +40,7 @@ def _carry_out(arguments: argparse.Namespace) -> int:
 
     # a conversion makes many objects that stay, and hardly any in circles
     gc.set_threshold(100_000)
-    from urdf2mbs.diagnostics import ConfigError, ConversionError
+    from urdf2mbs.diagnostics import ConfigError, ConversionError, memory_full
 
     try:
         command = import_module(f"urdf2mbs.commands.{arguments.command.replace('-', '_')}")
@@ -69,6 +69,11 @@ def _carry_out(arguments: argparse.Namespace) -> int:
         return 0
     except KeyboardInterrupt:
         return 130
+    except MemoryError:
+        if arguments.debug:
+            raise
+        print(memory_full("this command"), file=sys.stderr)
+        return ConversionError.exit_code
     except Exception as error:
         if arguments.debug:
             raise

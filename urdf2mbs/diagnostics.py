@@ -5,6 +5,7 @@ Each has a stable code, says where (file and line, link or joint) and what to do
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
@@ -55,6 +56,14 @@ class ConfigError(ConversionError):
     exit_code = 2
 
 
+def memory_full(what: str) -> ConversionError:
+    """The error for a MemoryError."""
+    return ConversionError(
+        "memory-full", f"{what} takes more memory than there is",
+        hint="is a file, or a number in one, far too large? Else give the process more memory",
+    )  # fmt: skip
+
+
 class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
     """A warning (something of the robot is not in the .mbs as a user would expect) or a note
     (a decision that the program took).
@@ -95,7 +104,22 @@ def render(
     """``file:line: error[code]: message`` and, on a line of its own, what to do."""
     where = f"{file}:{line}: " if file and line else f"{file}: " if file else ""
     text = f"{where}{level}[{code}]: {message}"
-    return f"{text}\n  {hint}" if hint else text
+    return _one(f"{text}\n  {hint}" if hint else text)
+
+
+#: Letters that a terminal acts on: controls, and those that turn the direction of writing.
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+#: A line of a message that is not indented is a name's.
+_OTHER_LINE = re.compile(r"\n(?!  )")
+
+
+def printable(text: str) -> str:
+    r"""A text in which nothing acts on a terminal: such letters are written as ``\x1b``."""
+    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def _one(text: str) -> str:
+    return _OTHER_LINE.sub(r"\\n", printable(text))
 
 
 def quoted(text: str) -> str:

@@ -60,19 +60,30 @@ BASES = ("auto", "floating", "fixed")
 
 def parser() -> argparse.ArgumentParser:
     """All commands with their options, in the order of the help."""
-    parser = argparse.ArgumentParser(
+    parser: argparse.ArgumentParser = _Parser(
         prog="urdf2mbs",
         description="Convert URDF and xacro robots to Robotran .mbs files.",
         formatter_class=_Help,
     )
     parser.add_argument("--version", action=_Version, help="show the version and exit")
-    commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    commands: Commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for add in (
         _init, _run, _convert, _report, _verify, _diagram, _equations,
         _explain, _passes, _new_pass, _schema, _doctor, _completion,
     ):  # fmt: skip
         add(commands)
     return parser
+
+
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong with a word without the control characters in it."""
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        super()._print_message("".join(map(_letter, message)), file)
+
+
+def _letter(letter: str) -> str:
+    return letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1]
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):

@@ -12,7 +12,7 @@ from stat import S_IMODE
 
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import read
+from urdf2mbs.files import open_stream, read
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
@@ -114,7 +114,7 @@ def write_files(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
                 kept[path] = _backup(path)
                 part.replace(path)
             for path, data in streams:
-                with path.open("wb") as stream:
+                with open_stream(path) as stream:
                     stream.write(data)
             for folder in {place.parent for place in parts}:
                 _sync_folder(folder)

@@ -8,16 +8,19 @@ of ours that is not ``internal``.
 from __future__ import annotations
 
 import argparse
+import io
+import logging
 import random
 import re
+import shutil
 import signal
 import sys
 import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -26,6 +29,8 @@ import yaml
 from lxml import etree
 
 from urdf2mbs.api import convert
+from urdf2mbs.catalogue import CATALOGUE
+from urdf2mbs.cli import main as command_line
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.engine.config import load
@@ -34,7 +39,7 @@ from urdf2mbs.equations import equations
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.meshes import reader as meshes
-from urdf2mbs.meshes import vrml
+from urdf2mbs.meshes import vrml, vrml_reader
 from urdf2mbs.meshes.model import MeshError
 from urdf2mbs.testing import TINY
 
@@ -53,6 +58,53 @@ XACRO = """<?xml version="1.0"?>
   <xacro:leg side="left" mass="${m}"><origin xyz="0 $(arg n) 0"/></xacro:leg>
   <xacro:if value="${m > 1}"><xacro:leg side="right"><origin xyz="0 -1 0"/></xacro:leg></xacro:if>
 </robot>
+"""
+#: Includes the fuzzed file, or takes its numbers from it.
+OUTER = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="fuzzed.inc"/></robot>
+"""
+BY_YAML = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:property name="a" value="${xacro.load_yaml('fuzzed.inc')}"/>
+  <link name="${a['name']}"><inertial><mass value="${a['arm']['mass']}"/>
+  <origin xyz="${' '.join(str(x) for x in a['arm']['at'])}"/>
+  <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link></robot>
+"""
+NUMBERS = "name: trunk\narm: {mass: 2.5, at: [0, 0, !degrees 1]}\n"
+#: A robot with a mesh, each kind of shape and each kind of joint.
+SHAPES = "".join(
+    f'<visual><origin xyz="0 0 1" rpy="0 1 0"/><geometry>{shape}</geometry>'
+    '<material name="m"><color rgba="1 0 0 1"/></material></visual>'
+    f"<collision><geometry>{shape}</geometry></collision>"
+    for shape in (
+        '<box size="1 2 3"/>', '<cylinder radius="1" length="2"/>', '<sphere radius="1"/>',
+        '<mesh filename="good.stl" scale="1 -1 2"/>', '<mesh filename="package://p/a.dae"/>',
+    )
+)  # fmt: skip
+MANY = (
+    f'<robot name="many"><link name="a">{SHAPES}</link>'
+    + "".join(
+        f'<joint name="j{n}" type="{kind}"><origin xyz="0 0 1" rpy="0 1.5707963 0"/>'
+        f'<parent link="{parent}"/><child link="l{n}"/><axis xyz="0 0.6 0.8"/>'
+        f'<limit lower="-1" upper="1" effort="5" velocity="2"/></joint><link name="l{n}">'
+        '<inertial><origin xyz="0 0 1" rpy="0 1 0"/><mass value="1"/><inertia ixx="1" ixy="0.1"'
+        ' ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
+        for n, (kind, parent) in enumerate(
+            [("revolute", "a"), ("prismatic", "l0"), ("continuous", "l1"), ("planar", "a"),
+             ("floating", "l3"), ("fixed", "l2"), ("revolute", "l5")]
+        )
+    )
+    + "</robot>"
+)  # fmt: skip
+#: Adds to the config below what else an .mbs can hold.
+CLOSED = """source: tiny.urdf
+output: {project: closed}
+passes:
+  contacts: {links: [hand], points: {hand: [[0, 0, 1]]}}
+  forces:
+    wrenches: {push: {link: hand, at: [0, 0, 1], force: [1, 0, 0]}}
+    springs: {s: {ends: [{link: hand}, {link: body, at: [0, 0, 1]}], stiffness: 10}}
+  loops: {cuts: {c: {ends: [{link: hand}, {link: body}], kind: rod, length: 1}}}
+  sensors: {links: [hand]}
 """
 CONFIG = """# a robot
 source: tiny.urdf
@@ -165,7 +217,11 @@ def stirred(data: Any, chance: random.Random) -> Any:
 
 def changed(data: bytes, chance: random.Random, kind: str) -> bytes:
     """A change that keeps the file's grammar, mostly; else one of its bytes."""
-    if chance.random() < 0.75 and kind in ("urdf", "xacro", "srdf", "mbs"):
+    if (
+        chance.random() < 0.75
+        and kind in ("urdf", "xacro", "srdf", "mbs", "robot", "model")
+        and data.startswith(b"<")
+    ):
         root = etree.fromstring(data)
         shaken(root, chance)
         return etree.tostring(root)
@@ -226,14 +282,26 @@ class Fuzzer:
         mbs = convert(folder / "tiny.urdf").data
         self.good: dict[str, list[bytes]] = {
             "urdf": [TINY.encode(), rich.encode()],
-            "xacro": [XACRO.encode()],
+            "xacro": [XACRO.encode(), XACRO.encode(), NUMBERS.encode()],
             "config": [CONFIG.encode(), b"source: tiny.urdf\n"],
             "srdf": [SRDF.encode()],
-            "mbs": [mbs],
+            "mbs": [mbs, self._closed()],
             "mesh": [],
+            "wrl": [],
         }
         self.endings: list[str] = []
         self._meshes()
+        self.good["robot"] = [TINY.encode(), rich.encode(), MANY.encode(), XACRO.encode()]
+        self.good["model"] = self.good["mbs"]
+        (folder / "tiny.mbs").write_bytes(mbs)
+        (folder / "outer.xacro").write_text(OUTER)
+        (folder / "by_yaml.xacro").write_text(BY_YAML)
+
+    def _closed(self) -> bytes:
+        """An .mbs with a cut, a rod, forces, sensors and user models."""
+        config = self._put("closed.yaml", CLOSED.encode())
+        conversion = Pipeline(*load(config), installed_plugins=False).run()
+        return conversion.files[conversion.settings.output]
 
     def _meshes(self) -> None:
         import trimesh
@@ -249,6 +317,9 @@ class Fuzzer:
         for name, data in files.items():
             (self.folder / name).write_bytes(data)
         self._mesh(".gltf", files["model.gltf"])
+        self._put("good.stl", self.good["mesh"][0])
+        mesh = meshes.read(self._put("box.obj", OBJ.encode()))
+        self.good["wrl"] = [b"#VRML V2.0 utf8\n" + vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)]
 
     def _mesh(self, ending: str, data: bytes) -> None:
         self.endings.append(ending)
@@ -267,7 +338,9 @@ class Fuzzer:
         data, which = self.input(kind, seed)
         run: dict[str, Callable[[bytes, int], Any]] = {
             "urdf": self._urdf, "xacro": self._xacro, "config": self._config, "srdf": self._srdf,
-            "mbs": self._mbs, "mesh": self._mesh_read,
+            "mbs": self._mbs, "mesh": self._mesh_read, "wrl": self._wrl,
+            "robot": lambda data, which: self._commands(ROBOT_COMMANDS, data, seed),
+            "model": lambda data, which: self._commands(MODEL_COMMANDS, data, seed),
         }  # fmt: skip
         try:
             with warnings.catch_warnings():
@@ -296,7 +369,33 @@ class Fuzzer:
             convert(file)
 
     def _xacro(self, data: bytes, which: int) -> None:
-        convert(self._put("fuzzed.xacro", data))
+        self._put("fuzzed.inc" if which else "fuzzed.xacro", data)
+        convert(self.folder / ("fuzzed.xacro", "outer.xacro", "by_yaml.xacro")[which])
+
+    def _wrl(self, data: bytes, which: int) -> None:
+        vrml_reader.read(data)
+
+    def _commands(self, commands: Sequence[str], data: bytes, seed: int) -> None:
+        """One command on a fuzzed file; what it says must be a code of ours, and letters."""
+        command = commands[seed % len(commands)]
+        self._put("fuzzed.robot", data)
+        words = [
+            f"{self.folder}/{word}" if word.startswith(FILES) else word for word in command.split()
+        ]
+        out, err = io.StringIO(), io.StringIO()
+        with redirect_stdout(out), redirect_stderr(err):
+            code = command_line(words)
+        shutil.rmtree(self.folder / "out", ignore_errors=True)
+        (self.folder / "new.yaml").unlink(missing_ok=True)
+        said = err.getvalue()
+        told = re.findall(r"^(?:.*: )?error\[([a-z-]+)\]: ", said, re.MULTILINE)
+        if code == 0:
+            return
+        if (not told and code != 3) or set(told) - set(CATALOGUE) or "internal" in told:
+            raise AssertionError(f"{command} gives {code}: {said}")
+        if re.search(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]", said + out.getvalue()):
+            raise AssertionError(f"{command} prints a control character")
+        raise ConversionError(told[-1] if told else "not-the-same", said)
 
     def _config(self, data: bytes, which: int) -> None:
         Pipeline(*load(self._put("fuzzed.yaml", data)), installed_plugins=False).run()
@@ -323,7 +422,22 @@ class Fuzzer:
         vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)
 
 
-KINDS = ("urdf", "xacro", "config", "srdf", "mbs", "mesh")
+#: Words that begin so are files in the fuzzer's folder.
+FILES = ("fuzzed.", "tiny.", "out", "new.")
+ROBOT_COMMANDS = (
+    "convert fuzzed.robot -o out.mbs", "report fuzzed.robot -o out.html",
+    "init fuzzed.robot -o new.yaml", "verify fuzzed.robot tiny.mbs",
+    "convert fuzzed.robot -o out/ --pipeline compact -v",
+    "convert fuzzed.robot -o out/ --set layout.style=method --json",
+)  # fmt: skip
+MODEL_COMMANDS = (
+    "equations fuzzed.robot -o out/",
+    "equations fuzzed.robot -o out/ --language c --fold",
+    "verify tiny.urdf fuzzed.robot",
+    "diagram fuzzed.robot -o out.svg",
+    "verify tiny.urdf fuzzed.robot --engine pinocchio --json",
+)
+KINDS = ("urdf", "xacro", "config", "srdf", "mbs", "mesh", "wrl", "robot", "model")
 
 
 class TooLongError(Exception):
@@ -354,6 +468,7 @@ def main() -> int:
     parser.add_argument("--kinds", nargs="+", default=KINDS)
     parser.add_argument("--one", nargs=2, metavar=("KIND", "SEED"))
     arguments = parser.parse_args()
+    logging.disable()  # what other packages log
     with tempfile.TemporaryDirectory() as folder:
         fuzzer = Fuzzer(Path(folder))
         if arguments.one:
@@ -370,7 +485,7 @@ def main() -> int:
                 try:
                     with patience():
                         code = fuzzer.try_(kind, seed)
-                except Exception as error:
+                except (Exception, SystemExit) as error:
                     code = "CRASH"
                     root = error.__cause__ or error
                     where = traceback.extract_tb(root.__traceback__)[-1:]

@@ -1,4 +1,4 @@
-"""Colours on a terminal, and none elsewhere."""
+"""What a terminal is shown: colours, and no control character that is not ours."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
+from urdf2mbs.diagnostics import printable
+
 _RED, _YELLOW, _CYAN, _GREEN, _OFF = (f"\033[{n}m" for n in ("1;31", "1;33", "36", "32", "0"))
 _COLOURS = {"error": _RED, "warning": _YELLOW, "note": _CYAN}
 _LEVEL = re.compile(r"\b(error|warning|note)(?=\[[a-z0-9-]+\])")
@@ -16,25 +18,40 @@ _SAME = re.compile(r"(?<!NOT )\bthe same robot\b")
 _OTHER = re.compile(r"\bNOT (?:the same robot|THE SAME ROBOT)")
 
 
-class Coloured:
-    """A terminal that is written to with colours."""
+class Shown:
+    """A stream that is written to without control characters, and with colours if wanted.
 
-    def __init__(self, stream: TextIO) -> None:
+    A name in a robot, or a file's name, may hold a sequence that clears the screen.
+    """
+
+    def __init__(self, stream: TextIO, coloured: bool) -> None:
         self._stream = stream
+        self._coloured = coloured
 
     def write(self, text: str) -> int:
+        return self._stream.write(self._shown(text))
+
+    def rewrite(self, text: str) -> None:
+        """Show a text in the place of the terminal's last line."""
+        self._stream.write(f"\r\033[K{self._shown(text)}")
+        self._stream.flush()
+
+    def _shown(self, text: str) -> str:
+        text = printable(text)
+        if not self._coloured:
+            return text
         text = _LEVEL.sub(lambda found: f"{_COLOURS[found[1]]}{found[1]}{_OFF}", text)
         text = _OTHER.sub(lambda found: f"{_RED}{found[0]}{_OFF}", text)
-        text = _SAME.sub(lambda found: f"{_GREEN}{found[0]}{_OFF}", text)
-        return self._stream.write(text)
+        return _SAME.sub(lambda found: f"{_GREEN}{found[0]}{_OFF}", text)
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)
 
 
 @contextmanager
-def colours(when: str = "auto") -> Iterator[None]:
-    """Within it, standard output and error have colours: ``auto``, ``always`` or ``never``.
+def shown(colours: str = "auto") -> Iterator[None]:
+    """Within it, standard output and error show no foreign control character, and have colours:
+    ``auto``, ``always`` or ``never``.
 
     ``auto`` is where they are terminals; there ``NO_COLOR`` (https://no-color.org) and
     ``TERM=dumb`` switch colours off.
@@ -43,12 +60,12 @@ def colours(when: str = "auto") -> Iterator[None]:
     wanted = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     if os.name == "nt" and "WT_SESSION" not in os.environ:
         wanted = False  # the old console shows the codes
+    always = colours == "always"
     try:
-        if when != "never" and (wanted or when == "always"):
-            sys.stdout, sys.stderr = (
-                Coloured(stream) if when == "always" or stream.isatty() else stream
-                for stream in plain
-            )
+        sys.stdout, sys.stderr = (
+            Shown(stream, always or (wanted and colours == "auto" and stream.isatty()))
+            for stream in plain
+        )
         yield
     finally:
         sys.stdout, sys.stderr = plain

@@ -21,6 +21,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     output: Any = arguments.output
     if output == "":
         raise ConfigError("usage", "--output: the name of the file is empty")
+    if not arguments.robot:
+        raise ConfigError("usage", "the name of the robot is empty")
     if output == STREAM or (output is None and arguments.robot == STREAM):
         return _pass_on(arguments)
     if is_folder(Path(arguments.robot)):

@@ -10,6 +10,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TextIO
 
+from urdf2mbs.commands.colours import Shown
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.config import Config, Lines, Project
@@ -107,12 +108,14 @@ class _Progress:
         text = f"{self._done} of {self._count}, {rate:.3g} a second, {left:.0f} s left"
         if self._failed:
             text += f", {self._failed} failed"
-        print(f"\r\033[K{text}" if self._terminal else f"... {text}",
-              end="" if self._terminal else "\n", file=self._stream, flush=True)  # fmt: skip
+        if isinstance(self._stream, Shown) and self._terminal:
+            self._stream.rewrite(text)
+        else:
+            print(f"... {text}", file=self._stream, flush=True)
 
     def end(self) -> None:
-        if self._terminal:
-            print("\r\033[K", end="", file=self._stream, flush=True)
+        if isinstance(self._stream, Shown) and self._terminal:
+            self._stream.rewrite("")
 
 
 def _table(outcomes: list[Outcome], report: Path) -> str:

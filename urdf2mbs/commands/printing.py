@@ -126,4 +126,5 @@ def print_json(data: Any) -> None:
     """Print data as JSON."""
     import json
 
-    print(json.dumps(msgspec.to_builtins(data), indent=2))
+    # JSON leaves this one control character as it is
+    print(json.dumps(msgspec.to_builtins(data), indent=2).replace("\x7f", "\\u007f"))

@@ -60,6 +60,8 @@ def file_to_stdout(arguments: argparse.Namespace) -> Iterator[Callable[[bytes], 
 def read_model(model: Path) -> bytes:
     """The bytes of an .mbs file; raises ConfigError."""
     try:
-        return sys.stdin.buffer.read() if str(model) == STREAM else files.read(model)
+        if str(model) == STREAM:
+            return files.read_stream(sys.stdin.buffer, STREAM)
+        return files.read(model)
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None

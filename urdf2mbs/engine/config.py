@@ -221,6 +221,8 @@ def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
     }
     try:
         return msgspec.convert(data, kind, strict=True)
+    except UnicodeEncodeError as error:  # half a letter, of a command line or a file's name
+        raise lines.error("config-type", f"{error.object!r} is no text", at) from None
     except msgspec.ValidationError as error:
         what, path = _told(error, data, kind)
         where: Key = (*at, *path)

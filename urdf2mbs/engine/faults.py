@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment, Step
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.diagnostics import ConversionError, memory_full
 from urdf2mbs.engine.plugins import GROUP, Registered
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.urdf.model import Joint, Link, Robot
@@ -24,6 +24,9 @@ def pass_failed(
 ) -> ConversionError:
     """The error for an exception that came out of a pass; ``before`` are the passes that ran."""
     ours = found.plugin == GROUP
+    if isinstance(error, MemoryError):
+        robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
+        return memory_full(f"pass '{found.pass_.name}' on robot '{robot}'")
     strangers = [f"'{one.pass_.name}' ({one.plugin})" for one in before if one.plugin != GROUP]
     if not ours:
         hint = "--debug shows the traceback"

@@ -14,6 +14,7 @@ from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
+from urdf2mbs.files import is_file
 from urdf2mbs.levels import DEFAULTS
 from urdf2mbs.urdf.changes import between, snapshot
 
@@ -33,7 +34,7 @@ class Pipeline:
             folder / spelled(file, lines, ("plugins", n)) for n, file in enumerate(config.plugins)
         ]
         for index, file in enumerate(files):
-            if not file.is_file():
+            if not is_file(file):
                 raise lines.error(
                     "plugin-missing", f"plugin file '{file}' does not exist", ("plugins", index)
                 )

@@ -18,6 +18,7 @@ from urdf2mbs import passes
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.files import is_file
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -207,7 +208,7 @@ class Plugins:
         import importlib.util
         import zlib
 
-        if not file.is_file():
+        if not is_file(file):
             raise ConfigError("plugin-missing", f"plugin file '{file}' does not exist")
         # files of one name in two folders must not take each other's place
         name = f"urdf2mbs_plugin_{file.stem}_{zlib.crc32(str(file).encode()):08x}"

@@ -15,6 +15,9 @@ LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 #: The keys, and positions in lists, that lead to a value.
 Key = tuple[str | int, ...]
 
+#: Lists and blocks in one another, and values where every alias is written out: so many at most.
+DEEPEST, LONGEST = 100, 100_000
+
 #: What PyYAML says, what we say of it, and what to do.
 _YAML: list[tuple[str, str, str | None]] = [
     ("'\\\\t'|tab character", "there is a tab character", "indent by blanks"),
@@ -34,15 +37,53 @@ _YAML: list[tuple[str, str, str | None]] = [
 def word(text: str) -> Any:
     """A value given on the command line: YAML where it is YAML, else the text itself."""
     try:
+        _check_size(text)
         return yaml.load(text, LOADER)
-    except yaml.YAMLError:
+    except (yaml.YAMLError, ValueError, RecursionError):
         return text
+
+
+def _check_size(text: str) -> None:
+    """Raise YAMLError for lists too deep in one another, which would crash PyYAML's C code, and
+    for aliases that stand for themselves or for too many values."""
+    if len(text) < 20 * DEEPEST and "*" not in text:
+        return
+    sizes: dict[str | None, int | None] = {}
+    """Values below each anchor; None: it is still open."""
+    above: list[tuple[str | None, int]] = []
+    size = 0
+    for event in yaml.parse(text, LOADER):
+        problem = None
+        if isinstance(event, yaml.CollectionStartEvent):
+            above.append((event.anchor, size))
+            sizes[event.anchor] = None
+            size += 1
+            if len(above) > DEEPEST:
+                problem = f"more than {DEEPEST} lists or blocks are in one another"
+        elif isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = above.pop()
+            sizes[anchor] = size - before
+        elif isinstance(event, yaml.ScalarEvent):
+            sizes[event.anchor] = 1
+            size += 1
+        elif isinstance(event, yaml.AliasEvent):
+            more = sizes.get(event.anchor, 0)
+            size += more or 0
+            if more is None:
+                problem = f"'*{event.anchor}' stands for what it is in"
+        if size > LONGEST:
+            problem = f"it has more than {LONGEST} values"
+        if problem is not None:
+            mark: Any = event.start_mark
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
 
 
 def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
     """The data, and the line of each value; raises ConfigError."""
-    loader = LOADER(text)
+    loader = None
     try:
+        _check_size(text)
+        loader = LOADER(text)
         node = loader.get_single_node()
         if node is None:
             return None, {}
@@ -63,7 +104,8 @@ def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
             "config-yaml", f"this is not YAML: {error}", file=str(file) if file else None
         ) from None
     finally:
-        loader.dispose()
+        if loader is not None:
+            loader.dispose()
 
 
 def _marked(root: yaml.Node, file: Path | None) -> dict[Key, int]:

@@ -19,6 +19,7 @@ from urdf2mbs.equations.loops import Loops, Refused, loops
 from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
+from urdf2mbs.files import beginning, is_file
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
@@ -48,7 +49,7 @@ def not_ours(folder: Path, made: Equations) -> None:
     """Raise ConfigError if a file to be written is there, and another program's."""
     for name in made.files:
         path = folder / name
-        if path.is_file() and MARK.encode() not in path.read_bytes()[:100]:
+        if is_file(path) and MARK.encode() not in beginning(path, 100):
             raise ConfigError(
                 "equations-not-ours",
                 f"'{path}' was not written by urdf2mbs",

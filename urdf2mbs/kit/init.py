@@ -13,6 +13,7 @@ import msgspec
 import yaml
 from lxml import etree
 
+from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.config import Config, Lines, parse, typed
@@ -130,13 +131,13 @@ def find(conversion: Conversion, table: Mapping[str, str]) -> Findings:
     )  # fmt: skip
 
 
-def _arguments(files: list[str]) -> list[Argument]:
+def _arguments(names: list[str]) -> list[Argument]:
     """The arguments that xacro files declare; the comment before or beside one describes it."""
     found: dict[str, Argument] = {}
-    for file in files:
+    for file in names:
         parser = etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
         try:
-            root = etree.fromstring(Path(file).read_bytes(), parser)
+            root = etree.fromstring(files.read(Path(file)), parser)
         except (OSError, etree.XMLSyntaxError):
             continue
         for element in () if root is None else root.iter("{*}arg"):

@@ -14,6 +14,7 @@ import msgspec
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, render
 from urdf2mbs.engine.config import Config, Lines, Project, load, typed
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.files import read as read_file
 from urdf2mbs.many.sweep import members
 from urdf2mbs.output import write
 from urdf2mbs.summary import Report, report
@@ -209,7 +210,7 @@ def died(job: Job) -> Outcome:
 def digest(file: Path) -> str:
     """The sha256 of a file; empty where it cannot be read."""
     try:
-        return sha256(file.read_bytes()).hexdigest()
+        return sha256(read_file(file)).hexdigest()
     except OSError:
         return ""
 

@@ -7,6 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.files import read
 from urdf2mbs.urdf.reader import stem
 
 #: The root of a robot.  That of a file with nothing but macros has no name.
@@ -43,6 +44,6 @@ def _is_xacro_robot(file: Path) -> bool:
     if file.suffix.lower() != ".xacro":
         return False
     try:
-        return _ROBOT.search(file.read_bytes()) is not None
+        return _ROBOT.search(read(file)) is not None
     except OSError:
         return True  # which is then said of it

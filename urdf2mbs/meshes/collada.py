@@ -22,7 +22,7 @@ from collada.triangleset import TriangleSet
 from lxml import etree
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.meshes.model import UP_AXES, Mesh, MeshError, add
+from urdf2mbs.meshes.model import MOST_PARTS, UP_AXES, Mesh, MeshError, TooLargeError, add
 from urdf2mbs.meshes.model import Material as Look
 
 #: Elements that never hold a shape.
@@ -71,7 +71,7 @@ def read(mesh: Mesh, data: bytes, up_axis: bool) -> None:
                     colors=_colors(mesh, primitive),
                     uv=_uv(primitive, str(sets.get(channel, ""))) if look.texture else None,
                 )  # fmt: skip
-            except (ConfigError, MemoryError):
+            except (ConfigError, MemoryError, TooLargeError):
                 raise
             except Exception as error:  # the other parts may be good
                 mesh.problems.append(
@@ -148,6 +148,7 @@ def load(data: bytes) -> tuple[Collada, bool, list[str]]:
     for tag in NO_SHAPES:
         for element in list(root.iter(f"{{*}}{tag}")):
             _remove(element)
+    _check_copies(root)
     problems: list[str] = []
     try:
         document = _collada(root)
@@ -159,6 +160,36 @@ def load(data: bytes) -> tuple[Collada, bool, list[str]]:
         document = _collada(root)
         problems += [str(error) for error in document.errors]
     return document, skinned, list(dict.fromkeys(problems))
+
+
+def _check_copies(root: Any) -> None:
+    """Raise MeshError for nodes that contain themselves, or copies of copies without number."""
+    if next(root.iter("{*}instance_node"), None) is None:
+        return
+    nodes = list(root.iter("{*}node"))
+    named = {f"#{node.get('id')}": node for node in nodes}
+    copies: dict[Any, int] = {}
+    begun = set()
+    todo = list(nodes)
+    while todo:
+        node = todo[-1]
+        inner = [*node.iterchildren("{*}node")]
+        inner += [
+            named[one.get("url")]
+            for one in node.iterchildren("{*}instance_node")
+            if one.get("url") in named
+        ]
+        missing = [one for one in inner if one not in copies]
+        if node not in begun:
+            begun.add(node)
+            todo += missing
+        elif missing:
+            raise MeshError(f"its node '{node.get('id')}' contains itself")
+        else:
+            copies[node] = 1 + sum(copies[one] for one in inner)
+            todo.pop()
+            if copies[node] > MOST_PARTS:
+                raise MeshError(f"it has more than {MOST_PARTS} nodes, each copy counted")
 
 
 def _collada(root: Any) -> Collada:

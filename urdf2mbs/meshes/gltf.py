@@ -6,19 +6,32 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from urdf2mbs.meshes.model import MeshError
+from urdf2mbs.meshes.model import MOST_PARTS, MOST_TRIANGLES, MeshError, TooLargeError
 
 #: glTF extensions that trimesh does not need in order to give the right triangles.
 EXTENSIONS = {"KHR_materials_unlit", "KHR_texture_transform"}
 
 
 def check(data: bytes, ending: str) -> None:
-    """Refuse a file whose points trimesh would read as zeros."""
+    """Refuse a file whose points trimesh would read as zeros, or that asks for far too many."""
     if ending == ".glb" and data[:4] != b"glTF":
         raise MeshError("it does not start with 'glTF'")
-    required = set(json.loads(_text(data)).get("extensionsRequired", ())) - EXTENSIONS
+    document = json.loads(_text(data))
+    required = set(document.get("extensionsRequired", ())) - EXTENSIONS
     if required:
         raise MeshError(f"it needs the glTF extension {', '.join(sorted(required))}")
+    accessors = document.get("accessors", [])
+    counts = [int(one["count"]) for one in accessors]
+    empty = sum(counts[n] for n, one in enumerate(accessors) if "bufferView" not in one)
+    named = [
+        counts[number]
+        for mesh in document.get("meshes", [])
+        for shape in mesh.get("primitives", [])
+        for number in (*shape.get("attributes", {}).values(), shape.get("indices"))
+        if isinstance(number, int) and number < len(counts)
+    ]
+    if empty > MOST_PARTS or sum(named) > 5 * MOST_TRIANGLES or len(named) > 5 * MOST_PARTS:
+        raise TooLargeError("it asks for far more points than a mesh has")
 
 
 def load_plain(load: Callable[[bytes], Any], data: bytes) -> list[Any]:

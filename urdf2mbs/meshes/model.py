@@ -23,6 +23,13 @@ if TYPE_CHECKING:
 #: Red, green, blue, each 0 to 1.
 RGB = tuple[float, float, float]
 
+#: So many parts and triangles of a mesh are read at most, each copy of a part counted: a file of
+#: a few bytes can ask for any number.
+MOST_PARTS, MOST_TRIANGLES = 100_000, 20_000_000
+
+#: An image of a few bytes can say that it has any number of pixels.
+MOST_PIXELS = 2**26
+
 #: The image formats that VRML97's ImageTexture shows in every viewer.
 IMAGES = {"PNG": ".png", "JPEG": ".jpg", "GIF": ".gif"}
 
@@ -37,6 +44,10 @@ UP_AXES = {
 
 class MeshError(Exception):
     """A mesh file that cannot be used, and why, in plain words."""
+
+
+class TooLargeError(MeshError):
+    """A mesh that would take more memory than any robot needs."""
 
 
 class Material(msgspec.Struct, frozen=True):
@@ -74,6 +85,8 @@ class Mesh:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.parts: list[Part] = []
+        self.triangles = 0
+        """Of all parts."""
         self.textures: dict[str, bytes] = {}
         """Images to lie beside the .wrl, by file name."""
         self.sources: dict[str, bytes | None] = {}
@@ -83,10 +96,15 @@ class Mesh:
         self.turned_up: str | None = None
         """COLLADA's ``<up_axis>``, where it made the mesh be turned."""
 
+    @property
+    def size(self) -> int:
+        """Bytes of all files that were read."""
+        return sum(len(data) for data in self.sources.values() if data)
+
     def fetch(self, name: str) -> bytes | None:
         """A file that the mesh file names (relative to itself, as a path or a URI)."""
         if name not in self.sources:
-            self.sources[name] = read_beside(self.path, name)
+            self.sources[name] = read_beside(self.path, name, files.MOST - self.size)
         return self.sources[name]
 
     def texture(self, data: bytes, name: str) -> str | None:
@@ -97,6 +115,8 @@ class Mesh:
             raise missing_extra(error) from None
         try:
             with Image.open(io.BytesIO(data)) as image:
+                if image.width * image.height > MOST_PIXELS:
+                    raise ValueError(f"more than {MOST_PIXELS:,} pixels")
                 image.load()
                 if image.format not in IMAGES:
                     return self.picture(image, name)
@@ -123,14 +143,14 @@ class Mesh:
         return file
 
 
-def read_beside(path: Path, name: str) -> bytes | None:
-    """The content of a file that a mesh file names; None where there is none."""
+def read_beside(path: Path, name: str, most: int | None = None) -> bytes | None:
+    """The content of a file that a mesh file names; None where there is none so small."""
     plain = name.replace("\\", "/")
     uri = urlsplit(plain)
     options = [plain, unquote(uri.path) if uri.scheme == "file" else unquote(plain)]
     for option in options:
         try:
-            return files.read(path.parent / option)
+            return files.read(path.parent / option, most)
         except (OSError, ValueError):
             continue
     return None
@@ -151,6 +171,11 @@ def add(mesh: Mesh, matrix: NDArray[np.float64], points: Any, triangles: Any, **
 
     points = np.asarray(points, float).reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
     part = Part(points, np.asarray(triangles, int).reshape(-1, 3), **rest)
+    if len(mesh.parts) >= MOST_PARTS:
+        raise TooLargeError(f"it has more than {MOST_PARTS:,} parts, each copy counted")
+    mesh.triangles += len(part.triangles)
+    if mesh.triangles > MOST_TRIANGLES:
+        raise TooLargeError(f"it has more than {MOST_TRIANGLES:,} triangles, each copy counted")
     mesh.parts.append(turned(part) if np.linalg.det(matrix[:3, :3]) < 0 else part)
 
 

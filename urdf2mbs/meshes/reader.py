@@ -6,6 +6,7 @@ transform applied; where that transform mirrors, the faces are turned back.
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 import msgspec
@@ -34,10 +35,14 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
         raise MeshError(error.strerror or str(error)) from None
     mesh.sources[path.name] = data
     try:
-        if ending == ".dae":
-            _read_collada(mesh, data, up_axis)
-        else:
-            _read_others(mesh, data, ending)
+        with warnings.catch_warnings():  # numpy's, of numbers that are not finite
+            warnings.simplefilter("ignore")
+            if ending == ".dae":
+                _read_collada(mesh, data, up_axis)
+            else:
+                _read_others(mesh, data, ending)
+    except MemoryError:
+        raise MeshError("it takes more memory than there is") from None
     except (MeshError, ConfigError):
         raise
     except Exception as error:  # a broken file can make the readers raise anything

@@ -14,10 +14,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
 
+from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted, some
 from urdf2mbs.engine.hookspecs import Pass
@@ -39,6 +41,9 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     up_axis: Literal["apply", "ignore"] = "ignore"
     """COLLADA's ``<up_axis>``: leave the mesh as it lies, as RViz and Gazebo do, for which robots
     are made; or turn it so that z is up."""
+
+    at_most: Annotated[int, Meta(gt=0)] = 256
+    """MiB of all mesh files of the robot that are read: the meshes beyond are left out."""
 
 
 class Look(msgspec.Struct, frozen=True):
@@ -69,6 +74,7 @@ class Lost(msgspec.Struct):
     missing: dict[str, list[str]] = {}
     not_ours: dict[str, str] = {}
     unreadable: dict[str, str] = {}
+    too_large: dict[str, str] = {}
 
 
 def run(conversion: Conversion, options: Options) -> None:
@@ -93,6 +99,7 @@ def run(conversion: Conversion, options: Options) -> None:
     names = _name_files(conversion.meshes, uses)
     told: dict[str, Made] = {}
     lost = Lost()
+    left = options.at_most * 2**20
     counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
     for number, (filename, looks) in enumerate(uses.items(), start=1):
         conversion.progress(f"{filename} ({number} of {len(uses)})")
@@ -115,8 +122,13 @@ def run(conversion: Conversion, options: Options) -> None:
                 told[filename] = made
             else:
                 if mesh is None:
+                    if files.size(path) > left:
+                        counts["unusable"] += 1
+                        lost.too_large[filename] = f"{files.size(path) / 2**20:.3g} MiB"
+                        break
                     try:
                         mesh = read(path, up_axis=options.up_axis == "apply")
+                        left -= mesh.size
                     except MeshError as error:
                         counts["unusable"] += 1
                         lost.unreadable[filename] = f"{path}: {error}"
@@ -132,7 +144,7 @@ def run(conversion: Conversion, options: Options) -> None:
                 shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.name}"
                 x, y, z = shape.scale
                 shape.scale = (abs(x), abs(y), abs(z))
-    _tell_lost(conversion, lost, links)
+    _tell_lost(conversion, lost, links, options)
     _tell(conversion, told, links)
     conversion.report["convert-meshes"] = {
         "folder": str(folder), **counts,
@@ -195,7 +207,9 @@ def _shown_by(links: list[str]) -> str:
     return f"link {links[0]}" + (f" and {len(links) - 1} more" if len(links) > 1 else "")
 
 
-def _tell_lost(conversion: Conversion, lost: Lost, links: dict[str, list[str]]) -> None:
+def _tell_lost(
+    conversion: Conversion, lost: Lost, links: dict[str, list[str]], options: Options
+) -> None:
     """One warning for each reason, which names all meshes that it concerns."""
 
     def warn(code: str, names: Iterable[str], what: str, hint: str | None = None) -> None:
@@ -220,6 +234,13 @@ def _tell_lost(conversion: Conversion, lost: Lost, links: dict[str, list[str]]) 
             "not converted, as a file of the name is there that urdf2mbs did not write, or that "
             "was changed since",
             f"move away: {some(lost.not_ours.values())}",
+        )  # fmt: skip
+    if lost.too_large:
+        warn(
+            "mesh-too-large", lost.too_large,
+            f"not converted: the files of all meshes are more than {options.at_most} MiB",
+            f"'convert-meshes: {{at_most: {4 * options.at_most}}}' under 'passes' reads more, and "
+            "takes up to 16 times the largest file's size in memory",
         )  # fmt: skip
     if lost.unreadable:
         warn(

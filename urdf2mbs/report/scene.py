@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.files import read
+from urdf2mbs.files import read, size
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.meshes import reader as meshes
 from urdf2mbs.meshes import vrml_reader
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 IMAGES = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"GIF8": "image/gif"}
+
+#: So many bytes of a URDF's mesh files are read for a page at most.
+MOST = 256 * 2**20
 
 #: Gives a file by its url or name; None: it is not there.
 Fetch = Callable[[str], bytes | None]
@@ -46,6 +49,7 @@ class Store:
         self._index: list[tuple[int, int, int]] = []
         self._known: dict[tuple[str, str], int | None] = {}
         self._offset = 0
+        self._left = MOST
 
     def wrl(self, url: str, fetch: Fetch) -> int | None:
         """The number of the mesh that an .mbs's ``url`` shows, None where it cannot be drawn."""
@@ -80,8 +84,11 @@ class Store:
     def _read_source(self, path: Path | None) -> tuple[list[Part], Fetch]:
         if path is None:
             raise MeshError("the mesh file is not there")
+        if size(path) > self._left:
+            raise MeshError(f"the files of all meshes are more than {MOST >> 20} MiB")
         try:
             mesh = meshes.read(path, up_axis=False)
+            self._left -= mesh.size
         except ConversionError as error:
             raise MeshError(f"{error.message}; {error.hint}") from None
         return mesh.parts, mesh.textures.get

@@ -18,6 +18,7 @@ from tempfile import mkstemp
 
 import msgspec
 
+from urdf2mbs import files
 from urdf2mbs.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf import packages as finding
 from urdf2mbs.urdf import xacro, xml
@@ -100,7 +101,7 @@ def _version(module: str) -> tuple[str, int, int]:
 
 def _read(file: Path) -> Kept | None:
     try:
-        return msgspec.json.decode(file.read_bytes(), type=Kept)
+        return msgspec.json.decode(files.read(file), type=Kept)
     except (OSError, msgspec.MsgspecError):
         return None
 
@@ -119,7 +120,7 @@ def _holds(kept: Kept, packages: Packages) -> bool:
 
 def _digest(file: str) -> str | None:
     try:
-        return sha256(Path(file).read_bytes()).hexdigest()
+        return sha256(files.read(Path(file))).hexdigest()
     except OSError:
         return None
 

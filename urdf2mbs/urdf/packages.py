@@ -10,6 +10,7 @@ from stat import S_IWOTH
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
+from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ _NAME = re.compile(rb"<name[^>]*>\s*([^<]*?)\s*</name>")
 _COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 _SCHEME = re.compile(r"(package|model|file):/*", re.IGNORECASE)
 _LOCALHOST = re.compile(r"^//localhost(?=/)", re.IGNORECASE)
+#: The most that is read of a package.xml.
+_MOST = 2**20
 _DRIVE = re.compile(r"[A-Za-z](:|%3A)/", re.IGNORECASE)
 #: What the root of a git checkout, or of a workspace of colcon or catkin, has.
 _ROOTS = (".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall")
@@ -279,7 +282,7 @@ def _below(folder: Path, name: str) -> Iterator[Path]:
 
 def _package_name(folder: Path) -> str | None:
     try:
-        text = _COMMENT.sub(b"", (folder / "package.xml").read_bytes())
+        text = _COMMENT.sub(b"", files.read(folder / "package.xml", _MOST))
     except (OSError, ValueError):
         return None
     match = _NAME.search(text)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from urdf2mbs import files
+from urdf2mbs.diagnostics import ConversionError
+
 #: What messages call it, and the name of the file that it stands for, in the working folder.
 NAME = "<stdin>"
 
@@ -12,9 +15,19 @@ _read: list[bytes] = []
 
 
 def take() -> str:
-    """Read all of standard input; gives the source that stands for it."""
+    """Read all of standard input; gives the source that stands for it.
+
+    :raises ConversionError: ``file-unreadable``
+    """
     stream = getattr(sys.stdin, "buffer", None)
-    _read[:] = [stream.read() if stream is not None else sys.stdin.read().encode()]
+    try:
+        _read[:] = [
+            sys.stdin.read().encode() if stream is None else files.read_stream(stream, NAME)
+        ]
+    except OSError as error:
+        raise ConversionError(
+            "file-unreadable", f"cannot be read: {error.strerror}", file=NAME
+        ) from None
     return NAME
 
 

@@ -18,6 +18,7 @@ from xml.parsers.expat import ExpatError
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
+from urdf2mbs.files import read as read_file
 from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.packages import absolute
@@ -45,7 +46,7 @@ _ANY = "0"
 #: What ``$(find NAME)`` gives for a package that was not found.
 _NOWHERE = "package://"
 _NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
-#: So many files at most are searched for a macro's definition.
+#: So many files, in so many folders, at most are searched for a macro's definition.
 _SEARCHED = 500
 
 
@@ -312,7 +313,7 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
         except (ExpatError, UnicodeError):
             if inp is not None or filename is None:
                 raise
-            data, slips = xml.mend(Path(xacro.root_dir, filename).read_bytes())
+            data, slips = xml.mend(read_file(Path(xacro.root_dir, filename)))
             document = minidom.parseString(data)
             run.slips.update(((absolute(filename), slip), None) for slip in slips)
             return document
@@ -328,6 +329,10 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
             xacro.remove_previous_comments(node)
             xacro.replace_node(node, by=None)
             return True
+
+    def bounded(name: str) -> io.BytesIO:
+        """A file's bytes: what is included is read up to a bound, as all else is."""
+        return io.BytesIO(read_file(Path(name)))
 
     def matching(pattern: str) -> list[str]:
         run.patterns = True
@@ -345,6 +350,7 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
         "all_includes": [],
         "substitution_args_context": _Context(xacro, run.args),
         "parse": parse,
+        "open": bounded,
         "handle_macro_call": handle_macro_call,
         "verbosity": 1,
         "root_dir": os.curdir,
@@ -361,13 +367,18 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
         (substitution._eval_dict, {"find": find}),
         (xacro._global_symbols["xacro"], functions),
     ]
-    kept = [(owner, {key: dict.__getitem__(owner, key) for key in new}) for owner, new in borrowed]
+    kept = [
+        (owner, {key: dict.__getitem__(owner, key) for key in new if dict.__contains__(owner, key)})
+        for owner, new in borrowed
+    ]
     try:
         for owner, new in borrowed:
             dict.update(owner, new)
         yield
     finally:
-        for owner, old in kept:
+        for (owner, new), (_, old) in zip(borrowed, kept, strict=True):
+            for key in new:
+                dict.__delitem__(owner, key)
             dict.update(owner, old)
 
 
@@ -404,7 +415,7 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
         looked_for = [f"$(arg {undefined})", f"'{undefined}'"]
     elif syntax is not None:
         try:
-            xml.explain_text(Path(file).read_bytes(), file)
+            xml.explain_text(read_file(Path(file)), file)
             text, line = "not well-formed XML: it cannot be read here", syntax.lineno
         except ConversionError as explained:
             code, text, line = explained.code, explained.message, explained.line
@@ -415,6 +426,10 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
         if "unbound prefix" in str(syntax):
             text = "the prefix xacro: is not declared"
             hint = 'declare xmlns:xacro="http://www.ros.org/wiki/xacro" on the root element'
+    elif any(isinstance(one, MemoryError) for one in chain):
+        code, text = "memory-full", "xacro takes more memory than there is"
+        hint = "look for macros that call themselves, and for long texts or lists in expressions"
+        looked_for = []
     elif deep is not None:
         text = "macros, includes or properties that call themselves without an end"
         looked_for = []
@@ -453,11 +468,18 @@ def _defined_in(macro: str, packages: Packages) -> str | None:
     """A hint that names the .xacro file, around the source or in the packages, of a macro."""
     wanted = re.compile(rf"""<xacro:macro\s[^>]*\bname\s*=\s*["']{re.escape(macro)}["']""")
     folders = dict.fromkeys([packages.source.parent, *packages.table.values()])
-    files = (file for folder in folders for file in sorted(folder.rglob("*.xacro")))
+    files = (file for folder in folders for file in _below(folder))
     for file in islice(files, _SEARCHED):
-        if wanted.search(_text(str(file))):
+        if wanted.search(_text(file)):
             return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
     return None
+
+
+def _below(folder: Path) -> Iterator[str]:
+    """The .xacro files in a folder and, as far as it is not too large, below it."""
+    for above, folders, names in islice(os.walk(folder), _SEARCHED):
+        folders.sort()
+        yield from (str(Path(above, name)) for name in sorted(names) if name.endswith(".xacro"))
 
 
 def _sentence(error: BaseException) -> str:
@@ -494,7 +516,7 @@ def _undefined_arg(chain: list[BaseException], expression: str) -> str | None:
 
 def _text(file: str) -> str:
     try:
-        return Path(file).read_bytes().decode("utf-8", "replace")
+        return read_file(Path(file)).decode("utf-8", "replace")
     except (OSError, ValueError):
         return ""
 

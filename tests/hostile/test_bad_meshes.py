@@ -1,0 +1,323 @@
+"""Meshes that are cut off, empty, huge, or lie: a shape that can be drawn, or one clear warning."""
+
+from __future__ import annotations
+
+import base64
+import json
+import logging
+import socket
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from meshes.samples import dae_text
+
+from urdf2mbs.api import Result, convert
+from urdf2mbs.meshes import model, vrml
+from urdf2mbs.meshes.model import MeshError
+from urdf2mbs.meshes.reader import read
+
+NAN, INF = float("nan"), float("inf")
+TRIANGLE = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+
+
+def stl(said: int, *triangles: tuple[float, ...], more: bytes = b"") -> bytes:
+    packed = (struct.pack("<12fH", 0, 0, 1, *points, 0) for points in triangles)
+    return b"\0" * 80 + struct.pack("<I", said) + b"".join(packed) + more
+
+
+def ply(points: int, faces: int, body: str, kind: str = "ascii") -> bytes:
+    return (
+        f"ply\nformat {kind} 1.0\nelement vertex {points}\nproperty float x\nproperty float y\n"
+        f"property float z\nelement face {faces}\nproperty list uchar int vertex_indices\n"
+        f"end_header\n{body}"
+    ).encode()
+
+
+def obj(*lines: str) -> bytes:
+    return "\n".join(["v 0 0 0", "v 1 0 0", "v 0 1 0", *lines]).encode()
+
+
+def gltf(change: Callable[[Any], Any] = lambda _: None) -> bytes:
+    data = struct.pack("<9f", *TRIANGLE)
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    document: Any = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "buffers": [{"byteLength": 36, "uri": uri}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+    }  # fmt: skip
+    change(document)
+    return json.dumps(document).encode()
+
+
+def accessor(**changed: Any) -> bytes:
+    return gltf(lambda document: document["accessors"][0].update(changed))
+
+
+def dae(old: str = "", new: str = "") -> bytes:
+    text = dae_text()
+    assert old in text
+    return text.replace(old, new, 1).encode()
+
+
+def copies(depth: int, last: str = "", leaf: str = '<instance_geometry url="#g"/>') -> bytes:
+    """A COLLADA file whose node stands for 2 to the power of ``depth`` copies of its last one."""
+    nodes = "".join(
+        f'<node id="n{n}"><instance_node url="#n{n + 1}"/><instance_node url="#n{n + 1}"/></node>'
+        for n in reversed(range(depth))
+    )
+    nodes = f'<node id="n{depth}">{last}{leaf}</node>{nodes}'
+    text = dae_text(node='<instance_node url="#n0"/>')
+    scenes = "<library_visual_scenes>"
+    assert scenes in text
+    return text.replace(scenes, f"<library_nodes>{nodes}</library_nodes>{scenes}").encode()
+
+
+def shared(times: int, count: int) -> bytes:
+    """A glTF whose mesh has the same points so many times."""
+
+    def change(document: Any) -> None:
+        document["meshes"][0]["primitives"] *= times
+        document["accessors"][0]["count"] = count
+
+    return gltf(change)
+
+
+#: What cannot be drawn at all, and what is told of it.
+LOST = {
+    "empty.stl": (b"", ""),
+    "empty.obj": (b"", "no triangles"),
+    "empty.dae": (b"", ""),
+    "empty.ply": (b"", ""),
+    "empty.glb": (b"", "glTF"),
+    "empty.gltf": (b"", ""),
+    "no_triangles.stl": (stl(0), "no triangles"),
+    "half_a_header.stl": (b"\0" * 50, ""),
+    "all_the_world.stl": (stl(2**32 - 1, TRIANGLE), "says 4294967295 triangles, and it has 1"),
+    "one_too_many.stl": (stl(2, TRIANGLE), "says 2 triangles, and it has 1"),
+    "cut_off.stl": (stl(2, TRIANGLE, more=b"\0" * 20), "says 2 triangles, and it has 1"),
+    "solid_and_binary.stl": (b"solid" + stl(2, TRIANGLE)[5:], "says 2 triangles, and it has 1"),
+    "text_cut_off.stl": (b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0", ""),
+    "text_only.stl": (b"solid\n" + b"x" * 10_000, ""),
+    "nan.stl": (stl(1, (NAN, *TRIANGLE[1:])), "no finite"),
+    "inf.stl": (stl(1, (*TRIANGLE[:8], -INF)), "no finite"),
+    "too_many_points.ply": (ply(10**12, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), ""),
+    "too_many_in_binary.ply": (ply(10**9, 10**9, "\0" * 50, "binary_little_endian"), ""),
+    "fewer_than_none.ply": (ply(-3, 1, "0 0 0\n"), ""),
+    "a_face_beyond.ply": (ply(3, 1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n"), "not there"),
+    "nan.ply": (ply(3, 1, "nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), "no finite"),
+    "inf.ply": (ply(3, 1, "0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n"), "no finite"),
+    "a_face_beyond.obj": (obj("f 1 2 999999999"), "no triangles"),
+    "a_face_before.obj": (obj("f 1 2 -9"), "no triangles"),
+    "a_huge_index.obj": (obj("f 99999999999999999999 1 2"), "no triangles"),
+    "nan.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3", "no finite"),
+    "inf.obj": (b"v 0 0 0\nv 1 0 -inf\nv 0 1 0\nf 1 2 3", "no finite"),
+    "beyond_single.obj": (b"v 1e39 0 0\nv -1e308 0 0\nv 0 1 0\nf 1 2 3", "no finite"),
+    "too_many.gltf": (accessor(count=10**9), "far more points"),
+    "zeros.gltf": (accessor(count=10**9, bufferView=None), ""),
+    "fewer_than_none.gltf": (accessor(count=-3), ""),
+    "far_away.gltf": (accessor(byteOffset=10**12), ""),
+    "before.gltf": (accessor(byteOffset=-12), ""),
+    "deep.gltf": (b"[" * 100_000, ""),
+    "a_million_times.gltf": (shared(1000, 10**6), "far more points"),
+    "long_words.glb": (b"glTF" + struct.pack("<III", 2, 2**32 - 1, 2**32 - 1) + b"JSON{}", ""),
+    "cut_off.glb": (b"glTF", ""),
+    "a_face_beyond.dae": (dae("<p>0", "<p>99999999"), "no triangles"),
+    "no_index.dae": (dae("<p>", "<p>x"), ""),
+    "an_entity.dae": (dae("<COLLADA", '<!DOCTYPE a [<!ENTITY b "c">]><COLLADA>&b;<COLLADA'), ""),
+    "cut_off.dae": (dae()[:900], ""),
+    "copies.dae": (copies(40), "more than 100000 nodes"),
+    "copies_of_nothing.dae": (copies(40, leaf=""), "more than 100000 nodes"),
+    "of_itself.dae": (copies(3, '<instance_node url="#n0"/>'), "contains itself"),
+}  # fmt: skip
+#: What has one triangle still, or as many as it holds.
+KEPT = {
+    "fewer_said.stl": stl(1, TRIANGLE, TRIANGLE),
+    "more_behind.stl": stl(1, TRIANGLE, more=b"somebody's comment"),
+    "solid_and_good.stl": b"solid" + stl(1, TRIANGLE)[5:],
+    "one_bad.stl": stl(2, TRIANGLE, (NAN, *TRIANGLE[1:])),
+    "zero_is_no_index.obj": obj("f 1 2 3", "f 0 1 99"),
+    "fewer_faces.ply": ply(3, 10**10, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+    "count.dae": dae('count="', 'count="99999999999'),
+    "some_copies.dae": copies(3),
+    "of_itself.gltf": gltf(lambda d: d["nodes"][0].update(children=[0])),
+}
+
+
+@pytest.fixture(autouse=True)
+def no_network(monkeypatch: pytest.MonkeyPatch) -> None:
+    def opened(*_: Any, **__: Any) -> None:
+        raise AssertionError("a socket is opened")
+
+    monkeypatch.setattr(socket, "socket", opened)
+    monkeypatch.setattr(socket, "create_connection", opened)
+    monkeypatch.setattr(socket, "getaddrinfo", opened)
+
+
+@pytest.mark.parametrize("name", LOST)
+def test_what_cannot_be_drawn(name: str, tmp_path: Path, recwarn: Any) -> None:
+    data, told = LOST[name]
+    (tmp_path / name).write_bytes(data)
+    with pytest.raises(MeshError) as caught:
+        read(tmp_path / name)
+    assert str(caught.value)
+    assert told in str(caught.value)
+    assert "Module" not in str(caught.value)
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_what_can_be_drawn(name: str, tmp_path: Path, recwarn: Any) -> None:
+    (tmp_path / name).write_bytes(KEPT[name])
+    mesh = read(tmp_path / name)
+    assert sum(len(part.triangles) for part in mesh.parts) >= 1
+    assert vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)
+    assert not recwarn.list
+
+
+def robot(folder: Path, *filenames: str, **options: Any) -> Result:
+    folder.mkdir(exist_ok=True)
+    visuals = "".join(
+        f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in filenames
+    )
+    (folder / "r.urdf").write_text(
+        f'<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
+        f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial>{visuals}</link></robot>'
+    )
+    return convert(folder / "r.urdf", project=folder / "p", options={"convert-meshes": options})
+
+
+def codes(result: Result) -> set[str]:
+    return {one.code for one in result.diagnostics if one.level == "warning"}
+
+
+def test_a_robot_with_all_of_them(tmp_path: Path) -> None:
+    for name, data in {**KEPT, **{name: data for name, (data, _) in LOST.items()}}.items():
+        (tmp_path / name).write_bytes(data)
+    result = robot(tmp_path, *LOST, *KEPT)
+    said = [one for one in result.diagnostics if one.code == "mesh-unreadable"]
+    assert len(said) == 1
+    assert said[0].message.startswith(f"{len(LOST)} meshes cannot be used")
+    assert result.report.passes["convert-meshes"]["converted"] == len(KEPT)
+
+
+@pytest.mark.parametrize(
+    ("filename", "looked"),
+    [
+        ("http://127.0.0.1:9/a.stl", "'http://' names are not known"),
+        ("https://example.com/a.stl", "'https://' names are not known"),
+        ("ftp://127.0.0.1/a.stl", "'ftp://' names are not known"),
+        ("//127.0.0.1/share/a.stl", "//127.0.0.1/share/a.stl"),
+        ("file://127.0.0.1/a.stl", "127.0.0.1"),
+        ("data:model/stl;base64,AAAA", "data:"),
+        ("C:\\robots\\a.stl", "C:\\robots\\a.stl"),
+        ("C:/robots/a.stl", "C:/robots/a.stl"),
+        ("\\\\server\\share\\a.stl", "server"),
+        ("file:///C:/robots/a.stl", "C:/robots/a.stl"),
+        ("../../../nowhere/a.stl", "nowhere"),
+        ("/nowhere/a.stl", "/nowhere/a.stl"),
+        ("package://../a.stl", "'..'"),
+        ("package://p/../../a.stl", "'p'"),
+        ("", ""),
+        (".", ""),
+        ("x" * 5000, "xxx"),
+    ],
+)
+def test_a_mesh_that_is_nowhere(filename: str, looked: str, tmp_path: Path) -> None:
+    result = robot(tmp_path / "robot", filename)
+    assert codes(result) & {"mesh-missing", "no-mesh-name", "name-missing"} or not filename
+    told = [one for one in result.diagnostics if one.code == "mesh-missing"]
+    assert not told or looked in str(told[0])
+    result.write()
+    assert {file.name for file in tmp_path.iterdir()} == {"robot"}, "nothing outside"
+
+
+@pytest.mark.parametrize("where", ["..", "absolute", "file", "folder", "backslash"])
+def test_a_mesh_that_lies_outside_is_copied_inside(where: str, tmp_path: Path) -> None:
+    (tmp_path / "away").mkdir()
+    mesh = tmp_path / "away" / "a.stl"
+    mesh.write_bytes(stl(1, TRIANGLE))
+    filename = {
+        "..": "../away/a.stl", "absolute": str(mesh), "file": mesh.as_uri(),
+        "folder": "./x/../../away/a.stl", "backslash": "..\\away\\a.stl",
+    }[where]  # fmt: skip
+    result = robot(tmp_path / "robot", filename)
+    (tmp_path / "robot" / "x").mkdir()
+    result = robot(tmp_path / "robot", filename)
+    result.write()
+    assert {file.name for file in tmp_path.iterdir()} == {"robot", "away"}
+    assert {file.name for file in (tmp_path / "away").iterdir()} == {"a.stl"}
+    folder = tmp_path / "robot" / "p" / "animationR" / "vrml"
+    if where != "backslash" or "mesh-missing" not in codes(result):
+        assert [file.name for file in folder.glob("*.wrl")] == ["a.wrl"]
+    for shape in result.mbs.bodies[0].shapes if result.mbs.bodies else []:
+        assert "away" not in str(shape.url)
+
+
+@pytest.mark.parametrize("name", ["http://127.0.0.1:9/a.mtl", "../../../../etc/passwd", "//a/b"])
+def test_what_a_mesh_names_is_never_fetched(name: str, tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_bytes(f"mtllib {name}\nusemtl m\n".encode() + obj("f 1 2 3"))
+    image = f'<image id="i"><init_from>{name}</init_from></image>'
+    (tmp_path / "b.dae").write_text(dae_text(images=image))
+    document = json.loads(gltf())
+    document["buffers"][0]["uri"] = name
+    (tmp_path / "c.gltf").write_text(json.dumps(document))
+    result = robot(tmp_path, "a.obj", "b.dae", "c.gltf")
+    # a buffer may be any file of the machine, and its bytes are taken for points
+    assert result.report.passes["convert-meshes"]["converted"] == (3 if "passwd" in name else 2)
+    assert not [file for file in result.conversion.files if file.suffix not in (
+        ".mbs", ".wrl", ".py", "",
+    )]  # fmt: skip
+
+
+def test_all_meshes_together_have_a_bound(tmp_path: Path) -> None:
+    many = stl(6000, *[TRIANGLE] * 6000)  # 0.29 MiB
+    for n in range(5):
+        (tmp_path / f"{n}.stl").write_bytes(many)
+    names = [f"{n}.stl" for n in range(5)]
+    result = robot(tmp_path, *names, at_most=1)
+    said = [one for one in result.diagnostics if one.code == "mesh-too-large"]
+    assert len(said) == 1
+    assert "2 meshes not converted" in said[0].message
+    assert "more than 1 MiB" in said[0].message
+    assert "at_most: 4" in (said[0].hint or "")
+    result.write()
+    # what is there already is not read again, and so the rest has its turn
+    again = robot(tmp_path, *names, at_most=1)
+    assert again.report.passes["convert-meshes"]["kept"] == 3
+    assert "mesh-too-large" not in codes(again)
+    assert "mesh-too-large" not in codes(robot(tmp_path / "x", *[f"../{n}" for n in names]))
+
+
+def test_a_mesh_has_so_many_triangles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.dae").write_bytes(copies(6))
+    read(tmp_path / "a.dae")
+    for name, most in (("MOST_TRIANGLES", 100), ("MOST_PARTS", 20)):
+        with monkeypatch.context() as patch:
+            patch.setattr(model, name, most)
+            with pytest.raises(MeshError, match=f"more than {most} (triangles|parts)"):
+                read(tmp_path / "a.dae")
+
+
+def test_a_texture_of_too_many_pixels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from meshes.samples import image
+
+    mesh = model.Mesh(tmp_path / "a.obj")
+    assert mesh.texture(image("PNG"), "a.png")
+    monkeypatch.setattr(model, "MOST_PIXELS", 2)
+    assert mesh.texture(image("PNG"), "b.png") is None
+    assert "more than 2 pixels" in mesh.problems[0]
+
+
+def test_nothing_that_others_log_is_printed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.setattr(logging.getLogger(), "handlers", [])
+    (tmp_path / "a.stl").write_bytes(b"solid x\nfacet normal 0 0 \xff\nouter loop\nvertex 0")
+    with pytest.raises(MeshError):
+        read(tmp_path / "a.stl")
+    assert capsys.readouterr().err == ""

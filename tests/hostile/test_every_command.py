@@ -1,0 +1,196 @@
+"""Every command with every kind of bad file: a documented exit code, a code, no traceback."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs import files
+from urdf2mbs.api import convert, verify
+from urdf2mbs.catalogue import CATALOGUE
+from urdf2mbs.cli import main
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.engine.config import load
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY
+
+LAUGHS = b"a: &a [x]\n" + b"".join(
+    b"%c: &%c [%s]\n" % (c + 1, c + 1, b",".join([b"*%c" % c] * 10)) for c in range(97, 115)
+)
+#: Files that no command takes for a robot, a config, an .mbs, an SRDF or a plugin.
+CONTENTS = {
+    "empty": b"",
+    "blank": b" \n",
+    "binary": bytes(range(256)) * 9,
+    "words": b"robot\n",
+    "nul": b"\0" * 50,
+    "page": b"<html><body/></html>",
+    "list": b"- a\n",
+    "json": b'{"source": 1}',
+    "Latin-1": "é: è\n".encode("latin-1"),
+    "UTF-16": "source: tiny.urdf\n".encode("utf-16"),
+    "deep": b"source: tiny.urdf\npasses: " + b"[" * 100_000,
+    "deep_blocks": b"source: tiny.urdf\npasses: \n" + b"- " * 50_000,
+    "alias": b"a: &a [*a]\n",
+    "laughs": LAUGHS,
+    "more_laughs": b"source: tiny.urdf\npasses: {emit: {z: &z [x]}, check: {x: [*z]}}\nafter: {"
+    + LAUGHS.replace(b"\n", b", ") + b"}\n",
+    "elements": b"<robot>" + b"<a>" * 10_000,
+    "truncated": TINY.encode()[:300],
+    "exits": b"raise SystemExit(0)\n",
+    "no_syntax": b"def\n",
+}  # fmt: skip
+#: Names of what is no readable file.
+NAMES = (
+    "missing.x", "folder", "dangling", "loop", "tiny.urdf/x", "x" * 300, "x" * 5000,
+    "a\x1b[2Jb", "a\nerror[internal]: b", "a\0b", "a\udcff", "", "~nobody/x", "pipe",
+    "http://127.0.0.1:9/x.urdf", "robot_descriptions:nothing_of_the_kind",
+)  # fmt: skip
+BAD = [*CONTENTS, *NAMES, *(["/dev/null"] if Path("/dev/null").exists() else []), "-"]
+
+#: What is read: X stands for the bad file.
+READING = (
+    "run X", "run X tiny.yaml", "convert X -o out.mbs", "report X", "verify X tiny.mbs",
+    "verify tiny.urdf X", "diagram X", "equations X", "explain X", "explain X --cost", "init X",
+    "passes --plugin X", "schema --plugin X", "convert tiny.urdf --plugin X",
+    "convert tiny.urdf --set posture.srdf=X --set posture.state=home",
+)  # fmt: skip
+#: Where X is not a file to read; these may do well.
+ELSEWHERE = (
+    "convert tiny.urdf -o X", "report tiny.urdf -o X", "diagram tiny.mbs -o X",
+    "equations tiny.mbs -o X", "init tiny.urdf -o X", "new-pass swing -o X",
+    "convert tiny.urdf --dump X", "convert tiny.urdf --package p=X", "new-pass X",
+    "completion X", "convert tiny.urdf --stop-after X", "convert tiny.urdf --pipeline X",
+    "convert tiny.urdf --set X.X=X", "convert tiny.urdf --level X=X", "convert tiny.urdf --arg X",
+    "convert tiny.urdf --after X=X", "verify tiny.urdf tiny.mbs --tolerance X", "doctor X",
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of good files and bad ones."""
+    folder = tmp_path_factory.mktemp("every") / "good"
+    folder.mkdir()
+    (folder / "tiny.urdf").write_text(TINY)
+    (folder / "tiny.mbs").write_bytes(convert(folder / "tiny.urdf").data)
+    (folder / "tiny.yaml").write_text("source: tiny.urdf\n")
+    (folder / "folder").mkdir()
+    for name, data in CONTENTS.items():
+        (folder / name).write_bytes(data)
+    if sys.platform != "win32":
+        (folder / "dangling").symlink_to("nowhere")
+        (folder / "loop").symlink_to("loop")
+        os.mkfifo(folder / "pipe")
+    return folder
+
+
+@pytest.fixture
+def here(good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    monkeypatch.chdir(good)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"")))
+    monkeypatch.setattr(files, "PATIENCE", 0.001)
+    before = state(good)
+    yield good
+    assert state(good) == before, "what was there is still there"
+
+
+def state(folder: Path) -> set[str]:
+    return {file.relative_to(folder).as_posix() for file in folder.rglob("*")}
+
+
+def call(words: list[str], capsys: Any) -> tuple[int, str]:
+    """The exit code, and what standard error has."""
+    ended = None
+    try:
+        code = main(words)
+    except SystemExit as end:
+        ended = end.code
+    said = capsys.readouterr()
+    if ended is not None:  # argparse
+        assert ended == 2, words
+        assert "usage: urdf2mbs" in said.err
+        return 2, said.err
+    shown = said.out + said.err
+    assert "Traceback" not in shown, words
+    assert not re.search(r"[\x00-\x08\x0b-\x1f\x7f]", shown), words
+    told = re.findall(r"^(?:.*: )?error\[([a-z-]+)\]: ", said.err, re.MULTILINE)
+    assert set(told) <= set(CATALOGUE) - {"internal"}, (words, said.err)
+    assert bool(told) == (code != 0), (words, said.err)
+    return code, said.err
+
+
+@pytest.mark.parametrize("command", READING)
+def test_a_command_that_reads(command: str, here: Path, capsys: Any) -> None:
+    before = state(here)
+    for bad in BAD:
+        words = [word.replace("X", bad) for word in command.split(" ")]
+        code, said = call(words, capsys)
+        # explain reads a config, and of a robot only the name
+        assert code in (1, 2) or words[0] == "explain", (words, said)
+        assert state(here) == before, (words, "nothing is written")
+
+
+@pytest.mark.parametrize("command", ELSEWHERE)
+def test_a_command_that_does_something_else(command: str, here: Path, capsys: Any) -> None:
+    before = state(here)
+    for bad in ("missing", *NAMES, "/dev/null"):
+        words = [word.replace("X", bad) for word in command.split(" ")]
+        code, said = call(words, capsys)
+        assert code in (0, 1, 2), (words, said)
+        if code:
+            assert state(here) == before, (words, "nothing is written")
+        for name in sorted(state(here) - before, reverse=True):
+            path = here / name
+            path.rmdir() if path.is_dir() else path.unlink()
+
+
+@pytest.mark.parametrize("bad", BAD)
+def test_from_python(bad: str, here: Path) -> None:
+    """No exception but ours leaves the library."""
+    model, robot = here / "tiny.mbs", str(here / "tiny.urdf")
+    for act in (
+        lambda: convert(bad),
+        lambda: convert(robot, plugins=[bad]),
+        lambda: convert(robot, options={"posture": {"srdf": bad, "state": "home"}}),
+        lambda: convert(robot, packages={"p": bad}) and convert(bad),
+        lambda: verify(bad, model),
+        lambda: verify(robot, Path(bad)),
+        lambda: load(Path(bad)),
+        lambda: read(CONTENTS.get(bad, b""), bad),
+    ):
+        with pytest.raises(ConversionError) as caught:
+            act()
+        assert caught.value.code in CATALOGUE
+        assert caught.value.code != "internal"
+
+
+@pytest.mark.skipif(not hasattr(os, "seteuid"), reason="rights of POSIX")
+@pytest.mark.parametrize("command", READING)
+def test_a_file_that_may_not_be_read(
+    command: str, good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    plain = Path.open
+
+    def closed(self: Path, *args: Any, **more: Any) -> Any:
+        if self.name == "secret":
+            raise PermissionError(13, "Permission denied", str(self))
+        return plain(self, *args, **more)
+
+    monkeypatch.chdir(tmp_path)
+    for name in ("tiny.urdf", "tiny.mbs", "tiny.yaml"):
+        shutil.copy(good / name, tmp_path)
+    (tmp_path / "secret").write_text("x")
+    monkeypatch.setattr(Path, "open", closed)  # root may read all
+    if "--plugin" in command:
+        return  # Python reads it
+    code, said = call([word.replace("X", "secret") for word in command.split(" ")], capsys)
+    assert code in (1, 2)
+    assert "Permission denied" in said

@@ -1,0 +1,100 @@
+"""What a name holds is shown as letters: no terminal acts on it, and JSON has it whole."""
+
+from __future__ import annotations
+
+import json
+import re
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs.api import convert
+from urdf2mbs.cli import main
+from urdf2mbs.commands.colours import Shown, shown
+from urdf2mbs.diagnostics import ConversionError, printable
+from urdf2mbs.testing import TINY
+
+#: Clears the screen, and what else a terminal acts on; XML 1.0 refuses the first, and an .mbs,
+#: a config and a file's name do not.
+NASTY = "a\x1b[2J\x9b2J\x07\x7f\u202eb\rc"
+ACTS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e]")
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("NO_COLOR", "1")
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    # what XML permits: C1 controls, as references also a carriage return and a new line
+    name = "shoulder&#x9b;2J&#x85;&#x202e;&#13;&#10;error[fake]: all is lost"
+    odd = TINY.replace('"shoulder"', f'"{name}"')
+    (tmp_path / "odd.urdf").write_text(odd.replace('type="revolute"', 'type="hinge"', 1))
+    (tmp_path / "kept.urdf").write_text(odd)
+    (tmp_path / "odd.yaml").write_text(f"source: tiny.urdf\npipeline: {json.dumps(NASTY)}\n")
+    (tmp_path / "plugin.yaml").write_text(f"source: {json.dumps(NASTY)}\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["convert", "odd.urdf"], ["convert", "kept.urdf", "-v"], ["report", "kept.urdf", "-v"],
+        ["run", "odd.yaml"], ["explain", "odd.yaml"], ["run", "plugin.yaml"],
+        ["convert", NASTY], ["convert", "tiny.urdf", "-o", NASTY], ["verify", "tiny.urdf", NASTY],
+        ["init", "kept.urdf", "-o", "k.yaml"], ["convert", "tiny.urdf", "--set", f"{NASTY}.a=1"],
+        ["convert", "tiny.urdf", "--arg", f"{NASTY}:=1"], ["explain", "plugin.yaml"],
+        ["diagram", NASTY], ["equations", NASTY], ["new-pass", NASTY],
+        ["passes", "--plugin", NASTY],
+        ["convert", "tiny.urdf", NASTY], ["doctor", NASTY],
+    ],
+    ids=lambda words: " ".join(words)[:40].encode("unicode_escape").decode(),
+)  # fmt: skip
+@pytest.mark.parametrize("more", [[], ["--json"]], ids=["plain", "json"])
+def test_no_control_character_is_printed(
+    words: list[str], more: list[str], here: Path, capsys: Any
+) -> None:
+    with suppress(SystemExit):  # of argparse
+        main([*words, *more])
+    said = capsys.readouterr()
+    assert said.out + said.err
+    assert not ACTS.search(said.out + said.err)
+    assert not re.search("^error.fake", said.out + said.err, re.MULTILINE)
+    if more and said.out and words[0] not in ("init", "new-pass"):
+        json.loads(said.out)
+
+
+def test_json_gives_the_name_back(here: Path, capsys: Any) -> None:
+    assert main(["convert", "kept.urdf", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert any("\x9b2J\x85\u202e\r\nerror[fake]" in name for name in str_of(found))
+
+
+def str_of(data: Any) -> list[str]:
+    if isinstance(data, dict):
+        return [*data, *(text for value in data.values() for text in str_of(value))]
+    if isinstance(data, list):
+        return [text for value in data for text in str_of(value)]
+    return [data] if isinstance(data, str) else []
+
+
+def test_an_error_as_text_from_python(here: Path) -> None:
+    with pytest.raises(ConversionError) as caught:
+        convert(here / "odd.urdf")
+    assert not ACTS.search(str(caught.value))
+    assert r"\x9b2J\x85\u202e\r\nerror[fake]" in str(caught.value)
+
+
+def test_the_progress_line_is_ours(capsys: Any) -> None:
+    import sys
+
+    with shown():
+        assert isinstance(sys.stderr, Shown)
+        sys.stderr.rewrite(NASTY)
+    assert capsys.readouterr().err == "\r\x1b[K" + printable(NASTY)
+
+
+def test_what_is_no_control_character_stays() -> None:
+    text = "腕 é 🦾 \t a\n  b\\n"
+    assert printable(text) == text
