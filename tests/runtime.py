@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pinocchio as pin
+import pytest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from urdf2mbs.mbs.model import Mbs
 
     Array = NDArray[np.float64]
+
+pin = pytest.importorskip("pinocchio", reason="the extra 'verify' is not installed")
 
 VECTORS = ("q", "qd", "qdd", "Qq", "m", "g", "lrod", "Z", "Zd", "Fl")
 TABLES = ("l", "In", "dpt", "frc", "trq")

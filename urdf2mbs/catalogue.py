@@ -93,7 +93,7 @@ SECTIONS = [
             "axis-zero": Code("the axis of a moving joint is 0 0 0", todo="give a direction"),
             "two-parents": Code("a link is the child of two joints", todo="URDF is a tree"),
             "several-roots": Code(
-                "several links have no parent, and more than one holds or has something",
+                "several links have no parent, so it is not one robot",
                 todo="join them, or take some away",
             ),
             "loop": Code("links form a loop", todo="URDF is a tree"),
@@ -196,14 +196,15 @@ SECTIONS = [
             "color-range": Code("a colour is not within 0 and 1", level="warning"),
             "joint-type-spelling": Code("a joint's type has capitals or blanks", level="warning"),
             "mimic-left-out": Code(
-                "a joint mimics none that exists, or itself: it is free", level="warning"
+                "a joint mimics itself, or one that does not exist: it moves freely",
+                level="warning",
             ),
             "world-implied": Code(
                 "a joint's parent is `world`, which is not declared: it is implied, as in Drake",
                 level="warning",
             ),
             "link-unattached": Code(
-                "a link that no joint holds, and that holds and has nothing, is left out",
+                "a link without a joint and without any content is left out",
                 level="warning",
             ),
             "joint-limit-missing": Code(
@@ -211,7 +212,9 @@ SECTIONS = [
                 level="warning",
             ),
             "limit-order": Code("the lower limit is above the upper one", level="warning"),
-            "xml-namespace": Code("a prefix that is not declared is forgiven", level="warning"),
+            "xml-namespace": Code(
+                "a prefix is not declared: its elements are read all the same", level="warning"
+            ),
             "xml-mended": Code(
                 "a slip that leaves the meaning clear: `<?xml ...?>` that is late, bare, "
                 "doubled or of version 0.0; `--` or foreign letters within a comment",
@@ -283,7 +286,8 @@ SECTIONS = [
                 "joints start beyond their limits: give a start position", level="warning"
             ),
             "posture-state": Code(
-                "a group state names what is no joint with one position", level="warning"
+                "a group state gives a position to what is not a joint with one position",
+                level="warning",
             ),
             "stand": Code(
                 "how far the base was shifted so that the robot stands on the ground", level="note"
@@ -292,7 +296,7 @@ SECTIONS = [
                 "a mesh whose lowest points are wanted cannot be used", level="warning"
             ),
             "sensor-left-out": Code(
-                "a sensor is on what is no part of a moving body", level="warning"
+                "a sensor is on a link that is not part of a moving body", level="warning"
             ),
             "force-torque": Code(
                 "force-torque sensors of the URDF that are left out, and how to have them",
@@ -306,7 +310,8 @@ SECTIONS = [
                 level="warning",
             ),
             "loop-left-out": Code(
-                "a joint in `<gazebo>` closes a loop in a way that is no cut", level="warning"
+                "a joint in `<gazebo>` closes a loop in a way for which Robotran has no cut",
+                level="warning",
             ),
             "generator-limits": Code(
                 "more joints, cuts or sensors than most accounts of Robotran's generator "
@@ -391,7 +396,7 @@ SECTIONS = [
             "config-type": Code("a value is of the wrong type"),
             "config-key-missing": Code("a key must be given"),
             "config-key-doubled": Code("a key is there twice"),
-            "unknown-key": Code("a key that nobody knows", todo="the nearest name is offered"),
+            "unknown-key": Code("there is no such key", todo="the nearest name is offered"),
             "unknown-preset": Code("there is no such preset"),
             "unknown-code": Code(
                 "`diagnostics` or `--level` names no code that can be changed",
@@ -416,7 +421,7 @@ SECTIONS = [
             "mimic-joints": Code("the option of mimic names no joint that follows another"),
             "actuators-joints": Code("actuators names no joint that moves"),
             "posture-joint": Code(
-                "posture names what is no joint with a position of its own",
+                "posture names something that is not a joint with a position of its own",
                 todo="the nearest name is offered",
             ),
             "posture-value": Code("a position is not a finite number"),
@@ -431,7 +436,7 @@ SECTIONS = [
                 todo="the message says what to do",
             ),
             "contacts-shape": Code("a link has no shape to take points of", todo="give the points"),
-            "contacts-value": Code("a number with which there would be no force, or no end of it"),
+            "contacts-value": Code("a number with which the force would be zero, or without bound"),
             "sensors-links": Code("sensors names no link", todo="the nearest name is offered"),
             "force-torque-joint": Code(
                 "a joint cannot be a force-torque sensor", todo="the message says why"
@@ -455,7 +460,7 @@ SECTIONS = [
             "forces-value": Code("a number of a force is not finite"),
             "forces-spring": Code("the ends of a spring coincide"),
             "stale": Code(
-                "a pass needs what another has changed the source of since",
+                "a pass needs what is out of date: another pass changed what it was made from",
                 todo="the message names both passes: change the order",
             ),
             "gravity-infinite": Code(

@@ -189,5 +189,5 @@ def test_a_project_that_was_renamed(tmp_path: Path) -> None:
     given = {**settings, "output": {"project": str(tmp_path / "new"), "language": "both"}}
     conversion = Pipeline(typed(Config, given, Lines()), Lines(), installed_plugins=False).run()
     (told,) = [found for found in conversion.diagnostics if found.code == "project-renamed"]
-    assert "the project is called 'new', and yours call 'old_robot'" in told.message
+    assert "the project is called 'new', and your files use 'old_robot'" in told.message
     assert "user_ExtForces.c" in told.message

@@ -89,7 +89,7 @@ def _tell_mimic(conversion: Conversion) -> None:
     if rules:
         conversion.warn(
             "mimic",
-            "joints that follow others are independent in .mbs, which cannot hold this: "
+            "joints that follow others are independent in the .mbs, which cannot couple them: "
             f"{', '.join(rules)}",
             hint="a project can: 'output: {project: DIR}'",
         )

@@ -168,7 +168,8 @@ def _from_sdf(
         if kind not in ("ball", "universal", "revolute", "fixed"):
             conversion.warn(
                 "loop-left-out",
-                f"joint '{name}' in <gazebo> closes a loop by a {kind} joint, which is no cut",
+                f"joint '{name}' in <gazebo> closes a loop by a {kind} joint, for which Robotran "
+                "has no cut",
             )
             continue
         # a joint's pose is that of its frame in the child link

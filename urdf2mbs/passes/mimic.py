@@ -75,8 +75,8 @@ def run(conversion: Conversion, options: Options) -> None:
             simulation.driven.append(coupling)
             conversion.warn(
                 "mimic-driven",
-                f"joint '{name}' is driven by '{leader}': it moves right, but '{leader}' does not "
-                "feel its inertia",
+                f"joint '{name}' is driven by '{leader}': it moves as it should, but '{leader}' "
+                "does not feel its inertia",
                 joint=name,
                 hint="'dependent' is exact",
             )

@@ -54,7 +54,7 @@ def _tell_renamed(conversion: Conversion) -> None:
         new = conversion.mbs.name
         conversion.warn(
             "project-renamed",
-            f"the project is called '{new}', and yours call '{name}_robot': {', '.join(files)}",
+            f"the project is called '{new}', and your files use '{name}_robot': {', '.join(files)}",
             hint=f"change '{name}_robot' to '{new}_robot' in them, or move them away",
         )
 
