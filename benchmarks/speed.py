@@ -1,13 +1,16 @@
 """How fast, beside urdf2webots, MuJoCo, Pinocchio and the floor, on the same files.
 
     pip install -e ".[bench]"
-    python benchmarks/speed.py [--repetitions 20] [--processes 20]
+    python benchmarks/speed.py [--repetitions 15] [--processes 10] [ROBOT ...]
 
+Prints one table, in Markdown: our least time in ms, and how many times that of each other it is.
 All run in turns within one run, so that what slows the machine down slows all of them.
-In process, warm: URDF on disk to the other format on disk. As a process: the command a user
-types. The floor is lxml parsing the file and serialising it again: nobody is faster than that.
-MuJoCo loads the URDF and saves it in its own format; Pinocchio only loads it, and proves nothing.
-No file has meshes: urdf2webots reads them, and that would be another race.
+
+In process, warm: URDF on disk to the other format on disk.  As a process: the command that a
+user types, with all Python code compiled before, as pip leaves it.  The floor is lxml parsing the
+file and serialising it again: nobody is faster than that.  MuJoCo loads the URDF and saves it in
+its own format; Pinocchio only loads it, and proves nothing.  No file has meshes: urdf2webots reads
+them, and that would be another race.
 """
 
 from __future__ import annotations
@@ -23,7 +26,6 @@ import sysconfig
 import tempfile
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from statistics import median
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -80,6 +82,51 @@ def in_process(source: Path, folder: Path) -> Contenders:
     }
 
 
+def as_process(source: Path, folder: Path) -> Contenders:
+    theirs = ["-m", "urdf2webots.importer", f"--input={source}", f"--output={folder / 'R.proto'}"]
+    return {
+        "urdf2mbs": process([*OURS, "convert", str(source), "-o", str(folder / "r.mbs")], folder),
+        "urdf2webots": process([sys.executable, *theirs], folder),
+    }
+
+
+def as_help(folder: Path) -> Contenders:
+    return {
+        "urdf2mbs --help": process([*OURS, "--help"], folder),
+        "import argparse": process([sys.executable, "-c", "import argparse"], folder),
+    }
+
+
+OURS = [str(Path(sysconfig.get_path("scripts")) / "urdf2mbs")]
+
+
+def process(command: list[str], folder: Path) -> Callable[[], object]:
+    """A command; what Python compiles at its first run is kept in the folder."""
+    environment = {**os.environ, "PYTHONPYCACHEPREFIX": str(folder / "compiled")}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
+    return lambda: subprocess.run(command, check=True, capture_output=True, env=environment)
+
+
+def race(contenders: Contenders, repetitions: int) -> dict[str, float]:
+    """The least seconds of each, all in turns, after one warm-up; a contender that fails on the
+    file is left out."""
+    least: dict[str, float] = {}
+    for name, run in contenders.items():
+        try:
+            run()
+            least[name] = float("inf")
+        except (Exception, SystemExit) as error:
+            print(f"  {name} fails: {type(error).__name__}: {error}", file=sys.stderr)
+    order = list(least)
+    for _ in range(repetitions):
+        for name in order:
+            start = perf_counter()
+            contenders[name]()
+            least[name] = min(least[name], perf_counter() - start)
+        order.append(order.pop(0))  # nobody always runs after the same one
+    return least
+
+
 def versions() -> str:
     """What was raced against, and on which Python."""
     found = []
@@ -91,86 +138,55 @@ def versions() -> str:
     return f"Python {platform.python_version()}, {', '.join(found)}"
 
 
-def as_process(source: Path, folder: Path) -> Contenders:
-    script = Path(sysconfig.get_path("scripts")) / "urdf2mbs"
-    ours = [str(script), "convert", str(source), "-o", str(folder / "robot.mbs")]
-    theirs = [sys.executable, "-m", "urdf2webots.importer"]
-    theirs += [f"--input={source}", f"--output={folder / 'Robot.proto'}"]
-    code = "import sys; from lxml import etree; etree.tostring(etree.parse(sys.argv[1]))"
-    floor = [sys.executable, "-c", code, str(source)]
-
-    def run(command: list[str]) -> Callable[[], object]:
-        return lambda: subprocess.run(command, check=True, capture_output=True)
-
-    return {"floor": run(floor), "urdf2mbs": run(ours), "urdf2webots": run(theirs)}
+HEAD = """\
+| robot | ms | : urdf2webots | without `check` : urdf2webots | : MuJoCo | : Pinocchio | : floor \
+| process, ms | : urdf2webots |
+|---|---|---|---|---|---|---|---|---|"""
 
 
-def race(contenders: Contenders, repetitions: int) -> dict[str, tuple[float, float]]:
-    """Median and least seconds of each, all in turns, after one warm-up; a contender that fails
-    on the file is left out."""
-    times: dict[str, list[float]] = {}
-    for name, run in contenders.items():
-        try:
-            run()
-            times[name] = []
-        except (Exception, SystemExit) as error:
-            print(f"  {name} fails: {type(error).__name__}: {error}", file=sys.stderr)
-    order = list(times)
-    for _ in range(repetitions):
-        for name in order:
-            start = perf_counter()
-            contenders[name]()
-            times[name].append(perf_counter() - start)
-        order.append(order.pop(0))  # nobody always runs after the same one
-    return {name: (median(taken), min(taken)) for name, taken in times.items()}
+def row(robot: str, warm: dict[str, float], whole: dict[str, float]) -> str:
+    def ratio(times: dict[str, float], one: str, other: str) -> str:
+        return f"{times[one] / times[other]:.2f}" if {one, other} <= times.keys() else "-"
 
-
-def show(title: str, rows: dict[str, dict[str, tuple[float, float]]]) -> None:
-    """Milliseconds, and ratios of medians (of least times)."""
-    contenders = list(dict.fromkeys(name for row in rows.values() for name in row))
-    print(f"\n{title}: median (least) in ms")
-    print(f"{'':14}" + "".join(f"{name:>20}" for name in contenders) + f"{'ours : webots':>20}")
-    for robot, row in rows.items():
-        cells = [
-            f"{1e3 * row[name][0]:.2f} ({1e3 * row[name][1]:.2f})" if name in row else "fails"
-            for name in contenders
-        ]
-        ratio = "-"
-        if {"urdf2mbs", "urdf2webots"} <= row.keys():
-            a, b = (row["urdf2mbs"][i] / row["urdf2webots"][i] for i in (0, 1))
-            ratio = f"{a:.2f} ({b:.2f})"
-        print(f"{robot:14}" + "".join(f"{cell:>20}" for cell in cells) + f"{ratio:>20}")
-    print("times the floor, by least times")
-    for robot, row in rows.items():
-        cells = [f"{row[n][1] / row['floor'][1]:.1f}" if n in row else "-" for n in contenders]
-        print(f"{robot:14}" + "".join(f"{cell:>20}" for cell in cells))
+    cells = [
+        robot,
+        f"{1e3 * warm['urdf2mbs']:.1f}",
+        ratio(warm, "urdf2mbs", "urdf2webots"),
+        ratio(warm, "without check", "urdf2webots"),
+        *(ratio(warm, "urdf2mbs", other) for other in ("MuJoCo", "Pinocchio", "floor")),
+        f"{1e3 * whole['urdf2mbs']:.0f}" if whole else "-",
+        ratio(whole, "urdf2mbs", "urdf2webots"),
+    ]
+    return f"| {' | '.join(cells)} |"
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="urdf2mbs beside urdf2webots and the floor.")
-    parser.add_argument("--repetitions", type=int, default=20, help="in process")
-    parser.add_argument("--processes", type=int, default=20, help="as a process; 0 for none")
+    parser = argparse.ArgumentParser(description="urdf2mbs beside others, and the floor.")
+    parser.add_argument("--repetitions", type=int, default=15, help="in process")
+    parser.add_argument("--processes", type=int, default=10, help="as a process; 0 for none")
     parser.add_argument("robots", nargs="*", help="only these")
     arguments = parser.parse_args()
     files = {**real(), "tree-50": generated("tree", 50), "tree-400": generated("tree", 400)}
     if arguments.robots:
         files = {name: files[name] for name in arguments.robots}
-    warm: dict[str, dict[str, tuple[float, float]]] = {}
-    whole: dict[str, dict[str, tuple[float, float]]] = {}
-    print(versions())
+    print(f"{versions()}\n\n{HEAD}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        os.chdir(folder)
+        os.chdir(folder)  # urdf2webots leaves files where it is
         for robot, text in files.items():
             source = folder / f"{robot}.urdf"
             source.write_bytes(text)
-            warm[robot] = race(in_process(source, folder), arguments.repetitions)
-            if arguments.processes:
-                whole[robot] = race(as_process(source, folder), arguments.processes)
+            warm = race(in_process(source, folder), arguments.repetitions)
+            processes = arguments.processes
+            whole = race(as_process(source, folder), processes) if processes else {}
+            print(row(robot, warm, whole), flush=True)
+        if arguments.processes:
+            help_, bare = race(as_help(folder), 2 * arguments.processes).values()
+            print(
+                f"\n`urdf2mbs --help`: {1e3 * help_:.0f} ms, {help_ / bare:.2f} times "
+                f"`python -c 'import argparse'`"
+            )
         os.chdir(Path(__file__).parent)
-    show("in process, warm", warm)
-    if whole:
-        show("as a process", whole)
 
 
 if __name__ == "__main__":
