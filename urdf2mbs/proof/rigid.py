@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import asin, atan2, cos, hypot, isfinite, sin
 from sys import float_info
 
@@ -81,15 +81,14 @@ def between_axes(at: Frame, u: Vec, other: Frame, v: Vec, turns: bool, scale: fl
 
 def most(a: Iterable[float], b: Iterable[float], scale: float = 1.0) -> float:
     """The largest difference between two lists of numbers, relative to ``scale``."""
-    return worst(abs(p - q) / scale for p, q in zip(a, b, strict=True))
+    return worst([abs(p - q) / scale for p, q in zip(a, b, strict=True)])
 
 
-def worst(offs: Iterable[float]) -> float:
+def worst(offs: Sequence[float]) -> float:
     """The largest of some deviations; the largest double if one is infinite or not a number.
 
     ``max`` alone passes over what is not a number, or not, by where it stands.
     """
-    offs = tuple(offs)
     # no deviation is negative, so the sum is finite only if each of them is
     return max(offs) if isfinite(sum(offs)) else float_info.max
 

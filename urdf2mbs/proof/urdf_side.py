@@ -79,6 +79,8 @@ def _own_axes(joint: Joint, order: tuple[str, ...]) -> list[Vec]:
 
 
 def _direction(axis: Vec) -> Vec:
+    if axis in AXES:
+        return axis
     largest = max(map(abs, axis))
     x, y, z = (c / largest for c in axis)
     length = sqrt(x * x + y * y + z * z)
