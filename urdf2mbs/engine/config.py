@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -194,8 +195,14 @@ def presets(more: Mapping[str, Any] | None = None) -> list[str]:
     return sorted({*PRESETS, *(more or {})})
 
 
-def typed(kind: type, data: Any, lines: Lines, at: Key = ()) -> Any:
+def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
     """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
+    # msgspec takes long to tell the fields of a class, and only an error needs to know them
+    with suppress(Exception):
+        if data == {}:
+            return kind()
+        if data.keys() <= {*kind.__struct_encode_fields__}:
+            return msgspec.convert(data, kind, strict=True)
     fields = _fields(kind)
     known = list(fields)
     if not isinstance(data, dict):
