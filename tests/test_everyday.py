@@ -17,7 +17,7 @@ import pytest
 
 from urdf2mbs.cli import main
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.options import EXAMPLES, parser
+from urdf2mbs.options import EXAMPLES, parse, parser
 from urdf2mbs.testing import TINY
 
 XACRO = TINY.replace("<robot ", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', 1).replace(
@@ -51,6 +51,21 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
         words = shlex.split(line.partition(" > ")[0].rpartition("| ")[2], comments=True)
         assert words[:2] == ["urdf2mbs", command]
         parser().parse_args(words[1:])
+
+
+@pytest.mark.parametrize("words", [["--help"], ["-o"], ["--nosuch"], []])
+def test_one_command_alone_says_what_it_says_among_all(words: list[str], capsys: Any) -> None:
+    for command in EXAMPLES:
+        said = []
+        for read_words in (parse, parser().parse_args):
+            try:
+                said.append(vars(read_words([command, *words])))
+            except SystemExit as end:
+                said.append({"code": end.code, **capsys.readouterr()._asdict()})
+        if "unrecognized" in str(said[1]):  # which argparse says with the usage of all
+            assert f"usage: urdf2mbs {command} " in said[0]["err"]
+            said[0]["err"] = said[1]["err"] = ""
+        assert said[0] == {name: one for name, one in said[1].items() if name != "version"}
 
 
 def test_no_command_is_without_examples() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from urdf2mbs.options import parser
+from urdf2mbs.options import parse
 
 # What more a command needs is imported when it runs, so that help comes at once.
 TYPE_CHECKING = False
@@ -20,7 +20,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if reconfigure is not None:
             # a robot's name may have letters that this terminal or pipe has not
             reconfigure(errors="backslashreplace")
-    arguments = parser().parse_args(argv)
+    arguments = parse(sys.argv[1:] if argv is None else argv)
     import signal
     import threading
 
