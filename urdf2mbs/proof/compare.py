@@ -116,7 +116,7 @@ def compare(
     )
 
 
-class _Pair(msgspec.Struct):
+class _Pair(msgspec.Struct, gc=False):
     """A group of the URDF and its counterpart in the .mbs, and where their joints stand, both
     seen from the .mbs's parent group."""
 
@@ -195,16 +195,15 @@ class _Comparing:
         self._left_out(frozen)
         names, held = self._coordinates(joints, frozen, orders)
         one = self.one = urdf_side(self.robot, names, held, orders)
-        two = self.two = mbs_side(self.mbs, set(names.values()))
+        framed = {at.joint for at in self.frames.values() if at.joint is not None}
+        two = self.two = mbs_side(self.mbs, set(names.values()), framed)
         #: Each group's counterpart, parents first: there is one for each.
-        self.pairs = {0: 0}
-        for own, number in one.created.items():
-            self.pairs[number] = two.created[names[own]]
+        self.pairs = [0, *[two.created[names[own]] for own in one.created]]
         size = max(group.reach for side in (one, two) for group in side.groups)
         #: m; a joint at the very place of the one before it has the rounding of what is there.
         self.floor = 1e-4 * size or 1.0
         #: Each group's pose in its counterpart.
-        self.apart: dict[int, Frame] = {0: HERE}
+        self.apart: list[Frame] = [HERE] * len(one.groups)
         self._groups()
         self._frames()
         self._points()
@@ -303,17 +302,17 @@ class _Comparing:
         leader: dict[int, str] = {}
         for name, (number, _) in one.frames.items():
             leader.setdefault(number, name)
-        carried: dict[int, list[tuple[Group, Group]]] = {number: [] for number in pairs}
+        carried: dict[int, list[tuple[Group, Group]]] = {}
         hangs: set[int] = set()
-        for mine, other in pairs.items():
+        for mine, other in enumerate(pairs):
             if mine:
                 ours, theirs = one.groups[mine], two.groups[other]
                 if theirs.parent == pairs[ours.parent]:
-                    carried[ours.parent].append((ours, theirs))
+                    carried.setdefault(ours.parent, []).append((ours, theirs))
                 else:
                     hangs.add(mine)
         world = two.world() if hangs else []
-        for mine, other in pairs.items():
+        for mine, other in enumerate(pairs):
             if not mine:
                 continue  # what is fixed to the ground needs no inertia
             ours, theirs = one.groups[mine], two.groups[other]
@@ -327,7 +326,7 @@ class _Comparing:
                 moves.append((ours.move(q), theirs.move(q)))
             pair = _Pair(
                 ours, theirs, compose(self.apart[ours.parent], ours.before), before,
-                merge(ours.inertias), merge(theirs.inertias), scale, carried[mine], moves,
+                merge(ours.inertias), merge(theirs.inertias), scale, carried.get(mine, []), moves,
             )  # fmt: skip
             link = leader.get(mine)
             if mine in hangs:
