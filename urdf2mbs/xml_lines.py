@@ -69,13 +69,19 @@ def pieces(data: bytes, tags: Sequence[str], **options: Any) -> Iterator[Any]:
     :raises NotPieceByPieceError: where this does not work
     """
     parser: Any = etree.XMLPullParser(events=("end",), tag=tags, collect_ids=False, **options)
+    if data.count(b"\n") + 1 < LIMIT:
+        return _pieces(data, parser)
     lines = _Lines(data)
     parser.set_element_class_lookup(etree.ElementDefaultClassLookup(element=lines.element()))
+    return map(lines.at, _pieces(data, parser))
+
+
+def _pieces(data: bytes, parser: Any) -> Iterator[Any]:
     root: Any = None
     given: Any = None
     for last in ends(data, parser):
         if root is None:
-            root = lines.root = last.getroottree().getroot()
+            root = last.getroottree().getroot()
             yield root
         if last.getparent() is not root:
             continue
@@ -84,15 +90,13 @@ def pieces(data: bytes, tags: Sequence[str], **options: Any) -> Iterator[Any]:
             if given is not None:
                 root.remove(given)
             given = root[0]
-            lines.at(given)
             yield given
     whole = parser.close()
     if root is None:
-        root = lines.root = whole
+        root = whole
         yield root
     for child in root:
         if child is not given:
-            lines.at(child)
             yield child
 
 
@@ -111,20 +115,23 @@ class _Lines:
         self.lines, self.starts = _lines(data)
         if not self.lines:
             raise NotPieceByPieceError
-        self.root: Any = None
+        self._root: Any = None
         self._count = -1
         self._child: Any = None
         self._below: dict[Any, int] = {}
 
-    def at(self, child: Any) -> None:
-        """Go on to the next child of the root; comments are none that have a line."""
+    def at(self, piece: Any) -> Any:
+        """Go on to the next piece, the root first; a comment is none that has a line."""
         self._below.clear()
-        if isinstance(child.tag, str):
+        if self._root is None:
+            self._root = piece
+        elif isinstance(piece.tag, str):
             self._count += 1
-            self._child = child
+            self._child = piece
+        return piece
 
     def line(self, element: Any) -> int:
-        if element is self.root:
+        if element is self._root:
             return self.lines[0]
         first = self.starts[self._count]
         if element is self._child:
@@ -150,7 +157,7 @@ def _lines(data: bytes) -> tuple[array[int], array[int]]:
     list of the root's children."""
     from xml.parsers import expat
 
-    lines, starts = array("L"), array("L")
+    lines, starts = array("I"), array("I")
     depth = 0
     counter = expat.ParserCreate()
 
@@ -170,5 +177,5 @@ def _lines(data: bytes) -> tuple[array[int], array[int]]:
     try:
         counter.Parse(data, True)
     except (expat.ExpatError, LookupError, ValueError):
-        return array("L"), array("L")  # an encoding, say, that only libxml2 knows
+        return array("I"), array("I")  # an encoding, say, that only libxml2 knows
     return lines, starts

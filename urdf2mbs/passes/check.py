@@ -39,7 +39,7 @@ def run(conversion: Conversion, options: Options) -> None:
     comparison = compare(
         conversion.robot.with_flipped(conversion.names.flipped),
         mbs,
-        {name: tuple(joints) for name, joints in conversion.names.coordinates.items()},
+        conversion.names.coordinates,
         frames=conversion.frames,
         frozen=conversion.frozen,
         gravity=conversion.settings.gravity,

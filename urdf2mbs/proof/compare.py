@@ -24,7 +24,7 @@ mass to that mass, an inertia to that inertia.  So a finger's error counts on a 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import atan2, dist, hypot, log10, pi
 from random import Random
 from typing import Any
@@ -95,7 +95,7 @@ class Comparison(msgspec.Struct):
 def compare(
     robot: Robot,
     mbs: Mbs,
-    joints: Mapping[str, tuple[str, ...]],
+    joints: Mapping[str, Sequence[str]],
     *,
     frames: Mapping[str, LinkFrame] | None = None,
     frozen: Mapping[str, str] | None = None,
@@ -186,7 +186,7 @@ class _Comparing:
 
     def compare(
         self,
-        joints: Mapping[str, tuple[str, ...]],
+        joints: Mapping[str, Sequence[str]],
         frozen: Mapping[str, str],
         orders: Mapping[str, tuple[str, ...]],
         gravity: Vec,
@@ -243,7 +243,7 @@ class _Comparing:
 
     def _coordinates(
         self,
-        joints: Mapping[str, tuple[str, ...]],
+        joints: Mapping[str, Sequence[str]],
         frozen: Mapping[str, str],
         orders: Mapping[str, tuple[str, ...]],
     ) -> tuple[dict[str, str], dict[str, float]]:
@@ -517,22 +517,24 @@ class _Comparing:
 
     def _points(self) -> None:
         """Compare the anchor points named after links that are rigid with the point's body."""
-        at: dict[tuple[int, str], list[tuple[str | None, Vec]]] = {}
+        links = _one_spelling(self.one.frames)
         for body, points in (
             (None, self.mbs.base.points),
             *((body.name, body.points) for body in self.mbs.bodies),
         ):
-            group, _ = self.two.frames[body or ""]
+            other, at = self.two.frames[body or ""]
             for point in points:
-                at.setdefault((group, point.name), []).append((body, point.coordinates))
-        plain = _one_spelling(self.one.frames)
-        for link, (group, pose) in self.one.frames.items():
-            for body, xyz in at.get((self.pairs[group], plain.get(link, "")), ()):
+                link = links.get(point.name)
+                if link is None:
+                    continue
+                group, pose = self.one.frames[link]
+                if self.pairs[group] != other:
+                    continue
                 ours = moved(self.apart[group], pose[9:])
-                theirs = moved(self.two.frames[body or ""][1], xyz)
+                theirs = moved(at, point.coordinates)
                 off = most(ours, theirs, self._scale(group))
                 if self._beyond(off):
-                    told = f"link '{link}': point '{plain[link]}' of body '{body}' is "
+                    told = f"link '{link}': point '{point.name}' of body '{body}' is "
                     told += f"{dist(ours, theirs):.3g} m off its frame"
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
 
@@ -600,16 +602,13 @@ def _slid(pair: _Pair, at: Frame) -> Frame:
     return at
 
 
-def _one_spelling(links: Iterable[str]) -> dict[str, str]:
-    """The point's name that each link has to itself, if there is one."""
-    spelt = {
-        link: link if link.isascii() and link.isidentifier() else identifiers([link])[0]
-        for link in links
-    }
-    count: dict[str, int] = {}
-    for name in spelt.values():
-        count[name] = count.get(name, 0) + 1
-    return {link: name for link, name in spelt.items() if count[name] == 1}
+def _one_spelling(links: Iterable[str]) -> dict[str, str | None]:
+    """The link that each point's name stands for; None where it may stand for several."""
+    found: dict[str, str | None] = {}
+    for link in links:
+        name = link if link.isascii() and link.isidentifier() else identifiers([link])[0]
+        found[name] = None if name in found else link
+    return found
 
 
 def _short(value: Any) -> str:

@@ -152,8 +152,7 @@ def _read_pieces(reading: Reading, data: bytes) -> tuple[Robot, list[Diagnostic]
     """Read a large URDF text piece by piece; None where it must be read as a whole, since
     something is wrong with it."""
     try:
-        pieces = xml.pieces(data)
-        return read_root(reading, next(pieces), pieces)
+        return read_root(reading, *xml.pieces(data))
     except (ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
         return None
 

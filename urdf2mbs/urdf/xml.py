@@ -109,15 +109,14 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
     return root, slips
 
 
-def pieces(data: bytes) -> Iterator[Any]:
-    """The root element of a large URDF text without any slip, then each of its children; see
-    ``xml_lines.pieces``, which says what it raises."""
+def pieces(data: bytes) -> tuple[Any, Iterator[Any]]:
+    """The root element of a large URDF text without any slip, and each of its children in turn;
+    see ``xml_lines.pieces``, which says what it raises."""
     found = xml_lines.pieces(data, ("link", "joint"), **_SAFE)
     root = next(found)
     if root.getroottree().docinfo.internalDTD is not None or root.tag != "robot":
         raise xml_lines.NotPieceByPieceError
-    yield root
-    yield from found
+    return root, found
 
 
 def mend(data: bytes) -> tuple[bytes, list[Slip]]:
