@@ -13,7 +13,10 @@ from urdf2mbs.spatial import Vec
 
 
 def mbs_side(mbs: Mbs, moving: set[str], framed: Container[str] = ()) -> Side:
-    """Groups and frames: those of all bodies, and after the joints ``framed``."""
+    """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared.
+
+    It has the frames of all bodies, and those after the joints ``framed``.
+    """
     side = only_ground("")
     frames = side.frames
     points: dict[tuple[str | None, str], Vec] = {

@@ -20,7 +20,7 @@ JOINT_TYPES = {
 }
 
 
-class Origin(msgspec.Struct, frozen=True, gc=False, gc=False):
+class Origin(msgspec.Struct, frozen=True, gc=False):
     """``<origin>``: xyz in m, fixed-frame roll, pitch, yaw in rad."""
 
     xyz: Vec = ZERO
@@ -46,7 +46,7 @@ class Box(msgspec.Struct, tag="box", gc=False):
     """Full lengths along x, y, z (m)."""
 
 
-class Cylinder(msgspec.Struct, tag="cylinder", gc=False, gc=False):
+class Cylinder(msgspec.Struct, tag="cylinder", gc=False):
     """Axis z, centred (m)."""
 
     radius: float
@@ -59,7 +59,7 @@ class Sphere(msgspec.Struct, tag="sphere", gc=False):
     radius: float
 
 
-class Mesh(msgspec.Struct, tag="mesh", gc=False, gc=False):
+class Mesh(msgspec.Struct, tag="mesh", gc=False):
     """``filename`` as the URDF states it: ``package://``, ``file://``, or a path."""
 
     filename: str
