@@ -1,53 +1,93 @@
-"""That the time grows no faster than the robot: chains and trees of up to 10,000 links.
+"""How time, memory and the file grow with the robot: chains, trees and stars of many links.
 
-python benchmarks/linear.py [--links 1000 3000 10000] [--repetitions 3]
+    python benchmarks/linear.py [--links 1000 10000 100000] [--shapes chain tree star]
+
+Each conversion, and each floor, is a process of its own: what it takes at the most is its peak
+memory.  Times are of the processor (s), ``check`` included.  The floor is lxml that reads the URDF
+and the .mbs and writes both again; the last columns are what a conversion takes above it, and how
+large the file is beside one that is indented throughout.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
+import subprocess
+import sys
 import tempfile
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 from robots import generated
 
-from urdf2mbs import convert
+SHAPES = ("chain", "tree", "star")
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Microseconds per link, by number of links.")
-    parser.add_argument("--links", type=int, nargs="+", default=[1000, 3000, 10000])
-    parser.add_argument("--repetitions", type=int, default=3)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--links", type=int, nargs="+", default=[1000, 10_000, 100_000])
+    parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=SHAPES)
     parser.add_argument("--pipeline", default="faithful")
+    parser.add_argument("--one", nargs=2, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    print(f"{'':8}{'links':>8}{'joints':>8}{'MB':>8}{'s':>8}{'us/link':>10}{'floor us/link':>15}")
+    if arguments.one:
+        kind, source = arguments.one
+        print(*(floor if kind == "floor" else conversion)(Path(source), arguments.pipeline))
+        return
+    print(
+        "| shape | links | s | floor s | above it | µs a link | peak MB | .mbs MB | of indented |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "robot.urdf"
-        for shape in ("chain", "tree"):
+        for shape in arguments.shapes:
             for links in arguments.links:
                 source.write_bytes(generated(shape, links))
-                best = least = float("inf")
-                for _ in range(arguments.repetitions):
-                    start = perf_counter()
-                    result = convert(source, pipeline=arguments.pipeline)
-                    best = min(best, perf_counter() - start)
-                    least = min(least, floor(source))
-                joints = sum(len(body.joints) for body in result.mbs.bodies)
+                seconds, peak, size, ratio = measured("convert", source, arguments.pipeline)
+                (least,) = measured("floor", source, arguments.pipeline)
+                above = seconds - least
                 print(
-                    f"{shape:8}{links:8}{joints:8}{len(result.data) / 1e6:8.1f}{best:8.2f}"
-                    f"{1e6 * best / links:10.0f}{1e6 * least / links:15.1f}"
+                    f"| {shape} | {links:,} | {seconds:.1f} | {least:.1f} | {above:.1f} "
+                    f"| {1e6 * seconds / links:.0f} | {peak:.0f} | {size:.1f} | {ratio:.2f} |",
+                    flush=True,
                 )
 
 
-def floor(source: Path) -> float:
-    """Seconds that lxml takes to parse the file and to serialise it again."""
+def measured(kind: str, source: Path, pipeline: str) -> list[float]:
+    """What a process of its own prints."""
+    command = [sys.executable, __file__, "--one", kind, str(source), "--pipeline", pipeline]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return [float(word) for word in done.stdout.split()]
+
+
+def conversion(source: Path, pipeline: str) -> tuple[float, float, float, float]:
+    """Seconds, peak memory (MB), size of the file (MB), and beside an indented one."""
+    from urdf2mbs import convert
+    from urdf2mbs.mbs import writer
+
+    start = process_time()
+    result = convert(source, output=source.with_suffix(".mbs"), pipeline=pipeline)
+    result.write()
+    seconds = process_time() - start
+    # Linux counts in KiB, macOS in bytes
+    unit = 1 if sys.platform == "darwin" else 1024
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
+    if result.conversion.rejected:
+        raise SystemExit("not the same robot")
+    writer.INDENTED = len(result.mbs.bodies)
+    indented = len(writer.write(result.mbs))
+    return seconds, peak, len(result.data) / 1e6, len(result.data) / indented
+
+
+def floor(source: Path, pipeline: str) -> tuple[float]:
+    """Seconds that lxml takes to read the URDF and the .mbs, and to write both again."""
     from lxml import etree
 
-    start = perf_counter()
     parser = etree.XMLParser(huge_tree=True)
-    etree.tostring(etree.fromstring(source.read_bytes(), parser))
-    return perf_counter() - start
+    start = process_time()
+    for file in (source, source.with_suffix(".mbs")):
+        etree.tostring(etree.fromstring(file.read_bytes(), parser))
+    return (process_time() - start,)
 
 
 if __name__ == "__main__":

@@ -43,12 +43,13 @@ RPYS = ("0 0 0", "0 0 0", "1.5708 0 0", "0.1 0.2 0.3")
 
 
 def generated(shape: str, links: int) -> bytes:
-    """A ``chain``, or a ``tree`` in which every link carries three others."""
+    """A ``chain``; a ``tree`` in which every link carries three others; or a ``star``, in which
+    the first one carries all."""
     parts = [f'<?xml version="1.0"?>\n<robot name="{shape}">\n']
     for i in range(links):
         parts.append(LINK.format(i=i))
         if i:
-            parent = i - 1 if shape == "chain" else (i - 1) // 3
+            parent = {"chain": i - 1, "tree": (i - 1) // 3, "star": 0}[shape]
             axis, rpy = AXES[i % len(AXES)], RPYS[i % len(RPYS)]
             parts.append(JOINT.format(i=i, parent=parent, axis=axis, rpy=rpy))
     parts.append("</robot>\n")

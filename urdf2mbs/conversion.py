@@ -43,7 +43,7 @@ class Settings(msgspec.Struct, frozen=True):
     """Whether what xacro makes is kept for another time."""
 
 
-class Step(msgspec.Struct):
+class Step(msgspec.Struct, gc=False):
     """One URDF joint on the way from a parent body to a body.
 
     A shift ``xyz`` (m), then ``turns`` about current axes, then the joint's own motion
@@ -75,7 +75,7 @@ class Step(msgspec.Struct):
         return cls(joint, joint.origin.xyz, rpy_turns(joint.origin.rpy), joint.axis)
 
 
-class Segment(msgspec.Struct):
+class Segment(msgspec.Struct, gc=False):
     """What becomes one body: the links that move as one, and the joints that lead to it.
 
     The first segment of a conversion is the ground; it has no steps and no parent.
@@ -99,7 +99,7 @@ class Segment(msgspec.Struct):
         return self.holder
 
 
-class LinkFrame(msgspec.Struct):
+class LinkFrame(msgspec.Struct, gc=False):
     """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
     one of the joints that lead to it."""
 

@@ -120,6 +120,7 @@ OPTIONAL = {
     "x2D": "position base_body",
     "x3D": "x3D_joint x3D_frame x3D_com x3D_points x3D_lines x3D_shapes",
     "directionalLight": "active",
+    **dict.fromkeys(("box", "cylinder", "cone", "sphere", "inline"), "position rotation"),
 }
 
 

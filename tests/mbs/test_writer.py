@@ -13,7 +13,7 @@ from lxml import etree
 from mbs.models import everything, few, models
 
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor, Shape
-from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
 
 if TYPE_CHECKING:
@@ -386,6 +386,18 @@ def test_a_huge_tree_has_each_body_on_one_line(monkeypatch: pytest.MonkeyPatch) 
     compact = write(mbs)
     tree = compact.partition(b"<bodytree>\n")[2].partition(b"  </bodytree>")[0].splitlines()
     assert len(tree) == 8
-    assert all(line.startswith(b"    <body>") and line.endswith(b"</body>") for line in tree)
+    assert all(line.startswith(b"<body>") and line.endswith(b"</body>") for line in tree)
     assert len(compact) < 0.7 * len(indented)
     assert read(compact, "compact.mbs") == read(indented, "indented.mbs")
+
+
+@few
+@given(models(drawn=True))
+def test_a_body_on_one_line_says_the_same(mbs: Mbs) -> None:
+    indented = write(mbs)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("urdf2mbs.mbs.writer.INDENTED", -1)
+        short = write(mbs)
+    assert len(short) <= len(indented)
+    assert read(short, "short.mbs") == read(indented, "indented.mbs")
+    assert validate(short, "short.mbs") == []

@@ -7,6 +7,7 @@ ahead, from the parent's point over the joints into the box; ``b`` runs across. 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from math import ceil, sqrt
 
 import msgspec
@@ -47,7 +48,7 @@ AHEAD, BACK = 0, 2
 """Which way a child runs from its parent's box; -1 and 1 are the sides."""
 
 
-class Lead(msgspec.Struct):
+class Lead(msgspec.Struct, gc=False):
     """A point, and the bodies that it carries."""
 
     point: Point | None
@@ -55,7 +56,7 @@ class Lead(msgspec.Struct):
     nodes: list[Node] = []
 
 
-class Node(msgspec.Struct):
+class Node(msgspec.Struct, gc=False):
     """A body of the diagram, or the base (``body`` None), and all that hangs on it."""
 
     body: Body | None
@@ -87,8 +88,14 @@ class Node(msgspec.Struct):
     def children(self) -> list[Node]:
         return [node for lead in self.leads for node in lead.nodes]
 
+    def let_go(self) -> None:
+        """Forget all others."""
+        self.parent = self.alike = None
+        self.leads.clear()
+        self.plan.clear()
 
-class Plan(msgspec.Struct):
+
+class Plan(msgspec.Struct, gc=False):
     """A body and all below it, in the body's own frame."""
 
     vertical: bool
@@ -302,7 +309,7 @@ def _rows(count: int, width: float) -> int:
     return ceil(count / max(1, _columns(width) - 4))
 
 
-class Way(msgspec.Struct):
+class Way(msgspec.Struct, gc=False):
     """A frame on the sheet: where it begins, and the directions of ``a`` and ``b``."""
 
     x: float
@@ -347,10 +354,13 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
     def moved(at: tuple[float, float]) -> tuple[float, float]:
         return round(at[0] + dx, 1), round(at[1] + dy, 1)
 
+    boxes: dict[tuple[float, float, float, float], Drawing] = {}
     for node, drawn, here, (x0, y0, x1, y1) in placed:
         x, y = moved(here.at(drawn.origin, 0.0))
         (x0, y0), (x1, y1) = moved((x0, y0)), moved((x1, y1))
-        drawing = _box(round(x0 - x, 1), round(y0 - y, 1), round(x1 - x, 1), round(y1 - y, 1))
+        edges = (round(x0 - x, 1), round(y0 - y, 1), round(x1 - x, 1), round(y1 - y, 1))
+        # most boxes are alike: each is its own, of the same numbers
+        drawing = copy(boxes.get(edges) or boxes.setdefault(edges, _box(*edges)))
         if node.body is None:
             mbs.base.position, mbs.base.drawing = (x, y), drawing
         else:
@@ -375,6 +385,8 @@ def _stack(
     through: float | None,
 ) -> None:
     """Put the points that are only frames into a box, in the half that is away from its joint."""
+    if not frames:
+        return
     x0, y0, x1, y1 = box
     edge, step = (y0 + 10, FRAME) if taken[0][1] > (y0 + y1) / 2 else (y1 - 10, -FRAME)
     columns = _columns(x1 - x0)

@@ -17,6 +17,9 @@ BETTER = 0.75
 """A comb is taken where its width and height together are at most this share of the tree's."""
 
 
+BOTH = (True, False)
+"""Upright and lying."""
+
 UP = 0.25
 """A tree grows up where its bodies are on average so far above the first one (share of the
 robot's size)."""
@@ -31,17 +34,33 @@ def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
     up = bool(rises) and sum(rises) / len(rises) > UP * shape.size
     for node in order:
         node.leads.sort(key=lambda lead: round(shape.aside(lead.nodes[0]), 2))
+    ways = _ways(order)
     for node in reversed(order):
-        plan_tree(node)
+        plan_tree(node, ways[node.name])
     way = Way(0.0, 0.0, (0.0, -1.0 if up else 1.0), (1.0, 0.0))
     put(mbs, order[0], way, order[0].plan[True])
 
 
-def plan_tree(node: Node, *, narrow: bool = False) -> None:
+def _ways(order: list[Node]) -> dict[str, tuple[bool, ...]]:
+    """Which plans of each body can be needed: for its limb upright, lying, or both."""
+    ways: dict[str, tuple[bool, ...]] = {order[0].name: (True,)}
+    for node in order:
+        # a comb's limbs run across the way of the body
+        own = ways[node.name] if sum(map(_is_own, node.leads)) < MANY else BOTH
+        for child in node.children:
+            ways[child.name] = own
+    return ways
+
+
+def _is_own(lead: Lead) -> bool:
+    return lead.point is not None
+
+
+def plan_tree(node: Node, ways: tuple[bool, ...] = BOTH, *, narrow: bool = False) -> None:
     """Plan a body whose children are planned; ``narrow`` where width counts more than height."""
-    own = [lead for lead in node.leads if lead.point is not None]
-    rest = [lead for lead in node.leads if lead.point is None]
-    for vertical in (True, False):
+    own = [lead for lead in node.leads if _is_own(lead)]
+    rest = [lead for lead in node.leads if not _is_own(lead)]
+    for vertical in ways:
         best = plan(node, vertical, node.leads)
         combs = []
         if len(own) >= MANY:

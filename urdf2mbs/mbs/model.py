@@ -28,7 +28,7 @@ RGB = tuple[int, int, int]
 GREY: RGB = (128, 128, 128)
 
 
-class Joint(msgspec.Struct):
+class Joint(msgspec.Struct, gc=False):
     """One degree of freedom: a turn (R1 R2 R3) or a shift (T1 T2 T3) along a current axis."""
 
     name: str
@@ -45,14 +45,14 @@ class Joint(msgspec.Struct):
     position: XY | None = None
 
 
-class Sensor(msgspec.Struct):
+class Sensor(msgspec.Struct, gc=False):
     """A sensor or an external force: what it measures (``Pos Rot Vit Om Acc Omp Jac``)."""
 
     name: str
     measures: tuple[str, ...] = ()
 
 
-class Point(msgspec.Struct):
+class Point(msgspec.Struct, gc=False):
     """An anchor point: a translation (m) in the body frame; it has no rotation."""
 
     name: str
@@ -62,7 +62,7 @@ class Point(msgspec.Struct):
     extforce: Sensor | None = None
 
 
-class Shape(msgspec.Struct):
+class Shape(msgspec.Struct, gc=False):
     """A 3D shape: ``T Rx Ry Rz S`` in the body frame; cylinders and cones have axis y."""
 
     kind: str
@@ -79,7 +79,7 @@ class Shape(msgspec.Struct):
     url: str | None = None
 
 
-class Drawing(msgspec.Struct):
+class Drawing(msgspec.Struct, gc=False):
     """How a body is drawn in the 2D diagram.
 
     ``position`` and ``control_points`` count from the body's last joint, the base's from the base.
@@ -93,7 +93,7 @@ class Drawing(msgspec.Struct):
     angle: float = 0.0
 
 
-class Body(msgspec.Struct):
+class Body(msgspec.Struct, gc=False):
     """A rigid body, its frame being the one after its last joint."""
 
     name: str
@@ -112,7 +112,7 @@ class Body(msgspec.Struct):
     drawing: Drawing | None = None
 
 
-class Base(msgspec.Struct):
+class Base(msgspec.Struct, gc=False):
     """The ground. ``gravity`` is an acceleration in its axes (m/s^2)."""
 
     name: str = "ground"
@@ -123,7 +123,7 @@ class Base(msgspec.Struct):
     drawing: Drawing | None = None
 
 
-class Viewpoint(msgspec.Struct):
+class Viewpoint(msgspec.Struct, gc=False):
     """A camera: position and target in m, clip distances in m, field of view in rad."""
 
     name: str
@@ -138,7 +138,7 @@ class Viewpoint(msgspec.Struct):
     back_clip: float = 50.0
 
 
-class Light(msgspec.Struct):
+class Light(msgspec.Struct, gc=False):
     """A light of the 3D viewer; ``direction`` in the axes behind ``joint``."""
 
     name: str
@@ -147,7 +147,7 @@ class Light(msgspec.Struct):
     active: bool = True
 
 
-class View(msgspec.Struct):
+class View(msgspec.Struct, gc=False):
     """The top-level ``x3D``: how the 3D viewer opens. The scale factors are m."""
 
     background: RGB = (153, 153, 255)
@@ -159,7 +159,7 @@ class View(msgspec.Struct):
     lights: list[Light] = []
 
 
-class Connection(msgspec.Struct):
+class Connection(msgspec.Struct, gc=False):
     """A cut (``ball``, ``rod``, ``solid``) or a force link (``link``, ``link3D``) between
     two points, each given as (body, point), None being the ground and the body's own frame."""
 
@@ -170,14 +170,14 @@ class Connection(msgspec.Struct):
     length: float | None = None
 
 
-class UserConstraint(msgspec.Struct):
+class UserConstraint(msgspec.Struct, gc=False):
     """A constraint that the user's functions state, and the joints that it concerns."""
 
     name: str
     joints: tuple[str, ...] = ()
 
 
-class Parameter(msgspec.Struct):
+class Parameter(msgspec.Struct, gc=False):
     """A value, or several, of a user model."""
 
     name: str
@@ -185,14 +185,14 @@ class Parameter(msgspec.Struct):
     values: tuple[str, ...] = ()
 
 
-class UserModel(msgspec.Struct):
+class UserModel(msgspec.Struct, gc=False):
     """Parameters that the user's functions read by their names."""
 
     name: str
     parameters: list[Parameter] = []
 
 
-class UserVariable(msgspec.Struct):
+class UserVariable(msgspec.Struct, gc=False):
     """A variable that the user's functions share."""
 
     name: str

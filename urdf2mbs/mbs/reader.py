@@ -7,7 +7,8 @@ What makes Robotran itself go wrong, mostly without a word, is an error here.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Set
+from collections.abc import Callable, Sequence, Set
+from contextlib import suppress
 from functools import cache
 from math import isinf
 from pathlib import Path
@@ -75,6 +76,10 @@ INERTIA = frozenset(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"])
 COORDINATES, GRAPHICS = frozenset(["coordinates"]), frozenset(["x2D", "x3D"])
 X2D, BASE_X2D = frozenset(["position"]), frozenset(["position", "base_body"])
 NOTHING: frozenset[str] = frozenset()
+#: What has a name that is taken from the beginning.
+_TAKEN = {BASE: "the ground", ORIGIN: "a body's own frame", "baseBodyName": "the base"}
+#: Words that each joint has, to keep each of them once.
+_WORDS = {word: word for word in (*JOINT_TYPES, *NATURES)}
 #: Those that may stand several times beside others.
 MANY = frozenset(["joint", "point", "parameter", "value"])
 
@@ -82,28 +87,76 @@ _NUMBER = re.compile(r"\s*[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?\s*
 _RGB = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
 
 
-def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
+def read(
+    data: bytes, file: str, *, mechanics_only: bool = False, known: Sequence[Body] = ()
+) -> Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
-    ``mechanics_only`` passes over all graphics, which takes a third of the time.
+    ``mechanics_only`` passes over all graphics and user models, which takes a third of the time.
+    Of a large file then a body that says the same as one of those ``known`` is that one, so that
+    it is in memory once.
 
     Raises ConversionError, with the line: not XML, another root, no base or body tree, a
     body without a joint, an unknown parent, point or joint or one that stands later in the
     file, an unknown word, a number that is none, a name that is taken.
     """
-    try:
-        return _model(_parse(data, file, exact_lines=False), file, mechanics_only)
-    except ConversionError:
-        if data.count(b"\n") < xml_lines.LIMIT - 1:
-            raise
-        # to count the lines of a long file takes long, and only an error needs them
-        return _model(_parse(data, file), file, mechanics_only)
-
-
-def _model(root: _Element, file: str, mechanics_only: bool) -> Mbs:
+    if xml_lines.is_large(data):
+        with suppress(ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
+            return _in_pieces(data, file, mechanics_only, known)
+        # something is wrong with it: the whole tree and its lines say what
+    root = _parse(data, file)
     if mechanics_only:
-        etree.strip_elements(root, "graphics", with_tail=False)
+        _only_mechanics(root)
     return _Reader(file).mbs(root)
+
+
+def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Body]) -> Mbs:
+    """The model of a large file, whose tree is never there as a whole: each body is read and
+    taken out of it.  On any error its message and line may be wrong."""
+    tags = ("base", "body", "parameter") if mechanics_only else ("base", "body")
+    parser: Any = etree.XMLPullParser(events=("end",), tag=tags, **_SAFE)
+    reader = _Reader(file)
+    base: Base | None = None
+    bodies: list[Body] = []
+    before: Any = None
+    twins = {body.name: body for body in known} if mechanics_only else {}
+    for element in xml_lines.ends(data, parser):
+        above = [one.tag for one in element.iterancestors()]
+        if mechanics_only:
+            _only_mechanics(element)
+        if len(above) == 1 and element.tag == "base":
+            base = reader.base(element)
+            continue
+        if above == ["bodytree", "mbsDescR7"] and element.tag == "body":
+            if base is None:
+                raise xml_lines.NotPieceByPieceError
+            body = reader.body(element)
+            twin = twins.get(body.name)
+            bodies.append(body if twin is None or _mechanics(twin) != _mechanics(body) else twin)
+        elif above[1:] != ["user_models", "mbsDescR7"]:
+            continue
+        # each stays until the next one: the text after it may not be whole
+        if before is not None:
+            before.getparent().remove(before)
+        before = element
+    root: _Element = parser.close()
+    _check_entities(root, file)
+    if mechanics_only:
+        _only_mechanics(root)
+    return reader.mbs(root, base, bodies)
+
+
+def _mechanics(body: Body) -> tuple[Any, ...]:
+    """All that a body is but its graphics, to compare."""
+    return (
+        body.name, body.parent, body.point, body.mass, body.com, body.inertia,
+        [(j.name, j.type, j.nature, j.q, j.qd, j.qdd, j.symbols) for j in body.joints],
+        [(p.name, p.coordinates, p.sensor, p.extforce) for p in body.points],
+    )  # fmt: skip
+
+
+def _only_mechanics(element: _Element) -> None:
+    etree.strip_elements(element, "graphics", "user_models", with_tail=False)
 
 
 def validate(data: bytes, file: str) -> list[Diagnostic]:
@@ -126,43 +179,52 @@ def _schema() -> etree.RelaxNG:
     return etree.RelaxNG(etree.parse(str(Path(__file__).with_name("mbs.rng"))))
 
 
-def _parse(data: bytes, file: str, *, exact_lines: bool = True) -> _Element:
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, collect_ids=False,
-        remove_blank_text=True, remove_comments=True, remove_pis=True,
-    )  # fmt: skip
+#: How files are parsed that may come from anywhere, less what the model has no place for.
+_SAFE: dict[str, Any] = {
+    "resolve_entities": False, "no_network": True, "collect_ids": False,
+    "remove_blank_text": True, "remove_comments": True, "remove_pis": True,
+}  # fmt: skip
+
+
+def _parse(data: bytes, file: str) -> _Element:
     try:
-        parse = xml_lines.parse if exact_lines else etree.fromstring
-        root: _Element = parse(data, parser)
+        root: _Element = xml_lines.parse(data, etree.XMLParser(**_SAFE))
     except etree.XMLSyntaxError as error:
         raise ConversionError(
             "not-xml", f"this is not XML: {error.msg}", file=file, line=error.lineno or 1,
             hint="the file is damaged, or cut off",
         ) from None  # fmt: skip
+    _check_entities(root, file)
+    return root
+
+
+def _check_entities(root: _Element, file: str) -> None:
     dtd: Any = root.getroottree().docinfo.internalDTD
     if dtd is not None and next(dtd.iterentities(), None) is not None:
         raise ConversionError(
             "xml-entity", "the file declares XML entities, which Robotran's readers do not know",
             file=file, line=1, hint="write out what they stand for",
         )  # fmt: skip
-    return root
 
 
 class _Reader:
     def __init__(self, file: str) -> None:
         self.file = file
         self.numbers: dict[str | None, float] = {}
-        self.names: dict[str, str] = {BASE: "the ground", ORIGIN: "a body's own frame"}
+        self.names: dict[str, str] = {BASE: BASE, ORIGIN: ORIGIN}
         """What each name of the one name space belongs to."""
         self.kinds: dict[Kind, Callable[[_Element], Any]] = {
             "text": _text, "number": self.number, "xyz": self.xyz,
             "color": self.color, "flag": lambda element: True,
         }  # fmt: skip
         """What reads each kind of value."""
-        self.points: dict[str | None, set[str]] = {}
+        self.points: dict[str | None, Set[str]] = {}
         """The points of each body read so far."""
 
-    def mbs(self, root: _Element) -> Mbs:
+    def mbs(
+        self, root: _Element, base: Base | None = None, bodies: list[Body] | None = None
+    ) -> Mbs:
+        """The whole model; ``base`` and ``bodies`` where these are read already."""
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
         kids = self.children(root, ROOT)
@@ -172,8 +234,8 @@ class _Reader:
         mbs = Mbs(
             name=_text(kids.get("mbsname")),
             version=_text(kids.get("mbsyspad_version")),
-            base=self.base(kids["base"]),
-            bodies=self.bodies(kids["bodytree"]),
+            base=self.base(kids["base"]) if base is None else base,
+            bodies=self.bodies(kids["bodytree"]) if bodies is None else bodies,
         )
         mbs.cuts = self.connections(kids.get("cuts"), CUTS)
         mbs.links = self.connections(kids.get("links"), LINKS)
@@ -201,7 +263,7 @@ class _Reader:
         base = Base(
             name=_text(kids.get("baseBodyName")) or BASE, gravity=self.vector(kids["gravity"])
         )
-        self.names.setdefault(base.name, "the base")
+        self.names.setdefault(base.name, "baseBodyName")
         base.points = self.points_of(None, element)
         graphics = kids.get("graphics")
         if graphics is not None:
@@ -292,6 +354,7 @@ class _Reader:
         kids = self.children(element, JOINT)
         name = self.name(element, kids, "jointname", "joint")
         kind, nature = _text(kids.get("type")), _text(kids.get("nature"))
+        kind, nature = _WORDS.get(kind, kind), _WORDS.get(nature, nature)
         if kind not in JOINT_TYPES:
             self.fail(
                 kids.get("type", element), "joint-type-unknown",
@@ -317,7 +380,7 @@ class _Reader:
         return joint
 
     def points_of(self, body: str | None, element: _Element) -> list[Point]:
-        names = self.points[body] = set()
+        names: set[str] = set()
         points = []
         for child in element.iterchildren("point"):
             point = self.point(child)
@@ -326,6 +389,7 @@ class _Reader:
                 self.fail(child, "name-doubled", f"{where} has two points '{point.name}'")
             names.add(point.name)
             points.append(point)
+        self.points[body] = names or NOTHING  # most bodies of a large file have none
         return points
 
     def point(self, element: _Element) -> Point:
@@ -561,10 +625,11 @@ class _Reader:
         if name in self.names:
             self.fail(
                 element, "name-doubled",
-                f"the name '{name}' of this {kind} is taken: it is that of {self.names[name]}",
+                f"the name '{name}' of this {kind} is taken: it is that of "
+                f"{_TAKEN.get(self.names[name]) or f'a {self.names[name]} before'}",
                 "Robotran drops the second of two in silence: rename one",
             )  # fmt: skip
-        self.names[name] = f"a {kind} before"
+        self.names[name] = kind
 
     def listed(self, element: _Element | None, tag: str) -> list[_Element]:
         """The children of a list of one kind of element."""

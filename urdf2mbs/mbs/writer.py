@@ -7,7 +7,8 @@ would cost several times as much.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from io import BytesIO
 from math import isfinite
 
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
@@ -65,26 +66,58 @@ class _Texts(dict[str, str]):
 
 
 _ESCAPED = str.maketrans(
-    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#x27;", "\r": "&#13;"}
+    {
+        "&": "&amp;",
+        "<": "&lt;",
+        ">": "&gt;",
+        '"': "&quot;",
+        "'": "&#x27;",
+        "\r": "&#13;",
+        "\n": "&#10;",
+    }
 )
 _PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
 _NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
 
 
-#: A tree of more bodies than this (some 10 MB) is not for the eye: each body is on one
-#: line, which makes the file 0.6 as large.
+#: A tree of more bodies than this (some 10 MB) is not for the eye: each body is on one line,
+#: in as few letters as the readers take, which makes the file half as large.
 INDENTED = 2000
+
+#: What a body on one line leaves out, of which nothing is lost: elements that hold nothing, and
+#: numbers that are zero by default.
+_LEFT_OUT = (
+    "<x3D_joint/><x3D_frame/>",
+    "<x3D_com/><x3D_points/><x3D_lines/>",
+    "<x3D_shapes/>",
+    "<position><x>0</x><y>0</y><z>0</z></position>",
+    "<rotation><x>0</x><y>0</y><z>0</z></rotation>",
+    "<Ixy>0</Ixy>",
+    "<Ixz>0</Ixz>",
+    "<Iyz>0</Iyz>",
+)
+
+
+_INDENTATION = re.compile("\n *").sub
+
+
+class _ShortNumbers(_Numbers):
+    """Each number as text, to its last digit; a whole one without a point."""
+
+    def __missing__(self, value: float) -> str:
+        text = self[value] = super().__missing__(value).removesuffix(".0")
+        return text
 
 
 def _on_one_line(text: str) -> str:
-    """A body without what stands between its elements.
+    """Elements without what stands between them, and without those of which nothing is lost.
 
-    Text has no '>' and no '<' of its own, so nothing of it is lost.
+    Text has no line end and no '<' of its own, so none of it is touched.
     """
-    return _BETWEEN.sub("><", text).strip()
-
-
-_BETWEEN = re.compile(r">\n *<")
+    line = _INDENTATION("", text.lstrip(" "))
+    for element in _LEFT_OUT:
+        line = line.replace(element, "")
+    return line.replace("<x3D></x3D>", "<x3D/>") + "\n"
 
 
 def write(mbs: Mbs) -> bytes:
@@ -98,37 +131,40 @@ def write(mbs: Mbs) -> bytes:
     that is not XML's, a word that the format does not have, a body without a joint, a sensor
     or force on a point of the base.
     """
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{_Writer().mbs(mbs)}'.encode()
+    # of a large file there are never two whole texts
+    out = BytesIO()
+    out.write(b'<?xml version="1.0" encoding="UTF-8"?>\n')
+    for part in _Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs):
+        out.write(part.encode())
+    return out.getvalue()
 
 
 class _Writer:
-    def __init__(self) -> None:
-        self.number = _Numbers()
+    def __init__(self, *, short: bool) -> None:
+        self.number = _ShortNumbers() if short else _Numbers()
         self.text = _Texts()
+        self.laid: Callable[[str], str] = _on_one_line if short else str
+        """How a body, or a part of what there are many of, is put on lines."""
 
-    def mbs(self, mbs: Mbs) -> str:
-        t = self.text
+    def mbs(self, mbs: Mbs) -> Iterator[str]:
+        t, laid = self.text, self.laid
         _only([cut.kind for cut in mbs.cuts], CUTS, "a cut")
         _only([link.kind for link in mbs.links], LINKS, "a link")
         name = f"  <mbsname>{t[mbs.name]}</mbsname>\n" if mbs.name else ""
         version = (
             f"  <mbsyspad_version>{t[mbs.version]}</mbsyspad_version>\n" if mbs.version else ""
         )
-        if len(mbs.bodies) > INDENTED:
-            bodies = "".join([f"    {_on_one_line(self.body(body))}\n" for body in mbs.bodies])
-        else:
-            bodies = "".join([self.body(body) for body in mbs.bodies])
-        return (
-            f"<mbsDescR7>\n{name}{version}{self.base(mbs.base)}"
-            f"  <bodytree>\n{bodies}  </bodytree>\n"
-            f"{_block('cuts', map(self.connection, mbs.cuts))}"
-            f"{_block('links', map(self.connection, mbs.links))}"
-            f"{self.user_constraints(mbs)}"
-            f"{_block('user_models', map(self.user_model, mbs.user_models))}"
-            f"{self.user_variables(mbs)}"
-            f"{'' if mbs.view is None else self.view(mbs.view)}"
-            "</mbsDescR7>\n"
-        )
+        yield f"<mbsDescR7>\n{name}{version}{self.base(mbs.base)}  <bodytree>\n"
+        for body in mbs.bodies:
+            yield laid(self.body(body))
+        yield "  </bodytree>\n"
+        yield from _block("cuts", map(self.connection, mbs.cuts))
+        yield from _block("links", map(self.connection, mbs.links))
+        yield from self.user_constraints(mbs)
+        yield from _block("user_models", map(self.user_model, mbs.user_models))
+        yield from self.user_variables(mbs)
+        yield "" if mbs.view is None else self.view(mbs.view)
+        yield "</mbsDescR7>\n"
 
     def base(self, base: Base) -> str:
         for point in base.points:
@@ -352,7 +388,7 @@ class _Writer:
             f"    </{connection.kind}>\n"
         )
 
-    def user_constraints(self, mbs: Mbs) -> str:
+    def user_constraints(self, mbs: Mbs) -> Iterator[str]:
         t = self.text
         return _block(
             "user_constraints",
@@ -372,11 +408,13 @@ class _Writer:
     def user_model(self, model: UserModel) -> str:
         t = self.text
         parameters = "".join(
-            "      <parameter>\n"
-            f"        <name>{t[parameter.name]}</name>\n"
-            f"        <type>{t[parameter.type]}</type>\n"
-            + "".join(f"        <value>{t[value]}</value>\n" for value in parameter.values)
-            + "      </parameter>\n"
+            self.laid(
+                "      <parameter>\n"
+                f"        <name>{t[parameter.name]}</name>\n"
+                f"        <type>{t[parameter.type]}</type>\n"
+                + "".join(f"        <value>{t[value]}</value>\n" for value in parameter.values)
+                + "      </parameter>\n"
+            )
             for parameter in model.parameters
         )
         return (
@@ -384,7 +422,7 @@ class _Writer:
             "    </user_model>\n"
         )  # fmt: skip
 
-    def user_variables(self, mbs: Mbs) -> str:
+    def user_variables(self, mbs: Mbs) -> Iterator[str]:
         t = self.text
         return _block(
             "user_variables",
@@ -468,6 +506,13 @@ def _only(words: Iterable[str], known: frozenset[str], what: str) -> None:
             raise ValueError(f"{what} is or has '{word}': .mbs has no such word")
 
 
-def _block(tag: str, items: Iterable[str]) -> str:
-    text = "".join(items)
-    return f"  <{tag}>\n{text}  </{tag}>\n" if text else ""
+def _block(tag: str, items: Iterable[str]) -> Iterator[str]:
+    """A list of elements; none at all without any."""
+    empty = True
+    for item in items:
+        if empty:
+            yield f"  <{tag}>\n"
+            empty = False
+        yield item
+    if not empty:
+        yield f"  </{tag}>\n"

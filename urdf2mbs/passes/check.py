@@ -33,13 +33,13 @@ def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
     data = conversion.files[output]
     if output.suffix.lower() == ".mbs":
-        mbs = read(data, str(output), mechanics_only=True)
+        mbs = read(data, str(output), mechanics_only=True, known=conversion.mbs.bodies)
     else:
         mbs = conversion.mbs
     comparison = compare(
         conversion.robot.with_flipped(conversion.names.flipped),
         mbs,
-        {name: tuple(joints) for name, joints in conversion.names.coordinates.items()},
+        conversion.names.coordinates,
         frames=conversion.frames,
         frozen=conversion.frozen,
         gravity=conversion.settings.gravity,

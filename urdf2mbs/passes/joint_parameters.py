@@ -82,13 +82,13 @@ def run(conversion: Conversion, options: Options) -> None:
     hold = conversion.simulation.hold
     if hold is not None:
         models["hold"] = {"on": 1.0, "stiffness": hold.stiffness, "damping": hold.damping}
+    texts: dict[str, tuple[str, ...]] = {}
     for model, values in models.items():
-        conversion.mbs.user_models.append(
-            UserModel(
-                model,
-                [Parameter(name, "scalar", (repr(value),)) for name, value in values.items()],
-            )
-        )
+        parameters = [
+            Parameter(name, "scalar", texts.setdefault(repr(value), (repr(value),)))
+            for name, value in values.items()
+        ]
+        conversion.mbs.user_models.append(UserModel(model, parameters))
     conversion.simulation.time_step = _time_step(conversion, models, inertias)
     if models:
         conversion.report["joint-parameters"] = models

@@ -24,7 +24,7 @@ mass to that mass, an inertia to that inertia.  So a finger's error counts on a 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from math import atan2, dist, hypot, log10, pi
 from random import Random
 from typing import Any
@@ -95,7 +95,7 @@ class Comparison(msgspec.Struct):
 def compare(
     robot: Robot,
     mbs: Mbs,
-    joints: Mapping[str, tuple[str, ...]],
+    joints: Mapping[str, Sequence[str]],
     *,
     frames: Mapping[str, LinkFrame] | None = None,
     frozen: Mapping[str, str] | None = None,
@@ -116,7 +116,7 @@ def compare(
     )
 
 
-class _Pair(msgspec.Struct):
+class _Pair(msgspec.Struct, gc=False):
     """A group of the URDF and its counterpart in the .mbs, and where their joints stand, both
     seen from the .mbs's parent group."""
 
@@ -186,7 +186,7 @@ class _Comparing:
 
     def compare(
         self,
-        joints: Mapping[str, tuple[str, ...]],
+        joints: Mapping[str, Sequence[str]],
         frozen: Mapping[str, str],
         orders: Mapping[str, tuple[str, ...]],
         gravity: Vec,
@@ -195,16 +195,15 @@ class _Comparing:
         self._left_out(frozen)
         names, held = self._coordinates(joints, frozen, orders)
         one = self.one = urdf_side(self.robot, names, held, orders)
-        two = self.two = mbs_side(self.mbs, set(names.values()))
+        framed = {at.joint for at in self.frames.values() if at.joint is not None}
+        two = self.two = mbs_side(self.mbs, set(names.values()), framed)
         #: Each group's counterpart, parents first: there is one for each.
-        self.pairs = {0: 0}
-        for own, number in one.created.items():
-            self.pairs[number] = two.created[names[own]]
+        self.pairs = [0, *[two.created[names[own]] for own in one.created]]
         size = max(group.reach for side in (one, two) for group in side.groups)
         #: m; a joint at the very place of the one before it has the rounding of what is there.
         self.floor = 1e-4 * size or 1.0
         #: Each group's pose in its counterpart.
-        self.apart: dict[int, Frame] = {0: HERE}
+        self.apart: list[Frame] = [HERE] * len(one.groups)
         self._groups()
         self._frames()
         self._points()
@@ -244,7 +243,7 @@ class _Comparing:
 
     def _coordinates(
         self,
-        joints: Mapping[str, tuple[str, ...]],
+        joints: Mapping[str, Sequence[str]],
         frozen: Mapping[str, str],
         orders: Mapping[str, tuple[str, ...]],
     ) -> tuple[dict[str, str], dict[str, float]]:
@@ -303,17 +302,17 @@ class _Comparing:
         leader: dict[int, str] = {}
         for name, (number, _) in one.frames.items():
             leader.setdefault(number, name)
-        carried: dict[int, list[tuple[Group, Group]]] = {number: [] for number in pairs}
+        carried: dict[int, list[tuple[Group, Group]]] = {}
         hangs: set[int] = set()
-        for mine, other in pairs.items():
+        for mine, other in enumerate(pairs):
             if mine:
                 ours, theirs = one.groups[mine], two.groups[other]
                 if theirs.parent == pairs[ours.parent]:
-                    carried[ours.parent].append((ours, theirs))
+                    carried.setdefault(ours.parent, []).append((ours, theirs))
                 else:
                     hangs.add(mine)
         world = two.world() if hangs else []
-        for mine, other in pairs.items():
+        for mine, other in enumerate(pairs):
             if not mine:
                 continue  # what is fixed to the ground needs no inertia
             ours, theirs = one.groups[mine], two.groups[other]
@@ -327,7 +326,7 @@ class _Comparing:
                 moves.append((ours.move(q), theirs.move(q)))
             pair = _Pair(
                 ours, theirs, compose(self.apart[ours.parent], ours.before), before,
-                merge(ours.inertias), merge(theirs.inertias), scale, carried[mine], moves,
+                merge(ours.inertias), merge(theirs.inertias), scale, carried.get(mine, []), moves,
             )  # fmt: skip
             link = leader.get(mine)
             if mine in hangs:
@@ -518,22 +517,24 @@ class _Comparing:
 
     def _points(self) -> None:
         """Compare the anchor points named after links that are rigid with the point's body."""
-        at: dict[tuple[int, str], list[tuple[str | None, Vec]]] = {}
+        links = _one_spelling(self.one.frames)
         for body, points in (
             (None, self.mbs.base.points),
             *((body.name, body.points) for body in self.mbs.bodies),
         ):
-            group, _ = self.two.frames[body or ""]
+            other, at = self.two.frames[body or ""]
             for point in points:
-                at.setdefault((group, point.name), []).append((body, point.coordinates))
-        plain = _one_spelling(self.one.frames)
-        for link, (group, pose) in self.one.frames.items():
-            for body, xyz in at.get((self.pairs[group], plain.get(link, "")), ()):
+                link = links.get(point.name)
+                if link is None:
+                    continue
+                group, pose = self.one.frames[link]
+                if self.pairs[group] != other:
+                    continue
                 ours = moved(self.apart[group], pose[9:])
-                theirs = moved(self.two.frames[body or ""][1], xyz)
+                theirs = moved(at, point.coordinates)
                 off = most(ours, theirs, self._scale(group))
                 if self._beyond(off):
-                    told = f"link '{link}': point '{plain[link]}' of body '{body}' is "
+                    told = f"link '{link}': point '{point.name}' of body '{body}' is "
                     told += f"{dist(ours, theirs):.3g} m off its frame"
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
 
@@ -601,16 +602,13 @@ def _slid(pair: _Pair, at: Frame) -> Frame:
     return at
 
 
-def _one_spelling(links: Iterable[str]) -> dict[str, str]:
-    """The point's name that each link has to itself, if there is one."""
-    spelt = {
-        link: link if link.isascii() and link.isidentifier() else identifiers([link])[0]
-        for link in links
-    }
-    count: dict[str, int] = {}
-    for name in spelt.values():
-        count[name] = count.get(name, 0) + 1
-    return {link: name for link, name in spelt.items() if count[name] == 1}
+def _one_spelling(links: Iterable[str]) -> dict[str, str | None]:
+    """The link that each point's name stands for; None where it may stand for several."""
+    found: dict[str, str | None] = {}
+    for link in links:
+        name = link if link.isascii() and link.isidentifier() else identifiers([link])[0]
+        found[name] = None if name in found else link
+    return found
 
 
 def _short(value: Any) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from functools import partial
 from math import cos, sin
 
@@ -11,8 +12,11 @@ from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, moved, seen
 from urdf2mbs.spatial import Vec
 
 
-def mbs_side(mbs: Mbs, moving: set[str]) -> Side:
-    """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared."""
+def mbs_side(mbs: Mbs, moving: set[str], framed: Container[str] = ()) -> Side:
+    """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared.
+
+    It has the frames of all bodies, and those after the joints ``framed``.
+    """
     side = only_ground("")
     frames = side.frames
     points: dict[tuple[str | None, str], Vec] = {
@@ -28,12 +32,13 @@ def mbs_side(mbs: Mbs, moving: set[str]) -> Side:
                 kind = joint.type
                 group = side.add(
                     group, at, kind[0] == "R", AXES[int(kind[1]) - 1],
-                    partial(_stepped, HERE, kind), joint.name, joint.name,
+                    _MOVES[kind], joint.name, joint.name,
                 )  # fmt: skip
                 at = HERE
             elif joint.nature == "driven" and joint.q:
                 at = _stepped(at, joint.type, joint.q)
-            frames[joint.name] = (group, at)
+            if joint.name in framed:
+                frames[joint.name] = (group, at)
         frames[body.name] = (group, at)
         if body.mass or body.inertia:
             tensor = body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -68,3 +73,6 @@ def _stepped(at: Frame, kind: str, q: float) -> Frame:
         c * a21 + s * a22, c * a22 - s * a21, a23,
         c * a31 + s * a32, c * a32 - s * a31, a33, x, y, z,
     )  # fmt: skip
+
+
+_MOVES = {kind: partial(_stepped, HERE, kind) for kind in ("T1", "T2", "T3", "R1", "R2", "R3")}

@@ -160,6 +160,8 @@ def distance(a: Frame, b: Frame, scale: float) -> float:
 
 def seen(inertia: Inertia, frame: Frame) -> Inertia:
     """An inertia given in a frame, from where the frame is given: R I R^T."""
+    if frame is HERE:
+        return inertia
     mass, centre, (xx, xy, xz, yy, yz, zz) = inertia
     a11, a12, a13, a21, a22, a23, a31, a32, a33, _, _, _ = frame
     p11, p12, p13 = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import cos, hypot, sin, sqrt
 
@@ -30,6 +30,7 @@ def urdf_side(
     """
     side = only_ground(robot.root())
     frames = side.frames
+    moves: dict[tuple[bool, Vec], tuple[Vec, Callable[[float], Frame]]] = {}
     for joint in robot.depth_first():
         group, at = frames[joint.parent]
         at = _at_origin(at, joint.origin)
@@ -39,7 +40,9 @@ def urdf_side(
                 own_coordinates(joint, order), _own_axes(joint, order), strict=True
             ):
                 turns = kind[0] == "R"
-                move = partial(spin if turns else shift, axis)
+                if (turns, axis) not in moves:
+                    moves[turns, axis] = (axis, partial(spin if turns else shift, axis))
+                axis, move = moves[turns, axis]
                 if own in moving:
                     group = side.add(group, at, turns, axis, move, own, joint.name)
                     at = HERE

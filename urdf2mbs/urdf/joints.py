@@ -65,6 +65,7 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
             f"joint '{name}' has the link '{parent}' as its parent and as its child",
             parts["child"],
         )
+    kind = reading.words.setdefault(kind, kind)
     joint = joints[name] = Joint(
         name, kind, parent, child, reading.origin(parts.get("origin")), line=element.sourceline
     )
@@ -142,7 +143,7 @@ def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) 
             element if part is None else part,
             f'give <{which} link="..."/>',
         )
-    return name
+    return reading.words.setdefault(name, name)
 
 
 def read_axis(reading: Reading, joint: Joint, element: Any) -> None:

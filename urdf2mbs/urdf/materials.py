@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 def read_material(reading: Reading, element: Any) -> Material | None:
     """Name, colour (red, green, blue, alpha from 0 to 1) and texture; None: nothing of use."""
     name = reading.attribute(element, "name") or ""
+    name = reading.words.setdefault(name, name)
     color: tuple[float, float, float, float] | None = None
     texture: str | None = None
     if len(element):

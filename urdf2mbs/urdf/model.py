@@ -20,7 +20,7 @@ JOINT_TYPES = {
 }
 
 
-class Origin(msgspec.Struct, frozen=True):
+class Origin(msgspec.Struct, frozen=True, gc=False):
     """``<origin>``: xyz in m, fixed-frame roll, pitch, yaw in rad."""
 
     xyz: Vec = ZERO
@@ -31,7 +31,7 @@ class Origin(msgspec.Struct, frozen=True):
         return Pose(self.xyz, from_rpy(self.rpy))
 
 
-class Inertial(msgspec.Struct):
+class Inertial(msgspec.Struct, gc=False):
     """``<inertial>``: mass (kg) and inertia (kg m^2, about ``origin.xyz``, in its axes)."""
 
     mass: float = 0.0
@@ -39,27 +39,27 @@ class Inertial(msgspec.Struct):
     origin: Origin = Origin()
 
 
-class Box(msgspec.Struct, tag="box"):
+class Box(msgspec.Struct, tag="box", gc=False):
     """A box, centred (m)."""
 
     size: Vec
     """Full lengths along x, y, z (m)."""
 
 
-class Cylinder(msgspec.Struct, tag="cylinder"):
+class Cylinder(msgspec.Struct, tag="cylinder", gc=False):
     """Axis z, centred (m)."""
 
     radius: float
     length: float
 
 
-class Sphere(msgspec.Struct, tag="sphere"):
+class Sphere(msgspec.Struct, tag="sphere", gc=False):
     """A sphere, centred (m)."""
 
     radius: float
 
 
-class Mesh(msgspec.Struct, tag="mesh"):
+class Mesh(msgspec.Struct, tag="mesh", gc=False):
     """``filename`` as the URDF states it: ``package://``, ``file://``, or a path."""
 
     filename: str
@@ -69,7 +69,7 @@ class Mesh(msgspec.Struct, tag="mesh"):
 Geometry = Box | Cylinder | Sphere | Mesh
 
 
-class Material(msgspec.Struct):
+class Material(msgspec.Struct, gc=False):
     """``<material>``: colour r g b a, each 0 to 1, and texture file, where given."""
 
     name: str = ""
@@ -77,7 +77,7 @@ class Material(msgspec.Struct):
     texture: str | None = None
 
 
-class Visual(msgspec.Struct):
+class Visual(msgspec.Struct, gc=False):
     """``<visual>``; its material is the global one of that name where it gives no own."""
 
     geometry: Geometry
@@ -87,7 +87,7 @@ class Visual(msgspec.Struct):
     line: int | None = None
 
 
-class Collision(msgspec.Struct):
+class Collision(msgspec.Struct, gc=False):
     """``<collision>``: a shape and where it is, seen from its link (m, rad)."""
 
     geometry: Geometry
@@ -96,7 +96,7 @@ class Collision(msgspec.Struct):
     line: int | None = None
 
 
-class Link(msgspec.Struct):
+class Link(msgspec.Struct, gc=False):
     """``<link>``: what is fixed to one frame."""
 
     name: str
@@ -112,7 +112,7 @@ class Link(msgspec.Struct):
         return inertial is None or (inertial.mass == 0.0 and inertial.inertia == NO_INERTIA)
 
 
-class Limit(msgspec.Struct):
+class Limit(msgspec.Struct, gc=False):
     """rad or m; effort in N m or N; velocity in rad/s or m/s.  None is no limit."""
 
     lower: float | None = 0.0
@@ -121,14 +121,14 @@ class Limit(msgspec.Struct):
     velocity: float | None = None
 
 
-class Dynamics(msgspec.Struct):
+class Dynamics(msgspec.Struct, gc=False):
     """``<dynamics>``: damping (N m s/rad, or N s/m) and friction (N m, or N)."""
 
     damping: float = 0.0
     friction: float = 0.0
 
 
-class Mimic(msgspec.Struct):
+class Mimic(msgspec.Struct, gc=False):
     """This joint's position is ``multiplier`` times that of ``joint``, plus ``offset``."""
 
     joint: str
@@ -136,7 +136,7 @@ class Mimic(msgspec.Struct):
     offset: float = 0.0
 
 
-class SafetyController(msgspec.Struct):
+class SafetyController(msgspec.Struct, gc=False):
     """``<safety_controller>``: its gains, and its limits (rad, or m)."""
 
     k_velocity: float
@@ -145,14 +145,14 @@ class SafetyController(msgspec.Struct):
     soft_upper_limit: float = 0.0
 
 
-class Calibration(msgspec.Struct):
+class Calibration(msgspec.Struct, gc=False):
     """``<calibration>``: positions (rad, or m) at which a reference edge rises or falls."""
 
     rising: float | None = None
     falling: float | None = None
 
 
-class Joint(msgspec.Struct):
+class Joint(msgspec.Struct, gc=False):
     """``<joint>``; ``axis`` as written (not normalised), in the child link's frame.
 
     A fixed or floating joint has no axis: what a file states of it is not read."""
@@ -200,7 +200,7 @@ def _flipped(joint: Joint) -> Joint:
 _PARSER = etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
 
 
-class Extension(msgspec.Struct):
+class Extension(msgspec.Struct, gc=False):
     """An element that belongs to other programs (``<gazebo>``, ``<transmission>``, ...),
     kept as it is written."""
 

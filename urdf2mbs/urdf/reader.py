@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from urdf2mbs import files
+from urdf2mbs import files, xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import is_xacro
@@ -134,12 +134,27 @@ def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, lis
 
     :raises ConversionError: the last of the errors, with the others in its ``said``
     """
-    reading = Reading(f"{file} (expanded)" if expanded else file, expanded)
+    name = f"{file} (expanded)" if expanded else file
+    if xml_lines.is_large(data):
+        robot = _read_pieces(Reading(name, expanded), data)
+        if robot is not None:
+            return robot
+    reading = Reading(name, expanded)
     try:
-        return read_root(reading, data)
+        root = reading.xml(data)
+        return read_root(reading, root, root)
     except ConversionError as error:
         error.said = [*reading.diagnostics(), *reading.errors]
         raise
+
+
+def _read_pieces(reading: Reading, data: bytes) -> tuple[Robot, list[Diagnostic]] | None:
+    """Read a large URDF text piece by piece; None where it must be read as a whole, since
+    something is wrong with it."""
+    try:
+        return read_root(reading, *xml.pieces(data))
+    except (ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
+        return None
 
 
 def _read(source: Path) -> bytes:

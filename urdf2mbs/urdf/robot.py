@@ -15,6 +15,8 @@ from urdf2mbs.urdf.model import Extension, Robot
 from urdf2mbs.urdf.tree import check_tree
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from urdf2mbs.diagnostics import Diagnostic
     from urdf2mbs.urdf.values import Reading
 
@@ -34,14 +36,18 @@ OTHER_ROOTS = {
 }
 
 
-def read_root(reading: Reading, data: bytes) -> tuple[Robot, list[Diagnostic]]:
-    """The robot of a URDF text, and what is odd about it; raises ConversionError."""
-    root = reading.xml(data)
+def read_root(
+    reading: Reading, root: Any, children: Iterable[Any]
+) -> tuple[Robot, list[Diagnostic]]:
+    """The robot of a URDF's root element, and what is odd about it; raises ConversionError.
+
+    ``children``: those of the root, which may be there one at a time.
+    """
     _check_root(reading, root)
     reading.quaternions = root.get("version") in ("1.1", "1.2")
     robot = Robot("", file=reading.file)
     links, joints, extensions = robot.links, robot.joints, robot.extensions
-    for child in root:
+    for child in children:
         tag = child.tag
         if tag in ("link", "joint"):
             try:

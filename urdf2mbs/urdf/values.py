@@ -12,6 +12,7 @@ from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.spatial import ZERO, to_xyz_angles
 from urdf2mbs.urdf.elements import Elements
 from urdf2mbs.urdf.model import Origin
+from urdf2mbs.xml_lines import NotPieceByPieceError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,6 +27,10 @@ class Reading(Elements):
 
     def __init__(self, file: str, expanded: bool) -> None:
         super().__init__(file, expanded)
+        self.known: dict[str | None, float] = {}
+        """The numbers read so far, by their text: each is kept once."""
+        self.words: dict[str, str] = {}
+        """The names and types read so far: each is kept once."""
         self.vectors: dict[str, Vec] = {}
         """The vectors read so far, by their text."""
         self.colourless: set[str] = set()
@@ -46,6 +51,7 @@ class Reading(Elements):
                 element,
                 f"every <{kind}> needs a name of its own",
             )
+        name = self.words.setdefault(name, name)
         self.owner = (kind, name)
         if name != name.strip():
             self.warn(
@@ -70,6 +76,9 @@ class Reading(Elements):
         return text
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
+        known = self.known.get(text)
+        if known is not None:
+            return known
         if text is not None and text.isascii() and "_" not in text:
             try:
                 value = float(text)
@@ -77,6 +86,7 @@ class Reading(Elements):
                 pass
             else:
                 if isfinite(value):
+                    self.known[text] = value
                     return value
         return self.bad_number(element, attribute, text, 1)
 
@@ -191,7 +201,10 @@ def shown(text: str) -> str:
 
 def _says_the_same(element: Any, kind: str, name: str) -> bool:
     """Whether this element repeats the first one of its kind and name, but for blanks."""
-    first = next(one for one in element.getparent().iterchildren(kind) if one.get("name") == name)
+    siblings = element.getparent().iterchildren(kind)
+    first = next((one for one in siblings if one.get("name") == name), element)
+    if first is element:
+        raise NotPieceByPieceError  # the first one is gone by now
     said = [
         [
             (e.tag, len(e), sorted(e.items()), (e.text or "").strip())

@@ -6,6 +6,7 @@ Lines stay where they are: what is mended away is replaced by blanks.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import Any, NamedTuple, NoReturn
 
 from lxml import etree
@@ -24,6 +25,8 @@ class Slip(NamedTuple):
 
 #: Blanks and byte order marks, in any encoding.
 BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
+#: How files are parsed that may come from anywhere.
+_SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False}
 #: Longer comments are not read by libxml2.
 _LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
@@ -104,6 +107,16 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
     if dtd is not None and next(dtd.iterentities(), None) is not None:
         _bad_entities(file, 1)
     return root, slips
+
+
+def pieces(data: bytes) -> tuple[Any, Iterator[Any]]:
+    """The root element of a large URDF text without any slip, and each of its children in turn;
+    see ``xml_lines.pieces``, which says what it raises."""
+    found = xml_lines.pieces(data, ("link", "joint"), **_SAFE)
+    root = next(found)
+    if root.getroottree().docinfo.internalDTD is not None or root.tag != "robot":
+        raise xml_lines.NotPieceByPieceError
+    return root, found
 
 
 def mend(data: bytes) -> tuple[bytes, list[Slip]]:
@@ -249,7 +262,7 @@ def _bad_entities(file: str, line: int | None) -> NoReturn:
 
 
 def _parser(recover: bool = False) -> etree.XMLParser:
-    return etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, recover=recover)
+    return etree.XMLParser(recover=recover, **_SAFE)
 
 
 def _blanked(text: bytes) -> bytes:
