@@ -170,6 +170,15 @@ def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
     assert watcher.seen == [(when, name) for name in NINE for when in ("before", "after")]
 
 
+def test_who_watches_one_pipeline_sees_no_other(tmp_path: Path) -> None:
+    """Without files of a config, all have the same plugins."""
+    watched, other, watcher = pipeline_of(tmp_path), pipeline_of(tmp_path), Watcher()
+    assert watched.plugins is other.plugins
+    watched.watch(watcher)
+    other.run()
+    assert watcher.seen == []
+
+
 def test_stop_after(tmp_path: Path) -> None:
     pipeline = pipeline_of(tmp_path)
     conversion = pipeline.run(stop_after="prune-massless")

@@ -156,7 +156,7 @@ def _mechanics(body: Body) -> tuple[Any, ...]:
 
 
 def _only_mechanics(element: _Element) -> None:
-    etree.strip_elements(element, "graphics", "user_models", with_tail=False)
+    etree.strip_elements(element, "graphics", "user_models", "x3D", with_tail=False)
 
 
 def validate(data: bytes, file: str) -> list[Diagnostic]:
