@@ -57,16 +57,19 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     return re.sub(r"(?<!!)\[([^\]]+)\]\(([^):#]+)(?:#[^)]*)?\)", link, markdown)
 
 
-def _index() -> str:
-    """The README, as the site's first page."""
-    text = (DOCS.parent / "README.md").read_text("utf-8").replace("](docs/", "](")
-    return text.replace("](CONTRIBUTING.md)", "](../C)").replace("](CHANGELOG.md)", "](../C)")
+def _of_the_root(name: str) -> str:
+    """A page that lies beside the folder docs, such as the README, as a page of the site."""
+    text = (DOCS.parent / name).read_text("utf-8").replace("](docs/", "](")
+    text = text.replace("](CONTRIBUTING.md)", "](contributing.md)")
+    return text.replace("](CHANGELOG.md)", "](changelog.md)")
 
 
 def pages() -> dict[str, str]:
     """The generated pages, by name."""
     return {
-        "index.md": _index(),
+        "index.md": _of_the_root("README.md"),
+        "contributing.md": _of_the_root("CONTRIBUTING.md"),
+        "changelog.md": _of_the_root("CHANGELOG.md"),
         "reference/commands.md": _commands(),
         "reference/config.md": _config(),
         "reference/passes.md": _passes(),

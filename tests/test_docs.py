@@ -409,7 +409,7 @@ def test_the_page_is_the_catalogue() -> None:
 
 
 #: Codes that no test brings about yet.
-UNTESTED = {"contacts-mesh", "sensor-left-out", "mesh-part", "pass-order", "pinocchio-refused",
+UNTESTED = {"contacts-mesh", "mesh-part", "pass-order", "pinocchio-refused",
             "cluster-failed"}  # fmt: skip
 
 

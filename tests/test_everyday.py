@@ -9,6 +9,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from errno import ENOSPC
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -361,3 +362,40 @@ def test_each_result_ends_with_what_to_do_next(
     assert last[0].startswith("Next: ")
     assert last[1].startswith("      ")
     assert said in out
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "said"),
+    [
+        (BrokenPipeError(), 0, ""),
+        (KeyboardInterrupt(), 130, ""),
+        (OSError(ENOSPC, "No space left on device"), 2, "error[output-unwritable]: cannot print"),
+        (
+            ValueError("two\nlines"),
+            1,
+            "error[internal]: ValueError: two lines\n  this is a mistake",
+        ),
+    ],
+)
+def test_how_a_command_ends(
+    raised: BaseException, code: int, said: str, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    def carry_out(arguments: object) -> int:
+        raise raised
+
+    monkeypatch.setattr("urdf2mbs.commands.doctor.carry_out", carry_out)
+    assert main(["doctor"]) == code
+    err = capsys.readouterr().err
+    assert err.startswith(said)
+    assert bool(err) == bool(said)
+    if code == 1:
+        with pytest.raises(type(raised)):
+            main(["doctor", "--debug"])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a pipe of POSIX")
+def test_who_reads_no_further_sees_no_traceback() -> None:
+    command = f"{shlex.quote(sys.executable)} -m urdf2mbs schema | head -c 10"
+    done = subprocess.run(command, shell=True, check=False, capture_output=True)
+    assert done.stdout.startswith(b"{")
+    assert done.stderr == b""

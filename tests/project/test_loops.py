@@ -11,6 +11,7 @@ import pytest
 from descriptions import stand_in
 from project.test_mimic import joint, link
 
+from urdf2mbs import convert
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
@@ -87,6 +88,31 @@ def test_a_joint_in_gazebo_closes_the_loop() -> None:
     )
     result = convert_text(skew.replace("</robot>", SDF), base="fixed")
     assert [cut.name for cut in result.mbs.cuts] == ["pin_1", "pin_2"]
+
+
+def test_a_solid_that_is_turned_is_told_with_its_angle() -> None:
+    """At the start the coupler is level, and the rocker is turned by a quarter."""
+    cuts = {"pin": {"kind": "solid", **BALL["pin"]}}
+    turned = FOUR_BAR.replace(at(1, 0, 0), '<origin xyz="1 0 0" rpy="0 1.5707963267948966 0"/>')
+    result = convert_text(turned, base="fixed", options={"loops": {"cuts": cuts}})
+    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    assert "and 1.57 rad" in told
+
+
+def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
+    """The elbow turns back by as much as the crank turns: a parallelogram."""
+    mimic = "<mimic joint='crank' multiplier='-1'/></joint>"
+    parts = FOUR_BAR.split("</joint>")
+    text = parts[0] + "</joint>" + parts[1] + mimic + "</joint>".join(parts[2:])
+    (tmp_path / "r.urdf").write_text(text)
+    result = convert(
+        tmp_path / "r.urdf", project=tmp_path / "r", base="fixed", options={"loops": {"cuts": BALL}}
+    )
+    # so the coupler stays level: at the start, one of the ball's two equations follows
+    found = natures(result)
+    assert [found[name] for name in ("crank", "elbow", "rocker")] == [
+        "independent", "dependent", "dependent"
+    ]  # fmt: skip
 
 
 def test_an_open_loop_is_told_with_its_distance() -> None:

@@ -185,6 +185,25 @@ def test_wrong_options(name: str, options: dict[str, Any], code: str) -> None:
     assert caught.value.code == code
 
 
+def test_sensors_of_the_urdf_have_places_and_links() -> None:
+    """In SDF's words and in URDF's; one whose link is not there is told; one without a place is
+    where its link is."""
+    more = (
+        '<gazebo reference="arm"><sensor name="sdf" type="imu"><pose>1 2 3 0 0 0</pose></sensor>'
+        '<sensor name="bare" type="imu"><pose>1 2 x 0 0 0</pose></sensor></gazebo>'
+        '<sensor name="urdf" type="imu"><parent link="hand"/><origin xyz="0 0 4"/></sensor>'
+        '<sensor name="lost" type="imu"><parent link="nowhere"/></sensor></robot>'
+    )
+    result = convert_text(TINY.replace("</robot>", more))
+    points = {p.sensor.name: p for b in result.mbs.bodies for p in b.points if p.sensor is not None}
+    assert set(points) == {"sdf", "bare", "urdf"}
+    assert points["sdf"].coordinates == (1.0, 2.0, 3.0)
+    assert points["bare"].coordinates == (0.0, 0.0, 0.0)
+    assert points["urdf"].coordinates == (0.0, 0.0, 4.0)
+    (told,) = [one for one in result.diagnostics if one.code == "sensor-left-out"]
+    assert "'lost' is on 'nowhere', which is no link" in told.message
+
+
 def test_actuated_joints() -> None:
     more = (
         '<transmission name="t"><joint name="shoulder"/></transmission>'

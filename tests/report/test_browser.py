@@ -298,9 +298,11 @@ def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:
     assert "body" not in found["differing"]
     assert "elsewhere or turned" in report.page.locator("#agreement").inner_text()
     lit = set()
-    for _ in range(2):
+    for _ in range(50):  # the page's own clock blinks, too: it may undo a step of ours
         lit.add(tuple(report.ask("urdf2mbs.lit('arm')")))
         report.ask("urdf2mbs.blink()")
+        if len(lit) > 1:
+            break
     assert lit == {("mbs",), ("urdf",)}
 
 

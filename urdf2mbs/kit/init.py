@@ -351,9 +351,13 @@ def _passes(found: Findings) -> list[str]:
 def in_words(config: Path, found: Findings) -> str:
     """What was found and written, and what to do next."""
     text = f"wrote {config}: {counted(len(found.robot.links), 'link')}"
-    text += f", {counted(len(found.packages), 'package')}"
-    text += f", {counted(len(found.arguments), 'xacro argument')}"
-    text += f", {found.meshes - len(found.meshes_missing)} of {counted(found.meshes, 'mesh')} found"
+    if found.packages:
+        text += f", {counted(len(found.packages), 'package')}"
+    if found.arguments:
+        text += f", {counted(len(found.arguments), 'xacro argument')}"
+    if found.meshes:
+        there = found.meshes - len(found.meshes_missing)
+        text += f", {there} of {counted(found.meshes, 'mesh')} found"
     if found.feet:
         text += f"\n  feet: {', '.join(found.feet)}"
     if found.sensors:

@@ -14,7 +14,7 @@ out before those nearer to the base.  A loop that is not closed there is told, w
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from math import dist, isfinite
+from math import asin, dist, isfinite
 from typing import Literal
 
 import msgspec
@@ -357,7 +357,8 @@ def _tell_open(conversion: Conversion, placement: Placement) -> None:
             a, b = (placement.bodies[end[0]].rot for end in (cut.endpoint1, cut.endpoint2))
             turned = multiply(transpose(a), b)
             # a solid keeps the axes of the two bodies parallel
-            angle = dist(turned, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)) / 2**0.5
+            chord = dist(turned, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+            angle = 2.0 * asin(min(1.0, chord / 8**0.5))  # |R - 1| = 8^(1/2) sin(angle / 2)
             if angle > CLOSED:
                 told += f" and {angle:.3g} rad"
                 off = max(off, angle)

@@ -1,0 +1,83 @@
+"""What the command `verify` prints of pairs that are and are not the same: words and JSON."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.cli import main
+from urdf2mbs.testing import TINY
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+ENDS = ("arm", "hand")
+
+
+@pytest.fixture
+def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of tiny.urdf and of its .mbs."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
+    return tmp_path
+
+
+def test_json_has_the_verdict(pair: Path, capsys: Any) -> None:
+    assert main(["verify", "tiny.urdf", "tiny.mbs", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["same"], found["robot"], found["moving"]) == (True, "tiny", 3)
+    assert found["differences"] == []
+
+
+def test_what_differs_is_told_the_largest_first(pair: Path, capsys: Any) -> None:
+    text = TINY.replace('<mass value="2"/>', '<mass value="3"/>')
+    text = text.replace('xyz="0.1 0 0.15"', 'xyz="0.1001 0 0.15"')
+    (pair / "other.urdf").write_text(text)
+    assert main(["verify", "other.urdf", "tiny.mbs"]) == 3
+    out = capsys.readouterr().out
+    assert "not the same, by relative size:\n" in out
+    sizes = [float(line.split()[0]) for line in out.splitlines() if "e-" in line[:9]]
+    assert sizes == sorted(sizes, reverse=True)
+    assert out.endswith("NOT the same robot\n")
+    assert main(["verify", "other.urdf", "tiny.mbs", "--json"]) == 3
+    found = json.loads(capsys.readouterr().out)
+    assert found["same"] is False
+    assert found["differences"][0]["message"].startswith("link 'body': mass is 2 in the .mbs")
+
+
+def test_flipped_joints_and_cuts_are_told(pair: Path, capsys: Any) -> None:
+    """The second axis is minus the first one's: only a flip, or a turn, can be such an axis."""
+    text = TINY.replace('rpy="0 0.5 0"', "").replace('<axis xyz="1 0 0"/>', '<axis xyz="0 0 -1"/>')
+    (pair / "tiny.urdf").write_text(text)
+    options: dict[str, dict[str, Any]] = {
+        "align-frames": {"flip": True},
+        "loops": {"cuts": {"tie": {"kind": "rod", "ends": [{"link": one} for one in ENDS]}}},
+    }
+    result = convert("tiny.urdf", pipeline="compact", options=options)
+    assert result.conversion.names.flipped
+    (pair / "tiny.mbs").write_bytes(result.data)
+    assert main(["verify", "tiny.urdf", "tiny.mbs"]) == 0
+    out = capsys.readouterr().out
+    assert "the other way round (minus the URDF's)" in out
+    assert "not compared: cut 'tie' (rod): a URDF has nothing of the kind" in out
+
+
+def test_more_frames_than_are_shown_are_counted(pair: Path, capsys: Any) -> None:
+    links = "".join(
+        f'<link name="f{k}"/><joint name="m{k}" type="fixed"><parent link="hand"/>'
+        f'<child link="f{k}"/><origin xyz="0 AT {k}"/></joint>'
+        for k in range(12)
+    )
+    text = TINY.replace("</robot>", f"{links}</robot>")
+    (pair / "many.urdf").write_text(text.replace("AT", "0"))
+    (pair / "many.mbs").write_bytes(convert("many.urdf").data)
+    (pair / "many.urdf").write_text(text.replace("AT", "0.5"))
+    assert main(["verify", "many.urdf", "many.mbs"]) == 0
+    out = capsys.readouterr().out
+    assert "frames that are elsewhere, which by itself is no difference:" in out
+    assert "  and 2 more, which --json lists" in out
