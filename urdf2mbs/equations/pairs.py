@@ -120,8 +120,7 @@ def _order(graph: Graph, used: list[int], twins: dict[int, Twin]) -> list[int]:
         for x in operands:
             users[x].append(node)
         missing[node] = len(operands)
-    ready = [node for node in used if not missing[node]]
-    heapify(ready)
+    ready = [node for node in reversed(used) if not missing[node]]
     done: set[int] = set()
     out: list[int] = []
     lowest = 0
@@ -136,7 +135,7 @@ def _order(graph: Graph, used: list[int], twins: dict[int, Twin]) -> list[int]:
             other = twins.pop(node).node
             first.pop(other, None)
             ready = [node, other]
-        node = heappop(ready)
+        node = ready.pop()
         node = first.get(node, node)
         both = (node, twins[node].node) if node in twins else (node,)
         if node in done or any(missing[x] for x in both):
@@ -147,7 +146,7 @@ def _order(graph: Graph, used: list[int], twins: dict[int, Twin]) -> list[int]:
             for user in users[x]:
                 missing[user] -= 1
                 if not missing[user]:
-                    heappush(ready, user)
+                    ready.append(user)
 
 
 class _Writer:

@@ -15,13 +15,13 @@ from urdf2mbs.equations.graph import (
     COS,
     DIV,
     FIRST,
-    INPUT,
     LEAVES,
     MUL,
     PAIR,
     SECOND,
     SIN,
     SQRT,
+    SYMBOL,
     Expr,
     Graph,
 )
@@ -115,12 +115,14 @@ class _Writer:
     def __init__(self, routine: Routine) -> None:
         self.routine, self.graph = routine, routine.graph
         self.uses: dict[int, int] = {}
+        self.votes: dict[int, int] = {}
+        """In how many more uses a node is added than subtracted."""
         self.named: set[int] = set()
         """Nodes that are variables though they are used once: only these have parts."""
         self.pairs: set[int] = set()
-        self.terms: dict[int, list[tuple[bool, str]]] = {}
+        self.terms: dict[int, list[tuple[bool, str]]] = {0: []}
         """How a node is written where it is used: terms, each with whether it is added."""
-        self.used: dict[int, tuple[str, ...]] = {}
+        self.used: dict[int, tuple[str, ...]] = {0: ()}
         self.out: list[Statement] = []
         self.count = Count()
         self.variables = 0
@@ -134,85 +136,96 @@ class _Writer:
             node = abs(step.value)
             self._make(node)
             text = self._join(node, step.value > 0) if node else "0.0"
-            self.out.append(Statement(text, None, step.places, self.used.get(node, ())))
+            self.out.append(Statement(text, None, step.places, self.used[node]))
         return self.out, self.count
 
     def _count_uses(self) -> None:
-        op, a, b, uses = self.graph.op, self.graph.a, self.graph.b, self.uses
-        stack = [abs(s.value) for s in self.routine.steps if isinstance(s, Store) and s.value]
+        op, a, b = self.graph.op, self.graph.a, self.graph.b
+        uses, votes = self.uses, self.votes
+        stack = [s.value for s in self.routine.steps if isinstance(s, Store) and s.value]
         while stack:
-            node = stack.pop()
+            x = stack.pop()
+            node = abs(x)
+            votes[node] = votes.get(node, 0) + (1 if x > 0 else -1)
             uses[node] = uses.get(node, 0) + 1
             if uses[node] > 1 or op[node] in LEAVES:
                 continue
-            stack.append(abs(a[node]))
+            if op[node] in (FIRST, SECOND):
+                self.named.add(a[node])
+                stack.append(a[node] if x > 0 else -a[node])
+                continue
+            stack.append(a[node])
             if op[node] in BINARY:
-                stack.append(abs(b[node]))
-            elif op[node] in (FIRST, SECOND):
-                self.named.add(stack[-1])
+                stack.append(b[node])
 
     def _make(self, wanted: int) -> None:
         """Write all that an expression needs, deepest first."""
-        op, a, b = self.graph.op, self.graph.a, self.graph.b
+        op, a, b, terms = self.graph.op, self.graph.a, self.graph.b, self.terms
         stack = [wanted]
         while stack:
             node = stack[-1]
-            if node in self.terms or node == 0:
+            if node in terms:
                 stack.pop()
                 continue
-            kind = op[node]
-            if kind in LEAVES:
-                self._leaf(node, kind)
+            if op[node] in LEAVES:
+                self._leaf(node)
                 continue
-            operands = [abs(a[node]), abs(b[node])] if kind in BINARY else [abs(a[node])]
-            missing = [x for x in operands if x not in self.terms]
-            if missing:
-                stack += reversed(missing)
+            x, y = abs(a[node]), abs(b[node])
+            if x in terms and y in terms:
+                self._operation(node, x, y)
                 continue
-            self._operation(node, kind, operands)
-            stack.pop()
+            if y not in terms:
+                stack.append(y)
+            if x not in terms:
+                stack.append(x)
 
-    def _leaf(self, node: int, kind: int) -> None:
+    def _leaf(self, node: int) -> None:
+        kind, name = self.graph.op[node], self.graph.name[node]
         if kind == CONST:
-            value = self.graph.value[node]
-            self.terms[node] = [(True, repr(value))]
-            self.used[node] = ()
-        else:
-            name = self.graph.name[node]
-            self.terms[node] = [(True, name)]
-            self.used[node] = () if kind == INPUT else (name,)
+            name = repr(self.graph.value[node])
+        self.terms[node] = [(True, name)]
+        self.used[node] = (name,) if kind == SYMBOL else ()
 
-    def _operation(self, node: int, kind: int, operands: list[int]) -> None:
+    def _operation(self, node: int, x: int, y: int) -> None:
         graph = self.graph
-        x, y = graph.a[node], graph.b[node]
+        kind = graph.op[node]
         if kind == ADD:
-            terms = self.terms[x] + [(plus == (y > 0), text) for plus, text in self.terms[abs(y)]]
-        elif kind == MUL:
-            terms = [(True, f"{self._factor(x)} * {self._factor(y)}")]
-        elif kind == DIV:
-            terms = [(True, f"{self._factor(x)} / {self._divisor(y)}")]
+            more = self.terms[y]
+            if graph.b[node] < 0:
+                more = [(not plus, text) for plus, text in more]
+            terms = self.terms[x] + more
         elif kind == PAIR:
-            terms = [(True, f"PAIR({self._join(abs(x), x > 0)}, {self._join(abs(y), y > 0)})")]
+            first = self._join(x, graph.a[node] > 0)
+            terms = [(True, f"PAIR({first}, {self._join(y, graph.b[node] > 0)})")]
+        elif kind in (MUL, DIV):
+            (plus, one), (other, two) = self._factor(x), self._factor(y)
+            if kind == DIV and " " in two and two[0] != "(":
+                two = f"({two})"
+            terms = [(plus == other, f"{one} {'*' if kind == MUL else '/'} {two}")]
         elif kind in (FIRST, SECOND):
-            terms = [(True, f"{self._single(x)}[{kind - FIRST}]")]
+            plus, name = self.terms[x][0]
+            terms = [(plus, f"{name}[{kind - FIRST}]")]
         else:
             name = {SIN: "sin", COS: "cos", SQRT: "sqrt"}[kind]
-            terms = [(True, f"{name}({self._join(abs(x), x > 0)})")]
-        used = self.used[operands[0]]
-        if len(operands) > 1:
-            used += self.used[operands[1]]
-        self.terms[node], self.used[node] = terms, used
-        self._count(node, kind, operands)
-        long = sum(len(text) + 3 for _, text in terms) > LONGEST
-        if self.uses[node] > 1 or node in self.named or long:
+            terms = [(True, f"{name}({self._join(x, graph.a[node] > 0)})")]
+        self.terms[node], self.used[node] = terms, self.used[x] + self.used[y]
+        self._add_to_count(node, kind, x, y)
+        if (
+            self.uses[node] > 1
+            or node in self.named
+            or sum(len(text) + 3 for _, text in terms) > LONGEST
+        ):
             self._variable(node, kind)
 
-    def _count(self, node: int, kind: int, operands: list[int]) -> None:
-        count, pair = self.count, False
-        if kind == PAIR or (kind in BINARY and not self.pairs.isdisjoint(operands)):
+    def _add_to_count(self, node: int, kind: int, x: int, y: int) -> None:
+        count, times = self.count, 1
+        if kind == PAIR:
             self.pairs.add(node)
-            pair = True
-        times = 2 if pair else 1
+            return
+        if (x in self.pairs or y in self.pairs) and kind in BINARY:
+            self.pairs.add(node)
+            times = 2
+            count.paired += 2
         if kind == ADD:
             count.sums += times
         elif kind == MUL:
@@ -221,40 +234,39 @@ class _Writer:
             count.divisions += times
         elif kind in (SIN, COS, SQRT):
             count.functions += 1
-        if pair and kind != PAIR:
-            count.paired += 2
 
     def _variable(self, node: int, kind: int) -> None:
-        text = self._join(node, True)
+        """Give a name to a node, or to its opposite if so fewer signs have to be changed."""
+        signs = [plus for plus, _ in self.terms[node]]
+        positive = all(signs) or (any(signs) and self.votes[node] >= 0)
+        text = self._join(node, positive)
         argument = self.graph.name[abs(self.graph.a[node])] if kind in (SIN, COS) else ""
         if argument.startswith("q["):
             name = f"{'S' if kind == SIN else 'C'}{argument[2:-1]}"
         else:
             self.variables += 1
             name = f"x{self.variables}"
-        pair = node in self.pairs
-        self.out.append(Statement(text, name, (), self.used[node], pair=pair))
-        self.terms[node], self.used[node] = [(True, name)], (name,)
+        self.out.append(Statement(text, name, (), self.used[node], pair=node in self.pairs))
+        self.terms[node], self.used[node] = [(positive, name)], (name,)
 
     def _join(self, node: int, positive: bool) -> str:
         """A sum as text, with a term that is added in front, if there is one."""
         terms = [(plus == positive, text) for plus, text in self.terms[node]]
-        first = next((i for i, (plus, _) in enumerate(terms) if plus), 0)
-        terms.insert(0, terms.pop(first))
+        if not terms[0][0]:
+            first = next((i for i, (plus, _) in enumerate(terms) if plus), 0)
+            terms.insert(0, terms.pop(first))
         if not terms[0][0]:
             self.count.signs += 1
         text = ("" if terms[0][0] else "-") + terms[0][1]
         return text + "".join(f" {'+' if plus else '-'} {term}" for plus, term in terms[1:])
 
-    def _factor(self, node: int) -> str:
-        return f"({self._join(node, True)})" if len(self.terms[node]) > 1 else self._single(node)
-
-    def _single(self, node: int) -> str:
-        return self.terms[node][0][1]
-
-    def _divisor(self, node: int) -> str:
-        text = self._factor(node)
-        return f"({text})" if " " in text and not text.startswith("(") else text
+    def _factor(self, node: int) -> tuple[bool, str]:
+        """Whether a node is added, and its text, as a factor of a product."""
+        terms = self.terms[node]
+        if len(terms) == 1:
+            return terms[0]
+        positive = any(plus for plus, _ in terms)
+        return positive, f"({self._join(node, positive)})"
 
 
 @dataclass
