@@ -1,21 +1,28 @@
 """The generated equations beside Pinocchio: operations, compile time, microseconds.
 
-    python benchmarks/equations.py [ROBOT ...]
+    python benchmarks/equations.py [--counts | --generation | --speed] [--headers] [ROBOT ...]
 
-``M`` and ``c`` of the generated C against ``crba`` plus ``nonLinearEffects`` called from C++ on
-the same robot, floating, in turn in one run; of each the least of many short runs counts, so
-that a busy machine does not.  Needs gcc, g++, Eigen's headers (libeigen3-dev) and ``pin``, whose
-wheel brings its own.  Compiling against Pinocchio takes a minute; its library's instances of
-``crba`` and ``nonLinearEffects`` are used, as its Python does.
+Without the first options all three: the table of counts in ``docs/equations.md``, of every robot
+of ``../shared/robots``; how long the equations take to generate, which needs nothing else; and
+how fast they are.
+
+For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus
+``nonLinearEffects``, called from C++ on the same robot, floating, in turn in one run; of each the
+least of many short runs counts, so that a busy machine does not.  Needs gcc, g++, Eigen's headers
+(libeigen3-dev) and ``pin``, whose wheel brings its own headers.  Pinocchio is its library's
+instances of both, which its Python uses too; with ``--headers`` also both compiled here, with
+``-O3 -march=native``, which takes minutes.
 """
 
 from __future__ import annotations
 
 import ctypes
+import importlib.util
 import resource
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,13 +32,16 @@ import pinocchio as pin
 from robots import real
 
 from urdf2mbs.equations import Equations, equations
+from urdf2mbs.equations.files import Maker
+from urdf2mbs.equations.routine import statements
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from runtime import HEADER, TABLES, VECTORS, Data, random_state
 
+TESTS = Path(__file__).resolve().parents[1] / "tests"
 FLAGS = {"-O2": ["-O2"], "-O3 native": ["-O3", "-march=native"]}
 RUN = """
 #include <time.h>
@@ -53,12 +63,19 @@ double run(double **M, double *c, MbsData *s, double *q, double *qd, int n, int 
 ROW = ctypes.POINTER(ctypes.c_double)
 
 
-def pinocchio_library(folder: Path) -> Path:
+#: Pinocchio: its library, and its headers compiled here.
+BUILDS = {
+    "library": ["-O2", "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION"],
+    "headers": ["-O3", "-march=native"],
+}
+
+
+def pinocchio_library(folder: Path, flags: list[str]) -> Path:
     prefix = Path(pin.__file__).parents[4]
-    out = folder / "pinocchio.so"
+    out = folder / f"pinocchio{len(list(folder.glob('pinocchio*.so')))}.so"
     subprocess.run(
-        ["g++", "-w", "-O2", "-DNDEBUG", "-std=c++17", "-shared", "-fPIC",
-         "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+        ["g++", "-w", *flags, "-DNDEBUG", "-std=c++17", "-shared", "-fPIC",
+         "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
          "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
          f"-I{prefix}/include", "-I/usr/include/eigen3",
          str(Path(__file__).with_suffix(".cpp")), "-o", str(out),
@@ -132,45 +149,107 @@ def runner(library: Any, mbs: Mbs) -> Callable[[], float]:
     return run
 
 
-def main(names: list[str]) -> None:
+def speed(names: list[str]) -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        library = pinocchio_library(folder)
+        libraries = {
+            build: pinocchio_library(folder, flags).read_bytes()
+            for build, flags in BUILDS.items()
+            if build == "library" or "--headers" in sys.argv
+        }
         for name, text in real().items():
-            if names and name not in names:
-                continue
-            model = pin.buildModelFromXML(text.decode(), pin.JointModelFreeFlyer())
-            described(model, folder / "model.txt")
-            own = folder / f"{name}.so"  # a copy each: it holds one model
-            own.write_bytes(library.read_bytes())
-            theirs = ctypes.CDLL(str(own))
-            theirs.run.restype = ctypes.c_double
-            assert theirs.load(str(folder / "model.txt").encode()) == model.nv
-            data = convert_text(text.decode(), base="floating", pipeline="compact").data
-            mbs = read(data, name, mechanics_only=True)
-            runs: dict[str, Callable[[], float]] = {}
-            told: dict[str, str] = {}
+            if not names or name in names:
+                _one(name, text.decode(), libraries, folder)
+
+
+def _one(name: str, text: str, libraries: dict[str, bytes], folder: Path) -> None:
+    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+    described(model, folder / "model.txt")
+    theirs: dict[str, Any] = {}
+    for number, (build, library) in enumerate(libraries.items()):
+        own = folder / f"{name}{number}.so"  # a copy each: it holds one model
+        own.write_bytes(library)
+        theirs[build] = ctypes.CDLL(str(own))
+        theirs[build].run.restype = ctypes.c_double
+        assert theirs[build].load(str(folder / "model.txt").encode()) == model.nv
+    data = convert_text(text, base="floating", pipeline="compact").data
+    mbs = read(data, name, mechanics_only=True)
+    runs: dict[str, Callable[[], float]] = {}
+    told: dict[str, str] = {}
+    for fold in (False, True):
+        made = equations(mbs, data, name, language="c", fold=fold)
+        for flag, flags in FLAGS.items():
+            label = f"{flag}{', folded' if fold else ''}"
+            built, took = compiled(made, mbs, flags, folder / f"{name} {label}")
+            runs[label] = runner(built, mbs)
+            count = made.counts["dirdyna"].operations
+            told[label] = f"{count} operations, compiled in {took:.1f} s"
+    best = dict.fromkeys(runs, 1.0)
+    others = dict.fromkeys(theirs, 1.0)
+    for _ in range(400):
+        for build, other in theirs.items():
+            others[build] = min(others[build], other.run(100, 0), other.run(100, 1))
+        for label, run in runs.items():
+            best[label] = min(best[label], run())
+    print(f"{name}: {len(mbs.numbers())} joints")
+    for build, seconds in others.items():
+        print(f"  Pinocchio, {build:18} {1e6 * seconds:6.2f} us")
+    for label, seconds in best.items():
+        ratios = ", ".join(f"{seconds / other:.3f}" for other in others.values())
+        print(f"  {label:29} {1e6 * seconds:6.2f} us, {ratios}; {told[label]}", flush=True)
+
+
+def generation(names: list[str]) -> None:
+    """Seconds of this process for all ten files; the least of several."""
+    for name, text in real().items():
+        if names and name not in names:
+            continue
+        data = convert_text(text.decode(), base="floating", pipeline="compact").data
+        for language in ("python", "c"):
+            best, size = 9.0, 0
+            for _ in range(7):
+                begun = time.process_time()
+                mbs = read(data, name, mechanics_only=True)
+                made = equations(mbs, data, name, language=language)
+                best = min(best, time.process_time() - begun)
+                size = sum(len(file) for file in made.files.values())
+            print(
+                f"{name}, {language}: {best:.2f} s for {size / 1e6:.2f} MB, "
+                f"{best / size * 1e6:.2f} s for each MB", flush=True,
+            )  # fmt: skip
+
+
+def counts(names: list[str]) -> None:
+    """Operations of each robot, as the table of ``docs/equations.md`` has them."""
+    spec = importlib.util.spec_from_file_location("robots_of_tests", TESTS / "robots.py")
+    assert spec is not None
+    assert spec.loader is not None
+    tests = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tests)
+    rows: dict[str, list[str]] = {}
+    for param in tests.CONVERTIBLE:
+        robot = param.values[0]
+        if names and robot.name not in names:
+            continue
+        row = ""
+        for preset in ("compact", "faithful"):
+            mbs = read(robot.convert(pipeline=preset).data, robot.name, mechanics_only=True)
+            if not mbs.numbers():
+                break
+            row += f" {len(mbs.numbers())} |"
             for fold in (False, True):
-                made = equations(mbs, data, name, language="c", fold=fold)
-                for flag, flags in FLAGS.items():
-                    label = f"{flag}{', folded' if fold else ''}"
-                    built, took = compiled(made, mbs, flags, folder / f"{name} {label}")
-                    runs[label] = runner(built, mbs)
-                    count = made.counts["dirdyna"].operations
-                    told[label] = f"{count} operations, compiled in {took:.1f} s"
-            best = dict.fromkeys(runs, 1.0)
-            other = 1.0
-            for _ in range(400):
-                other = min(other, theirs.run(100, 0), theirs.run(100, 1))
-                for label, run in runs.items():
-                    best[label] = min(best[label], run())
-            print(f"{name}: {len(mbs.numbers())} joints; Pinocchio {1e6 * other:.2f} us")
-            for label, seconds in best.items():
-                ratio = seconds / other
-                print(
-                    f"  {label:18} {1e6 * seconds:6.2f} us, {ratio:.3f}; {told[label]}", flush=True
-                )
+                maker = Maker(mbs, fold=fold, keep_turns=False)
+                for made in (maker.dirdyna(), maker.invdyna()):
+                    count = statements(made)[1]
+                    row += f" {count.operations - count.signs} |"
+        if row:
+            rows.setdefault(row, []).append(robot.name)
+    for row, robots in rows.items():
+        print(f"| {', '.join(robots)} |{row}", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parts = {"--counts": counts, "--generation": generation, "--speed": speed}
+    asked = [part for part in sys.argv[1:] if part in parts]
+    for part in asked or parts:
+        parts[part]([name for name in sys.argv[1:] if not name.startswith("--")])

@@ -262,7 +262,7 @@ class _Columns:
         price += sum(2 * _weight(axis) - 1 for _, axis, _ in axes if _weight(axis) > 1)
         # the others' axes may come from here
         saved = (self.price[k] - price) * self.columns[k]
-        if saved > self.made[k] * 0.5:
+        if saved > self.made[k] * 0.75:
             self.stops[k] = True
             self.price[k] = price
 

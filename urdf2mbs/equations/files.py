@@ -91,7 +91,7 @@ def equations(
             (numbers[joint.name], joint.name, joint.q or 0.0)
             for body in mbs.bodies for joint in body.joints if is_fixed(joint)
         ]  # fmt: skip
-    maker = _Maker(mbs, fold, keep_turns)
+    maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
     writer = c.Writer(mbs, pairs=pairs) if language == "c" else python.Writer(mbs, numba=numba)
     checksum = sha256(data).hexdigest()
     for name in FUNCTIONS:
@@ -140,10 +140,10 @@ def _header(
     return lines
 
 
-class _Maker:
+class Maker:
     """The routines of one model; a string says why there is none."""
 
-    def __init__(self, mbs: Mbs, fold: bool, keep_turns: bool) -> None:
+    def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
         self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
 
     def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
