@@ -172,11 +172,12 @@ def plan(
     pitch = (JOINT if vertical else JOINT_ACROSS) + spread
     in_front = any(lead.point is None for lead in ahead)
     own = len(node.joints)
+    most_joints = max(own, len(node.alike.joints)) if node.alike is not None else own
     a0, joints = 0.0, []
     if own:
         first = (LEAD if vertical else JOINT_ACROSS) + spread
         natural = first + pitch * (own - 1)
-        end = max(natural, *(first + pitch * (len(one.joints) - 1) for one in node.twins))
+        end = first + pitch * (most_joints - 1)
         most = own * ((FAR if vertical else FAR_ACROSS) + spread)
         if in_front:
             # children at the body's own frame: the last joint stands at the far edge of the box

@@ -58,9 +58,7 @@ def _named(conversion: Conversion) -> dict[str, str]:
     """The joints with a force-torque sensor in the URDF, and the name of the sensor."""
     sensors: dict[str, str] = {}
     for extension in conversion.robot.extensions:
-        for name, kind, element in extension.sensors():
-            if kind != "force_torque":
-                continue
+        for name, _, element in extension.sensors("force_torque"):
             parent = element.find("parent")
             joint = extension.reference if parent is None else parent.get("joint")
             if joint is not None:

@@ -113,9 +113,7 @@ def _from_urdf(conversion: Conversion, options: Options) -> list[tuple[str, str,
     robot = conversion.robot
     sensors: list[tuple[str, str, str, Pose]] = []
     for extension in robot.extensions:
-        for name, kind, element in extension.sensors():
-            if kind not in KINDS:
-                continue
+        for name, kind, element in extension.sensors(*KINDS):
             if options.only and not any(fnmatchcase(name, p) for p in options.only):
                 continue
             parent = element.find("parent")

@@ -213,12 +213,18 @@ class Extension(msgspec.Struct, gc=False):
         """The element itself."""
         return etree.fromstring(self.xml, _PARSER)
 
-    def sensors(self) -> Iterator[tuple[str, str, etree._Element]]:
-        """The name and type of each ``<sensor>`` that it is or has, and what it stands on."""
-        if self.tag in ("sensor", "gazebo") and "<sensor" in self.xml:
-            root = self.element()
-            for sensor in [root] if self.tag == "sensor" else root.iterchildren("sensor"):
-                yield str(sensor.get("name")), str(sensor.get("type")), sensor
+    def sensors(self, *kinds: str) -> Iterator[tuple[str, str, etree._Element]]:
+        """The name and type of each ``<sensor>`` that it is or has, and what it stands on: of
+        these types, or of any."""
+        if self.tag not in ("sensor", "gazebo") or "<sensor" not in self.xml:
+            return
+        if kinds and not any(kind in self.xml for kind in kinds):
+            return  # XML is read only where there is something to find
+        root = self.element()
+        for sensor in [root] if self.tag == "sensor" else root.iterchildren("sensor"):
+            name, kind = str(sensor.get("name")), str(sensor.get("type"))
+            if not kinds or kind in kinds:
+                yield name, kind, sensor
 
 
 class Robot(msgspec.Struct):
