@@ -351,11 +351,17 @@ def test_colours(
         (["convert", "tiny.urdf", "-o", "x.mbs"], "Next: open x.mbs in MBSysPad"),
         (["convert", "tiny.urdf", "-o", "x/"], "\n      python x/workR/main.py"),
         (["init", "tiny.urdf"], "Next: urdf2mbs run tiny.yaml\n      urdf2mbs report tiny.yaml"),
+        (["diagram", "tiny.mbs"], "Next: open tiny.svg in a browser"),
+        (["equations", "tiny.mbs", "-o", "s"], "Next: call them"),
+        (["convert", "robots/", "-o", "m/"], "Next: open a model in MBSysPad"),
     ],
 )
 def test_each_result_ends_with_what_to_do_next(
     words: list[str], said: str, here: Path, capsys: Any
 ) -> None:
+    (here / "robots").mkdir()
+    (here / "robots" / "tiny.urdf").write_text(TINY)
+    assert main(["convert", "tiny.urdf"]) == 0
     assert main(words) == 0
     out = capsys.readouterr().out
     last = out.splitlines()[-2:]
@@ -399,3 +405,26 @@ def test_who_reads_no_further_sees_no_traceback() -> None:
     done = subprocess.run(command, shell=True, check=False, capture_output=True)
     assert done.stdout.startswith(b"{")
     assert done.stderr == b""
+
+
+WRONG = """
+from urdf2mbs.plugin import Pass, hookimpl
+
+def run(conversion, options):
+    conversion.mbs.bodies[0].mass = 9.0
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Pass("wrong", run)]
+"""
+
+
+def test_a_rejected_result_says_where_to_look(here: Path, capsys: Any) -> None:
+    (here / "wrong.py").write_text(WRONG)
+    words = ["convert", "tiny.urdf", "--plugin", "wrong.py", "--after", "reframe-inertia=wrong"]
+    assert main(words) == 3
+    said = capsys.readouterr()
+    assert "Next: see where they differ: urdf2mbs report" in said.out
+    assert "error[not-the-same]" in said.err
+    assert (here / "tiny.rejected.mbs").is_file()
+    assert not (here / "tiny.mbs").exists()

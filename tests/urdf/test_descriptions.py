@@ -60,6 +60,7 @@ def test_the_arguments_of_an_xacro_robot(tmp_path: Path, monkeypatch: pytest.Mon
     ("name", "code", "hint"),
     [
         ("atlas_v4_descriptoin", "unknown-description", "did you mean 'atlas_v4_description'?"),
+        ("atlas", "unknown-description", "there are: atlas_drc_description, atlas_v4_description"),
         ("../evil", "unknown-description", ""),
         ("cassie_mj_description", "description-no-urdf", "did you mean 'cassie_description'?"),
         ("nextage_description", "description-unreachable", "connect to the network once"),

@@ -30,4 +30,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print_json({"model": mbs.name, "output": str(output)})
     else:
         print(f"{mbs.name}: diagram of {counted(len(mbs.bodies), 'body')} written to {output}")
+        print(f"Next: open {output} in a browser, and {model} in MBSysPad: they look alike")
+        print(f"      is it the robot? urdf2mbs verify ROBOT {model}")
     return 0

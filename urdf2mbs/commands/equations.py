@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from urdf2mbs.commands.printing import print_json
+from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.streams import STREAM, read_model
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.output import write_files
@@ -55,4 +55,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print(f"  {never} never move{'s' * (len(made.fixed) == 1)}: numbers")
     for name, why in made.left_out.items():
         print(f"  {name} is not generated: {why}")
+    main = project / "workR" / "main.py"
+    if arguments.language == "python" and main.is_file():
+        print(f"Next: python {near(main)}   (wants Robotran's MBsysPy)")
+    else:
+        print("Next: call them, as docs/equations.md says; in a project Robotran does")
+    print("      they belong to this model: make them anew when it has changed")
     return 0

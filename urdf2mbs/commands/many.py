@@ -140,6 +140,8 @@ def _table(outcomes: list[Outcome], report: Path) -> str:
     )
     lines.append(f"{counted(len(done), 'robot')} done{before}" + (failures and f"; {failures}"))
     lines.append(f"report: {near(report)}")
+    lines.append("Next: open a model in MBSysPad, or look at one: urdf2mbs diagram MODEL.mbs")
+    lines.append("      what is wrong with a robot: run or convert it by itself, with -v")
     return "\n".join(lines)
 
 

@@ -74,6 +74,11 @@ def other_way(names: Sequence[str]) -> str:
 
 def next_steps(conversion: Conversion) -> str:
     """The two lines that say what to do with the files."""
+    if conversion.rejected is not None:
+        return (
+            "Next: see where they differ: urdf2mbs report, in place of run or convert\n"
+            "      a plugin's pass that changes the robot on purpose says changes=('robot',)"
+        )
     settings = conversion.settings
     model = near(settings.output)
     if settings.project is None:

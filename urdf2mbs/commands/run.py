@@ -62,7 +62,7 @@ def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -
         fewer = _fewer(conversion, config, lines, arguments)
         if fewer:
             print(f"  {fewer}")
-        if conversion.files and conversion.rejected is None:
+        if conversion.files:
             print(next_steps(conversion))
     return 0 if conversion.rejected is None else 3
 

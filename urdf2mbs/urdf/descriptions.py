@@ -48,7 +48,7 @@ def locate(source: str) -> Description:
         raise ConfigError(
             "unknown-description",
             f"robot_descriptions has no robot '{name}'",
-            hint=nearest(name, known) or f"it has {len(known)}; 'robot_descriptions list' tells",
+            hint=_likely(name, known) or f"it has {len(known)}; 'robot_descriptions list' tells",
         )
     found = _fetched(module, source)
     path = getattr(found, "URDF_PATH", None) or getattr(found, "XACRO_PATH", None)
@@ -65,6 +65,12 @@ def locate(source: str) -> Description:
         {key: Path(folder) for key, folder in packages.items()},
         {key: str(value) for key, value in args.items()},
     )
+
+
+def _likely(name: str, known: list[str]) -> str | None:
+    """A hint: the names that begin as this one, such as 'atlas', else the nearest."""
+    like = [one for one in known if len(name) > 1 and one.startswith(name)]
+    return f"there are: {', '.join(like[:6])}" if like else nearest(name, known)
 
 
 def _fetched(module: str, source: str) -> Any:
