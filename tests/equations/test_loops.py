@@ -396,6 +396,11 @@ def test_what_is_not_generated_says_why() -> None:
     made = equations(mbs, b"", "bars.mbs")
     assert "3 equations, and 1 joints are dependent" in made.left_out["accelred"]
     assert b"Not generated: the cuts make 3" in made.files["mbs_accelred_bars.py"]
+    mbs.cuts[0].kind = "rod"
+    mbs.bodies.append(Body("lever", None, None, [Joint("follower", "R2", "dependent")]))
+    for language, file in (("python", "mbs_accelred_bars.py"), ("c", "mbs_accelred_bars.c")):
+        made = equations(mbs, b"", "bars.mbs", language=language)
+        assert b"user_cons_J_accelred is not called" in made.files[file].partition(b"\n\n")[0]
     mbs.cuts = []
     mbs.bodies = mbs.bodies[:2]
     mbs.bodies[-1].mass = mbs.bodies[-1].inertia = None

@@ -120,6 +120,11 @@ def _header(
         return [*lines, f"Not generated: {made.why}."]
     if isinstance(made, Loops):
         lines.append("Loops are closed by Newton's method; M and c are those of dirdyna.")
+        if made.user:
+            lines.append(
+                "The user's constraints are asked of user_cons_hJ and user_cons_jdqd; "
+                "user_cons_J_accelred is not called."
+            )
         return lines
     lines.append(
         f"{count.operations} operations: {count.products} products, {count.sums} sums, "
