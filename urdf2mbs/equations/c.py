@@ -39,7 +39,7 @@ PAIR_TYPE = """\
 #if defined(__GNUC__) || defined(__clang__)
 typedef double pair __attribute__((vector_size(16)));
 #else
-#error "pairs of numbers are for gcc and clang; generate the equations with --no-pairs"
+#error "pairs are for gcc and clang: generate with --no-pairs, or equations: {pairs: false}"
 #endif
 #define PAIR(x, y) ((pair) {(x), (y)})
 
