@@ -338,7 +338,7 @@ def test_two_runs_meet_at_every_step(two: tuple[Path, list[Conversion]]) -> None
     """
     folder, made = two
     wholes = [{k: v for k, v in whole(one, folder).items() if k != output.RECORD} for one in made]
-    for number in range(1, 60, 3):
+    for number in range(1, 60, 7):
         clean(folder, made[0])
         begun, go_on = os.pipe(), os.pipe()
 
