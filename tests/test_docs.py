@@ -408,17 +408,10 @@ def test_the_page_is_the_catalogue() -> None:
     assert (DOCS / "diagnostics.md").read_text() == page()
 
 
-#: Codes that no test brings about yet.
-UNTESTED = {"contacts-mesh", "mesh-part", "pass-order", "pinocchio-refused",
-            "cluster-failed"}  # fmt: skip
-
-
 def test_every_code_has_a_test() -> None:
     tests = "".join(file.read_text() for file in (ROOT / "tests").rglob("*.py"))
     named = {code for code in CATALOGUE if re.search(rf"[^\w-]{code}[^\w-]", tests)}
-    only_here = {code for code in UNTESTED if tests.count(code) == 1}
     assert set(CATALOGUE) - named == set()
-    assert only_here == UNTESTED, "take those that have a test out of UNTESTED"
 
 
 def test_every_command_is_in_the_readme_or_the_docs(capsys: Any) -> None:

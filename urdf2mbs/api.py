@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from urdf2mbs import files
-from urdf2mbs.conversion import Conversion, LinkFrame, Names, Settings
+from urdf2mbs.conversion import Conversion, LinkFrame, Names
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.output import write
-from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.proof.compare import TOLERANCE, compare, usable
 from urdf2mbs.proof.match import Match, floating_joints, match, spellings
 from urdf2mbs.spatial import Vec
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.model import Robot
-from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import expanded
 from urdf2mbs.urdf.xml import mend
 
@@ -195,6 +193,7 @@ def verify(
     tolerance: float = TOLERANCE,
     diagnostics: Mapping[str, str] | None = None,
     strict: bool = False,
+    isolate: Mapping[str, Any] | None = None,
 ) -> Verdict:
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
 
@@ -202,17 +201,13 @@ def verify(
     is what the .mbs should have, since a URDF has none.  ``engine`` is ``own`` or ``pinocchio``,
     which compares the equations of motion too.  ``frames``: a link's frame that is elsewhere in the
     .mbs is a difference, too.  ``diagnostics`` and ``strict`` weigh the warnings of reading the
-    URDF, as in ``convert``.  Raises ConversionError.
+    URDF, as in ``convert``.  ``isolate`` runs xacro in a process with limits, such as
+    ``{"seconds": 60, "memory": "2GiB"}``.  Raises ConversionError.
     """
-    if not (isfinite(tolerance) and tolerance > 0.0):
-        raise ConfigError(
-            "tolerance-invalid", f"the tolerance is {tolerance}", hint=f"such as {TOLERANCE}"
-        )
-    if not all(map(isfinite, gravity)):
-        raise ConfigError(
-            "gravity-infinite",
-            f"gravity is {list(gravity)}: each part must be a finite number, in m/s^2",
-        )
+    try:
+        usable(tolerance)
+    except ValueError as error:
+        raise ConfigError("tolerance-invalid", str(error), hint=f"such as {TOLERANCE}") from None
     try:
         data = files.read(model)
     except OSError as error:
@@ -225,7 +220,9 @@ def verify(
         "base": base,
         "packages": dict(packages or {}),
         "xacro_args": dict(xacro_args or {}),
+        "gravity": tuple(gravity),
         "pipeline": ["expand", "insert-base"],
+        "passes": {} if isolate is None else {"expand": {"isolate": dict(isolate)}},
         "cache": False,  # a proof takes nothing on trust
         "diagnostics": dict(diagnostics or {}),
         "strict": strict,
@@ -246,7 +243,7 @@ def verify(
         from urdf2mbs.proof.dynamics import compare_dynamics
 
         more, deviations = compare_dynamics(
-            _text(conversion.settings), mbs, found.joints,
+            _text(conversion), mbs, found.joints,
             orders=found.orders, floating_base=floating_base, flipped=found.flipped,
             gravity=gravity, tolerance=tolerance,
         )  # fmt: skip
@@ -301,8 +298,9 @@ def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
     }
 
 
-def _text(settings: Settings) -> bytes:
+def _text(conversion: Conversion) -> bytes:
     """The URDF's text as the reader takes it: expanded, and harmless slips mended."""
-    packages = Packages(settings.packages, settings.source)
-    data, expansion = expanded(settings.source, packages, settings.xacro_args)
-    return mend(data)[0] if expansion is None else expansion.text
+    if conversion.expanded is not None:
+        return conversion.expanded
+    settings = conversion.settings
+    return mend(expanded(settings.source, conversion.packages, settings.xacro_args)[0])[0]

@@ -411,9 +411,6 @@ SECTIONS = [
             "pass-ambiguous": Code(
                 "two plugins bring a pass of one name", todo="`swap: {PASS: PLUGIN}`"
             ),
-            "pass-order": Code(
-                "a pass stands where it cannot work", todo="the message says where it belongs"
-            ),
             "pass-name": Code("`new-pass` cannot use this name"),
             "need-not-given": Code("a pass needs what no pass gives", todo="put in one that does"),
             "wrong-order": Code("a pass needs what is given only later", todo="change the order"),

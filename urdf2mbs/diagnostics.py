@@ -109,6 +109,8 @@ def render(
 
 #: Letters that a terminal acts on: controls, and those that turn the direction of writing.
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+#: Longer lines of a message are cut in the middle.
+_LONGEST = 2000
 #: A line of a message that is not indented is a name's.
 _OTHER_LINE = re.compile(r"\n(?!  )")
 
@@ -119,7 +121,12 @@ def printable(text: str) -> str:
 
 
 def _one(text: str) -> str:
-    return _OTHER_LINE.sub(r"\\n", printable(text))
+    """One message, of which a name of a million letters is cut."""
+    lines = _OTHER_LINE.sub(r"\\n", printable(text)).split("\n")
+    return "\n".join(
+        line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
+        for line in lines
+    )
 
 
 def quoted(text: str) -> str:

@@ -16,6 +16,11 @@ from urdf2mbs.diagnostics import ConfigError
 #: The most that is read of one file: a robot, a mesh, an .mbs.
 MOST = 256 * 2**20
 
+#: What Windows takes for a device, whatever the ending.
+DEVICES = frozenset(
+    ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
+)
+
 #: Seconds that a pipe into which no program writes is waited for.
 PATIENCE = 5.0
 
@@ -101,6 +106,16 @@ def open_stream(path: Path) -> IO[bytes]:
 
 def _size(count: int) -> str:
     return f"{count >> 20} MiB" if count >= 2**20 else f"{count} bytes"
+
+
+def is_portable(name: str) -> bool:
+    """Whether every system has files of this name."""
+    return (
+        name.partition(".")[0].strip().lower() not in DEVICES
+        and not name.endswith((" ", "."))
+        and not set(name) & set('<>:"/\\|?*')
+        and min(name, default="") >= " "
+    )
 
 
 def beginning(path: Path, count: int) -> bytes:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
-from errno import EACCES, EISDIR
+from errno import EACCES, EDEADLK, EINVAL, EISDIR
+from functools import partial
 from pathlib import Path
 from stat import S_IMODE
+from typing import Any
 
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import open_stream, read
+from urdf2mbs.files import is_portable, open_stream, read
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
+WINDOWS = os.name == "nt"
 #: In a project folder, what we wrote there, in the form of ``sha256sum``.
 RECORD = ".urdf2mbs"
 
@@ -30,12 +33,13 @@ def write(conversion: Conversion) -> None:
     files = dict(conversion.files)
     # links count as well, even those that lead nowhere
     files |= {path: data for path, data in conversion.starters.items() if not os.path.lexists(path)}
-    folders: list[Path] = []
-    if settings.project is not None:
-        folders = [settings.project / name for name in FOLDERS]
-        if settings.output in files:
-            files = {settings.project / RECORD: _record(settings, files), **files}
-    write_files(files, folders)
+    if settings.project is None:
+        write_files(files)
+        return
+    folders = [settings.project / name for name in FOLDERS]
+    record = partial(_record, settings, files) if settings.output in files else None
+    first = {} if record is None else {settings.project / RECORD: record}
+    write_files({**first, **files}, folders)
 
 
 def _record(settings: Settings, files: Mapping[Path, bytes]) -> bytes:
@@ -74,9 +78,13 @@ def _checksum(folder: Path, file: Path, data: bytes) -> str:
     return f"{sha256(data).hexdigest()}  {file.relative_to(folder).as_posix()}\n"
 
 
-def write_files(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> None:
+def write_files(
+    files: Mapping[Path, bytes | Callable[[], bytes]], folders: Sequence[Path] = ()
+) -> None:
     """Write all of the files or, where one cannot be written, none; ``folders`` are made, too.
 
+    What depends on the files that are there is given by a function, which is called when no other
+    run can write.
     Each file is written and synced beside its place, with the mode of the one that it replaces;
     then all are renamed into place.  Where a rename fails, those before it are undone, and so are
     the folders.  So there is never half a file, and after a crash of the machine each file is the
@@ -99,7 +107,7 @@ def write_files(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
             places: dict[Path, Path] = {}
             for path, data in files.items():
                 if path.exists() and not path.is_file() and not path.is_dir():
-                    streams.append((path, data))
+                    streams.append((path, data if isinstance(data, bytes) else data()))
                 else:
                     places[path] = Path(os.path.realpath(path))
             for path in sorted({place.parent for place in places.values()}):
@@ -109,7 +117,8 @@ def write_files(files: Mapping[Path, bytes], folders: Sequence[Path] = ()) -> No
                 _check_place(place)
                 if place in parts:  # by another name, which is a link
                     parts.pop(place).unlink()
-                parts[place] = _part(place, files[path])
+                data = files[path]
+                parts[place] = _part(place, data if isinstance(data, bytes) else data())
             for path, part in parts.items():
                 kept[path] = _backup(path)
                 part.replace(path)
@@ -167,16 +176,38 @@ def _lock(folder: Path, locks: ExitStack) -> bool:
     The system lets go of the lock when the process ends, however it ends.
     """
     try:
-        from fcntl import LOCK_EX, flock
-    except ImportError:
-        return False
-    try:
-        descriptor = os.open(folder, os.O_RDONLY)
-        locks.callback(os.close, descriptor)
-        flock(descriptor, LOCK_EX)
-    except OSError:
+        if WINDOWS:
+            _lock_on_windows(folder, locks)
+        else:
+            from fcntl import LOCK_EX, flock
+
+            descriptor = os.open(folder, os.O_RDONLY)
+            locks.callback(os.close, descriptor)
+            flock(descriptor, LOCK_EX)
+    except (OSError, ImportError):
         return False
     return True
+
+
+def _lock_on_windows(folder: Path, locks: ExitStack) -> None:
+    """Windows locks bytes of files, and no folders: an empty file of the user stands for one."""
+    import msvcrt
+    from hashlib import sha256
+    from tempfile import gettempdir
+
+    windows: Any = msvcrt  # a type checker on another system does not know its names
+    known = sha256(os.path.normcase(os.path.realpath(folder)).encode("utf-8", "surrogatepass"))
+    place = Path(gettempdir(), f"urdf2mbs-{known.hexdigest()[:16]}.lock")
+    descriptor = os.open(place, os.O_RDWR | os.O_CREAT)
+    locks.callback(os.close, descriptor)
+    while True:
+        try:
+            windows.locking(descriptor, windows.LK_LOCK, 1)
+        except OSError as error:
+            if error.errno != EDEADLK:  # it has waited for ten seconds
+                raise
+        else:
+            return
 
 
 def _sweep(folder: Path, names: Sequence[str]) -> None:
@@ -189,7 +220,10 @@ def _sweep(folder: Path, names: Sequence[str]) -> None:
 
 
 def _check_place(place: Path) -> None:
-    """A rename would replace a file that may not be written to."""
+    """A rename would replace a file that may not be written to; and Windows takes some names for
+    devices, and drops blanks and points at the end of others."""
+    if WINDOWS and not is_portable(place.name):
+        raise OSError(EINVAL, "Windows has no file of this name", str(place))
     if place.is_dir():
         raise IsADirectoryError(EISDIR, os.strerror(EISDIR), str(place))
     if place.exists() and not os.access(place, os.W_OK):

@@ -97,3 +97,22 @@ def test_not_too_many_are_told() -> None:
     found = said(GOOD.replace("</robot>", many + "</robot>").encode())
     assert [one.code for one in found] == ["number-invalid"] * MOST_ERRORS
     assert "there may be more" in str(found[-1])
+
+
+def test_a_name_of_a_million_letters_is_cut_in_a_message() -> None:
+    name = "x" * 1_000_000
+    found = said(GOOD.replace('<parent link="a"/>', f'<parent link="{name}"/>').encode())
+    assert [one.code for one in found] == ["link-unknown"]
+    assert name in found[0].message
+    assert len(str(found[0])) < 5000
+    assert str(found[0]).startswith("r.urdf:10: error[link-unknown]: joint 'j'")
+
+
+def test_megabytes_in_one_attribute(tmp_path: Path) -> None:
+    """What libxml2 reads (10,000,000 letters) is a name, through all of the conversion."""
+    name = "y" * 2_000_000
+    (tmp_path / "r.urdf").write_text(GOOD.replace('"j"', f'"{name}"'))
+    result = convert(tmp_path / "r.urdf")
+    assert list(result.robot.joints)[-1] == name
+    assert result.conversion.proof is not None
+    assert result.conversion.proof.same

@@ -13,6 +13,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -60,6 +61,11 @@ def at_step(number: int, act: Callable[[], None], but: str = "") -> Iterator[lis
 
 def in_child(work: Callable[[], Any]) -> int:
     """The exit code of a process that does something; minus the signal that has killed it."""
+    return os.waitstatus_to_exitcode(os.waitpid(started(work), 0)[1])
+
+
+def started(work: Callable[[], Any]) -> int:
+    """The number of a new process that does something."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         pid = os.fork()
@@ -74,7 +80,7 @@ def in_child(work: Callable[[], Any]) -> int:
             code = int(end.code or 0)
         finally:
             os._exit(code)
-    return os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+    return pid
 
 
 @pytest.fixture(autouse=True)
@@ -269,6 +275,94 @@ def test_two_runs_at_once_do_not_mix(two: tuple[Path, list[Conversion]]) -> None
         assert [os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) for pid in pids] == [0, 0]
         there = {name: data for name, data in state(folder).items() if name != output.RECORD}
         assert there in wholes
+        write(made[0])  # it is ours still
+
+
+def test_whose_the_mbs_is_is_asked_when_nobody_else_writes(
+    two: tuple[Path, list[Conversion]],
+) -> None:
+    """Another run, or MBSysPad, that changes the .mbs before the lock is seen, and not after."""
+    folder, (old, new) = two
+    if new.settings.project is None:
+        pytest.skip("of projects only")
+    mbs, record = new.settings.output, folder / output.RECORD
+    plain = output._lock
+
+    def between(change: Callable[[], Any]) -> Callable[..., bool]:
+        """The lock, and before the first of them another writes."""
+        done: list[bool] = []
+
+        def lock(path: Path, locks: ExitStack) -> bool:
+            if not done:
+                done.append(True)
+                change()
+            return plain(path, locks)
+
+        return lock
+
+    # by hand: it is not overwritten
+    clean(folder, old)
+    with (
+        patch.object(output, "_lock", between(lambda: mbs.write_bytes(b"by hand"))),
+        pytest.raises(ConfigError, match="was edited since"),
+    ):
+        write(new)
+    assert mbs.read_bytes() == b"by hand"
+    # by another run that is whole, killed after the record of this one: it is ours still
+    for number in range(1, 1000, 9):
+        clean(folder, None)
+
+        def work(number: int = number) -> None:
+            with (
+                patch.object(output, "_lock", between(lambda: in_child(lambda: write(old)))),
+                at_step(number, kill),
+            ):
+                write(new)
+
+        code = in_child(work)
+        if mbs.exists():
+            assert mbs.read_bytes() in (old.files[mbs], new.files[mbs])
+            digest = sha256(mbs.read_bytes()).hexdigest()
+            assert digest in record.read_text(), f"step {number}"
+        write(new)
+        if code == 0:
+            return
+    raise AssertionError("it never ended")
+
+
+def test_two_runs_meet_at_every_step(two: tuple[Path, list[Conversion]]) -> None:
+    """One run stops at each of its steps and lets the other begin; then both end.
+
+    No sleeps: the first waits at a pipe until the other has begun, and the other can go no further
+    than the lock.
+    """
+    folder, made = two
+    wholes = [{k: v for k, v in whole(one, folder).items() if k != output.RECORD} for one in made]
+    for number in range(1, 60, 7):
+        clean(folder, made[0])
+        begun, go_on = os.pipe(), os.pipe()
+
+        def first(number: int = number, begun: Any = begun, go_on: Any = go_on) -> None:
+            def meet() -> None:
+                os.write(begun[1], b"x")
+                os.read(go_on[0], 1)
+
+            with at_step(number, meet) as taken:
+                write(made[1])
+            if len(taken) < number:
+                os.write(begun[1], b"x")
+
+        def second(begun: Any = begun, go_on: Any = go_on) -> None:
+            os.read(begun[0], 1)
+            os.write(go_on[1], b"x")
+            write(made[0])
+
+        pids = [started(first), started(second)]
+        assert [os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) for pid in pids] == [0, 0]
+        for descriptor in (*begun, *go_on):
+            os.close(descriptor)
+        there = {name: data for name, data in state(folder).items() if name != output.RECORD}
+        assert there in wholes, f"step {number}"
         write(made[0])  # it is ours still
 
 

@@ -7,16 +7,19 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 import pytest
 from lxml import etree
 
+from urdf2mbs.api import convert
+from urdf2mbs.cli import main
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.output import write
 from urdf2mbs.report.page import make
+from urdf2mbs.testing import TINY
 
 HEADERS = Path(__file__).parents[1] / "project" / "mbsysc"
 
@@ -159,3 +162,34 @@ def test_the_page_runs_no_name(kind: str, tmp_path: Path) -> None:
     project(tmp_path / "y", PLAIN)
     other = etree.fromstring((tmp_path / "y" / "page.html").read_bytes(), etree.HTMLParser())
     assert len(list(tree.iter("script"))) == len(list(other.iter("script")))
+
+
+#: Would run, load or hide something in a page, if one of them were not taken as letters.
+SCRIPTS = [
+    "<script>alert(1)</script>", '"><img src=x onerror=alert(1)>', "'-alert(1)-'",
+    "</text><script>alert(1)</script>", "]]><svg onload=alert(1)>", "--><script>alert(1)</script>",
+    "</title><style>*{display:none}</style>", "&lt;script&gt;", "a onmouseover=alert(1) b",
+]  # fmt: skip
+
+
+def test_a_picture_of_a_hand_made_mbs_runs_no_name(tmp_path: Path) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    result = convert(tmp_path / "tiny.urdf")
+    text = result.data.decode()
+    named = [result.mbs.name]
+    for body in result.mbs.bodies:
+        named += [body.name, *(joint.name for joint in body.joints)]
+        named += [point.name for point in body.points]
+    for n, name in enumerate(dict.fromkeys(named)):
+        text = text.replace(f">{name}<", f">{escape(SCRIPTS[n % len(SCRIPTS)])} {n}<")
+    (tmp_path / "hand.mbs").write_text(text)
+    assert main(["diagram", str(tmp_path / "hand.mbs")]) == 0
+    picture = (tmp_path / "hand.svg").read_bytes()
+    for parser in (etree.XMLParser(), etree.HTMLParser()):
+        tree = etree.fromstring(picture, parser)
+        assert "<script>alert(1)</script> 0" in "".join(tree.itertext())
+        for element in tree.iter(etree.Element):
+            assert etree.QName(element).localname not in ("script", "img", "iframe")
+            assert not any(name.startswith("on") for name in element.keys())  # noqa: SIM118
+            assert "javascript:" not in str(element.get("href"))
+    assert main(["verify", str(tmp_path / "tiny.urdf"), str(tmp_path / "hand.mbs")]) in (1, 3)

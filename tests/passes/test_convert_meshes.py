@@ -28,7 +28,7 @@ from meshes.samples import (
 )
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.meshes.model import MeshError
 from urdf2mbs.passes.convert_meshes import PASS, Options
@@ -352,13 +352,6 @@ def test_a_robot_without_meshes_needs_no_extra(
     conversion = convert(tmp_path, [])
     assert conversion.files == {}
     assert conversion.report["convert-meshes"]["converted"] == 0
-
-
-def test_after_emit_it_is_too_late(tmp_path: Path) -> None:
-    conversion = convert(tmp_path, [])
-    conversion.files[conversion.settings.output] = b""
-    with pytest.raises(ConfigError, match="already made"):
-        PASS.run(conversion, Options())
 
 
 def test_only_a_project_gets_its_meshes_converted(tmp_path: Path) -> None:

@@ -54,7 +54,10 @@ def _folder(jobs: list[Job]) -> Path:
         output = job.config.output
         name = output.project if isinstance(output, Project) else output or job.config.source
         places.add((job.lines.folder / name).parent)
-    return Path(os.path.commonpath(places))
+    try:
+        return Path(os.path.commonpath(places))
+    except ValueError:  # they are on several drives of Windows
+        return Path.cwd()
 
 
 def _error(outcome: Outcome) -> str:

@@ -20,6 +20,8 @@ def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines
     config.strict = config.strict or given.strict
     config.cache = config.cache and not arguments.no_cache
     passes = dict(config.passes)
+    if arguments.isolate and "isolate" not in passes.get("expand", {}):
+        passes["expand"] = {**passes.get("expand", {}), "isolate": {}}
     for name, options in _options(arguments).items():
         passes[name] = {**(passes.get(name) or {}), **options}
     config.passes = passes
@@ -45,6 +47,11 @@ def _options(arguments: argparse.Namespace) -> dict[str, dict[str, Any]]:
     return options
 
 
+def isolated(arguments: argparse.Namespace) -> dict[str, dict[str, Any]]:
+    """What ``--isolate`` says, by passes."""
+    return {"expand": {"isolate": {}}} if arguments.isolate else {}
+
+
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config that the command line stands for."""
     if robot == "-":
@@ -61,7 +68,7 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
         "pipeline": arguments.pipeline or "faithful",
         "plugins": arguments.plugin,
         "after": after,
-        "passes": _options(arguments),
+        "passes": isolated(arguments) | _options(arguments),
         "cache": not arguments.no_cache,
         **levels(arguments),
     }

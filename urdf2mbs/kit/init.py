@@ -23,6 +23,7 @@ from urdf2mbs.passes.sensors import KINDS
 from urdf2mbs.spatial import Pose, compose
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf import descriptions
+from urdf2mbs.urdf.limits import Isolate
 from urdf2mbs.urdf.model import Link, Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import expanded, read_text, stem
@@ -46,6 +47,8 @@ class Findings(NamedTuple):
     """What can be found out about a robot before it is converted."""
 
     robot: Robot
+    isolate: bool
+    """Whether xacro runs with limits."""
     packages: dict[str, Path]
     """Those whose files the robot uses."""
     packages_missing: list[str]
@@ -64,8 +67,11 @@ def init(
     base: str = "auto",
     packages: Mapping[str, str] | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    isolate: bool = False,
 ) -> tuple[Path, Findings]:
     """Write a config for a robot; gives its file, and what was found.
+
+    ``isolate``: xacro runs in a process of its own, with limits, here and by the config.
 
     The config is tried before it is written: a conversion runs, of which nothing is kept.
 
@@ -77,11 +83,12 @@ def init(
         "base": base,
         "packages": dict(packages or {}),
         "xacro_args": dict(xacro_args or {}),
+        "passes": {"expand": {"isolate": {}}} if isolate else {},
     }
     lines = Lines()
     pipeline = Pipeline(typed(Config, given, lines), lines, installed_plugins=False)
     conversion = pipeline.run(stop_after="insert-base")
-    found = find(conversion, packages or {})
+    found = find(conversion, isolate=isolate)
     name = stem(pipeline.settings.source)
     config = Path(f"{name}.yaml") if config is None else config
     if config.suffix.lower() not in (".yaml", ".yml"):
@@ -100,11 +107,12 @@ def init(
     return config, found
 
 
-def find(conversion: Conversion, table: Mapping[str, str]) -> Findings:
+def find(conversion: Conversion, *, isolate: bool = False) -> Findings:
     """What there is to know of the robot of a conversion that has run ``insert-base``."""
     settings = conversion.settings
     packages = Packages(settings.packages, settings.source)
-    data, expansion = expanded(settings.source, packages, settings.xacro_args)
+    limits = Isolate() if isolate else None
+    data, expansion = expanded(settings.source, packages, settings.xacro_args, isolate=limits)
     robot, _ = read_text(settings.source, data, expansion, settings.xacro_args)
     shapes = [
         shape
@@ -118,7 +126,7 @@ def find(conversion: Conversion, table: Mapping[str, str]) -> Findings:
         found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
     }
     return Findings(
-        robot, known, sorted(named - known.keys()),
+        robot, isolate, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
         len(meshes), missing,
         _feet(robot) if conversion.floating or conversion.base_reason == "own joint" else [],
@@ -329,7 +337,7 @@ def _meshes(found: Findings) -> list[str]:
 
 def _passes(found: Findings) -> list[str]:
     """What a first simulation wants: offered, not switched on."""
-    lines = []
+    lines = ["", "passes:", "  expand: {isolate: {}}   # xacro with limits"] * found.isolate
     if found.sensors:
         lines += [
             "",
@@ -341,7 +349,7 @@ def _passes(found: Findings) -> list[str]:
         lines += [
             "",
             "# Uncomment to let the robot stand on the ground, held by a controller:",
-            "# passes:",
+            *([] if found.isolate else ["# passes:"]),
             f"#   contacts: {{links: {feet}}}",
             "#   posture: {hold: {stiffness: 300, damping: 4}}   # N m/rad, N m s/rad",
         ]

@@ -125,15 +125,16 @@ def jobs_of(
             job = Job(len(jobs), member.config, lines, member.values, installed_plugins)
             place = _place(job)
             if place is not None:
-                if place in taken:
+                # Windows and macOS have one file for two names that differ in letter case
+                if place.lower() in taken:
                     raise lines.error(
                         "output-doubled",
-                        f"'{place}' would be written twice: of '{taken[place].source}', and of "
-                        f"'{job.source}'",
+                        f"'{place}' would be written twice: of '{taken[place.lower()].source}', "
+                        f"and of '{job.source}'",
                         ("output",),
                         "give each an output of its own",
                     )
-                taken[place] = job
+                taken[place.lower()] = job
             jobs.append(job)
     return jobs
 

@@ -9,15 +9,13 @@ writes another format, the model that the file was made of is compared.
 
 from __future__ import annotations
 
-from math import isfinite
-
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Proof
 from urdf2mbs.diagnostics import Difference
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.proof.compare import TOLERANCE, compare, usable
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -25,8 +23,7 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """The largest deviation that is no difference, relative to the robot's size or inertia."""
 
     def __post_init__(self) -> None:
-        if not (isfinite(self.tolerance) and self.tolerance > 0.0):
-            raise ValueError(f"{self.tolerance} is no tolerance: such as {TOLERANCE}")
+        usable(self.tolerance)
 
 
 def run(conversion: Conversion, options: Options) -> None:

@@ -21,7 +21,7 @@ from msgspec import Meta
 
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, counted, some
+from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
@@ -87,12 +87,6 @@ def run(conversion: Conversion, options: Options) -> None:
                 "the .wrl files that 'output: {project: DIR}' makes of them",
             )
         return
-    if settings.output in conversion.files:
-        raise ConfigError(
-            "pass-order",
-            "convert-meshes changes shapes, but the .mbs is already made",
-            hint="put convert-meshes before emit",
-        )
     folder = settings.project / "animationR" / "vrml"
     uses = _uses(conversion)
     links = _links(conversion)

@@ -15,6 +15,7 @@ from pathlib import PurePosixPath
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.files import is_portable
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
@@ -26,10 +27,6 @@ Y_ONTO_Z = from_turn((1, pi / 2))
 VRML = "PRJPATH/animationR/vrml"
 #: So many letters of a mesh file's name are kept: most file systems take 255 at most.
 _LONGEST = 150
-#: Names that no file may have on Windows, whatever its ending.
-DEVICES = frozenset(
-    ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
-)
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
@@ -67,7 +64,7 @@ def _stem(filename: str, taken: set[str]) -> str:
     plain = (
         re.sub(r"[^A-Za-z0-9_-]", "_", PurePosixPath(filename.replace("\\", "/")).stem) or "mesh"
     )[:_LONGEST]
-    if plain.lower() in DEVICES:
+    if not is_portable(plain):
         plain = f"{plain}_mesh"
     stem = free_name(plain, taken, str.lower)
     taken.add(stem.lower())

@@ -25,7 +25,7 @@ mass to that mass, an inertia to that inertia.  So a finger's error counts on a 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import atan2, dist, hypot, log10, pi
+from math import atan2, dist, hypot, isfinite, log10, pi
 from random import Random
 from typing import Any
 
@@ -68,6 +68,12 @@ from urdf2mbs.urdf.model import Robot
 TOLERANCE = 1e-9
 #: Positions at which the motion is compared, zero included.
 POSITIONS = 4
+
+
+def usable(tolerance: float) -> None:
+    """Raises ValueError for a tolerance with which nothing, or everything, would be the same."""
+    if not (isfinite(tolerance) and tolerance > 0.0):
+        raise ValueError(f"{tolerance} is no tolerance: such as {TOLERANCE}")
 
 
 class Comparison(msgspec.Struct):

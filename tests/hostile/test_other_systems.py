@@ -1,0 +1,157 @@
+"""What is different on Windows and macOS, as far as it can be tried anywhere."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from errno import EACCES, EDEADLK
+from pathlib import Path, PureWindowsPath
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from urdf2mbs import output
+from urdf2mbs.cli import main
+from urdf2mbs.commands import many
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.files import is_portable
+from urdf2mbs.meshes.model import read_beside
+from urdf2mbs.output import write_files
+from urdf2mbs.testing import TINY
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["con", "CON", "nul.mbs", "Aux.tar.gz", "com1", "LPT9.yaml", "prn .x", "a.", "a ", "a:b", "a|b",
+     "a?", "a*", "a<b", 'a"', "a\\b", "a/b", "a\nb", "a\x1f", ""],
+)  # fmt: skip
+def test_names_that_windows_has_not(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert not is_portable(name)
+    if not name or "/" in name:
+        return
+    monkeypatch.setattr(output, "WINDOWS", True)
+    with pytest.raises(ConfigError, match="Windows has no file of this name") as caught:
+        write_files({tmp_path / "good": b"", tmp_path / name: b""})
+    assert caught.value.code == "output-unwritable"
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "name", ["a", "a.mbs", "console", "com10", ".urdf2mbs", "腕", "a b", "x-1"]
+)
+def test_names_that_every_system_has(name: str) -> None:
+    assert is_portable(name)
+
+
+class Windows(SimpleNamespace):
+    """A stand-in for msvcrt: who has locked the first byte of which file."""
+
+    LK_LOCK = 1
+
+    def __init__(self, waits: int) -> None:
+        super().__init__()
+        self.waits = waits
+        self.calls: list[tuple[int, int, int]] = []
+
+    def locking(self, descriptor: int, mode: int, count: int) -> None:
+        self.calls.append((descriptor, mode, count))
+        if len(self.calls) <= self.waits:
+            raise OSError(EDEADLK, "Resource deadlock avoided")
+
+
+def test_a_folder_is_locked_on_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    windows = Windows(waits=2)
+    (tmp_path / "temp").mkdir()
+    monkeypatch.setattr(output, "WINDOWS", True)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temp"))
+    monkeypatch.setitem(sys.modules, "msvcrt", windows)
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / ".a.mbs.abcd1234.part").touch()
+    write_files({out / "a.mbs": b"x"})
+    assert len(windows.calls) == 3, "it waits until the lock is free"
+    assert {mode for _, mode, _ in windows.calls} == {Windows.LK_LOCK}
+    assert [file.name for file in out.iterdir()] == ["a.mbs"], "the litter of a killed run is gone"
+    assert len(list((tmp_path / "temp").glob("urdf2mbs-*.lock"))) == 1
+    write_files({out / "b.mbs": b"x"})
+    assert len(list((tmp_path / "temp").iterdir())) == 1, "one file for one folder"
+
+
+def test_where_nothing_can_be_locked_files_are_written_still(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "fcntl", None)
+    write_files({tmp_path / "a": b"x"})
+    assert (tmp_path / "a").read_bytes() == b"x"
+
+
+def test_a_file_that_another_program_has_open(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windows refuses to replace it: the message says so, and nothing has changed."""
+    replace = Path.replace
+
+    def refused(self: Path, target: Any) -> Any:
+        if Path(target).name == "b.mbs" and self.suffix == ".part":
+            raise PermissionError(EACCES, "The process cannot access the file", str(target))
+        return replace(self, target)
+
+    for name in ("a.mbs", "b.mbs"):
+        (tmp_path / name).write_bytes(b"old")
+    monkeypatch.setattr(Path, "replace", refused)
+    with pytest.raises(ConfigError, match=r"b\.mbs.*cannot access the file"):
+        write_files({tmp_path / "a.mbs": b"new", tmp_path / "b.mbs": b"new"})
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {
+        "a.mbs": b"old", "b.mbs": b"old",
+    }  # fmt: skip
+
+
+def test_outputs_that_differ_only_in_letter_case(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    for name in ("Arm", "arm"):
+        (tmp_path / f"{name}1.yaml").write_text(f"source: tiny.urdf\noutput: {name}.mbs\n")
+    assert main(["run", "Arm1.yaml", "arm1.yaml"]) == 2
+    assert "error[output-doubled]" in capsys.readouterr().err
+
+
+def test_outputs_on_two_drives(monkeypatch: pytest.MonkeyPatch) -> None:
+    def two_drives(_: Any) -> str:
+        raise ValueError("Paths don't have the same drive")
+
+    monkeypatch.setattr(many.os.path, "commonpath", two_drives)
+    assert many._folder([]) == Path.cwd()
+
+
+@pytest.mark.parametrize("name", ["textures\\a.png", "textures/a.png", "textures%2Fa.png"])
+def test_a_texture_by_a_path_of_windows(name: str, tmp_path: Path) -> None:
+    (tmp_path / "textures").mkdir()
+    (tmp_path / "textures" / "a.png").write_bytes(b"x")
+    assert read_beside(tmp_path / "a.obj", name) == b"x"
+    assert PureWindowsPath(name.replace("%2F", "/")).name == "a.png"
+
+
+def test_line_ends_of_windows_in_every_input(tmp_path: Path) -> None:
+    from urdf2mbs.api import convert
+
+    plain, other = tmp_path / "a", tmp_path / "b"
+    for folder, text in ((plain, TINY), (other, TINY.replace("\n", "\r\n"))):
+        folder.mkdir()
+        (folder / "tiny.urdf").write_bytes(text.encode())
+        config = "source: tiny.urdf\noutput: {project: p}\npasses:\n  sensors: {links: [hand]}\n"
+        if folder == other:
+            config = "\ufeff" + config.replace("\n", "\r\n")
+        (folder / "tiny.yaml").write_bytes(config.encode())
+        assert main(["run", str(folder / "tiny.yaml"), "-q"]) == 0
+    for file in plain.rglob("*"):
+        if file.is_file() and file.suffix in (".mbs", ".py", ".c", ".h"):
+            data = file.read_bytes()
+            assert data == (other / file.relative_to(plain)).read_bytes(), file
+            assert b"\r" not in data, file
+    assert convert(plain / "tiny.urdf").data == convert(other / "tiny.urdf").data
