@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from urdf2mbs.commands.presets import by_presets
 from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_diagnostics
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import configured
@@ -83,6 +82,8 @@ def _fewer(
     """How many joints the other presets make, where Robotran's generator minds."""
     if all(one.code != "generator-limits" for one in conversion.diagnostics):
         return ""
+    from urdf2mbs.commands.presets import by_presets
+
     others = []
     for name, other in by_presets(config, lines, arguments).items():
         try:

@@ -12,9 +12,6 @@ import re
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
-from urdf2mbs.project import starters
-from urdf2mbs.project.c import generated
-from urdf2mbs.project.python import robot_module
 
 #: The generated module, where a user function loads it.
 _MODULE = re.compile(r"^(?:import |#include \")(\w+)_robot\b", re.MULTILINE).search
@@ -24,6 +21,10 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     folder = conversion.settings.project
     if folder is None or conversion.rejected is not None:
         return
+    from urdf2mbs.project import starters
+    from urdf2mbs.project.c import generated
+    from urdf2mbs.project.python import robot_module
+
     mbs = conversion.mbs
     if "python" in conversion.settings.languages:
         conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
