@@ -114,7 +114,7 @@ def origin(found: Registered) -> str:
     """The plugin that a pass is from, with its package, version and file."""
     of = f" of {found.package}" if found.package not in ("", found.plugin) else ""
     version = f" {found.version}" if found.version else ""
-    return f"{found.plugin}{of}{version} ({found.file})"
+    return f"{found.plugin}{of}{version} ({near(Path(found.file))})"
 
 
 def described(found: Registered) -> dict[str, Any]:

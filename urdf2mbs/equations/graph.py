@@ -58,14 +58,6 @@ class Graph:
             node = self._symbols[name] = self._node(SYMBOL, 0, name=name)
         return node
 
-    def number(self, x: Expr) -> float | None:
-        """The value of a constant, None of what is none."""
-        if x == 0:
-            return 0.0
-        if self.op[abs(x)] != CONST:
-            return None
-        return self.value[x] if x > 0 else -self.value[-x]
-
     def add(self, x: Expr, y: Expr) -> Expr:
         if x == 0:
             return y
