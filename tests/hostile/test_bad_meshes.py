@@ -258,17 +258,22 @@ def test_a_mesh_that_lies_outside_is_copied_inside(where: str, tmp_path: Path) -
         assert "away" not in str(shape.url)
 
 
-@pytest.mark.parametrize("name", ["http://127.0.0.1:9/a.mtl", "../../../../etc/passwd", "//a/b"])
+@pytest.mark.parametrize("name", ["http://127.0.0.1:9/a.mtl", "../away/a.bin", "//a/b"])
 def test_what_a_mesh_names_is_never_fetched(name: str, tmp_path: Path) -> None:
-    (tmp_path / "a.obj").write_bytes(f"mtllib {name}\nusemtl m\n".encode() + obj("f 1 2 3"))
+    folder = tmp_path / "robot"
+    for each in (folder, tmp_path / "away"):
+        each.mkdir()
+    (tmp_path / "away" / "a.bin").write_bytes(bytes(1000))
+    (folder / "a.obj").write_bytes(f"mtllib {name}\nusemtl m\n".encode() + obj("f 1 2 3"))
     image = f'<image id="i"><init_from>{name}</init_from></image>'
-    (tmp_path / "b.dae").write_text(dae_text(images=image))
+    (folder / "b.dae").write_text(dae_text(images=image))
     document = json.loads(gltf())
     document["buffers"][0]["uri"] = name
-    (tmp_path / "c.gltf").write_text(json.dumps(document))
-    result = robot(tmp_path, "a.obj", "b.dae", "c.gltf")
-    # a buffer may be any file of the machine, and its bytes are taken for points
-    assert result.report.passes["convert-meshes"]["converted"] == (3 if "passwd" in name else 2)
+    (folder / "c.gltf").write_text(json.dumps(document))
+    result = robot(folder, "a.obj", "b.dae", "c.gltf")
+    # a file of this machine is read wherever it lies, as a mesh of the URDF is
+    here = name == "../away/a.bin"
+    assert result.report.passes["convert-meshes"]["converted"] == (3 if here else 2)
     assert not [file for file in result.conversion.files if file.suffix not in (
         ".mbs", ".wrl", ".py", "",
     )]  # fmt: skip
