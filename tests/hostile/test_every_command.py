@@ -223,4 +223,7 @@ def test_streams_that_are_closed(good: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert main(["convert", "missing.urdf"]) == 1
     assert main(["convert", "-", "-o", "out.mbs"]) == 1
     assert main(["equations", "-", "-o", "out"]) == 2
+    for stream in (sys.stdout, sys.stderr):
+        assert stream is not None
+        stream.close()
     assert not (good / "out.mbs").exists()
