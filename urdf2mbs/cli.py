@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 from urdf2mbs.options import parse
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same)."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed, as for a service: nobody reads it
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:
@@ -40,9 +44,13 @@ def _carry_out(arguments: argparse.Namespace) -> int:
 
     # a conversion makes many objects that stay, and hardly any in circles
     gc.set_threshold(100_000)
+    from pathlib import Path
+
     from urdf2mbs.diagnostics import ConfigError, ConversionError, memory_full
+    from urdf2mbs.files import absolute
 
     try:
+        absolute(Path())  # a working folder that is not there any more is told at once
         command = import_module(f"urdf2mbs.commands.{arguments.command.replace('-', '_')}")
         code: int = command.carry_out(arguments)
         sys.stdout.flush()

@@ -158,6 +158,13 @@ def absolute(path: Path) -> Path:
     """
     try:
         whole = os.path.abspath(path)  # noqa: PTH100
+    except OSError:
+        raise ConfigError(
+            "path-invalid",
+            f"there is no file '{path}': the working folder is not there any more",
+            hint="cd to a folder that is there",
+        ) from None
+    try:
         os.stat(whole)  # noqa: PTH116
     except (FileNotFoundError, NotADirectoryError, PermissionError):
         pass  # which is said where the file is used

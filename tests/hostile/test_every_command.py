@@ -194,3 +194,36 @@ def test_a_file_that_may_not_be_read(
     code, said = call([word.replace("X", "secret") for word in command.split(" ")], capsys)
     assert code in (1, 2)
     assert "Permission denied" in said
+
+
+@pytest.mark.parametrize(
+    "command", ["convert tiny.urdf", "doctor", "init tiny.urdf", "run a b", "passes"]
+)
+def test_a_working_folder_that_is_gone(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    if sys.platform == "win32":
+        pytest.skip("Windows keeps it")
+    (tmp_path / "gone").mkdir()
+    monkeypatch.chdir(tmp_path / "gone")
+    (tmp_path / "gone").rmdir()
+    code, said = call(command.split(), capsys)
+    assert code == 2
+    assert "the working folder is not there any more" in said
+    with pytest.raises(ConversionError, match="the working folder"):
+        convert("tiny.urdf")
+
+
+def test_streams_that_are_closed(good: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a shell's ``>&- 2>&- <&-``, and as for a service."""
+    monkeypatch.chdir(good)
+    for name in ("stdout", "stderr", "stdin"):
+        monkeypatch.setattr(sys, name, None)
+    assert main(["passes"]) == 0
+    assert main(["convert", "missing.urdf"]) == 1
+    assert main(["convert", "-", "-o", "out.mbs"]) == 1
+    assert main(["equations", "-", "-o", "out"]) == 2
+    for stream in (sys.stdout, sys.stderr):
+        assert stream is not None
+        stream.close()
+    assert not (good / "out.mbs").exists()

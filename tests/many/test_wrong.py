@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -33,3 +35,20 @@ def test_what_cannot_be(
     )
     assert main([*command, "--no-plugins"]) == 2
     assert f"error[{code}]" in capsys.readouterr().err
+
+
+def test_a_script_that_its_processes_would_run_again(tmp_path: Path) -> None:
+    """A script without ``if __name__ == "__main__"``: what to do is said, and it ends."""
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.urdf").write_text(TINY)
+    (tmp_path / "script.py").write_text(
+        "from urdf2mbs import convert_many\n"
+        "made = convert_many(({'source': f'{n}.urdf'} for n in 'ab'), workers=2)\n"
+        "print([one.code for one in made])\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "script.py"], check=False, capture_output=True, text=True, cwd=tmp_path,
+        timeout=100,
+    )  # fmt: skip
+    assert "put what the script does below:  if __name__ == '__main__':" in done.stderr
+    assert "bootstrapping" not in done.stderr

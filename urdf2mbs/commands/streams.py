@@ -11,6 +11,7 @@ from typing import TextIO
 
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.urdf import standard_input
 
 #: What stands for standard input or output.
 STREAM = "-"
@@ -61,7 +62,7 @@ def read_model(model: Path) -> bytes:
     """The bytes of an .mbs file; raises ConfigError."""
     try:
         if str(model) == STREAM:
-            return files.read_stream(sys.stdin.buffer, STREAM)
+            return standard_input.data()
         return files.read(model)
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None

@@ -136,5 +136,7 @@ def _chosen(name: str, offered: list[Registered], plugin: str | None, lines: Lin
 def _unknown(lines: Lines, at: Key, name: str, known: Any, why: str, hint: str = "") -> ConfigError:
     return lines.error(
         "unknown-pass", f"pass '{name}' {why}" if why else f"there is no pass '{name}'", at,
-        hint or nearest(name, known) or "'urdf2mbs passes' lists all",
+        hint
+        or ("'pipeline', 'after' or 'before' puts it in" if why else nearest(name, known))
+        or "'urdf2mbs passes' lists all",
     )  # fmt: skip

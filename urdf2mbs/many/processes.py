@@ -6,8 +6,10 @@ import os
 import signal
 from collections.abc import Iterator
 from itertools import islice
+from multiprocessing import current_process
 from typing import TYPE_CHECKING
 
+from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.many.convert import Job, Outcome, convert_one, died
 
 if TYPE_CHECKING:
@@ -27,6 +29,11 @@ def in_processes(jobs: list[Job], workers: int) -> Iterator[Outcome]:
     if workers <= 1:
         yield from map(convert_one, jobs)
         return
+    if getattr(current_process(), "_inheriting", False):
+        raise ConfigError(
+            "usage", "each process that converts robots reads this script anew, and so on",
+            hint="put what the script does below:  if __name__ == '__main__':",
+        )  # fmt: skip
     from concurrent.futures import FIRST_COMPLETED, wait
     from concurrent.futures.process import BrokenProcessPool
 

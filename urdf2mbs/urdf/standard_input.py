@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from errno import EBADF
 from pathlib import Path
 
 from urdf2mbs import files
@@ -19,16 +20,21 @@ def take() -> str:
 
     :raises ConversionError: ``file-unreadable``
     """
-    stream = getattr(sys.stdin, "buffer", None)
     try:
-        _read[:] = [
-            sys.stdin.read().encode() if stream is None else files.read_stream(stream, NAME)
-        ]
+        _read[:] = [data()]
     except OSError as error:
         raise ConversionError(
             "file-unreadable", f"cannot be read: {error.strerror}", file=NAME
         ) from None
     return NAME
+
+
+def data() -> bytes:
+    """All of standard input; raises OSError."""
+    if sys.stdin is None:
+        raise OSError(EBADF, "standard input is closed", NAME)
+    stream = getattr(sys.stdin, "buffer", None)
+    return sys.stdin.read().encode() if stream is None else files.read_stream(stream, NAME)
 
 
 def taken(source: Path) -> bytes | None:
