@@ -17,8 +17,9 @@ from typing import IO, Any, TypeVar
 
 from urdf2mbs.meshes.model import MeshError
 
-#: So many bytes of mesh files are worth a process, which takes about a second to start.
-WORTH = 24 * 2**20
+#: So many bytes of mesh files are worth a process: they take a second or two, and so does a start
+#: on a machine that is busy.
+WORTH = 48 * 2**20
 
 _Task = TypeVar("_Task")
 _Result = TypeVar("_Result")
