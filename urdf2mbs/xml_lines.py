@@ -12,6 +12,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterator, Sequence
 from typing import Any
+from weakref import ref
 
 from lxml import etree
 
@@ -143,7 +144,11 @@ class _Lines:
 
     def element(self) -> type[etree.ElementBase]:
         """The class of elements that have their lines from here."""
-        line = self.line
+        own = ref(self)  # a class lives until the garbage collector comes
+
+        def line(element: Any) -> int | None:
+            lines = own()
+            return None if lines is None else lines.line(element)
 
         class Counted(etree.ElementBase):
             __slots__ = ()

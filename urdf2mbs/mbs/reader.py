@@ -213,11 +213,6 @@ class _Reader:
         self.numbers: dict[str | None, float] = {}
         self.names: dict[str, str] = {BASE: BASE, ORIGIN: ORIGIN}
         """What each name of the one name space belongs to."""
-        self.kinds: dict[Kind, Callable[[_Element], Any]] = {
-            "text": _text, "number": self.number, "xyz": self.xyz,
-            "color": self.color, "flag": lambda element: True,
-        }  # fmt: skip
-        """What reads each kind of value."""
         self.points: dict[str | None, Set[str]] = {}
         """The points of each body read so far."""
 
@@ -560,7 +555,7 @@ class _Reader:
         for tag, child in self.children(element, fields.keys()).items():
             if tag in fields:
                 name, kind = fields[tag]
-                setattr(made, name, self.kinds[kind](child))
+                setattr(made, name, _KINDS[kind](self, child))
 
     def vector(self, element: _Element) -> Vec:
         parts = self.children(element, COORDINATES)
@@ -654,6 +649,16 @@ class _Reader:
     def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
         line: Any = element.sourceline
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
+
+
+#: What reads each kind of value.
+_KINDS: dict[Kind, Callable[[_Reader, _Element], Any]] = {
+    "text": lambda _, element: _text(element),
+    "number": _Reader.number,
+    "xyz": _Reader.xyz,
+    "color": _Reader.color,
+    "flag": lambda *_: True,
+}
 
 
 def _text(element: _Element | None) -> str:

@@ -32,9 +32,10 @@ def write(parts: list[Part], color: RGB, transparency: float) -> bytes:
 def _shape(part: Part, color: RGB, transparency: float) -> bytes:
     import numpy as np
 
-    used, corner = np.unique(part.triangles, return_inverse=True)
-    points, which = distinct(part.points[used].astype(np.float32) + np.float32(0.0))
-    triangles = which[corner].reshape(-1, 3)
+    shown = np.zeros(len(part.points), bool)
+    shown[part.triangles] = True
+    points, which = distinct(part.points[shown].astype(np.float32) + np.float32(0.0))
+    triangles = which[(np.cumsum(shown) - 1)[part.triangles]]
     material, colors = part.material, part.colors
     palette = None
     if colors is not None:
@@ -132,10 +133,18 @@ def shortest(values: NDArray[np.float32]) -> NDArray[np.float64]:
 
 def _rows(numbers: NDArray[Any]) -> bytes:
     """A line a row, blanks between the numbers."""
+    import numpy as np
+
     if not len(numbers):
         return b""
-    text = msgspec.json.encode(numbers.tolist())[2:-2].replace(b"],[", b"\n").replace(b",", b" ")
-    return (text + b"\n").replace(b".0 ", b" ").replace(b".0\n", b"\n").removesuffix(b"\n")
+    text = bytearray(msgspec.json.encode(numbers.ravel().tolist())[1:-1])
+    letters = np.frombuffer(text, np.uint8)
+    commas = np.flatnonzero(letters == ord(","))
+    letters[commas] = ord(" ")
+    letters[commas[numbers.shape[1] - 1 :: numbers.shape[1]]] = ord("\n")
+    del letters  # which holds the text
+    text += b"\n"
+    return bytes(text.replace(b".0 ", b" ").replace(b".0\n", b"\n").removesuffix(b"\n"))
 
 
 def _faces(triangles: NDArray[Any]) -> bytes:

@@ -12,7 +12,9 @@ visual shows the same mesh in another colour.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections import Counter
+from collections.abc import Callable, Iterable
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
 
@@ -26,6 +28,7 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.meshes import vrml
+from urdf2mbs.meshes.cores import in_order
 from urdf2mbs.meshes.model import Mesh, MeshError, read_beside, turned
 from urdf2mbs.meshes.reader import read
 from urdf2mbs.urdf import model as urdf
@@ -77,6 +80,34 @@ class Lost(msgspec.Struct):
     too_large: dict[str, str] = {}
 
 
+class Old(msgspec.Struct):
+    """A .wrl that is there already."""
+
+    size: int
+    """Bytes."""
+    made: Made | None
+    """What it was made from; None: it is not ours."""
+    current: bool
+    """Whether its mesh would give it again."""
+
+
+class Job(msgspec.Struct, frozen=True):
+    """A mesh file, and the looks in which it is shown."""
+
+    path: Path
+    looks: tuple[Look, ...]
+    options: Options
+
+
+class Converted(msgspec.Struct):
+    """What is made of a mesh file."""
+
+    size: int
+    """Bytes of all the files that it was read from."""
+    looks: dict[Look, tuple[Made, bytes]]
+    textures: dict[str, bytes]
+
+
 def run(conversion: Conversion, options: Options) -> None:
     settings = conversion.settings
     if settings.project is None:
@@ -95,25 +126,27 @@ def run(conversion: Conversion, options: Options) -> None:
     lost = Lost()
     left = options.at_most * 2**20
     counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
+    paths = {filename: conversion.packages.resolve(filename) for filename in uses}
+    there = _there(uses, names, paths, folder, options)
+    made_anew = _made_anew(uses, paths, there, options)
     for number, (filename, looks) in enumerate(uses.items(), start=1):
         conversion.progress(f"{filename} ({number} of {len(uses)})")
-        path = conversion.packages.resolve(filename)
+        path = paths[filename]
         if path is None:
             counts["unusable"] += 1
             lost.missing[filename] = conversion.packages.looked(filename)
             continue
         conversion.sources.add(path)
-        mesh: Mesh | None = None
+        mesh: Converted | None = None
         for look, shapes in looks.items():
             target = folder / f"{names[filename, look]}.wrl"
-            old = read_beside(target, target.name)
-            made = None if old is None else made_from(old)
-            if old is not None and made is None:
+            old = there[filename, look]
+            if old is not None and old.made is None:
                 lost.not_ours[filename] = str(target)
-            elif old is not None and made and is_current(made, options, look, path, folder):
+            elif old is not None and old.made is not None and old.current:
                 counts["kept"] += 1
-                counts["bytes"] += len(old)
-                told[filename] = made
+                counts["bytes"] += old.size
+                told[filename] = old.made
             else:
                 if mesh is None:
                     if files.size(path) > left:
@@ -121,13 +154,13 @@ def run(conversion: Conversion, options: Options) -> None:
                         lost.too_large[filename] = f"{files.size(path) / 2**20:.3g} MiB"
                         break
                     try:
-                        mesh = read(path, up_axis=options.up_axis == "apply")
+                        mesh = made_anew(filename)
                         left -= mesh.size
                     except MeshError as error:
                         counts["unusable"] += 1
                         lost.unreadable[filename] = f"{path}: {error}"
                         break
-                told[filename], content = convert(mesh, look, options)
+                told[filename], content = mesh.looks[look]
                 conversion.files[target] = content
                 for name, image in mesh.textures.items():
                     if not (folder / name).exists():
@@ -163,6 +196,82 @@ def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
                 look = Look(mirror, shape.color, shape.transparency)
                 uses.setdefault(filename, {}).setdefault(look, []).append(shape)
     return uses
+
+
+def _there(
+    uses: dict[str, dict[Look, list[Shape]]],
+    names: dict[tuple[str, Look], str],
+    paths: dict[str, Path | None],
+    folder: Path,
+    options: Options,
+) -> dict[tuple[str, Look], Old | None]:
+    """The .wrl files that are there already, for each look of each mesh."""
+    there: dict[tuple[str, Look], Old | None] = {}
+    for filename, looks in uses.items():
+        path = paths[filename]
+        for look in looks if path is not None else ():
+            target = folder / f"{names[filename, look]}.wrl"
+            content = read_beside(target, target.name)
+            there[filename, look] = None
+            if content is not None:
+                made = made_from(content)
+                current = (
+                    made is not None
+                    and path is not None
+                    and is_current(made, options, look, path, folder)
+                )
+                there[filename, look] = Old(len(content), made, current)
+    return there
+
+
+def _made_anew(
+    uses: dict[str, dict[Look, list[Shape]]],
+    paths: dict[str, Path | None],
+    there: dict[tuple[str, Look], Old | None],
+    options: Options,
+) -> Callable[[str], Converted]:
+    """What gives the meshes that are made anew, asked in the order of ``uses``: each file is read
+    once, under however many names the URDF has it, and on all cores where that pays."""
+    files_of: dict[str, tuple[str, str]] = {}
+    first: dict[tuple[str, str], Path] = {}
+    wanted: dict[tuple[str, str], dict[Look, None]] = {}
+    for filename, looks in uses.items():
+        path = paths[filename]
+        due = [look for look in looks if path is not None and _is_due(there[filename, look])]
+        if path is not None and due:
+            # a .wrl says the name of its mesh
+            file = files_of[filename] = (os.path.realpath(path), path.name)
+            first.setdefault(file, path)
+            wanted.setdefault(file, {}).update(dict.fromkeys(due))
+    jobs = [Job(first[file], tuple(looks), options) for file, looks in wanted.items()]
+    coming = zip(wanted, in_order(make, jobs, [files.size(job.path) for job in jobs]), strict=True)
+    asked = Counter(files_of.values())
+    shared: dict[tuple[str, str], Converted] = {}
+
+    def made_anew(filename: str) -> Converted:
+        file = files_of[filename]
+        if file in shared:
+            return shared[file]
+        # those before it that nobody asks for are too much
+        result = next((result for one, result in coming if one == file), None)
+        mesh = make(Job(first[file], tuple(wanted[file]), options)) if result is None else result()
+        if asked[file] > 1:
+            shared[file] = mesh
+        return mesh
+
+    return made_anew
+
+
+def _is_due(old: Old | None) -> bool:
+    """Whether a .wrl is to be made; one that is not ours is left alone."""
+    return old is None or (old.made is not None and not old.current)
+
+
+def make(job: Job) -> Converted:
+    """A mesh in all its looks; raises MeshError."""
+    mesh = read(job.path, up_axis=job.options.up_axis == "apply")
+    looks = {look: convert(mesh, look, job.options) for look in job.looks}
+    return Converted(mesh.size, looks, mesh.textures)
 
 
 def _links(conversion: Conversion) -> dict[str, list[str]]:

@@ -24,7 +24,8 @@ mass to that mass, an inertia to that inertia.  So a finger's error counts on a 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from math import atan2, dist, hypot, isfinite, log10, pi
 from random import Random
 from typing import Any
@@ -134,8 +135,8 @@ class _Pair(msgspec.Struct, gc=False):
     their_inertia: Inertia
     scale: float
     """m."""
-    carried: list[tuple[Group, Group]]
-    """The groups that hang on them."""
+    carried: Callable[[], list[tuple[Group, Group]]]
+    """Gives the groups that hang on them."""
     moves: list[tuple[Frame, Frame]]
     """The joint's motion at the random positions."""
 
@@ -166,7 +167,7 @@ class _Pair(msgspec.Struct, gc=False):
             between_axes(at, ours.axis, HERE, theirs.axis, ours.turns, self.scale),
             *self.inertia(at).values(),
         ]
-        for mine, other in self.carried:
+        for mine, other in self.carried():
             before = compose(at, mine.before)
             found.append(
                 between_axes(before, mine.axis, other.before, other.axis, mine.turns, self.scale)
@@ -184,6 +185,7 @@ class _Comparing:
         self.mbs = mbs
         self.tolerance = tolerance
         self.frames = frames or {}
+        self.hanging: dict[int, list[tuple[Group, Group]]] | None = None
         self.found: list[Difference] = []
         self.elsewhere: list[Difference] = []
         self.largest = {"gravity": 0.0, "motion": 0.0, "mass": 0.0, "centre": 0.0, "inertia": 0.0}
@@ -205,6 +207,8 @@ class _Comparing:
         two = self.two = mbs_side(self.mbs, set(names.values()), framed)
         #: Each group's counterpart, parents first: there is one for each.
         self.pairs = [0, *[two.created[names[own]] for own in one.created]]
+        one.created.clear()
+        two.created.clear()
         size = max(group.reach for side in (one, two) for group in side.groups)
         #: m; a joint at the very place of the one before it has the rounding of what is there.
         self.floor = 1e-4 * size or 1.0
@@ -308,14 +312,11 @@ class _Comparing:
         leader: dict[int, str] = {}
         for name, (number, _) in one.frames.items():
             leader.setdefault(number, name)
-        carried: dict[int, list[tuple[Group, Group]]] = {}
         hangs: set[int] = set()
         for mine, other in enumerate(pairs):
             if mine:
                 ours, theirs = one.groups[mine], two.groups[other]
-                if theirs.parent == pairs[ours.parent]:
-                    carried.setdefault(ours.parent, []).append((ours, theirs))
-                else:
+                if theirs.parent != pairs[ours.parent]:
                     hangs.add(mine)
         world = two.world() if hangs else []
         for mine, other in enumerate(pairs):
@@ -332,7 +333,8 @@ class _Comparing:
                 moves.append((ours.move(q), theirs.move(q)))
             pair = _Pair(
                 ours, theirs, compose(self.apart[ours.parent], ours.before), before,
-                merge(ours.inertias), merge(theirs.inertias), scale, carried.get(mine, []), moves,
+                merge(ours.inertias), merge(theirs.inertias), scale,
+                partial(self._carried, mine), moves,
             )  # fmt: skip
             link = leader.get(mine)
             if mine in hangs:
@@ -342,6 +344,16 @@ class _Comparing:
                     self._differ("parent", told, link=child, joint=ours.joint)
             self.apart[mine] = self._place(pair, other, link, mine in hangs)
             self._inertia(pair, self.apart[mine])
+
+    def _carried(self, mine: int) -> list[tuple[Group, Group]]:
+        """The pairs of groups that hang on a pair: asked for only where something differs."""
+        if self.hanging is None:
+            self.hanging = {}
+            for number, other in enumerate(self.pairs[1:], start=1):
+                ours, theirs = self.one.groups[number], self.two.groups[other]
+                if theirs.parent == self.pairs[ours.parent]:
+                    self.hanging.setdefault(ours.parent, []).append((ours, theirs))
+        return self.hanging.get(mine, [])
 
     def _place(self, pair: _Pair, other: int, link: str | None, hangs: bool) -> Frame:
         """The constant pose of a group in its counterpart; tells what of the motion differs."""
@@ -590,7 +602,7 @@ def _slid(pair: _Pair, at: Frame) -> Frame:
     anchors that tells agrees."""
     e = pair.theirs.axis
     points = [(pair.our_inertia[1], pair.their_inertia[1])] if pair.our_inertia[0] else []
-    points += [(mine.before[9:], other.before[9:]) for mine, other in pair.carried]
+    points += [(mine.before[9:], other.before[9:]) for mine, other in pair.carried()]
     if pair.ours.turns:
         for a, b in points:
             p, q = across(moved(at, a), e), across(b, e)

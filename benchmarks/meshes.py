@@ -1,0 +1,109 @@
+"""How fast meshes become .wrl: triangles a second, beside trimesh that loads the same file.
+
+    pip install -e ".[meshes]"
+    python benchmarks/meshes.py [--subdivisions 6] [--repetitions 5]
+
+A rough sphere is written in each format, read, and written as VRML97 in one process; the least
+time of several, in turns.  Then a robot of twelve larger ones is made in one process and on all
+cores.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter, process_time
+
+import numpy as np
+import trimesh
+
+from urdf2mbs import convert
+from urdf2mbs.meshes import cores
+from urdf2mbs.meshes.reader import read
+from urdf2mbs.passes.convert_meshes import Job, Look, Options, make
+
+FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
+
+
+def sphere(subdivisions: int) -> trimesh.Trimesh:
+    mesh = trimesh.creation.icosphere(subdivisions=subdivisions, radius=0.1)
+    mesh.vertices += 0.001 * np.random.default_rng(1).normal(size=mesh.vertices.shape)
+    return mesh
+
+
+def least(works: list[Callable[[], object]], repetitions: int) -> list[float]:
+    """The least seconds of the processor of each, in turns."""
+    best = [float("inf")] * len(works)
+    for _ in range(repetitions):
+        for number, work in enumerate(works):
+            start = process_time()
+            work()
+            best[number] = min(best[number], process_time() - start)
+    return best
+
+
+def rates(subdivisions: int, repetitions: int) -> None:
+    mesh = sphere(subdivisions)
+    count = len(mesh.faces)
+    print(f"{count:,} triangles, in 1,000 triangles a second:\n")
+    print("| format | MB | read | read and written | trimesh, load only | read, of trimesh |")
+    print("|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        for name, kind in FORMATS.items():
+            path = Path(folder) / f"mesh.{kind.partition('_')[0]}"
+            data = mesh.export(file_type=kind)
+            path.write_bytes(data.encode() if isinstance(data, str) else data)
+            job = Job(path, (Look("", (128, 128, 128), 0.0),), Options())
+            seconds = least(
+                [
+                    lambda path=path: read(path, up_axis=False),
+                    lambda job=job: make(job),
+                    lambda path=path: trimesh.load(path, process=False),
+                ],
+                repetitions,
+            )
+            ours, whole, theirs = (count / 1000 / one for one in seconds)
+            size = path.stat().st_size / 1e6
+            print(
+                f"| {name} | {size:.1f} | {ours:,.0f} | {whole:,.0f} | {theirs:,.0f} "
+                f"| {ours / theirs:.2f} |"
+            )
+
+
+def robot(subdivisions: int) -> None:
+    """Seconds on the clock for a robot with twelve meshes, on one core and on all."""
+    data = sphere(subdivisions).export(file_type="stl")
+    with tempfile.TemporaryDirectory() as folder:
+        links = ['<link name="base"/>']
+        for k in range(12):
+            (Path(folder) / f"mesh_{k}.stl").write_bytes(data)
+            links.append(
+                f'<link name="l{k}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" '
+                f'iyy="1" iyz="0" izz="1"/></inertial><visual><geometry>'
+                f'<mesh filename="mesh_{k}.stl"/></geometry></visual></link>'
+                f'<joint name="j{k}" type="continuous"><parent link="base"/>'
+                f'<child link="l{k}"/></joint>'
+            )
+        source = Path(folder) / "robot.urdf"
+        source.write_text(f'<robot name="r">{"".join(links)}</robot>')
+        print(f"\n12 meshes of {len(data) / 1e6:.0f} MB, seconds on the clock:")
+        worth = cores.WORTH
+        for name, cores.WORTH in (("in one process", 2**60), ("on all cores", worth)):
+            start = perf_counter()
+            convert(source, project=Path(folder) / "project")
+            print(f"{name}: {perf_counter() - start:.1f}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--subdivisions", type=int, default=6)
+    parser.add_argument("--repetitions", type=int, default=5)
+    arguments = parser.parse_args()
+    rates(arguments.subdivisions, arguments.repetitions)
+    robot(arguments.subdivisions + 1)
+
+
+if __name__ == "__main__":
+    main()

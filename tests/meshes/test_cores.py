@@ -1,0 +1,154 @@
+"""Meshes on several cores: the same files, warnings and order as in one process."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.meshes import cores
+from urdf2mbs.meshes.model import MeshError
+from urdf2mbs.passes import convert_meshes
+
+pytest.importorskip("trimesh")
+
+OBJ = "v 0 0 {z}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def robot(folder: Path, meshes: list[str], scale: str = "1 1 1") -> Path:
+    parts = ['<robot name="r"><link name="base"/>']
+    for k, name in enumerate(meshes):
+        parts.append(
+            f'<link name="l{k}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" '
+            f'iyy="1" iyz="0" izz="1"/></inertial><visual><geometry><mesh filename="{name}" '
+            f'scale="{scale}"/></geometry></visual></link><joint name="j{k}" type="continuous">'
+            f'<parent link="base"/><child link="l{k}"/></joint>'
+        )
+    source = folder / "r.urdf"
+    source.write_text("".join([*parts, "</robot>"]))
+    return source
+
+
+def made(source: Path) -> tuple[dict[str, bytes], list[str], Any]:
+    conversion = convert(source, project=source.parent / "project").conversion
+    written = {path.name: data for path, data in conversion.files.items() if path.suffix == ".wrl"}
+    said = [str(one) for one in conversion.diagnostics]
+    return written, said, conversion.report["convert-meshes"]
+
+
+@pytest.fixture
+def two(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cores, "WORTH", 1)
+    monkeypatch.setattr(cores, "_cores", lambda: 2)
+
+
+def mixed(folder: Path) -> Path:
+    """Eight meshes, of which some are broken, missing, empty, or the same file twice."""
+    names = []
+    for k in range(8):
+        (folder / f"m{k}.obj").write_text(OBJ.format(z=k))
+        names.append(f"m{k}.obj")
+    (folder / "m2.obj").write_text("nothing")
+    (folder / "m5.obj").write_bytes(b"")
+    names[3] = "missing.obj"
+    return robot(folder, [*names, "./m1.obj", f"file://{folder}/m1.obj", "m6.obj"])
+
+
+def test_all_is_as_in_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = mixed(tmp_path)
+    alone = made(source)
+    monkeypatch.setattr(cores, "WORTH", 1)
+    monkeypatch.setattr(cores, "_cores", lambda: 2)
+    started = []
+    begin = cores._Process.__init__
+
+    def count(self: cores._Process) -> None:
+        started.append(self)
+        begin(self)
+
+    monkeypatch.setattr(cores._Process, "__init__", count)
+    assert made(source) == alone
+    assert len(started) == 2
+    assert all(one._process.returncode is not None for one in started)
+    assert len(alone[0]) == 7
+    assert any("mesh-unreadable" in line for line in alone[1])
+    assert any("mesh-missing" in line for line in alone[1])
+
+
+def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = mixed(tmp_path)
+    read: list[str] = []
+    make = convert_meshes.make
+
+    def counted(job: convert_meshes.Job) -> convert_meshes.Converted:
+        read.append(job.path.name)
+        return make(job)
+
+    monkeypatch.setattr(convert_meshes, "make", counted)
+    made(source)
+    assert sorted(read) == ["m0.obj", "m1.obj", "m2.obj", "m4.obj", "m5.obj", "m6.obj", "m7.obj"]
+
+
+@pytest.mark.usefixtures("two")
+def test_a_process_that_ends_is_no_loss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = mixed(tmp_path)
+    whole = made(source)
+    monkeypatch.setattr(cores, "_START", "raise SystemExit(1)")
+    assert made(source) == whole
+
+
+def double(number: int) -> int:
+    if number == 3:
+        raise MeshError("three")
+    if number == 4:
+        raise KeyError(number)
+    return 2 * number
+
+
+@pytest.mark.usefixtures("two")
+def test_results_come_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "path", [str(Path(__file__).parent), *sys.path])
+    work = __import__("test_cores").double
+    results = list(cores.in_order(work, range(9), [1] * 9))
+    assert [result() for n, result in enumerate(results) if n not in (3, 4)] == [
+        0, 2, 4, 10, 12, 14, 16,
+    ]  # fmt: skip
+    with pytest.raises(Exception, match="three") as raised:
+        results[3]()
+    assert isinstance(raised.value, MeshError)
+    with pytest.raises(KeyError):
+        results[4]()
+
+
+def test_few_and_small_files_stay_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cores, "_cores", lambda: 8)
+    monkeypatch.setattr(cores, "_Process", None)
+    for sizes in ([1] * 100, [cores.WORTH * 10], [cores.WORTH, cores.WORTH - 1], []):
+        results = cores.in_order(double, range(5, 5 + len(sizes)), sizes)
+        assert [result() for result in results] == [2 * n for n in range(5, 5 + len(sizes))]
+
+
+SCRIPT = """\
+import sys
+from pathlib import Path
+from urdf2mbs import convert
+from urdf2mbs.meshes import cores
+cores.WORTH, cores._cores = 1, lambda: 2
+print("once")
+convert(sys.argv[1], project=Path(sys.argv[1]).parent / "p").write()
+"""
+
+
+def test_a_script_needs_no_guard(tmp_path: Path) -> None:
+    """Processes of multiprocessing would run the script again."""
+    source = mixed(tmp_path)
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    command = [sys.executable, str(script), str(source)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "once\n"), done.stderr
+    assert len(list((tmp_path / "p" / "animationR" / "vrml").glob("*.wrl"))) == 7
