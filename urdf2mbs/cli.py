@@ -38,21 +38,19 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _carry_out(arguments: argparse.Namespace) -> int:
-    import gc
     from errno import ENOSPC
     from importlib import import_module
-
-    # a conversion makes many objects that stay, and hardly any in circles
-    gc.set_threshold(100_000)
     from pathlib import Path
 
+    from urdf2mbs.collector import seldom_collected
     from urdf2mbs.diagnostics import ConfigError, ConversionError, memory_full
     from urdf2mbs.files import absolute
 
     try:
         absolute(Path())  # a working folder that is not there any more is told at once
-        command = import_module(f"urdf2mbs.commands.{arguments.command.replace('-', '_')}")
-        code: int = command.carry_out(arguments)
+        with seldom_collected():
+            command = import_module(f"urdf2mbs.commands.{arguments.command.replace('-', '_')}")
+            code: int = command.carry_out(arguments)
         sys.stdout.flush()
         return code
     except ConversionError as error:

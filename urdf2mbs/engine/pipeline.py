@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
+from urdf2mbs.collector import seldom_collected
 from urdf2mbs.conversion import Conversion, RobotChange
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.engine.config import Config, Lines
@@ -84,7 +82,7 @@ class Pipeline:
             )
         levels = self.settings.levels
         try:
-            with _seldom_collected():
+            with seldom_collected():
                 self._before_run(conversion)
                 self._run(conversion, stop_after)
         except ConversionError as error:
@@ -182,18 +180,6 @@ class Pipeline:
             if plugin is None:
                 raise
             raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
-
-
-@contextmanager
-def _seldom_collected() -> Iterator[None]:
-    """Python's garbage collector seldom looks for cycles: a robot has none, and to look through a
-    large one again and again takes a quarter of the time."""
-    before = gc.get_threshold()
-    gc.set_threshold(50_000, 20, 100)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*before)
 
 
 def _may_change(configured: Configured) -> bool:

@@ -36,8 +36,8 @@ def in_order(
     decided how many processes pay.  Each has one file in memory at a time, and at most two results
     for each lie ready.  With one process, a task is carried out when its function is called.
     """
-    count = min(_cores(), len(tasks), sum(sizes) // WORTH)
-    if count < 2:
+    count = min(len(tasks), sum(sizes) // WORTH)
+    if count < 2 or (count := min(count, _cores())) < 2:
         for task in tasks:
             yield _here(work, task)
         return

@@ -28,7 +28,6 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.meshes import vrml
-from urdf2mbs.meshes.cores import in_order
 from urdf2mbs.meshes.model import Mesh, MeshError, read_beside, turned
 from urdf2mbs.meshes.reader import read
 from urdf2mbs.urdf import model as urdf
@@ -243,6 +242,8 @@ def _made_anew(
             file = files_of[filename] = (os.path.realpath(path), path.name)
             first.setdefault(file, path)
             wanted.setdefault(file, {}).update(dict.fromkeys(due))
+    from urdf2mbs.meshes.cores import in_order
+
     jobs = [Job(first[file], tuple(looks), options) for file, looks in wanted.items()]
     coming = zip(wanted, in_order(make, jobs, [files.size(job.path) for job in jobs]), strict=True)
     asked = Counter(files_of.values())
