@@ -16,6 +16,7 @@ instances of both, which its Python uses too; with ``--headers`` also both compi
 
 from __future__ import annotations
 
+import argparse
 import ctypes
 import importlib.util
 import resource
@@ -150,6 +151,7 @@ def runner(library: Any, mbs: Mbs) -> Callable[[], float]:
 
 
 def speed(names: list[str]) -> None:
+    """Microseconds of the mass matrix and the bias, beside Pinocchio."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         libraries = {
@@ -249,7 +251,12 @@ def counts(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    parts = {"--counts": counts, "--generation": generation, "--speed": speed}
-    asked = [part for part in sys.argv[1:] if part in parts]
-    for part in asked or parts:
-        parts[part]([name for name in sys.argv[1:] if not name.startswith("--")])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    for part in (counts, generation, speed):
+        parser.add_argument(f"--{part.__name__}", action="store_true", help=part.__doc__)
+    parser.add_argument("--headers", action="store_true", help="compile Pinocchio here, too")
+    parser.add_argument("robots", nargs="*", help="only these")
+    arguments = parser.parse_args()
+    asked = [one for one in (counts, generation, speed) if getattr(arguments, one.__name__)]
+    for part in asked or (counts, generation, speed):
+        part(arguments.robots)
