@@ -157,6 +157,15 @@ def test_options_of_a_pass(options: str, line: int, said: str) -> None:
     assert caught.value.line == line
 
 
+@pytest.mark.parametrize("number", ["1e1", "1E+1", "-2e-3", "+5e0", "1.0e+1"])
+def test_a_number_with_an_exponent_is_one(number: str) -> None:
+    config, _ = parse(f"source: a.urdf\ngravity: [0, 0, {number}]\nxacro_args: {{a: 1e1}}\n", None)
+    assert config.gravity[2] == float(number)
+    assert config.xacro_args == {"a": "1e1"}, "arguments are as they are written"
+    assert word(number) == float(number)
+    assert [word(text) for text in ("e1", "1e", "1e1x", "a1e1")] == ["e1", "1e", "1e1x", "a1e1"]
+
+
 def test_one_word_is_a_list_of_one() -> None:
     assert typed(Options, {"must": 1, "words": "a"}, Lines()).words == ["a"]
 

@@ -10,7 +10,14 @@ import yaml
 
 from urdf2mbs.diagnostics import ConfigError
 
-LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """PyYAML's own, but 1e-9 is a number, as YAML 1.2 has it; PyYAML wants 1.0e-9."""
+
+
+Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+[eE][-+]?[0-9]+\Z"), list("-+0123456789")
+)
 
 #: The keys, and positions in lists, that lead to a value.
 Key = tuple[str | int, ...]
@@ -38,7 +45,7 @@ def word(text: str) -> Any:
     """A value given on the command line: YAML where it is YAML, else the text itself."""
     try:
         _check_size(text)
-        return yaml.load(text, LOADER)
+        return yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, RecursionError):
         return text
 
@@ -52,7 +59,7 @@ def _check_size(text: str) -> None:
     """Values below each anchor; None: it is still open."""
     above: list[tuple[str | None, int]] = []
     size = 0
-    for event in yaml.parse(text, LOADER):
+    for event in yaml.parse(text, Loader):
         problem = None
         if isinstance(event, yaml.CollectionStartEvent):
             above.append((event.anchor, size))
@@ -83,7 +90,7 @@ def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
     loader = None
     try:
         _check_size(text)
-        loader = LOADER(text)
+        loader = Loader(text)
         node = loader.get_single_node()
         if node is None:
             return None, {}
