@@ -12,6 +12,7 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.output import write
+from urdf2mbs.passes.left_out import JOINTS
 from urdf2mbs.summary import Report, report
 
 
@@ -82,6 +83,9 @@ def _fewer(
     """How many joints the other presets make, where Robotran's generator minds."""
     if all(one.code != "generator-limits" for one in conversion.diagnostics):
         return ""
+    joints = [joint for body in conversion.mbs.bodies for joint in body.joints]
+    if sum(joint.nature != "driven" for joint in joints) > JOINTS:
+        return ""  # what moves is too much already, and every preset keeps it
     from urdf2mbs.commands.presets import by_presets
 
     others = []

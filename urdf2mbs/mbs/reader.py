@@ -100,11 +100,17 @@ def read(
     body without a joint, an unknown parent, point or joint or one that stands later in the
     file, an unknown word, a number that is none, a name that is taken.
     """
-    if xml_lines.is_large(data):
-        with suppress(ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
+    with suppress(ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
+        if len(data) >= xml_lines.LARGE:
             return _in_pieces(data, file, mechanics_only, known)
-        # something is wrong with it: the whole tree and its lines say what
-    root = _parse(data, file)
+        root = etree.fromstring(data, etree.XMLParser(**_SAFE))
+        _check_entities(root, file)
+        return _whole(root, file, mechanics_only)
+    # something is wrong with it: the whole tree and its true lines, which take long, say what
+    return _whole(_parse(data, file), file, mechanics_only)
+
+
+def _whole(root: _Element, file: str, mechanics_only: bool) -> Mbs:
     if mechanics_only:
         _only_mechanics(root)
     return _Reader(file).mbs(root)
