@@ -123,6 +123,9 @@ def compare(
     )
 
 
+_Move = Callable[[float], Frame]
+
+
 class _Pair(msgspec.Struct, gc=False):
     """A group of the URDF and its counterpart in the .mbs, and where their joints stand, both
     seen from the .mbs's parent group."""
@@ -141,17 +144,13 @@ class _Pair(msgspec.Struct, gc=False):
     """The joint's motion at the random positions."""
 
     def motion(self, at: Frame) -> float:
-        """How far the motions are apart, if ``at`` is our group's pose in theirs."""
-        off = distance(
-            compose(self.their_before, at) if at is not HERE else self.their_before,
-            self.our_before,
-            self.scale,
-        )
-        for our_move, their_move in self.moves:
-            ours = compose(self.our_before, our_move)
-            theirs = compose(self.their_before, their_move)
+        """How far the motions are apart, if ``at`` is our group's pose in theirs: where the groups
+        are at zero, and how each goes on from there, seen from itself."""
+        theirs = self.their_before if at is HERE else compose(self.their_before, at)
+        off = distance(theirs, self.our_before, self.scale)
+        for ours, theirs in self.moves:
             if at is not HERE:
-                theirs = compose(theirs, at)
+                ours, theirs = compose(at, ours), compose(theirs, at)
             off = max(off, distance(theirs, ours, self.scale))
         return off
 
@@ -309,6 +308,8 @@ class _Comparing:
         """
         one, two, pairs = self.one, self.two, self.pairs
         random = Random(20)
+        amounts = [random.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
+        spins: dict[tuple[_Move, _Move], list[tuple[Frame, Frame]]] = {}
         leader: dict[int, str] = {}
         for name, (number, _) in one.frames.items():
             leader.setdefault(number, name)
@@ -327,10 +328,12 @@ class _Comparing:
             if mine in hangs:
                 before = compose(inverse(world[pairs[ours.parent]]), world[other])
             scale = max(ours.reach, theirs.reach) + self.floor
-            moves = []
-            for _ in range(POSITIONS - 1):
-                q = random.uniform(-pi, pi) * (1.0 if ours.turns else scale)
-                moves.append((ours.move(q), theirs.move(q)))
+            moves = spins.get((ours.move, theirs.move))
+            if moves is None:
+                far = 1.0 if ours.turns else scale
+                moves = [(ours.move(far * q), theirs.move(far * q)) for q in amounts]
+                if ours.turns:
+                    spins[ours.move, theirs.move] = moves
             pair = _Pair(
                 ours, theirs, compose(self.apart[ours.parent], ours.before), before,
                 merge(ours.inertias), merge(theirs.inertias), scale,
