@@ -26,7 +26,7 @@ from urdf2mbs.diagram.boxes import (
     put,
 )
 from urdf2mbs.diagram.shape import Shape
-from urdf2mbs.diagram.tree import plan_tree
+from urdf2mbs.diagram.tree import BOTH, plan_tree
 from urdf2mbs.mbs.model import Mbs
 
 MIDDLE = 0.04
@@ -217,9 +217,12 @@ def _legs(limbs: list[Limb], shape: Shape) -> list[Limb]:
 def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     """Give everything its place; ``order`` is the base, then the bodies depth first."""
     base = order[0]
-    for node in reversed(order):
-        if node is not base:
-            plan_tree(node, narrow=True)
+    ways = _ways(order, bones)
+    for node in reversed(order[1:]):
+        if node.name in ways:
+            plan_tree(node, ways[node.name], narrow=True)
+        else:
+            node.plan[True] = plan(node, True, node.leads)
     base.plan[True] = plan(base, True, [])
     half = base.plan[True].box[3] + GAP / 2
     taken: list[Box] = [(0.0, half, -base.plan[True].box[1], 0.0)]
@@ -245,6 +248,19 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
             for node, below, a, b, turn, mirror in one.limbs
         ]
     put(mbs, base, Way(0.0, 0.0, (0.0, -1.0), (1.0, 0.0)), plan(base, True, base.leads))
+
+
+def _ways(order: list[Node], bones: list[Vertebra]) -> dict[str, tuple[bool, ...]]:
+    """Which plans of each body can be needed, the spine apart: lying ones where limbs may stand
+    beside one another, as a comb.  What runs out sideways is planned when it does."""
+    spine = {bone.node.name for bone in bones}
+    ways: dict[str, tuple[bool, ...]] = {}
+    for node in order:
+        comb = node.name in ways and (len(node.leads) > 1 or ways[node.name] == BOTH)
+        for child in node.children:
+            if child.name not in spine:
+                ways[child.name] = BOTH if comb else (True,)
+    return ways
 
 
 def _grown(bone: Vertebra, half: float) -> Plan:
