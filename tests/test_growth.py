@@ -222,6 +222,21 @@ def test_an_mbs_is_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert all(one is other for one, other in zip(known.bodies, result.mbs.bodies, strict=True))
 
 
+def test_lines_of_a_long_mbs_are_counted_only_for_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "robot.urdf"
+    source.write_text(urdf("chain", 5))
+    data = convert(source).data
+    monkeypatch.setattr("urdf2mbs.xml_lines.LIMIT", 0)
+    with pytest.raises(ConversionError) as raised:
+        reader.read(data.replace(b"<mass>1.5<", b"<mass>heavy<"), "m.mbs")
+    assert raised.value.line is not None
+    assert b"<mass>" in data.splitlines()[raised.value.line - 1]
+    monkeypatch.setattr("urdf2mbs.xml_lines._lines", None)
+    assert len(reader.read(data, "m.mbs").bodies) == 5
+
+
 def test_a_body_that_differs_is_the_one_of_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -8,7 +8,8 @@ What is compared are the *rigid groups*: all that no moving joint separates.
 
 * Motion: at several random positions, zero included, each group must stand on the group before
   it where its counterpart stands, up to one constant pose between a group and its counterpart.
-  Every pose in the world is a product of these.
+  Every pose in the world is a product of these.  So the place at zero is compared, and then
+  how the joint goes on from there, seen from the group that it moves.
 * Inertia: seen through that constant pose, mass, centre and inertia must be equal.
 * Frames: each link's frame, and the anchor point of its name, must be where they are said to be.
 
@@ -308,6 +309,7 @@ class _Comparing:
         """
         one, two, pairs = self.one, self.two, self.pairs
         random = Random(20)
+        # each joint is compared by itself, so all can have the same random positions
         amounts = [random.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
         spins: dict[tuple[_Move, _Move], list[tuple[Frame, Frame]]] = {}
         leader: dict[int, str] = {}
