@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import sys
 import tracemalloc
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
+from lxml import etree
 
 from urdf2mbs import convert, verify
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs import reader
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse, read_robot
+from urdf2mbs.urdf.values import _says_the_same
 
 LINK = """\
 <link name="l{i}">
@@ -33,6 +37,9 @@ JOINT = """\
   <limit lower="-1.5" upper="1.5" effort="100" velocity="2"/>
   <dynamics damping="0.1"/>
 </joint>
+"""
+FIXED = """\
+<joint name="j{i}" type="fixed"><parent link="root"/><child link="l{i}"/></joint>
 """
 KINDS = ("revolute", "continuous", "prismatic", "fixed", "revolute")
 AXES = ("1 0 0", "0 1 0", "0 0.6 0.8")
@@ -54,8 +61,8 @@ def urdf(shape: str, links: int) -> str:
     return "".join([*parts, "</robot>\n"])
 
 
-def calls(source: Path, pipeline: str) -> int:
-    """How many functions a conversion calls, Python's own included."""
+def calls(what: Callable[[], Any]) -> tuple[int, Any]:
+    """How many functions something calls, Python's own included; and what it gives."""
     count = 0
 
     def profile(frame: object, event: str, argument: object) -> None:
@@ -64,11 +71,10 @@ def calls(source: Path, pipeline: str) -> int:
 
     sys.setprofile(profile)
     try:
-        result = convert(source, pipeline=pipeline)
+        result = what()
     finally:
         sys.setprofile(None)
-    assert result.conversion.rejected is None
-    return count
+    return count, result
 
 
 @pytest.fixture
@@ -91,8 +97,36 @@ def test_four_times_the_links_are_four_times_the_work(
     counted = []
     for links in (300, 1200):
         source.write_text(urdf(shape, links))
-        counted.append(calls(source, pipeline))
+        count, result = calls(partial(convert, source, pipeline=pipeline))
+        assert result.conversion.rejected is None
+        counted.append(count)
     assert counted[1] < 4.3 * counted[0]
+
+
+@pytest.mark.any_python
+@pytest.mark.parametrize("of_one", [True, False])
+def test_four_times_the_exact_doubles_are_four_times_the_work(of_one: bool) -> None:
+    counted = []
+    for links in (200, 800):
+        once = [LINK.format(i=i) + FIXED.format(i=i) for i in range(links)]
+        again = [LINK.format(i=0) + FIXED.format(i=0)] * links if of_one else once
+        text = "<robot name='r'><link name='root'/>" + "".join([*once, *again]) + "</robot>"
+        count, (robot, diagnostics) = calls(partial(parse, text.encode(), "r.urdf"))
+        assert len(robot.joints) == links
+        assert "doubled-element" in [one.code for one in diagnostics]
+        counted.append(count)
+    assert counted[1] < 4.3 * counted[0]
+
+
+def test_a_short_double_of_a_long_link_is_compared_only_as_far_as_it_goes() -> None:
+    counted = []
+    for visuals in (100, 400):
+        first = etree.fromstring(f"<link name='l'>{'<visual/>' * visuals}</link>")
+        second = etree.fromstring("<link name='l'/>")
+        count, same = calls(partial(_says_the_same, first, second))
+        assert not same
+        counted.append(count)
+    assert counted[0] == counted[1]
 
 
 @pytest.mark.any_python

@@ -12,7 +12,7 @@ def seldom_collected() -> Iterator[None]:
     """The collector seldom looks for cycles: a robot and its equations have hardly any, and to look
     through many objects again and again takes a quarter of the time."""
     before = gc.get_threshold()
-    gc.set_threshold(100_000, 20, 100)
+    gc.set_threshold(500_000, 20, 100)
     try:
         yield
     finally:

@@ -148,6 +148,8 @@ def cross(a: Vec, b: Vec) -> Vec:
 
 def compose(outer: Pose, inner: Pose) -> Pose:
     """The frame ``inner``, given in ``outer``, seen from where ``outer`` is given."""
+    if outer is HERE:
+        return inner
     return Pose(add(outer.xyz, rotate(outer.rot, inner.xyz)), multiply(outer.rot, inner.rot))
 
 

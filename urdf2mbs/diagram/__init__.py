@@ -31,6 +31,7 @@ def _arrange(mbs: Mbs, order: list[Node], style: str) -> str:
     shape = look(order)
     bones = robot.spine(order, shape) if style == "robot" else None
     if bones is not None:
+        shape.limbs.clear()  # of a large robot they take much memory, and have done their work
         robot.arrange(mbs, order, bones)
         return "robot"
     tree.arrange(mbs, order, shape)

@@ -327,7 +327,8 @@ class Way(msgspec.Struct, gc=False):
         (fx, fy), (cx, cy) = self.ahead, self.across
         x, y = self.at(a, b)
         if turn == 0:
-            return Way(x, y, (fx, fy), (cx * mirror, cy * mirror))
+            across = self.across if mirror == 1 else (cx * mirror, cy * mirror)
+            return Way(x, y, self.ahead, across)
         if turn == 2:
             return Way(x, y, (-fx, -fy), (cx * mirror, cy * mirror))
         return Way(x, y, (cx * turn, cy * turn), (fx * mirror, fy * mirror))
@@ -352,8 +353,11 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
             todo.append((child, below, here.turned(a, b, turn, mirror)))
     dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
 
+    known: dict[float, float] = {}
+
     def moved(at: tuple[float, float]) -> tuple[float, float]:
-        return round(at[0] + dx, 1), round(at[1] + dy, 1)
+        x, y = round(at[0] + dx, 1), round(at[1] + dy, 1)
+        return known.setdefault(x, x), known.setdefault(y, y)  # many are alike: each is kept once
 
     boxes: dict[tuple[float, float, float, float], Drawing] = {}
     for node, drawn, here, (x0, y0, x1, y1) in placed:

@@ -92,6 +92,8 @@ def _pose(order: list[Node]) -> tuple[dict[str, Pose], dict[str, Vec]]:
                 xyz, rot = start, here.rot
                 for joint in child.joints:
                     k, q = int(joint.type[1]), joint.q or 0.0
+                    if q == 0.0:
+                        continue
                     if joint.type[0] == "R":
                         rot = multiply(rot, from_turn((k, q)))
                     else:

@@ -34,6 +34,7 @@ def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
     up = bool(rises) and sum(rises) / len(rises) > UP * shape.size
     for node in order:
         node.leads.sort(key=lambda lead: round(shape.aside(lead.nodes[0]), 2))
+    shape.limbs.clear()  # of a large robot they take much memory, and have done their work
     ways = _ways(order)
     for node in reversed(order):
         plan_tree(node, ways[node.name])

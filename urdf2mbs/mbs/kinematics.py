@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from urdf2mbs.mbs.model import Joint, Mbs
-from urdf2mbs.spatial import HERE, IDENTITY, ZERO, Pose, Vec, add, compose, from_turn, rotate
+from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
 
 AXES: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -60,9 +60,10 @@ def place(mbs: Mbs) -> Placement:
     last: dict[str | None, int] = {None: -1}
     joints: list[Placed] = []
     for body in mbs.bodies:
-        at = compose(
-            bodies[body.parent], Pose(points.get((body.parent, body.point), ZERO), IDENTITY)
-        )
+        at = bodies[body.parent]
+        point = points.get((body.parent, body.point))
+        if point is not None:
+            at = Pose(add(at.xyz, rotate(at.rot, point)), at.rot)
         before = last[body.parent]
         for joint in body.joints:
             k = int(joint.type[1])
@@ -73,7 +74,7 @@ def place(mbs: Mbs) -> Placement:
             if not q:
                 continue
             if joint.type[0] == "R":
-                at = compose(at, Pose(ZERO, from_turn((k, q))))
+                at = Pose(at.xyz, multiply(at.rot, from_turn((k, q))))
             else:
                 at = Pose(add(at.xyz, (q * axis[0], q * axis[1], q * axis[2])), at.rot)
         bodies[body.name] = at

@@ -128,14 +128,16 @@ def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Bod
     twins = {body.name: body for body in known} if mechanics_only else {}
     for element in xml_lines.ends(data, parser):
         above = [one.tag for one in element.iterancestors()]
-        if mechanics_only:
-            _only_mechanics(element)
         if len(above) == 1 and element.tag == "base":
+            if mechanics_only:
+                _only_mechanics(element)
             base = reader.base(element)
             continue
         if above == ["bodytree", "mbsDescR7"] and element.tag == "body":
             if base is None:
                 raise xml_lines.NotPieceByPieceError
+            if mechanics_only:
+                _only_mechanics(element)
             body = reader.body(element)
             twin = twins.get(body.name)
             bodies.append(body if twin is None or _mechanics(twin) != _mechanics(body) else twin)

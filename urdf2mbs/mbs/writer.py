@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator
 from io import BytesIO
+from itertools import chain
 from math import isfinite
 
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
@@ -161,7 +162,7 @@ class _Writer:
         yield from _block("cuts", map(self.connection, mbs.cuts))
         yield from _block("links", map(self.connection, mbs.links))
         yield from self.user_constraints(mbs)
-        yield from _block("user_models", map(self.user_model, mbs.user_models))
+        yield from _block("user_models", chain.from_iterable(map(self.user_model, mbs.user_models)))
         yield from self.user_variables(mbs)
         yield "" if mbs.view is None else self.view(mbs.view)
         yield "</mbsDescR7>\n"
@@ -405,22 +406,22 @@ class _Writer:
             ),
         )
 
-    def user_model(self, model: UserModel) -> str:
+    def user_model(self, model: UserModel) -> Iterator[str]:
         t = self.text
-        parameters = "".join(
-            self.laid(
-                "      <parameter>\n"
-                f"        <name>{t[parameter.name]}</name>\n"
-                f"        <type>{t[parameter.type]}</type>\n"
-                + "".join(f"        <value>{t[value]}</value>\n" for value in parameter.values)
-                + "      </parameter>\n"
-            )
-            for parameter in model.parameters
-        )
-        return (
-            f"    <user_model>\n      <name>{t[model.name]}</name>\n{parameters}"
-            "    </user_model>\n"
-        )  # fmt: skip
+        yield f"    <user_model>\n      <name>{t[model.name]}</name>\n"
+        before = self.laid("      <parameter>\n        <name>").removesuffix("\n")
+        after: dict[tuple[str, tuple[str, ...]], str] = {}  # many have the same values
+        for parameter in model.parameters:
+            key = (parameter.type, parameter.values)
+            if key not in after:
+                after[key] = self.laid(
+                    "</name>\n"
+                    f"        <type>{t[parameter.type]}</type>\n"
+                    + "".join(f"        <value>{t[value]}</value>\n" for value in parameter.values)
+                    + "      </parameter>\n"
+                )
+            yield f"{before}{t[parameter.name]}{after[key]}"
+        yield "    </user_model>\n"
 
     def user_variables(self, mbs: Mbs) -> Iterator[str]:
         t = self.text

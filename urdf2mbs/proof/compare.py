@@ -207,8 +207,8 @@ class _Comparing:
         two = self.two = mbs_side(self.mbs, set(names.values()), framed)
         #: Each group's counterpart, parents first: there is one for each.
         self.pairs = [0, *[two.created[names[own]] for own in one.created]]
-        one.created.clear()
-        two.created.clear()
+        one.made()
+        two.made()
         size = max(group.reach for side in (one, two) for group in side.groups)
         #: m; a joint at the very place of the one before it has the rounding of what is there.
         self.floor = 1e-4 * size or 1.0

@@ -95,6 +95,10 @@ def worst(offs: Sequence[float]) -> float:
 
 def compose(a: Frame, b: Frame) -> Frame:
     """The frame ``b``, which is seen from ``a``, as seen from where ``a`` is."""
+    if a is HERE:
+        return b
+    if b is HERE:
+        return a
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
     b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
     return (
@@ -137,6 +141,8 @@ def turned(frame: Frame, v: Vec) -> Vec:
 
 def moved(frame: Frame, v: Vec) -> Vec:
     """A point given in a frame, from where the frame is given."""
+    if frame is HERE:
+        return v
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = frame
     x, y, z = v
     return (

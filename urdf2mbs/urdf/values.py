@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import zip_longest
 from math import hypot, isfinite
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -35,6 +36,8 @@ class Reading(Elements):
         """The vectors read so far, by their text."""
         self.colourless: set[str] = set()
         """Materials whose colour could not be read, which is said."""
+        self.firsts: dict[tuple[str, str | None], Any] = {}
+        """The first link and joint of each name, once one is doubled."""
         self.quaternions = False
         """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
 
@@ -59,7 +62,7 @@ class Reading(Elements):
                 element.sourceline,
             )  # fmt: skip
         if name in taken:
-            if _says_the_same(element, kind, name):
+            if _says_the_same(self._first(element, kind, name), element):
                 self.doubled("robot", element)
                 return None
             self.fail(
@@ -69,6 +72,16 @@ class Reading(Elements):
                 f"give one of the {kind}s another name",
             )
         return name
+
+    def _first(self, element: Any, kind: str, name: str) -> Any:
+        """The first element of this kind and name; all are looked for once."""
+        if not self.firsts:
+            for one in element.getparent().iterchildren("link", "joint"):
+                self.firsts.setdefault((one.tag, one.get("name")), one)
+        first = self.firsts.get((kind, name), element)
+        if first is element:
+            raise NotPieceByPieceError  # the first one is gone by now
+        return first
 
     def text(self, element: Any, attribute: str, text: str) -> str:
         if "${" in text or "$(" in text:
@@ -199,20 +212,15 @@ def shown(text: str) -> str:
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
-def _says_the_same(element: Any, kind: str, name: str) -> bool:
-    """Whether this element repeats the first one of its kind and name, but for blanks."""
-    siblings = element.getparent().iterchildren(kind)
-    first = next((one for one in siblings if one.get("name") == name), element)
-    if first is element:
-        raise NotPieceByPieceError  # the first one is gone by now
-    said = [
-        [
-            (e.tag, len(e), sorted(e.items()), (e.text or "").strip())
-            for e in one.iter(etree.Element)
-        ]
-        for one in (first, element)
-    ]
-    return said[0] == said[1]
+def _says_the_same(first: Any, second: Any) -> bool:
+    """Whether an element repeats another one, but for blanks."""
+    pairs = zip_longest(first.iter(etree.Element), second.iter(etree.Element))
+    return all(a is not None and b is not None and _said(a) == _said(b) for a, b in pairs)
+
+
+def _said(element: Any) -> tuple[Any, ...]:
+    """What an element says by itself."""
+    return element.tag, len(element), sorted(element.items()), (element.text or "").strip()
 
 
 def _comma_hint(text: str, count: int) -> str | None:
