@@ -204,7 +204,7 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     assert found["urdf2mbs"]["lxml"] == version("lxml")
     assert found["ROS packages"][str(tmp_path)] == "1 packages, of AMENT_PREFIX_PATH"
     assert "NO SUCH FOLDER" in found["ROS packages"][str(tmp_path / "nowhere")]
-    monkeypatch.setattr("urdf2mbs.kit.doctor._version", lambda name: None)
+    monkeypatch.setattr("urdf2mbs.kit.doctor.version_of", lambda name: "")
     monkeypatch.setattr("urdf2mbs.kit.doctor.version", lambda name: "0")
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out

@@ -101,7 +101,6 @@ def _stop(signal: int, *_: object) -> None:
 
 
 def _leave_stdout() -> None:
-    import os
     from contextlib import suppress
 
     with suppress(OSError, ValueError):

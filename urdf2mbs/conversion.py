@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import Diagnostic, Difference
+from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference, nearest
 from urdf2mbs.levels import Levels
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
@@ -224,6 +224,24 @@ class Conversion:
         """Make these the segments, the ground first; their bodies are the bodies of ``mbs``."""
         self.segments = segments
         self.mbs.bodies = [one.body for one in segments.values() if one.parent is not None]
+
+    def part(self, link: str, code: str, what: str) -> tuple[Segment, Pose]:
+        """The segment that a link is part of, and the link's constant pose in it.
+
+        Raises ConfigError of that ``code`` where there is none: ``what`` is at this link.
+        """
+        for segment in self.segments.values():
+            if link in segment.parts:
+                return segment, segment.parts[link]
+        known = self.robot.links
+        raise ConfigError(
+            code,
+            f"{what} link '{link}', which "
+            + ("has no body of its own" if link in known else "does not exist"),
+            hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
+            if link in known
+            else nearest(link, known),
+        )
 
     @property
     def ground(self) -> Segment:

@@ -85,7 +85,7 @@ class Registered(msgspec.Struct, frozen=True):
     @property
     def version(self) -> str:
         """Of the package; empty where it is not known."""
-        return _version(self.package) if self.package else ""
+        return version_of(self.package) if self.package else ""
 
 
 def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
@@ -178,8 +178,8 @@ class Plugins:
             self.broken.append(
                 Diagnostic(
                     "warning", "plugin-broken",
-                    f"the installed plugin '{entry.name}' (package {package} {_version(package)}) "
-                    f"is left out: {error.message}",
+                    f"the installed plugin '{entry.name}' (package {package} "
+                    f"{version_of(package)}) is left out: {error.message}",
                     file=error.file, line=error.line,
                     hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
                 )
@@ -392,7 +392,8 @@ def _source(pass_: Pass, plugin: str, file: str) -> str:
 
 
 @cache
-def _version(package: str) -> str:
+def version_of(package: str) -> str:
+    """The version of an installed package; empty where it is not known."""
     from importlib import metadata
 
     try:

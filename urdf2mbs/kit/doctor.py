@@ -8,11 +8,11 @@ import re
 import shutil
 import sys
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import requires, version
 from importlib.util import find_spec
 from pathlib import Path
 
-from urdf2mbs.engine.plugins import GROUP, Plugins
+from urdf2mbs.engine.plugins import GROUP, Plugins, version_of
 
 #: What an extra is for.  Extras for developers are left out.
 EXTRAS = {
@@ -41,7 +41,7 @@ def _versions() -> dict[str, str]:
         "urdf2mbs": f"{version('urdf2mbs')} ({Path(__file__).parents[1]})",
         "Python": f"{platform.python_version()} ({sys.executable})",
         "system": f"{platform.system()} {platform.machine()}",
-        **{name: _version(name) or "MISSING" for name in needed},
+        **{name: version_of(name) or "MISSING" for name in needed},
     }
 
 
@@ -56,16 +56,9 @@ def _wanted(extra: str) -> list[str]:
     return found
 
 
-def _version(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
-
-
 def _extra(extra: str, use: str) -> str:
-    there = {name: _version(name) for name in _wanted(extra)}
-    missing = [name for name, found in there.items() if found is None]
+    there = {name: version_of(name) for name in _wanted(extra)}
+    missing = [name for name, found in there.items() if not found]
     if missing:
         return f"not installed, for {use}: pip install 'urdf2mbs[{extra}]' ({', '.join(missing)})"
     return ", ".join(f"{name} {found}" for name, found in there.items())
@@ -106,7 +99,7 @@ def _robotran() -> dict[str, str]:
     editor = shutil.which("MBsysPad") or shutil.which("mbsyspad") or shutil.which("MBSysPad")
     compiler = shutil.which("cmake")
     return {
-        "MBsysPy": f"{_version('MBsysPy') or ''} {mbsyspy.origin}".strip()
+        "MBsysPy": f"{version_of('MBsysPy')} {mbsyspy.origin}".strip()
         if mbsyspy
         else "not installed: simulations in Python want it (https://www.robotran.eu)",
         "MBSysPad": editor or "not on the PATH: it shows and edits .mbs files",

@@ -11,6 +11,7 @@ from typing import Any
 
 import msgspec
 
+from urdf2mbs.cores import cores
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, render
 from urdf2mbs.engine.config import Config, Lines, Project, load, typed
 from urdf2mbs.engine.pipeline import Pipeline
@@ -159,13 +160,6 @@ def run(
     from urdf2mbs.many.processes import in_processes
 
     return in_processes(jobs, cores() if workers is None else workers)
-
-
-def cores() -> int:
-    """How many cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def convert_one(job: Job) -> Outcome:

@@ -7,13 +7,13 @@ same command then converts only what is not in it, or is not as it was.
 from __future__ import annotations
 
 from contextlib import suppress
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import IO
 
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.plugins import version_of
 from urdf2mbs.many.convert import Job, Outcome, digest
 from urdf2mbs.output import write_files
 
@@ -35,7 +35,7 @@ class Journal:
         self.file = report.with_name(report.name + ".part")
         self.jobs = jobs
         self.outcomes: dict[int, Outcome] = {}
-        self._version = _version()
+        self._version = version_of("urdf2mbs")
         self._open: IO[bytes] | None = None
 
     def __enter__(self) -> Journal:
@@ -117,10 +117,3 @@ def shown(outcome: Outcome) -> dict[str, object]:
         "code": outcome.code, "error": outcome.error, "diagnostics": outcome.diagnostics,
         "report": outcome.report,
     }  # fmt: skip
-
-
-def _version() -> str:
-    try:
-        return version("urdf2mbs")
-    except PackageNotFoundError:
-        return ""

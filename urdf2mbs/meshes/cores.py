@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import IO, Any, TypeVar
 
+from urdf2mbs.cores import cores
 from urdf2mbs.meshes.model import MeshError
 
 #: So many bytes of mesh files are worth a process: they take a second or two, and so does a start
@@ -79,11 +80,7 @@ def _cores() -> int:
     """How many cores there are for this conversion: one where many are under way."""
     from multiprocessing import parent_process
 
-    if parent_process() is not None:
-        return 1
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return cores() if parent_process() is None else 1
 
 
 class _Process:

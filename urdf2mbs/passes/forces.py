@@ -13,7 +13,7 @@ from math import dist, isfinite
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Parameter, Point, Sensor, UserModel
@@ -132,20 +132,10 @@ def _point(
     conversion: Conversion, name: str, point: str, link: str, at: Vec
 ) -> tuple[Segment, Point]:
     """A new anchor point of a link, and what carries it."""
-    for segment in conversion.segments.values():
-        if link in segment.parts:
-            made = Point(point, compose(segment.parts[link], Pose(at)).xyz)
-            segment.holder.points.append(made)
-            return segment, made
-    known = conversion.robot.links
-    raise ConfigError(
-        "forces-link",
-        f"forces: '{name}' acts on link '{link}', which "
-        + ("has no body of its own" if link in known else "does not exist"),
-        hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
-        if link in known
-        else nearest(link, known),
-    )
+    segment, pose = conversion.part(link, "forces-link", f"forces: '{name}' acts on")
+    made = Point(point, compose(pose, Pose(at)).xyz)
+    segment.holder.points.append(made)
+    return segment, made
 
 
 def _check(name: str, numbers: tuple[float, ...]) -> None:

@@ -20,7 +20,7 @@ from typing import Literal
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.diagnostics import ConfigError, counted, nearest
+from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
@@ -139,18 +139,7 @@ def _end(conversion: Conversion, name: str, number: int, cut: Cut) -> tuple[str 
 
 
 def _holder(conversion: Conversion, name: str, link: str) -> tuple[Segment, Pose]:
-    for segment in conversion.segments.values():
-        if link in segment.parts:
-            return segment, segment.parts[link]
-    known = conversion.robot.links
-    raise ConfigError(
-        "loops-link",
-        f"loops: cut '{name}' ends at link '{link}', which "
-        + ("has no body of its own" if link in known else "does not exist"),
-        hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
-        if link in known
-        else nearest(link, known),
-    )
+    return conversion.part(link, "loops-link", f"loops: cut '{name}' ends at")
 
 
 def _from_sdf(
