@@ -11,6 +11,7 @@ large the file is beside one that is indented throughout.
 from __future__ import annotations
 
 import argparse
+import re
 import resource
 import subprocess
 import sys
@@ -69,14 +70,24 @@ def conversion(source: Path, pipeline: str) -> tuple[float, float, float, float]
     result = convert(source, output=source.with_suffix(".mbs"), pipeline=pipeline)
     result.write()
     seconds = process_time() - start
-    # Linux counts in KiB, macOS in bytes
-    unit = 1 if sys.platform == "darwin" else 1024
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
+    peak = peak_memory() / 1e6
     if result.conversion.rejected:
         raise SystemExit("not the same robot")
     writer.INDENTED = len(result.mbs.bodies)
     indented = len(writer.write(result.mbs))
     return seconds, peak, len(result.data) / 1e6, len(result.data) / indented
+
+
+def peak_memory() -> int:
+    """Bytes that this process has held at most."""
+    status = Path("/proc/self/status")
+    if status.is_file():
+        # ru_maxrss would count what the process that started this one had
+        found = re.search(r"^VmHWM:\s+(\d+) kB", status.read_text(), re.MULTILINE)
+        if found:
+            return 1024 * int(found[1])
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
 
 
 def floor(source: Path, pipeline: str) -> tuple[float]:
