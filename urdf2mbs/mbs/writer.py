@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from io import BytesIO
-from itertools import chain
+from io import BytesIO, TextIOWrapper
 from math import isfinite
 
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
@@ -134,9 +133,9 @@ def write(mbs: Mbs) -> bytes:
     """
     # of a large file there are never two whole texts
     out = BytesIO()
-    out.write(b'<?xml version="1.0" encoding="UTF-8"?>\n')
-    for part in _Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs):
-        out.write(part.encode())
+    text = TextIOWrapper(out, "utf-8", newline="\n")
+    text.writelines(_Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs))
+    text.flush()
     return out.getvalue()
 
 
@@ -155,14 +154,15 @@ class _Writer:
         version = (
             f"  <mbsyspad_version>{t[mbs.version]}</mbsyspad_version>\n" if mbs.version else ""
         )
-        yield f"<mbsDescR7>\n{name}{version}{self.base(mbs.base)}  <bodytree>\n"
+        yield '<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n'
+        yield f"{name}{version}{self.base(mbs.base)}  <bodytree>\n"
         for body in mbs.bodies:
             yield laid(self.body(body))
         yield "  </bodytree>\n"
         yield from _block("cuts", map(self.connection, mbs.cuts))
         yield from _block("links", map(self.connection, mbs.links))
         yield from self.user_constraints(mbs)
-        yield from _block("user_models", chain.from_iterable(map(self.user_model, mbs.user_models)))
+        yield from _block("user_models", map(self.user_model, mbs.user_models))
         yield from self.user_variables(mbs)
         yield "" if mbs.view is None else self.view(mbs.view)
         yield "</mbsDescR7>\n"
@@ -176,9 +176,14 @@ class _Writer:
                 )
         x2d = ""
         if base.position is not None:
-            x2d = self.xy("position", base.position, "        ")
+            x, y = base.position
+            x2d = (
+                "        <position>\n"
+                f"          <x>{self.number[x]}</x>\n          <y>{self.number[y]}</y>\n"
+                "        </position>\n"
+            )
         if base.drawing is not None:
-            drawing = self.drawing(base.drawing, "          ")
+            drawing = self.drawing(base.drawing)
             x2d += f"        <base_body>\n{drawing}        </base_body>\n"
         if x2d:
             x2d = f"      <x2D>\n{x2d}      </x2D>\n"
@@ -187,13 +192,13 @@ class _Writer:
             f"{self.xyz('coordinates', base.gravity, '      ')}"
             "    </gravity>\n"
             f"    <baseBodyName>{self.text[base.name]}</baseBodyName>\n"
-            f"{self.points(base.points, '    ')}"
+            f"{_outdented(self.points(base.points))}"
             f"    <graphics>\n{x2d}"
             "      <x3D>\n"
             "        <x3D_frame/>\n"
             "        <x3D_points/>\n"
             "        <x3D_lines/>\n"
-            f"{self.shapes(base.shapes, '        ')}"
+            f"{_outdented(self.shapes(base.shapes))}"
             "      </x3D>\n"
             "    </graphics>\n"
             "  </base>\n"
@@ -224,7 +229,7 @@ class _Writer:
                 "      </inertia>\n"
             )
         if body.drawing is not None:
-            drawing = self.drawing(body.drawing, "          ")
+            drawing = self.drawing(body.drawing)
             x2d = f"        <x2D>\n{drawing}        </x2D>\n"
         return (
             "    <body>\n"
@@ -235,13 +240,13 @@ class _Writer:
             "      </parent>\n"
             f"{''.join([self.joint(joint) for joint in body.joints])}"
             f"{mass}{com}{inertia}"
-            f"{self.points(body.points, '      ')}"
+            f"{self.points(body.points)}"
             f"      <graphics>\n{x2d}"
             "        <x3D>\n"
             "          <x3D_com/>\n"
             "          <x3D_points/>\n"
             "          <x3D_lines/>\n"
-            f"{self.shapes(body.shapes, '          ')}"
+            f"{self.shapes(body.shapes)}"
             "        </x3D>\n"
             "      </graphics>\n"
             "    </body>\n"
@@ -258,6 +263,7 @@ class _Writer:
             initial += f"          <qdd>{n[joint.qdd]}</qdd>\n"
         if initial:
             initial = f"        <initialvalue>\n{initial}        </initialvalue>\n"
+        actuated = "        <actuated/>\n" if joint.actuated else ""
         if joint.symbols:
             _only(joint.symbols, SYMBOLS, f"joint '{joint.name}'")
             listed = "".join([f"          <{symbol}/>\n" for symbol in joint.symbols])
@@ -280,7 +286,7 @@ class _Writer:
             f"        <jointname>{self.text[joint.name]}</jointname>\n"
             f"        <type>{joint.type}</type>\n"
             f"        <nature>{joint.nature}</nature>\n"
-            f"{initial}{'        <actuated/>' + chr(10) if joint.actuated else ''}{symbols}"
+            f"{initial}{actuated}{symbols}"
             f"        <graphics>\n{x2d}"
             "          <x3D>\n"
             "            <x3D_joint/>\n"
@@ -290,8 +296,9 @@ class _Writer:
             "      </joint>\n"
         )
 
-    def points(self, points: list[Point], pad: str) -> str:
-        n = self.number
+    def points(self, points: list[Point]) -> str:
+        """The points of a body."""
+        n, t = self.number, self.text
         out: list[str] = []
         for point in points:
             x, y, z = point.coordinates
@@ -299,29 +306,29 @@ class _Writer:
             if point.position is not None:
                 u, v = point.position
                 x2d = (
-                    f"{pad}    <x2D>\n{pad}      <position>\n"
-                    f"{pad}        <x>{n[u]}</x>\n{pad}        <y>{n[v]}</y>\n"
-                    f"{pad}      </position>\n{pad}    </x2D>\n"
+                    "          <x2D>\n            <position>\n"
+                    f"              <x>{n[u]}</x>\n              <y>{n[v]}</y>\n"
+                    "            </position>\n          </x2D>\n"
                 )
             if point.sensor is not None:
                 sensor = self.sensor("sensor", point.sensor, SENSOR_MEASURES)
-                more = f"{pad}  {sensor}\n"
+                more = f"        {sensor}\n"
             if point.extforce is not None:
                 force = self.sensor("extforce", point.extforce, FORCE_MEASURES)
-                more += f"{pad}  {force}\n"
+                more += f"        {force}\n"
             out.append(
-                f"{pad}<point>\n"
-                f"{pad}  <pointname>{self.text[point.name]}</pointname>\n"
-                f"{pad}  <coordinates>\n"
-                f"{pad}    <x>{n[x]}</x>\n"
-                f"{pad}    <y>{n[y]}</y>\n"
-                f"{pad}    <z>{n[z]}</z>\n"
-                f"{pad}  </coordinates>\n"
-                f"{pad}  <graphics>\n{x2d}"
-                f"{pad}    <x3D/>\n"
-                f"{pad}  </graphics>\n"
+                "      <point>\n"
+                f"        <pointname>{t[point.name]}</pointname>\n"
+                "        <coordinates>\n"
+                f"          <x>{n[x]}</x>\n"
+                f"          <y>{n[y]}</y>\n"
+                f"          <z>{n[z]}</z>\n"
+                "        </coordinates>\n"
+                f"        <graphics>\n{x2d}"
+                "          <x3D/>\n"
+                "        </graphics>\n"
                 f"{more}"
-                f"{pad}</point>\n"
+                "      </point>\n"
             )
         return "".join(out)
 
@@ -330,41 +337,49 @@ class _Writer:
         measures = "".join([f' {measure}="true"' for measure in sensor.measures])
         return f'<{tag} name="{self.text[sensor.name]}"{measures}/>'
 
-    def shapes(self, shapes: list[Shape], pad: str) -> str:
+    def shapes(self, shapes: list[Shape]) -> str:
+        """The shapes of a body."""
         if not shapes:
-            return f"{pad}<x3D_shapes/>\n"
-        out = [f"{pad}<x3D_shapes>\n"]
+            return "          <x3D_shapes/>\n"
+        out = ["          <x3D_shapes>\n"]
         _only([shape.kind for shape in shapes], SHAPES, "a shape")
         for shape in shapes:
-            out.append(f"{pad}  <{shape.kind}>\n")
-            out += self.fields(shape, SHAPE, f"{pad}    ")
-            out.append(f"{pad}  </{shape.kind}>\n")
-        out.append(f"{pad}</x3D_shapes>\n")
+            out.append(f"            <{shape.kind}>\n")
+            out += self.fields(shape, SHAPE, "              ")
+            out.append(f"            </{shape.kind}>\n")
+        out.append("          </x3D_shapes>\n")
         return "".join(out)
 
-    def drawing(self, drawing: Drawing, pad: str) -> str:
+    def drawing(self, drawing: Drawing) -> str:
         n = self.number
+        (left, top), (width, height) = drawing.position, drawing.size
+        x, y = drawing.name_pos
         points = "".join(
             [
-                f"{pad}  <control_point>\n"
-                f"{pad}    <x>{n[x]}</x>\n"
-                f"{pad}    <y>{n[y]}</y>\n"
-                f"{pad}  </control_point>\n"
-                for x, y in drawing.control_points
+                "            <control_point>\n"
+                f"              <x>{n[u]}</x>\n              <y>{n[v]}</y>\n"
+                "            </control_point>\n"
+                for u, v in drawing.control_points
             ]
         )
         control_points = (
-            f"{pad}<control_points>\n{points}{pad}</control_points>\n"
+            f"          <control_points>\n{points}          </control_points>\n"
             if points
-            else f"{pad}<control_points/>\n"
+            else "          <control_points/>\n"
         )
         return (
-            f"{self.xy('position', drawing.position, pad)}"
-            f"{self.xy('name_pos', drawing.name_pos, pad)}"
-            f"{pad}<shape>{self.text[drawing.shape]}</shape>\n"
-            f"{self.xy('size', drawing.size, pad)}"
+            "          <position>\n"
+            f"            <x>{n[left]}</x>\n            <y>{n[top]}</y>\n"
+            "          </position>\n"
+            "          <name_pos>\n"
+            f"            <x>{n[x]}</x>\n            <y>{n[y]}</y>\n"
+            "          </name_pos>\n"
+            f"          <shape>{self.text[drawing.shape]}</shape>\n"
+            "          <size>\n"
+            f"            <x>{n[width]}</x>\n            <y>{n[height]}</y>\n"
+            "          </size>\n"
             f"{control_points}"
-            f"{pad}<angle>{n[drawing.angle]}</angle>\n"
+            f"          <angle>{n[drawing.angle]}</angle>\n"
         )
 
     def connection(self, connection: Connection) -> str:
@@ -406,22 +421,22 @@ class _Writer:
             ),
         )
 
-    def user_model(self, model: UserModel) -> Iterator[str]:
+    def user_model(self, model: UserModel) -> str:
         t = self.text
-        yield f"    <user_model>\n      <name>{t[model.name]}</name>\n"
         before = self.laid("      <parameter>\n        <name>").removesuffix("\n")
         after: dict[tuple[str, tuple[str, ...]], str] = {}  # many have the same values
+        out = [f"    <user_model>\n      <name>{t[model.name]}</name>\n"]
         for parameter in model.parameters:
             key = (parameter.type, parameter.values)
             if key not in after:
+                values = "".join([f"        <value>{t[v]}</value>\n" for v in parameter.values])
                 after[key] = self.laid(
-                    "</name>\n"
-                    f"        <type>{t[parameter.type]}</type>\n"
-                    + "".join(f"        <value>{t[value]}</value>\n" for value in parameter.values)
-                    + "      </parameter>\n"
+                    f"</name>\n        <type>{t[parameter.type]}</type>\n"
+                    f"{values}      </parameter>\n"
                 )
-            yield f"{before}{t[parameter.name]}{after[key]}"
-        yield "    </user_model>\n"
+            out.append(f"{before}{t[parameter.name]}{after[key]}")
+        out.append("    </user_model>\n")
+        return "".join(out)
 
     def user_variables(self, mbs: Mbs) -> Iterator[str]:
         t = self.text
@@ -493,12 +508,10 @@ class _Writer:
             f"{pad}  <z>{n[z]}</z>\n{pad}</{tag}>\n"
         )
 
-    def xy(self, tag: str, vec: XY, pad: str) -> str:
-        n = self.number
-        x, y = vec
-        return (
-            f"{pad}<{tag}>\n{pad}  <x>{n[x]}</x>\n{pad}  <y>{n[y]}</y>\n{pad}</{tag}>\n"
-        )  # fmt: skip
+
+def _outdented(text: str) -> str:
+    """Elements of the base, which stand one level higher than those of a body."""
+    return text.replace("\n  ", "\n").removeprefix("  ")
 
 
 def _only(words: Iterable[str], known: frozenset[str], what: str) -> None:

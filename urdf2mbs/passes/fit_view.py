@@ -7,7 +7,7 @@ from math import hypot
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
-from urdf2mbs.spatial import HERE, Pose, add, compose, rotate
+from urdf2mbs.spatial import HERE, ZERO, Rot, Vec, add, from_rpy, multiply, rotate
 from urdf2mbs.urdf.model import Box, Cylinder, Mesh
 
 #: The height (m) of the human-sized robots whose view the scale factors are taken from.
@@ -42,15 +42,18 @@ def fit_view(conversion: Conversion) -> View:
 def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
     """The box (m) round all link frames, centres of mass and primitive shapes, at zero."""
     robot = conversion.robot
-    at: dict[str, Pose] = {robot.root(): HERE}
+    frames: dict[str, tuple[Vec, Rot]] = {}
     for joint in robot.depth_first():
-        at[joint.child] = compose(at[joint.parent], joint.origin.pose)
-    low, high = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+        xyz, rot = frames.get(joint.parent, HERE)  # the first parent is the root
+        xyz = add(xyz, rotate(rot, joint.origin.xyz))
+        if joint.origin.rpy != ZERO:
+            rot = multiply(rot, from_rpy(joint.origin.rpy))
+        frames[joint.child] = xyz, rot
+    points = [ZERO, *[xyz for xyz, _ in frames.values()]]
     for name, link in robot.links.items():
-        pose = at[name]
-        around = [(pose.xyz, 0.0)]
-        if link.inertial is not None:
-            around.append((add(pose.xyz, rotate(pose.rot, link.inertial.origin.xyz)), 0.0))
+        xyz, rot = frames.get(name, HERE)
+        if link.inertial is not None and link.inertial.origin.xyz != ZERO:
+            points.append(add(xyz, rotate(rot, link.inertial.origin.xyz)))
         for visual in link.visuals:
             shape = visual.geometry
             if isinstance(shape, Mesh):
@@ -60,12 +63,11 @@ def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
                 else hypot(shape.radius, shape.length / 2) if isinstance(shape, Cylinder)
                 else shape.radius
             )  # fmt: skip
-            around.append((add(pose.xyz, rotate(pose.rot, visual.origin.xyz)), radius))
-        for point, radius in around:
-            for k in range(3):
-                low[k] = min(low[k], point[k] - radius)
-                high[k] = max(high[k], point[k] + radius)
-    return low, high
+            x, y, z = add(xyz, rotate(rot, visual.origin.xyz))
+            points.append((x - radius, y - radius, z - radius))
+            points.append((x + radius, y + radius, z + radius))
+    columns = list(zip(*points, strict=True))
+    return [min(column) for column in columns], [max(column) for column in columns]
 
 
 def _short(value: float) -> float:
