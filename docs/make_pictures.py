@@ -74,10 +74,17 @@ def compressed(pictures: list[Image.Image], width: int) -> bytes:
     return out.getvalue()
 
 
+#: Where URDF and .mbs differ, the page shows now the one and now the other: here always the .mbs.
+STILL = "window.setInterval = () => 0"
+SHOW_MBS = "async () => { await urdf2mbs.ready; urdf2mbs.blink(); }"
+DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
 def page_of(page: Page, html: Path) -> Image.Image:
     """A report page as it opens."""
     page.goto(html.as_uri())
-    page.wait_for_timeout(1500)
+    page.evaluate(SHOW_MBS)
+    page.evaluate(DRAWN)
     return Image.open(BytesIO(page.screenshot())).convert("RGB")
 
 
@@ -86,7 +93,7 @@ def in_3d(page: Page, html: Path, side: str = "mbs") -> Image.Image:
     page_of(page, html)
     page.check(f"input[name=side][value={side}]")
     page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
-    page.wait_for_timeout(500)
+    page.evaluate(DRAWN)
     png = page.locator("#view canvas").screenshot()
     return Image.open(BytesIO(png)).convert("RGB")
 
@@ -169,6 +176,7 @@ def make() -> None:
         work = Path(folder)
         chromium = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         page = chromium.new_page(viewport={"width": 1280, "height": 900})
+        page.add_init_script(STILL)
         gallery(page, work)
         how_to(page, work)
         operations(work)

@@ -321,7 +321,7 @@ def test_names_that_the_pipe_has_no_letters_for(
     [
         (["convert", "d"], "is a folder: say where its robots go"),
         (["verify", "d", "tiny.mbs"], "file-is-directory"),
-        (["verify", "tiny.urdf", "d"], "file-unreadable"),
+        (["verify", "tiny.urdf", "d"], "model-unreadable"),
         (["diagram", "d"], "model-unreadable"),
         (["diagram", "tiny.mbs", "-o", "d"], "output-unwritable"),
         (["run", "d"], "config-unreadable"),

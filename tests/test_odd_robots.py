@@ -324,7 +324,7 @@ def test_the_expanded_text_is_dumped_where_reading_it_fails(
     code, said, _ = run(source, "--dump", "states")
     assert code == 1
     assert "(expanded):" in said
-    assert "--dump DIR writes it, as expanded.urdf" in said
+    assert "'urdf2mbs convert --dump DIR' writes it, as DIR/expanded.urdf" in said
     line = int(said.partition("(expanded):")[2].partition(":")[0])
     text = (tmp_path / "states" / "expanded.urdf").read_text()
     assert 'xyz="1 x 0"' in text.splitlines()[line - 1]

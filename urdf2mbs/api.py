@@ -211,7 +211,7 @@ def verify(
     try:
         data = files.read(model)
     except OSError as error:
-        raise ConfigError("file-unreadable", f"cannot read '{model}': {error.strerror}") from None
+        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
     mbs = read(data, str(model))
     base = "floating" if floating_joints(mbs) else "fixed"
     given = {

@@ -581,7 +581,10 @@ SECTIONS = [
     Section(
         "Reading an .mbs",
         codes={
-            "model-unreadable": Code("the file cannot be read"),
+            "model-unreadable": Code(
+                "the `.mbs` cannot be read, or is larger than what is read (exit code 2)",
+                todo="mend its path, or look at its rights",
+            ),
             "mbsname-no-identifier": Code(
                 "`equations`: the files are called after `<mbsname>`, and it is no name "
                 "that a program can have"

@@ -103,6 +103,17 @@ passes: {check: {tolerance: 1e-6}}
         ),
         ("source: 'a\x07'", r"robot.yaml: error\[config-yaml\]"),
         ("a: 1\n---\nb: 2", r"robot.yaml:2: error\[config-yaml\].*a line '---'"),
+        (
+            "source: x\noutput: {project: ''}",
+            r"robot.yaml:2: error\[config-type\]: 'output.project': this is empty: write the name",
+        ),
+        ("source: ''", r"robot.yaml:1: .*'source': this is empty: write"),
+        ("source: x\noutput: ''", r"robot.yaml:2: .*'output': this is empty: write"),
+        ("source: x\nplugins: ['']", r"robot.yaml:2: .*'plugins.0': this is empty: write"),
+        ("source: x\npackages: {p: ''}", r"robot.yaml:2: .*'packages.p': this is empty: write"),
+        ("source: x\nalias: {'': emit}", r"robot.yaml:2: .*'alias': a key here is empty: write"),
+        ("source: x\npackages: {'': p}", r"robot.yaml:2: .*'packages': a key here is empty"),
+        ("source: x\nxacro_args: {'': p}", r"robot.yaml:2: .*'xacro_args': a key here is empty"),
     ],
 )
 def test_what_is_wrong_and_where(text: str, said: str) -> None:
@@ -204,7 +215,7 @@ def fault(value: Any, rule: dict[str, Any], whole: dict[str, Any], at: str = "$"
         assert key in {
             "$schema", "$defs", "$ref", "title", "description", "default", "type", "enum", "anyOf",
             "properties", "required", "additionalProperties", "propertyNames", "items",
-            "prefixItems", "minItems", "maxItems",
+            "prefixItems", "minItems", "maxItems", "minLength",
         }, f"the test does not know {key}"  # fmt: skip
     if "$ref" in rule:
         wrong = fault(value, whole["$defs"][rule["$ref"].removeprefix("#/$defs/")], whole, at)
@@ -216,6 +227,8 @@ def fault(value: Any, rule: dict[str, Any], whole: dict[str, Any], at: str = "$"
             return wrongs[0]
     if "enum" in rule and value not in rule["enum"]:
         return f"{at}: {value!r} is not one of {rule['enum']}"
+    if isinstance(value, str) and len(value) < rule.get("minLength", 0):
+        return f"{at}: it is empty"
     kinds = rule.get("type", [])
     types = {
         "string": str, "number": (int, float), "integer": int, "boolean": bool, "array": list,
@@ -272,6 +285,11 @@ def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
     ("text", "good"),
     [
         ("output: {project: x}", True),
+        ("output: {project: ''}", False),
+        ("output: ''", False),
+        ("alias: {'': emit}", False),
+        ("alias: {again: emit}", True),
+        ("plugins: ''", False),
         ("output: {project: x, more: 1}", False),
         ("outptu: x", False),
         ("base: floating", True),

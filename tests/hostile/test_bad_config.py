@@ -61,7 +61,7 @@ def test_a_bad_config(more: str, tmp_path: Path) -> None:
         (["convert", "tiny.urdf", "--level", "x"], "usage"),
         (["convert", "tiny.urdf", "-o", "y" * 5000], "path-invalid"),
         (["convert", "z" * 5000], "path-invalid"),
-        (["verify", "tiny.urdf", "z" * 5000], "file-unreadable"),
+        (["verify", "tiny.urdf", "z" * 5000], "model-unreadable"),
         (["diagram", "z" * 5000], "model-unreadable"),
         (["equations", "z" * 5000], "model-unreadable"),
         (["run", "z" * 5000], "config-unreadable"),
@@ -76,6 +76,21 @@ def test_a_bad_command(
     assert main(words) in (1, 2)
     assert f"error[{code}]" in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ["tiny.urdf"]
+
+
+@pytest.mark.parametrize("name", ["none.mbs", "folder"])
+def test_every_command_says_the_same_of_an_mbs_that_it_cannot_read(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "folder").mkdir()
+    said = set()
+    for command in (["verify", "tiny.urdf"], ["diagram"], ["equations"]):
+        assert main([*command, name]) == 2
+        said.add(capsys.readouterr().err)
+    (text,) = said
+    assert text.startswith(f"error[model-unreadable]: cannot read '{name}': ")
 
 
 def test_a_file_without_an_end(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -341,6 +341,27 @@ def test_faults_of_the_expanded_text_say_so(tmp_path: Path, name: str) -> None:
     assert lines[error.line - 1].strip() == b'<link name="a"/>'
 
 
+def test_faults_of_the_expanded_text_name_the_file_and_line_that_was_written(
+    tmp_path: Path,
+) -> None:
+    sub = (
+        "<!-- <joint name='neck'> -->\n<link name='head'/>\n"
+        "<joint\n type='fix' name = 'neck'><parent link='a'/><child link='head'/></joint>"
+    )
+    source = write(tmp_path, '<link name="a"/>\n<xacro:include filename="sub.xacro"/>', sub=sub)
+    with pytest.raises(ConversionError) as caught:
+        read(source)
+    assert caught.value.code == "joint-type-unknown"
+    assert "DIR/expanded.urdf" in (caught.value.hint or "")
+    assert "sub.xacro:" not in (caught.value.hint or ""), "the comment has the name, too"
+    text = (tmp_path / "sub.xacro").read_text().replace("<!-- <joint name='neck'> -->", "")
+    (tmp_path / "sub.xacro").write_text(text)
+    with pytest.raises(ConversionError) as caught:
+        read(source)
+    line = text[: text.index("<joint")].count("\n") + 1
+    assert f"joint 'neck' is in {tmp_path / 'sub.xacro'}:{line};" in (caught.value.hint or "")
+
+
 def test_legacy_elements_that_xacro_copies(tmp_path: Path) -> None:
     source = write(tmp_path, '<link name="a"/><macro name="m"/><property name="p" value="1"/>')
     _, (macro, unused) = read(source)

@@ -24,6 +24,7 @@ from urdf2mbs.engine.plugins import GROUP, Plugins
 from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import members, told
 from urdf2mbs.summary import Report, report
+from urdf2mbs.urdf.reader import read_file
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -32,6 +33,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     config = first.config
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     warn_of(pipeline.plugins)
+    if lines.file is None:
+        read_file(pipeline.settings.source)  # a robot was named, and is to be there
     if arguments.json:
         passes = [
             {

@@ -26,11 +26,14 @@ MOST = 2**20
 #: Where in a config a value stands: the keys (and list positions) that lead to it.
 Key = tuple[str | int, ...]
 
+#: A name or a path. One that is empty would stand for the folder of the config.
+Name = Annotated[str, Meta(min_length=1)]
+
 
 class Project(msgspec.Struct, forbid_unknown_fields=True):
     """A whole Robotran project folder instead of one file."""
 
-    project: Annotated[str, Meta(description="the project's folder")]
+    project: Annotated[Name, Meta(description="the project's folder")]
     language: Annotated[
         Literal["python", "c", "both"] | list[Literal["python", "c"]],
         Meta(description="of the project's code: python for MBsysPy, c for MBsysC, or both"),
@@ -50,11 +53,11 @@ class Sweep(msgspec.Struct, forbid_unknown_fields=True):
     """A robot for every combination of these values."""
 
     xacro_args: Annotated[
-        dict[str, list[str | int | float | bool] | Range],
+        dict[Name, list[str | int | float | bool] | Range],
         Meta(description="xacro argument: its values, as a list or a range"),
     ] = {}
     passes: Annotated[
-        dict[str, dict[str, list[Any] | Range]],
+        dict[Name, dict[str, list[Any] | Range]],
         Meta(description="pass: its options, each with a list or a range of values"),
     ] = {}
 
@@ -63,10 +66,10 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     """A config file's content. Paths are relative to the folder of the file."""
 
     source: Annotated[
-        str, Meta(description="the robot: a .urdf or .xacro file, or robot_descriptions:NAME")
+        Name, Meta(description="the robot: a .urdf or .xacro file, or robot_descriptions:NAME")
     ]
     output: Annotated[
-        str | Project | None, Meta(description="the .mbs file (default: the source's name)")
+        Name | Project | None, Meta(description="the .mbs file (default: the source's name)")
     ] = None
     base: Annotated[
         Literal["auto", "floating", "fixed"],
@@ -75,9 +78,9 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     gravity: Annotated[
         tuple[float, float, float], Meta(description="acceleration in base axes, m/s^2")
     ] = (0.0, 0.0, -9.81)
-    packages: Annotated[dict[str, str], Meta(description="ROS package name: its directory")] = {}
-    xacro_args: Annotated[dict[str, str], Meta(description="xacro argument: its value")] = {}
-    plugins: Annotated[list[str], Meta(description="Python files that bring passes")] = []
+    packages: Annotated[dict[Name, Name], Meta(description="ROS package name: its directory")] = {}
+    xacro_args: Annotated[dict[Name, str], Meta(description="xacro argument: its value")] = {}
+    plugins: Annotated[list[Name], Meta(description="Python files that bring passes")] = []
     pipeline: Annotated[
         str | list[str], Meta(description="the name of a preset, or the passes in their order")
     ] = "faithful"
@@ -89,7 +92,7 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     ] = {}
     without: Annotated[list[str], Meta(description="passes to leave out")] = []
     alias: Annotated[
-        dict[str, str],
+        dict[Name, str],
         Meta(description="new name: the pass that it is, to run a pass twice"),
     ] = {}
     swap: Annotated[
@@ -254,6 +257,10 @@ _KINDS = {
 }
 
 
+#: What is said of a ``Name`` without a letter.
+_EMPTY = "is empty: write the name or the path that is meant"
+
+
 def _plainly(what: str) -> str:
     """What msgspec says, in the words of a reader of YAML."""
 
@@ -262,6 +269,8 @@ def _plainly(what: str) -> str:
 
     said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", what)
     said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
+    said = said.replace("Expected `str` of length >= 1", f"this {_EMPTY}")
+    said = said.replace(": expected `str` of length >= 1", f" {_EMPTY}")
     said = re.sub(r"`([a-z |]+)`", kinds, said)
     said = re.sub(r"[Ee]xpected (.*), got (.*)$", r"\1 is wanted, and this is \2", said)
     said = re.sub(r"a list of length (\d+)", r"a list of \1", said)

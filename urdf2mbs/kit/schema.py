@@ -103,5 +103,6 @@ def field_docs(kind: type) -> dict[str, str]:
 
 def _accept_one_word(one: dict[str, Any]) -> None:
     """A single word where a list of words is wanted is a list of one."""
-    if one.get("type") == "array" and one.get("items") == {"type": "string"}:
-        one["anyOf"] = [{"type": "string"}, {"type": one.pop("type"), "items": one.pop("items")}]
+    if (one.get("items") or {}).get("type") == "string":
+        word = one.pop("items")
+        one["anyOf"] = [word, {"type": one.pop("type"), "items": word}]

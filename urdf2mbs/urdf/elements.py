@@ -8,7 +8,7 @@ from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.messages import Messages
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
 #: What xacro read without the prefix ``xacro:`` until 2014, and now copies as it stands.
 LEGACY = frozenset(("property", "macro", "include", "if", "unless", "insert_block", "call"))
@@ -73,7 +73,7 @@ FOREIGN = frozenset(("gazebo", "transmission", "sensor", "ros2_control", "mujoco
 class Elements(Messages):
     """The XML of one file: its elements' children and attributes."""
 
-    def __init__(self, file: str, expanded: bool) -> None:
+    def __init__(self, file: str, expanded: Sequence[str]) -> None:
         super().__init__(file, expanded)
         self.legacy: str | None = None
         """The first ``<property>`` that xacro does not read any more."""

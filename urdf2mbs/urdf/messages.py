@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
 #: A message about more links or joints than these says how many more there are.
 _NAMES_SHOWN = 4
@@ -31,10 +31,10 @@ class _Group:
 class Messages:
     """All that is said about one file, and which element of it is being read."""
 
-    def __init__(self, file: str, expanded: bool) -> None:
+    def __init__(self, file: str, expanded: Sequence[str]) -> None:
         self.file = file
         self.expanded = expanded
-        """Whether xacro has written the text that is read."""
+        """The files from which xacro has written the text that is read."""
         self.groups: dict[tuple[str, str], _Group] = {}
         self.errors: list[Diagnostic] = []
         """All errors but the last."""
@@ -52,8 +52,13 @@ class Messages:
     ) -> NoReturn:
         line = element if element is None or isinstance(element, int) else element.sourceline
         if self.expanded:
-            more = "the line is one of the expanded text: --dump DIR writes it, as expanded.urdf"
-            hint = f"{hint}; {more}" if hint else more
+            from urdf2mbs.urdf.xacro import written_in
+
+            made = (
+                "the line is one of the text that xacro made: 'urdf2mbs convert --dump DIR' "
+                "writes it, as DIR/expanded.urdf"
+            )
+            hint = "; ".join(filter(None, [hint, written_in(*self.owner, self.expanded), made]))
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def keep(self, error: ConversionError) -> None:

@@ -19,7 +19,7 @@ from urdf2mbs.urdf.robot import read_root
 from urdf2mbs.urdf.values import Reading
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
     from urdf2mbs.urdf.limits import Isolate
@@ -55,9 +55,7 @@ def expanded(
     ``isolate``: xacro runs in a process of its own, with these limits.  ``cache``: or what it
     made of them before, where nothing has changed.
     """
-    data = _read(source)
-    if not data.strip():
-        raise ConversionError("file-empty", "the file is empty", file=str(source))
+    data = read_file(source)
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
         return data, None
     if isolate is not None:
@@ -107,7 +105,7 @@ def read_text(
             )
     else:
         try:
-            robot, diagnostics = parse(expansion.text, str(source), expanded=True)
+            robot, diagnostics = parse(expansion.text, str(source), expanded=expansion.files)
         except ConversionError as error:
             error.said[:0] = expansion.warnings
             raise
@@ -129,8 +127,10 @@ def stem(source: Path) -> str:
     return name.name
 
 
-def parse(data: bytes, file: str, *, expanded: bool = False) -> tuple[Robot, list[Diagnostic]]:
-    """Read a plain URDF text; ``expanded`` says that xacro has written it from ``file``.
+def parse(
+    data: bytes, file: str, *, expanded: Sequence[str] = ()
+) -> tuple[Robot, list[Diagnostic]]:
+    """Read a plain URDF text; ``expanded`` are the files from which xacro has written it.
 
     :raises ConversionError: the last of the errors, with the others in its ``said``
     """
@@ -157,13 +157,12 @@ def _read_pieces(reading: Reading, data: bytes) -> tuple[Robot, list[Diagnostic]
         return None
 
 
-def _read(source: Path) -> bytes:
+def read_file(source: Path) -> bytes:
+    """The bytes of a robot's file; raises ConversionError, also where there are none."""
     file = str(source)
-    given = standard_input.taken(source)
-    if given is not None:
-        return given
+    data = standard_input.taken(source)
     try:
-        return files.read(source)
+        data = files.read(source) if data is None else data
     except FileNotFoundError:
         try:
             known = [
@@ -190,3 +189,6 @@ def _read(source: Path) -> bytes:
             f"cannot be read: {getattr(error, 'strerror', None) or error}",
             file=file,
         ) from None
+    if not data.strip():
+        raise ConversionError("file-empty", "the file is empty", file=file)
+    return data

@@ -16,7 +16,7 @@ from urdf2mbs.urdf.model import Origin
 from urdf2mbs.xml_lines import NotPieceByPieceError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from urdf2mbs.spatial import Vec
 
@@ -26,7 +26,7 @@ _BLANKS = re.compile(r"[ \t\r\n]+")
 class Reading(Elements):
     """One URDF file being read: its messages, its XML and its values."""
 
-    def __init__(self, file: str, expanded: bool) -> None:
+    def __init__(self, file: str, expanded: Sequence[str]) -> None:
         super().__init__(file, expanded)
         self.known: dict[str | None, float] = {}
         """The numbers read so far, by their text: each is kept once."""

@@ -24,7 +24,7 @@ from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.packages import absolute
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from urdf2mbs.urdf.packages import Packages
 
@@ -479,6 +479,18 @@ def _defined_in(macro: str, packages: Packages) -> str | None:
         if wanted.search(_text(file)):
             return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
     return None
+
+
+def written_in(kind: str, name: str, files: Sequence[str]) -> str | None:
+    """A hint that names the file and line of a link, say, where only one place has it."""
+    begin = re.compile(rf"""<{kind}\s(?:[^<>]*\s)?name\s*=\s*["']{re.escape(name)}["']""")
+    texts = ((file, _text(file)) for file in files if name)
+    places = [
+        f"{file}:{text.count(chr(10), 0, found.start()) + 1}"
+        for file, text in texts
+        for found in begin.finditer(text)
+    ]
+    return f"{kind} '{name}' is in {places[0]}" if len(places) == 1 else None
 
 
 def _below(folder: Path) -> Iterator[str]:
