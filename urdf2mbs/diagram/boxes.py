@@ -6,7 +6,8 @@ ahead, from the parent's point over the joints into the box; ``b`` runs across. 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from copy import copy
 from math import ceil, sqrt
 
@@ -60,8 +61,11 @@ class Node(msgspec.Struct, gc=False):
     """A body of the diagram, or the base (``body`` None), and all that hangs on it."""
 
     body: Body | None
-    parent: Node | None
+    name: str = ""
+    joints: list[Joint] = []
     leads: list[Lead] = []
+    children: list[Node] = []
+    """The bodies of all leads."""
     name_width: float = 0.0
     frames: list[Point] = []
     """Points that carry nothing."""
@@ -72,26 +76,17 @@ class Node(msgspec.Struct, gc=False):
     size: tuple[float, float] | None = None
     """Of its box, once it is asked for."""
 
-    @property
-    def name(self) -> str:
-        return "" if self.body is None else self.body.name
-
-    @property
-    def joints(self) -> list[Joint]:
-        return [] if self.body is None else self.body.joints
-
-    @property
-    def twins(self) -> tuple[Node, ...]:
-        return (self,) if self.alike is None else (self, self.alike)
-
-    @property
-    def children(self) -> list[Node]:
-        return [node for lead in self.leads for node in lead.nodes]
+    def sort(self, place: Callable[[Node], float]) -> None:
+        """Put the leads in the order of the places of their first bodies."""
+        if len(self.leads) > 1:
+            self.leads.sort(key=lambda lead: round(place(lead.nodes[0]), 2))
+            self.children = [node for lead in self.leads for node in lead.nodes]
 
     def let_go(self) -> None:
         """Forget all others."""
-        self.parent = self.alike = None
+        self.alike = None
         self.leads.clear()
+        self.children.clear()
         self.plan.clear()
 
 
@@ -116,34 +111,43 @@ class Plan(msgspec.Struct, gc=False):
 
 def nodes(mbs: Mbs) -> list[Node]:
     """The base, then the bodies depth first, linked to one another."""
-    found: dict[str | None, Node] = {None: Node(None, None)}
-    out = [found[None]]
+    base = Node(None)
+    out = [base]
+    found: dict[str | None, Node] = {None: base}
+    points: dict[tuple[str | None, str | None], Point] = {}
+    for point in mbs.base.points:
+        points[None, point.name] = point
     leads: dict[tuple[str | None, str | None], Lead] = {}
-    points: dict[str | None, dict[str, Point]] = {None: {p.name: p for p in mbs.base.points}}
     for body in mbs.depth_first():
         parent = found[body.parent]
-        node = found[body.name] = Node(body, parent, name_width=_written(body.name))
-        points[body.name] = {p.name: p for p in body.points}
-        point = points[body.parent].get(body.point) if body.point is not None else None
-        key = (body.parent, None if point is None else point.name)
+        node = Node(body, body.name, body.joints, name_width=_written(body.name))
+        found[body.name] = node
+        out.append(node)
+        for point in body.points:
+            points[body.name, point.name] = point
+        at = points.get((body.parent, body.point))
+        key = (body.parent, None if at is None else body.point)
         if key not in leads:
-            leads[key] = Lead(point)
+            leads[key] = Lead(at)
             parent.leads.append(leads[key])
         leads[key].nodes.append(node)
-        out.append(node)
+        parent.children.append(node)
     for node in out:
-        carrying = {id(lead.point) for lead in node.leads}
-        all_points = mbs.base.points if node.body is None else node.body.points
-        node.frames = [point for point in all_points if id(point) not in carrying]
+        node.frames = mbs.base.points if node.body is None else node.body.points
+        if node.leads:
+            carrying = {id(lead.point) for lead in node.leads}
+            node.frames = [point for point in node.frames if id(point) not in carrying]
     return out
 
 
-_WIDTHS = {letter: width for letters, width in CHARACTER.items() for letter in letters}
+_WIDTHS = defaultdict(
+    lambda: OTHER, {letter: width for letters, width in CHARACTER.items() for letter in letters}
+)
 
 
 def _written(name: str) -> float:
     """How wide a name is written, to the next even pixel."""
-    return 2.0 * ceil(sum(_WIDTHS.get(letter, OTHER) for letter in name) / 2)
+    return 2.0 * ceil(sum(map(_WIDTHS.__getitem__, name)) / 2)
 
 
 def plan(
@@ -169,15 +173,18 @@ def plan(
     """
     width, height = box_size(node)
     long, wide = (max(height, long), width) if vertical else (max(width, long), height)
-    pitch = (JOINT if vertical else JOINT_ACROSS) + spread
-    in_front = any(lead.point is None for lead in ahead)
+    in_front = False
+    for lead in ahead:
+        if lead.point is None:
+            in_front = True
     own = len(node.joints)
-    most_joints = max(own, len(node.alike.joints)) if node.alike is not None else own
     a0, joints = 0.0, []
     if own:
+        pitch = (JOINT if vertical else JOINT_ACROSS) + spread
         first = (LEAD if vertical else JOINT_ACROSS) + spread
-        natural = first + pitch * (own - 1)
-        end = first + pitch * (most_joints - 1)
+        end = natural = first + pitch * (own - 1)
+        if node.alike is not None and len(node.alike.joints) > own:
+            end = first + pitch * (len(node.alike.joints) - 1)
         most = own * ((FAR if vertical else FAR_ACROSS) + spread)
         if in_front:
             # children at the body's own frame: the last joint stands at the far edge of the box
@@ -266,8 +273,8 @@ def _lanes(
             group.append(cursor - low)
             cursor += high - low + GAP
         lanes.append(group)
-        middle = float(round((group[0] + group[-1]) / 2))
-        starts.append(group[0] if len(group) == 1 else middle)
+        alone = len(group) == 1
+        starts.append(group[0] if alone else float(round((group[0] + group[-1]) / 2)))
     return starts, lanes, (0.0, max(cursor - GAP, 0.0))
 
 
@@ -284,16 +291,20 @@ def box_size(node: Node) -> tuple[float, float]:
 
 
 def _box_size(node: Node) -> tuple[float, float]:
-    count = max(sum(map(_cells, one.frames)) for one in node.twins)
+    twin = node.alike or node
+    count = max(_places(node.frames), _places(twin.frames))
     if node.body is None:
         width, height = BASE_WIDTH, BASE_HEIGHT
     else:
-        name = max(one.name_width for one in node.twins)
-        width, height = max(WIDTH, name + 16), HEIGHT
+        width, height = max(WIDTH, node.name_width + 16, twin.name_width + 16), HEIGHT
     if count:
         width = max(width, FRAME * (ceil(sqrt(2 * count)) + 4))
         height = max(height, 2 * (FRAME * _rows(count, width) + 18))
     return width, height
+
+
+def _places(frames: list[Point]) -> int:
+    return sum(map(_cells, frames)) if frames else 0
 
 
 def _cells(point: Point) -> int:
@@ -310,77 +321,75 @@ def _rows(count: int, width: float) -> int:
     return ceil(count / max(1, _columns(width) - 4))
 
 
-class Way(msgspec.Struct, gc=False):
-    """A frame on the sheet: where it begins, and the directions of ``a`` and ``b``."""
+Way = tuple[float, float, float, float, float, float]
+"""A frame on the sheet: x, y where it begins; x, y of the direction of ``a``; of that of ``b``."""
 
-    x: float
-    y: float
-    ahead: tuple[float, float]
-    across: tuple[float, float]
 
-    def at(self, a: float, b: float) -> tuple[float, float]:
-        (fx, fy), (cx, cy) = self.ahead, self.across
-        return self.x + fx * a + cx * b, self.y + fy * a + cy * b
+class _Tenths(dict[float, float]):
+    """Each number rounded to one digit; many are alike, and each is kept once."""
 
-    def turned(self, a: float, b: float, turn: int, mirror: int) -> Way:
-        """The frame of a child that begins at (a, b)."""
-        (fx, fy), (cx, cy) = self.ahead, self.across
-        x, y = self.at(a, b)
-        if turn == 0:
-            across = self.across if mirror == 1 else (cx * mirror, cy * mirror)
-            return Way(x, y, self.ahead, across)
-        if turn == 2:
-            return Way(x, y, (-fx, -fy), (cx * mirror, cy * mirror))
-        return Way(x, y, (cx * turn, cy * turn), (fx * mirror, fy * mirror))
+    def __missing__(self, value: float) -> float:
+        rounded = self[value] = round(value, 1)
+        return rounded
 
 
 def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
     """Give everything its place on the sheet, the upper left corner at the margin."""
     todo = [(base, whole, way)]
-    placed: list[tuple[Node, Plan, Way, list[float]]] = []
+    placed: list[tuple[Node, Plan, Way, tuple[float, float, float, float]]] = []
     left = top = 0.0
     while todo:
-        node, drawn, here = todo.pop()
+        node, drawn, way = todo.pop()
+        x, y, ax, ay, bx, by = way
         a0, a1, b0, b1 = drawn.box
-        (x0, y0), (x1, y1) = here.at(a0, b0), here.at(a1, b1)
-        box = [min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)]
-        placed.append((node, drawn, here, box))
-        left, top = min(left, box[0]), min(top, box[1])
-        for a in drawn.joints:
-            x, y = here.at(a, 0.0)
-            left, top = min(left, x - FRAME), min(top, y - FRAME)
+        x0, x1 = x + ax * a0 + bx * b0, x + ax * a1 + bx * b1
+        y0, y1 = y + ay * a0 + by * b0, y + ay * a1 + by * b1
+        if x0 > x1:
+            x0, x1 = x1, x0
+        if y0 > y1:
+            y0, y1 = y1, y0
+        placed.append((node, drawn, way, (x0, y0, x1, y1)))
+        left, top = min(left, x0), min(top, y0)
+        if drawn.joints:
+            # the first one is the farthest from the box
+            a = drawn.joints[0]
+            left, top = min(left, x + ax * a - FRAME), min(top, y + ay * a - FRAME)
         for child, below, a, b, turn, mirror in drawn.limbs:
-            todo.append((child, below, here.turned(a, b, turn, mirror)))
+            u, v = x + ax * a + bx * b, y + ay * a + by * b
+            if turn == AHEAD:
+                along = (ax, ay, bx * mirror, by * mirror)
+            elif turn == BACK:
+                along = (-ax, -ay, bx * mirror, by * mirror)
+            else:
+                along = (bx * turn, by * turn, ax * mirror, ay * mirror)
+            todo.append((child, below, (u, v, *along)))
     dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
 
-    known: dict[float, float] = {}
-
-    def moved(at: tuple[float, float]) -> tuple[float, float]:
-        x, y = round(at[0] + dx, 1), round(at[1] + dy, 1)
-        return known.setdefault(x, x), known.setdefault(y, y)  # many are alike: each is kept once
-
+    tenths = _Tenths()
     boxes: dict[tuple[float, float, float, float], Drawing] = {}
-    for node, drawn, here, (x0, y0, x1, y1) in placed:
-        x, y = moved(here.at(drawn.origin, 0.0))
-        (x0, y0), (x1, y1) = moved((x0, y0)), moved((x1, y1))
-        edges = (round(x0 - x, 1), round(y0 - y, 1), round(x1 - x, 1), round(y1 - y, 1))
+    for node, drawn, (x, y, ax, ay, bx, by), (x0, y0, x1, y1) in placed:
+        here = (tenths[x + ax * drawn.origin + dx], tenths[y + ay * drawn.origin + dy])
+        box = (tenths[x0 + dx], tenths[y0 + dy], tenths[x1 + dx], tenths[y1 + dy])
+        u, v = here
+        edges = (tenths[box[0] - u], tenths[box[1] - v], tenths[box[2] - u], tenths[box[3] - v])
         # most boxes are alike: each is its own, of the same numbers
         drawing = copy(boxes.get(edges) or boxes.setdefault(edges, _box(*edges)))
         if node.body is None:
-            mbs.base.position, mbs.base.drawing = (x, y), drawing
+            mbs.base.position, mbs.base.drawing = here, drawing
         else:
             node.body.drawing = drawing
-            for joint, a in zip(node.body.joints, drawn.joints, strict=True):
-                joint.position = moved(here.at(a, 0.0))
-        taken = [(x, y)]
+            for joint, a in zip(node.joints, drawn.joints, strict=True):
+                joint.position = (tenths[x + ax * a + dx], tenths[y + ay * a + dy])
+        taken = [here]
         for point, a, b in drawn.points:
-            point.position = moved(here.at(a, b))
+            point.position = (
+                tenths[x + ax * a + bx * b + dx], tenths[y + ay * a + by * b + dy]
+            )  # fmt: skip
             taken.append(point.position)
-        # a wire crosses the box where the body's frame is at its far side
-        through = x if node.body is not None and drawn.vertical else None
-        if drawn.origin <= drawn.box[0]:
-            through = None
-        _stack(node.frames, (x0, y0, x1, y1), taken, through)
+        if node.frames:
+            # a wire crosses the box where the body's frame is at its far side
+            crossed = node.body and drawn.vertical and drawn.origin > drawn.box[0]
+            _stack(node.frames, box, taken, u if crossed else None)
 
 
 def _stack(
@@ -390,12 +399,10 @@ def _stack(
     through: float | None,
 ) -> None:
     """Put the points that are only frames into a box, in the half that is away from its joint."""
-    if not frames:
-        return
     x0, y0, x1, y1 = box
     edge, step = (y0 + 10, FRAME) if taken[0][1] > (y0 + y1) / 2 else (y1 - 10, -FRAME)
     columns = _columns(x1 - x0)
-    count = sum(map(_cells, frames))
+    count = _places(frames)
     columns = min(columns, max(6, ceil(sqrt(4 * count)) + 4))
     left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
     cells = (

@@ -13,14 +13,12 @@ from typing import NamedTuple
 import msgspec
 
 from urdf2mbs.diagram.boxes import (
-    AHEAD,
     BACK,
     EDGE,
     GAP,
     Lead,
     Node,
     Plan,
-    Way,
     box_size,
     plan,
     put,
@@ -90,9 +88,10 @@ def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
     the base carries is one robot, each limb at a point of its own.
     """
     base = order[0]
-    shared = any(len(lead.nodes) > 1 for node in order for lead in node.leads)
-    at_frame = any(lead.point is None for node in order[1:] for lead in node.leads)
-    if len(base.children) != 1 or shared or at_frame or not shape.pairs:
+    if len(base.children) != 1 or not shape.pairs:
+        return None
+    leads = [lead for node in order[1:] for lead in node.leads]
+    if any(lead.point is None or len(lead.nodes) > 1 for lead in leads):
         return None
     bones: list[Vertebra] = []
     node: Node | None = base.children[0]
@@ -110,7 +109,7 @@ def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
         outwards(limb.node, shape, limb.side)
     for child in (child for bone in bones for child in bone.node.children):
         partner = shape.limbs[child.name].partner
-        if partner is not None:
+        if partner is not None and child.alike is not partner:
             _draw_alike(child, partner)
     return bones
 
@@ -120,7 +119,7 @@ def outwards(top: Node, shape: Shape, side: int) -> None:
     todo = [top]
     while todo:
         node = todo.pop()
-        node.leads.sort(key=lambda lead: round(side * shape.aside(lead.nodes[0]), 2))
+        node.sort(lambda child: side * shape.aside(child))
         todo.extend(node.children)
 
 
@@ -221,15 +220,15 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     for node in reversed(order[1:]):
         if node.name in ways:
             plan_tree(node, ways[node.name], narrow=True)
-        else:
-            node.plan[True] = plan(node, True, node.leads)
     base.plan[True] = plan(base, True, [])
     half = base.plan[True].box[3] + GAP / 2
     taken: list[Box] = [(0.0, half, -base.plan[True].box[1], 0.0)]
+    for bone in reversed(bones):
+        bone.node.plan[True] = _grown(bone, half)
     bottom = 0.0
     drawn = []
     for bone in bones:
-        one = _grown(bone, half)
+        one = bone.node.plan[True]
         drawn.append((bone, one, bottom))
         bottom += one.box[1]
     for _, one, at in drawn:
@@ -241,13 +240,7 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
                 taken.append((abs(b) + f0, abs(b) + f1, at + a - e1, at + a))
     for bone, one, at in drawn:
         _sideways(bone, one, at, taken)
-        bone.node.plan[True] = one
-    for _, one, _ in drawn:
-        one.limbs = [
-            (node, node.plan[True] if turn == AHEAD else below, a, b, turn, mirror)
-            for node, below, a, b, turn, mirror in one.limbs
-        ]
-    put(mbs, base, Way(0.0, 0.0, (0.0, -1.0), (1.0, 0.0)), plan(base, True, base.leads))
+    put(mbs, base, (0.0, 0.0, 0.0, -1.0, 1.0, 0.0), plan(base, True, base.leads))
 
 
 def _ways(order: list[Node], bones: list[Vertebra]) -> dict[str, tuple[bool, ...]]:
@@ -312,8 +305,9 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
         for limb, (length, spread, reach, middle) in zip(row, tries, strict=True):
             if partners and tries[0].length == tries[1].length:
                 # partners turn down at the same distance
-                spread += (max(t.middle for t in tries) - middle) / _wires(limb, length)
-                _run(limb, length, spread, reach)
+                short = max(t.middle for t in tries) - middle
+                if short:
+                    _run(limb, length, spread + short / _wires(limb, length), reach)
             assert limb.lead.point is not None
             one.points.append((limb.lead.point, lane, limb.side * edge))
             below = limb.node.plan[False]
@@ -354,8 +348,9 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
             spread = min(spread, MOST)
             if spread > SPREAD and length < len(row):
                 continue
-            _run(limb, length, spread, reach)
-            lane_box = _boxes(limb, length, edge, lane)[0]
+            if spread:
+                _run(limb, length, spread, reach)
+                lane_box = _boxes(limb, length, edge, lane)[0]
         a0, a1, _, _ = row[length - 1].plan[False].box
         return Run(length, spread, reach, lane_box[1] - (a1 - a0) / 2)
     raise AssertionError("a limb has at least one body")

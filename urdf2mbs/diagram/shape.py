@@ -12,7 +12,7 @@ import re
 import msgspec
 
 from urdf2mbs.diagram.boxes import Node
-from urdf2mbs.spatial import HERE, ZERO, Pose, Vec, add, from_turn, multiply, rotate
+from urdf2mbs.spatial import HERE, Rot, Vec, add, from_turn, multiply, rotate
 
 ALIKE = 0.05
 """How far a limb may be off its partner's mirror image (share of the robot's size)."""
@@ -53,18 +53,13 @@ class Shape(msgspec.Struct):
 
 def look(order: list[Node]) -> Shape:
     """The robot's shape; ``order`` is the base, then the bodies depth first."""
-    frames, starts = _pose(order)
-    places = [frames[node.name].xyz for node in order[1:]] or [ZERO]
-    size = max(max(at[k] for at in places) - min(at[k] for at in places) for k in range(3))
-    middle = places[0]
-    best: Shape | None = None
-    for axis in (1, 0):
-        seen = Shape(_limbs(order, frames, starts, axis, middle[axis]), size, 0)
-        if size:
-            seen.pairs = _find_partners(order, seen)
-        if best is None or seen.pairs > best.pairs:
-            best = seen
-    assert best is not None
+    starts, places = _pose(order)
+    columns = zip(*places.values(), strict=True)
+    size = max([max(column) - min(column) for column in columns], default=0.0)
+    best = _seen(order, starts, places, 1, size)
+    if best.pairs < _most_pairs(order, best):
+        along_y = _seen(order, starts, places, 0, size)
+        best = along_y if along_y.pairs > best.pairs else best
     votes = 0
     for limb in best.limbs.values():
         if limb.partner is not None and limb.start[0] != 0.0:
@@ -79,76 +74,90 @@ def look(order: list[Node]) -> Shape:
     return best
 
 
-def _pose(order: list[Node]) -> tuple[dict[str, Pose], dict[str, Vec]]:
-    """Each body's frame, and where its parent's point is, in the start pose."""
-    frames: dict[str, Pose] = {"": HERE}
+def _pose(order: list[Node]) -> tuple[dict[str, Vec], dict[str, Vec]]:
+    """Where each body's parent has its point, and where the body's frame is, in the start pose."""
     starts: dict[str, Vec] = {}
+    frames: dict[str, tuple[Vec, Rot]] = {"": HERE}
     for node in order:
-        here = frames[node.name]
+        here, turned = frames[node.name]
         for lead in node.leads:
-            shift = ZERO if lead.point is None else lead.point.coordinates
-            start = add(here.xyz, rotate(here.rot, shift))
+            start = (
+                here if lead.point is None else add(here, rotate(turned, lead.point.coordinates))
+            )
             for child in lead.nodes:
-                xyz, rot = start, here.rot
+                xyz, rot = start, turned
                 for joint in child.joints:
-                    k, q = int(joint.type[1]), joint.q or 0.0
-                    if q == 0.0:
+                    if not joint.q:
                         continue
+                    k, q = int(joint.type[1]), joint.q
                     if joint.type[0] == "R":
                         rot = multiply(rot, from_turn((k, q)))
                     else:
                         along = (q * (k == 1), q * (k == 2), q * (k == 3))
                         xyz = add(xyz, rotate(rot, along))
-                frames[child.name], starts[child.name] = Pose(xyz, rot), start
-    return frames, starts
+                starts[child.name], frames[child.name] = start, (xyz, rot)
+    return starts, {node.name: frames[node.name][0] for node in order[1:]}
 
 
-def _limbs(
-    order: list[Node], frames: dict[str, Pose], starts: dict[str, Vec], axis: int, middle: float
-) -> dict[str, Limb]:
-    def seen(at: Vec) -> Vec:
-        return (at[axis] - middle, at[1 - axis], at[2])
-
+def _seen(
+    order: list[Node], starts: dict[str, Vec], places: dict[str, Vec], axis: int, size: float
+) -> Shape:
+    """The shape, where ``axis`` (0: x, 1: y) runs aside, from the first body."""
     limbs: dict[str, Limb] = {}
     sums: dict[str, Vec] = {}
+    middle = places[order[1].name][axis] if places else 0.0
     for node in reversed(order[1:]):
-        start, at = seen(starts[node.name]), seen(frames[node.name].xyz)
-        total, bodies, depth = at, 1, 0
+        name = node.name
+        start, at = starts[name], places[name]
+        x, y, z = start = (start[axis] - middle, start[1 - axis], start[2])
+        a, b, c = at = (at[axis] - middle, at[1 - axis], at[2])
+        bodies, depth = 1, 0
         for child in node.children:
-            below = limbs[child.name]
-            total = add(total, sums[child.name])
+            below, (d, e, f) = limbs[child.name], sums[child.name]
+            a, b, c = a + d, b + e, c + f
             bodies, depth = bodies + below.bodies, max(depth, below.depth)
-        sums[node.name] = total
-        x, y, z = add(total, start)
-        mean = (x / (bodies + 1), y / (bodies + 1), z / (bodies + 1))
-        limbs[node.name] = Limb(start, at, mean, bodies, depth + 1)
-    return limbs
+        sums[name] = (a, b, c)
+        mean = ((a + x) / (bodies + 1), (b + y) / (bodies + 1), (c + z) / (bodies + 1))
+        limbs[name] = Limb(start, at, mean, bodies, depth + 1)
+    shape = Shape(limbs, size, 0)
+    if size:
+        shape.pairs = _find_partners(order, shape)
+    return shape
 
 
 def _find_partners(order: list[Node], shape: Shape) -> int:
     """Link each limb to its mirror image; counts those of two bodies or more."""
     limbs, pairs = shape.limbs, 0
     for node in order[1:]:
-        children = node.children
-        if len(children) > SIBLINGS:
+        if not 2 <= len(node.children) <= SIBLINGS:
             continue
-        for one in children:
-            mine = limbs[one.name]
+        siblings = [(child, limbs[child.name]) for child in node.children]
+        for one, mine in siblings:
             if mine.start[0] <= 0.0 and mine.middle[0] <= 0.0:
                 continue
-            best, other = ALIKE * shape.size, None
-            for candidate in children:
-                its = limbs[candidate.name]
-                if candidate is one or its.partner or its.bodies != mine.bodies:
+            best, found = ALIKE * shape.size, None
+            for candidate, its in siblings:
+                if its is mine or its.partner or its.bodies != mine.bodies:
                     continue
                 off = max(_off(mine.start, its.start), 0.5 * _off(mine.middle, its.middle))
                 apart = max(abs(mine.start[0] - its.start[0]), abs(mine.middle[0] - its.middle[0]))
                 if off <= min(best, apart):
-                    best, other = off, candidate
-            if other is not None:
-                mine.partner, limbs[other.name].partner = other, one
+                    best, found = off, (candidate, its)
+            if found is not None:
+                mine.partner, found[1].partner = found[0], one
                 pairs += mine.bodies > 1
     return pairs
+
+
+def _most_pairs(order: list[Node], shape: Shape) -> int:
+    """No view shows more: partners are on one parent and have as many bodies."""
+    most = 0
+    for node in order[1:]:
+        if len(node.children) > 1:
+            bodies = [shape.limbs[child.name].bodies for child in node.children]
+            large = [count for count in bodies if count > 1]
+            most += len(large) - len(set(large))
+    return most
 
 
 def _off(one: Vec, other: Vec) -> float:

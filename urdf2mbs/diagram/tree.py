@@ -7,7 +7,7 @@ the other: that is a comb, and takes less room.
 
 from __future__ import annotations
 
-from urdf2mbs.diagram.boxes import Lead, Node, Plan, Way, plan, put
+from urdf2mbs.diagram.boxes import Lead, Node, Plan, plan, put
 from urdf2mbs.diagram.shape import Shape
 from urdf2mbs.mbs.model import Mbs
 
@@ -33,12 +33,12 @@ def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
     rises = [shape.limbs[n.name].at[2] - shape.limbs[order[1].name].start[2] for n in order[1:]]
     up = bool(rises) and sum(rises) / len(rises) > UP * shape.size
     for node in order:
-        node.leads.sort(key=lambda lead: round(shape.aside(lead.nodes[0]), 2))
+        node.sort(shape.aside)
     shape.limbs.clear()  # of a large robot they take much memory, and have done their work
     ways = _ways(order)
     for node in reversed(order):
         plan_tree(node, ways[node.name])
-    way = Way(0.0, 0.0, (0.0, -1.0 if up else 1.0), (1.0, 0.0))
+    way = (0.0, 0.0, 0.0, -1.0 if up else 1.0, 1.0, 0.0)
     put(mbs, order[0], way, order[0].plan[True])
 
 

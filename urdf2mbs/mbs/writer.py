@@ -23,7 +23,6 @@ from urdf2mbs.mbs.model import (
     SENSOR_MEASURES,
     SHAPES,
     SYMBOLS,
-    XY,
     Base,
     Body,
     Connection,
