@@ -78,6 +78,8 @@ def rpy_turns(rpy: Vec) -> tuple[Turn, ...]:
     Fixed-frame roll, pitch, yaw are current-frame yaw, pitch, roll: no formula, no
     singularity, and the angles stay the very numbers that the URDF states.
     """
+    if rpy == ZERO:
+        return ()
     r, p, y = rpy
     return tuple((k, angle) for k, angle in ((3, y), (2, p), (1, r)) if angle != 0.0)
 
@@ -150,7 +152,9 @@ def compose(outer: Pose, inner: Pose) -> Pose:
     """The frame ``inner``, given in ``outer``, seen from where ``outer`` is given."""
     if outer is HERE:
         return inner
-    return Pose(add(outer.xyz, rotate(outer.rot, inner.xyz)), multiply(outer.rot, inner.rot))
+    at, rot = outer
+    xyz, turned = inner
+    return Pose(add(at, rotate(rot, xyz)), rot if turned == IDENTITY else multiply(rot, turned))
 
 
 def inverse(pose: Pose) -> Pose:
@@ -281,8 +285,9 @@ def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
 
 def unit(axis: Vec) -> Vec:
     """The axis at length 1, however long or short it was."""
-    largest = max(abs(c) for c in axis)
-    x, y, z = (c / largest for c in axis)
+    x, y, z = axis
+    largest = max(abs(x), abs(y), abs(z))
+    x, y, z = x / largest, y / largest, z / largest
     length = hypot(x, y, z)
     return (x / length, y / length, z / length)
 

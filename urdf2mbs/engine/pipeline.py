@@ -19,6 +19,11 @@ from urdf2mbs.files import is_file
 from urdf2mbs.levels import DEFAULTS
 from urdf2mbs.urdf.changes import between, snapshot
 
+#: The hooks around every pass.
+_AROUND = ("urdf2mbs_before_pass", "urdf2mbs_after_pass")
+#: Pipelines of our own passes whose order holds: checked once in a process.
+_SOUND: set[tuple[Pass, ...]] = set()
+
 
 class Pipeline:
     """The passes of one config, in an order that has been checked."""
@@ -50,8 +55,12 @@ class Pipeline:
             error.hint = "\n  ".join([error.hint or "", *map(str, self.plugins.broken)]).lstrip()
             raise
         self._check_levels(config, lines)
-        passes = [configured.registered.pass_ for configured in self.passes]
-        check_order(passes, lines, [one.at for one in self.passes])
+        passes = tuple(configured.registered.pass_ for configured in self.passes)
+        ours = all(configured.registered.plugin == GROUP for configured in self.passes)
+        if not ours or passes not in _SOUND:
+            check_order(passes, lines, [one.at for one in self.passes])
+        if ours:
+            _SOUND.add(passes)
         check_output(self.settings, passes, lines)
 
     def watch(self, observer: object) -> None:
@@ -105,11 +114,13 @@ class Pipeline:
 
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
         levels = self.settings.levels
+        watched = self._hooks or any(map(self.plugins.hooked, _AROUND))
         ran: list[Registered] = []
         for configured in self.passes:
             found = configured.registered
             pass_ = found.pass_
-            self._call("urdf2mbs_before_pass", pass_, conversion)
+            if watched:
+                self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
             before = snapshot(conversion.robot) if known and _may_change(configured) else None
             start = perf_counter()
@@ -127,7 +138,8 @@ class Pipeline:
                 raise pass_failed(found, conversion, error, ran) from error
             ran.append(found)
             conversion.diagnostics = levels.applied(conversion.diagnostics)
-            self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
+            if watched:
+                self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
             if pass_.name == stop_after:
                 break
 
