@@ -183,8 +183,9 @@ def lump(parts: list[tuple[float, Vec, Sym]]) -> tuple[float, Vec, Sym]:
     in one frame: Steiner's parallel-axis theorem."""
     if len(parts) == 1:
         return parts[0]
-    mass = sum([m for m, _, _ in parts], 0.0)
-    cx = cy = cz = 0.0
+    mass = cx = cy = cz = 0.0
+    for m, _, _ in parts:
+        mass += m
     if mass != 0.0:
         for m, (x, y, z), _ in parts:
             cx, cy, cz = cx + m * x / mass, cy + m * y / mass, cz + m * z / mass

@@ -229,7 +229,9 @@ class Mbs(msgspec.Struct):
             children.setdefault(body.parent, []).append(body)
         for parent, siblings in children.items():
             if len(siblings) > 1:
-                rank = {point.name: index for index, point in enumerate(points.get(parent, ()))}
+                rank: dict[str | None, int] = {
+                    point.name: index for index, point in enumerate(points.get(parent, ()))
+                }
                 siblings.sort(key=lambda body: rank.get(body.point, -1))
         order: list[Body] = []
         stack = children.get(None, [])[::-1]
