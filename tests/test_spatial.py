@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from urdf2mbs import spatial
-from urdf2mbs.spatial import IDENTITY, NO_INERTIA, ZERO, Pose, direction, lump, unit
+from urdf2mbs.spatial import IDENTITY, ZERO, Pose, direction, lump, unit
 
 pin = pytest.importorskip("pinocchio", reason="the extra 'verify' is not installed")
 
@@ -142,18 +142,18 @@ def test_an_inertia_that_is_not_turned_keeps_every_digit():
     assert spatial.rotate_inertia(IDENTITY, tensor) == tensor
 
 
-@reproducible
-@given(st.floats(0, 100), vectors)
-def test_steiner_is_pinocchio_s(mass, arm):
-    wanted = pin.Inertia(mass, np.array(arm), np.zeros((3, 3))).matrix()[3:, 3:]
-    near(full(spatial.point_mass_inertia(mass, arm)), wanted, 1e-10)
+def about_the_origin(mass, centre, tensor):
+    """The 6x6 inertia: the parallel-axis theorem is pinocchio's."""
+    inertia = pin.Inertia(mass, np.array(centre), np.zeros((3, 3))).matrix()
+    inertia[3:, 3:] += full(tensor)
+    return inertia
 
 
 @reproducible
-@given(tensors, tensors)
-def test_add_inertia(a, b):
-    assert spatial.add_inertia(a, b) == tuple(np.add(a, b))
-    assert spatial.add_inertia(a, NO_INERTIA) == a
+@given(st.lists(st.tuples(st.floats(0.01, 100), vectors, tensors), min_size=1, max_size=4))
+def test_lumped_parts_have_the_inertia_of_all(parts):
+    wanted = sum(about_the_origin(*part) for part in parts)
+    near(about_the_origin(*lump(parts)), wanted, 1e-9)
 
 
 def test_parts_without_mass_lump_where_they_are_given() -> None:

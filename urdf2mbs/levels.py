@@ -35,6 +35,8 @@ class Levels(msgspec.Struct, frozen=True):
 
     def applied(self, said: list[Diagnostic]) -> list[Diagnostic]:
         """The same diagnostics at the user's levels, without those that are ignored."""
+        if not self.by_code and not self.strict:
+            return said
         out = []
         for one in said:
             level: Any = self.by_code.get(one.code)

@@ -78,6 +78,8 @@ def rpy_turns(rpy: Vec) -> tuple[Turn, ...]:
     Fixed-frame roll, pitch, yaw are current-frame yaw, pitch, roll: no formula, no
     singularity, and the angles stay the very numbers that the URDF states.
     """
+    if rpy == ZERO:
+        return ()
     r, p, y = rpy
     return tuple((k, angle) for k, angle in ((3, y), (2, p), (1, r)) if angle != 0.0)
 
@@ -176,39 +178,27 @@ def rotate_inertia(rot: Rot, tensor: Sym) -> Sym:
     )
 
 
-def point_mass_inertia(mass: float, d: Vec) -> Sym:
-    """Inertia (kg m^2) of a mass (kg) at distance d (m): the parallel-axis term of Steiner."""
-    x, y, z = d
-    return (
-        mass * (y * y + z * z),
-        -mass * x * y,
-        -mass * x * z,
-        mass * (x * x + z * z),
-        -mass * y * z,
-        mass * (x * x + y * y),
-    )
-
-
-def add_inertia(a: Sym, b: Sym) -> Sym:
-    """The sum of two inertias about one point, in the same axes (kg m^2)."""
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
-
-
 def lump(parts: list[tuple[float, Vec, Sym]]) -> tuple[float, Vec, Sym]:
     """Mass (kg), centre (m) and inertia about it (kg m^2) of rigid parts, each given so, all
     in one frame: Steiner's parallel-axis theorem."""
     if len(parts) == 1:
         return parts[0]
-    mass = sum(m for m, _, _ in parts)
-    com = ZERO
+    mass = cx = cy = cz = 0.0
+    for m, _, _ in parts:
+        mass += m
     if mass != 0.0:
         for m, (x, y, z), _ in parts:
-            com = add(com, (m * x / mass, m * y / mass, m * z / mass))
-    inertia = NO_INERTIA
-    for m, (x, y, z), tensor in parts:
-        arm = (x - com[0], y - com[1], z - com[2])
-        inertia = add_inertia(inertia, add_inertia(tensor, point_mass_inertia(m, arm)))
-    return mass, com, inertia
+            cx, cy, cz = cx + m * x / mass, cy + m * y / mass, cz + m * z / mass
+    xx = xy = xz = yy = yz = zz = 0.0
+    for m, (x, y, z), own in parts:
+        x, y, z = x - cx, y - cy, z - cz
+        xx += own[0] + m * (y * y + z * z)
+        xy += own[1] - m * x * y
+        xz += own[2] - m * x * z
+        yy += own[3] + m * (x * x + z * z)
+        yz += own[4] - m * y * z
+        zz += own[5] + m * (x * x + y * y)
+    return mass, (cx, cy, cz), (xx, xy, xz, yy, yz, zz)
 
 
 #: Elements of a computed rotation up to this are rounding.
@@ -281,8 +271,9 @@ def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
 
 def unit(axis: Vec) -> Vec:
     """The axis at length 1, however long or short it was."""
-    largest = max(abs(c) for c in axis)
-    x, y, z = (c / largest for c in axis)
+    x, y, z = axis
+    largest = max(abs(x), abs(y), abs(z))
+    x, y, z = x / largest, y / largest, z / largest
     length = hypot(x, y, z)
     return (x / length, y / length, z / length)
 

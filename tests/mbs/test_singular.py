@@ -130,3 +130,19 @@ def test_the_determinant_says_the_same_as_the_torques(
     inertia: Any = tuple(float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
     body = Body("b", None, None, mass=1e-9, inertia=inertia)
     assert _resists_all(body, 1.0) == (len(_torques(body, 1.0)) == 3)
+
+
+@pytest.mark.parametrize(
+    ("middle", "always"),
+    [
+        (Joint("b", "R3", "driven", pi / 2), True),  # turns the last axis onto the first
+        (Joint("b", "R2", q=pi / 2), False),
+    ],
+)
+def test_turns_about_different_axes_may_be_about_one(middle: Joint, always: bool) -> None:
+    """Though the body behind them resists everything, as a floating base does."""
+    last = "R2" if middle.type == "R3" else "R3"
+    body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", last)])
+    body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
+    found = exactly(Mbs("gimbal", bodies=[body]))
+    assert [(one.joint, one.always) for one in found] == [("a", always)]

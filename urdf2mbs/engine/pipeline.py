@@ -12,12 +12,19 @@ from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order
-from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
+from urdf2mbs.engine.plugins import FAILURES, GROUP, Plugins, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
 from urdf2mbs.levels import DEFAULTS
+from urdf2mbs.presets import PRESETS
 from urdf2mbs.urdf.changes import between, snapshot
+
+#: The hooks around every pass.
+_AROUND = ("urdf2mbs_before_pass", "urdf2mbs_after_pass")
+
+#: The passes of our own presets: found once in a process.
+_PRESETS: dict[str, list[Configured]] = {}
 
 
 class Pipeline:
@@ -43,16 +50,24 @@ class Pipeline:
         self.plugins = plugins_of(files, installed=installed_plugins)
         self._hooks: list[Any] = []
         """Of those who watch."""
+        preset = _preset(config, self.plugins)
+        kept = _PRESETS.get(preset)
+        self.passes = kept or self._resolved(config, lines)
+        self._check_levels(config, lines)
+        passes = [configured.registered.pass_ for configured in self.passes]
+        if kept is None:
+            check_order(passes, lines, [one.at for one in self.passes])
+            if preset:
+                _PRESETS[preset] = self.passes
+        check_output(self.settings, passes, lines)
+
+    def _resolved(self, config: Config, lines: Lines) -> list[Configured]:
         try:
-            self.passes = resolve(config, lines, self.plugins)
+            return resolve(config, lines, self.plugins)
         except ConfigError as error:
             # what is missing may be in a plugin that was left out
             error.hint = "\n  ".join([error.hint or "", *map(str, self.plugins.broken)]).lstrip()
             raise
-        self._check_levels(config, lines)
-        passes = [configured.registered.pass_ for configured in self.passes]
-        check_order(passes, lines, [one.at for one in self.passes])
-        check_output(self.settings, passes, lines)
 
     def watch(self, observer: object) -> None:
         """Let an object's own hooks be called too, around every pass."""
@@ -105,11 +120,13 @@ class Pipeline:
 
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
         levels = self.settings.levels
+        watched = self._hooks or any(map(self.plugins.hooked, _AROUND))
         ran: list[Registered] = []
         for configured in self.passes:
             found = configured.registered
             pass_ = found.pass_
-            self._call("urdf2mbs_before_pass", pass_, conversion)
+            if watched:
+                self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
             before = snapshot(conversion.robot) if known and _may_change(configured) else None
             start = perf_counter()
@@ -127,7 +144,8 @@ class Pipeline:
                 raise pass_failed(found, conversion, error, ran) from error
             ran.append(found)
             conversion.diagnostics = levels.applied(conversion.diagnostics)
-            self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
+            if watched:
+                self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
             if pass_.name == stop_after:
                 break
 
@@ -180,6 +198,18 @@ class Pipeline:
             if plugin is None:
                 raise
             raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
+
+
+def _preset(config: Config, plugins: Plugins) -> str:
+    """The name of the preset of ours that a config wants just as it is; else empty."""
+    name = config.pipeline
+    changed = (
+        config.passes or config.after or config.before
+        or config.without or config.alias or config.swap
+    )  # fmt: skip
+    if changed or not isinstance(name, str) or name in plugins.presets or name not in PRESETS:
+        return ""
+    return name
 
 
 def _may_change(configured: Configured) -> bool:

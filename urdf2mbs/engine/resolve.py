@@ -44,7 +44,8 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
                 why = "is not in this pipeline" if name in known else ""
                 raise _unknown(lines, (key, name), name, [*names, *known], why)
     configured: list[Configured] = []
-    for index, (name, at) in enumerate(zip(names, keys, strict=True)):
+    seen: set[str] = set()
+    for name, at in zip(names, keys, strict=True):
         if name not in known:
             hint = (
                 "a preset's name stands alone: 'pipeline: " + name + "'"
@@ -52,11 +53,12 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
                 else ""
             )
             raise _unknown(lines, at, name, known, "", hint)
-        if name in names[:index]:
+        if name in seen:
             mine = [key for key in (keys[names.index(name)], at) if key[0] in ("before", "after")]
             raise lines.error(
                 "pass-doubled", f"pass '{name}' is in the pipeline twice", (*mine, at)[0]
             )
+        seen.add(name)
         chosen = _chosen(name, known[name], config.swap.get(name), lines)
         given = {**options.get(name, {}), **config.passes.get(name, {})}
         filled = typed(chosen.pass_.options, given, lines, ("passes", name))
@@ -85,6 +87,8 @@ def _placed(
 ) -> tuple[list[str], list[Key]]:
     """The pipeline with what the config puts ``before`` and ``after`` its passes, and where in
     the config each is named."""
+    if not config.before and not config.after:
+        return names, [("pipeline", n) for n in range(len(names))]
     out: list[tuple[str, Key]] = []
     seen: set[str] = set()
     # a pass waits on the stack until those before it have been put
@@ -115,6 +119,8 @@ def _listed(beside: Mapping[str, str | list[str]], name: str) -> list[str]:
 
 
 def _chosen(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:
+    if plugin is None and len(offered) == 1:
+        return offered[0]
     by_plugin = {found.plugin: found for found in offered}
     if plugin is not None:
         if plugin not in by_plugin:
@@ -125,12 +131,10 @@ def _chosen(name: str, offered: list[Registered], plugin: str | None, lines: Lin
         return by_plugin[plugin]
     if GROUP in by_plugin:
         return by_plugin[GROUP]
-    if len(offered) > 1:
-        raise ConfigError(
-            "pass-ambiguous", f"plugins {' and '.join(by_plugin)} each bring a pass '{name}'",
-            hint=f"say which: 'swap: {{{name}: {offered[0].plugin}}}'",
-        )  # fmt: skip
-    return offered[0]
+    raise ConfigError(
+        "pass-ambiguous", f"plugins {' and '.join(by_plugin)} each bring a pass '{name}'",
+        hint=f"say which: 'swap: {{{name}: {offered[0].plugin}}}'",
+    )  # fmt: skip
 
 
 def _unknown(lines: Lines, at: Key, name: str, known: Any, why: str, hint: str = "") -> ConfigError:

@@ -222,16 +222,17 @@ class Mbs(msgspec.Struct):
     def depth_first(self) -> list[Body]:
         """The bodies as MBSysPad renumbers them when it saves: depth first, children at
         ``origin`` before the others, those in the order of their parent's points."""
-        rank: dict[tuple[str | None, str | None], int] = {
-            (None, point.name): index for index, point in enumerate(self.base.points)
-        }
+        points: dict[str | None, list[Point]] = {None: self.base.points}
         children: dict[str | None, list[Body]] = {}
         for body in self.bodies:
+            points[body.name] = body.points
             children.setdefault(body.parent, []).append(body)
-            for index, point in enumerate(body.points):
-                rank[body.name, point.name] = index
-        for siblings in children.values():
-            siblings.sort(key=lambda body: rank.get((body.parent, body.point), -1))
+        for parent, siblings in children.items():
+            if len(siblings) > 1:
+                rank: dict[str | None, int] = {
+                    point.name: index for index, point in enumerate(points.get(parent, ()))
+                }
+                siblings.sort(key=lambda body: rank.get(body.point, -1))
         order: list[Body] = []
         stack = children.get(None, [])[::-1]
         while stack:

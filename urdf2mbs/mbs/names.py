@@ -178,15 +178,17 @@ def _rename_points(mbs: Mbs) -> None:
 
 def _assign(named: Sequence[tuple[str, str]], reserved: Iterable[str]) -> list[str]:
     """``identifiers`` for names of several kinds, each with its own suffix."""
-    taken = {*C_KEYWORDS, *reserved}
-    out = [""] * len(named)
+    taken = set(reserved)
+    out = [name for name, _ in named]
     others: list[int] = []
-    for index, (name, _) in enumerate(named):
-        if name in taken or not _GOOD(name):
+    for index, name in enumerate(out):
+        if name in taken or name in C_KEYWORDS or not _GOOD(name):
             others.append(index)
         else:
             taken.add(name)
-            out[index] = name
+    if not others:
+        return out
+    taken |= C_KEYWORDS
     counted: dict[str, int] = {}
     for index in others:
         name, suffix = named[index]

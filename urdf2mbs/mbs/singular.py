@@ -105,12 +105,9 @@ def find_singular(mbs: Mbs) -> list[Singular]:
     """The joints that are singular; none of them if the mass matrix is regular."""
     size = _size(mbs)
     whole = {body.name for body in mbs.bodies if body.mass and _resists_all(body, size)}
-    if all(
-        body.name in whole and sum(joint.nature != "driven" for joint in body.joints) <= 1
-        for body in mbs.bodies
-    ):
-        return []
     part = _in_question(mbs, whole)
+    if not part.bodies:
+        return []
     numbers = mbs.numbers()
     initial: dict[str, float] = {}
     general: dict[str, float] = {}
@@ -141,21 +138,33 @@ def find_singular(mbs: Mbs) -> list[Singular]:
 def _in_question(mbs: Mbs, whole: set[str]) -> Mbs:
     """The robot without the bodies in which no joint can be singular, nor in those before them.
 
-    A joint before a ``whole`` body is not singular if it is the only one there, as all wrenches
-    are resisted behind it; and what it passes on to a body that is whole, too, is not looked at.
+    Joints before a ``whole`` body are not singular if their twists are independent, as all
+    wrenches are resisted behind it; and what they pass on to a body that is whole, too, is not
+    looked at.
     """
     parents = {body.name: body.parent for body in mbs.bodies}
     kept: set[str | None] = set()
     for body in mbs.bodies:
-        moving = sum(joint.nature != "driven" for joint in body.joints)
         fine = body.parent is None or body.parent in whole
-        if body.name in whole and moving <= 1 and fine:
+        if fine and body.name in whole and _independent(body):
             continue
         name: str | None = body.name
         while name is not None and name not in kept:
             kept.add(name)  # where a body is depends on those before it
             name = parents[name]
     return msgspec.structs.replace(mbs, bodies=[one for one in mbs.bodies if one.name in kept])
+
+
+def _independent(body: Body) -> bool:
+    """Whether the joints before a body surely are independent: one, or a floating base at zero,
+    whose shifts and turns are along and about the axes of one frame, each another.
+
+    Those that are independent at the initial position are so at almost every one.
+    """
+    moving = [joint.type for joint in body.joints if joint.nature != "driven"]
+    return len(moving) <= 1 or (
+        len(set(moving)) == len(moving) and not any(joint.q for joint in body.joints)
+    )
 
 
 class _Position:
@@ -264,11 +273,14 @@ class _Position:
 
 def _size(mbs: Mbs) -> float:
     """A length (m) about as large as the robot."""
-    lengths = [abs(c) for point in mbs.base.points for c in point.coordinates]
+    lengths: list[float] = []
+    for point in mbs.base.points:
+        lengths += point.coordinates
     for body in mbs.bodies:
-        lengths += [abs(c) for point in body.points for c in point.coordinates]
-        lengths += [abs(c) for c in body.com or ZERO]
-    return max(lengths, default=0.0) or 1.0
+        lengths += body.com or ZERO
+        for point in body.points:
+            lengths += point.coordinates
+    return max(map(abs, lengths), default=0.0) or 1.0
 
 
 def _resists_all(body: Body, size: float) -> bool:
@@ -278,9 +290,10 @@ def _resists_all(body: Body, size: float) -> bool:
     doubt.
     """
     xx, xy, xz, yy, yz, zz = body.inertia or NO_INERTIA
-    largest = max(map(abs, (xx, xy, xz, yy, yz, zz)))
+    largest = max(abs(xx), abs(xy), abs(xz), abs(yy), abs(yz), abs(zz))
     if largest > DUST * abs(body.mass or 0.0) * size * size:
-        a, b, c, d, e, f = (part / largest for part in (xx, xy, xz, yy, yz, zz))
+        a, b, c = xx / largest, xy / largest, xz / largest
+        d, e, f = yy / largest, yz / largest, zz / largest
         if abs(a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)) > 10.0 * ROUNDING:
             return True
     return len(_torques(body, size)) == 3

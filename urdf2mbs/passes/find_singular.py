@@ -22,8 +22,11 @@ TURNING = ("revolute", "continuous")
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
-    owner = {name: joint for joint, names in conversion.names.coordinates.items() for name in names}
     singular = find_singular(conversion.mbs)
+    if not singular:
+        conversion.report["singular"] = []
+        return
+    owner = {name: joint for joint, names in conversion.names.coordinates.items() for name in names}
     conversion.report["singular"] = [
         {**msgspec.to_builtins(one), "urdf_joint": owner.get(one.joint)} for one in singular
     ]

@@ -16,6 +16,7 @@ it moves (``I``, at the start position, with all joints further out locked):
 
 from __future__ import annotations
 
+from collections.abc import Container
 from math import inf, isfinite, pi
 
 import msgspec
@@ -25,7 +26,18 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Parameter, UserModel
-from urdf2mbs.spatial import ZERO, Sym, Vec, add, cross, dot, lump, rotate, rotate_inertia
+from urdf2mbs.spatial import (
+    NO_INERTIA,
+    ZERO,
+    Sym,
+    Vec,
+    add,
+    cross,
+    dot,
+    lump,
+    rotate,
+    rotate_inertia,
+)
 from urdf2mbs.urdf.model import Joint
 
 #: The slope of friction at rest is at most this times the inertia (1/s).
@@ -61,7 +73,11 @@ def run(conversion: Conversion, options: Options) -> None:
     kinds = _kinds(conversion, list(held.values()))
     models: dict[str, dict[str, float]] = {kind: values for kind, values in kinds.items() if values}
     switches: dict[str, float] = {}
-    inertias = moved_inertias(conversion.mbs)
+    hold = conversion.simulation.hold
+    wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["damping"], *kinds["friction"]}
+    if hold is not None:
+        wanted |= {joint.name for joint in hold.joints}
+    inertias = moved_inertias(conversion.mbs, wanted) if wanted else {}
     stiff = (2 * pi * options.stop_frequency) ** 2
     if "damping" in models:
         switches["damping"] = 1.0
@@ -79,13 +95,12 @@ def run(conversion: Conversion, options: Options) -> None:
         models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
     if switches:
         models = {"joint_forces": switches, **models}
-    hold = conversion.simulation.hold
     if hold is not None:
         models["hold"] = {"on": 1.0, "stiffness": hold.stiffness, "damping": hold.damping}
     texts: dict[str, tuple[str, ...]] = {}
     for model, values in models.items():
         parameters = [
-            Parameter(name, "scalar", texts.setdefault(repr(value), (repr(value),)))
+            Parameter(name, "scalar", texts.setdefault(text := repr(value), (text,)))
             for name, value in values.items()
         ]
         conversion.mbs.user_models.append(UserModel(model, parameters))
@@ -145,34 +160,38 @@ def _kinds(
     return kinds
 
 
-def moved_inertias(model: mbs.Mbs) -> dict[str, float]:
-    """The inertia that each joint moves at the initial position, with all joints behind it
-    locked: kg m^2 about its axis for a turn, kg for a shift."""
+def moved_inertias(model: mbs.Mbs, wanted: Container[str]) -> dict[str, float]:
+    """The inertia that each joint of these names moves at the initial position, with all joints
+    behind it locked: kg m^2 about its axis for a turn, kg for a shift."""
     placement = place(model)
-    #: Mass, centre and inertia about it, in the base, of what hangs on each joint.
-    nothing: tuple[float, Vec, Sym] = (0.0, ZERO, (0.0,) * 6)
-    carried = [nothing] * len(placement.joints)
-    for body in model.bodies:
+    #: Mass, centre and inertia about it, in the base, of all that hangs on each body.
+    behind: dict[str | None, list[tuple[float, Vec, Sym]]] = {}
+    values: dict[str, float] = {}
+    end = len(placement.joints)
+    for body in reversed(model.bodies):
+        parts = behind.pop(body.name, [])
         if body.mass:
             pose = placement.bodies[body.name]
             centre = add(pose.xyz, rotate(pose.rot, body.com or ZERO))
-            tensor = rotate_inertia(pose.rot, body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-            carried[placement.last[body.name]] = (body.mass, centre, tensor)
-    values: dict[str, float] = {}
-    for index in range(len(placement.joints) - 1, -1, -1):
-        joint, axis, origin, before = placement.joints[index]
-        mass, centre, tensor = carried[index]
-        if before >= 0 and mass:
-            there, here = carried[before], carried[index]
-            carried[before] = here if there is nothing else lump([there, here])
-        if joint.type[0] == "T":
+            tensor = rotate_inertia(pose.rot, body.inertia or NO_INERTIA)
+            parts.insert(0, (body.mass, centre, tensor))
+        mass, centre, tensor = lump(parts)
+        if mass:
+            behind.setdefault(body.parent, []).append((mass, centre, tensor))
+        first = end - len(body.joints)
+        for joint, axis, origin, _ in placement.joints[first:end]:
+            if joint.name not in wanted:
+                continue
             values[joint.name] = mass
-            continue
-        x, y, z = axis
-        xx, xy, xz, yy, yz, zz = tensor
-        about = xx * x * x + yy * y * y + zz * z * z + 2 * (xy * x * y + xz * x * z + yz * y * z)
-        arm = cross(axis, (centre[0] - origin[0], centre[1] - origin[1], centre[2] - origin[2]))
-        values[joint.name] = about + mass * dot(arm, arm)
+            if joint.type[0] == "R":
+                x, y, z = axis
+                xx, xy, xz, yy, yz, zz = tensor
+                products = xy * x * y + xz * x * z + yz * y * z
+                about = xx * x * x + yy * y * y + zz * z * z + 2 * products
+                arm = (centre[0] - origin[0], centre[1] - origin[1], centre[2] - origin[2])
+                arm = cross(axis, arm)
+                values[joint.name] = about + mass * dot(arm, arm)
+        end = first
     return values
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 from stat import S_IWOTH
@@ -81,10 +82,14 @@ class Packages:
     def __init__(self, table: Mapping[str, Path], source: Path) -> None:
         self.table = dict(table)
         self.source = Path(absolute(source))
-        self.root = workspace(self.source)
         self._found: dict[str, Path | None] = {}
         self._beyond: dict[str, Path | None] = {}
         self._crawled: dict[str, dict[str, Path]] = {}
+
+    @cached_property
+    def root(self) -> Path:
+        """The folder that is searched; most robots name no package, and need none."""
+        return workspace(self.source)
 
     def find(self, name: str) -> Path:
         """The package's folder, which may hold code: never one beyond the workspace.
