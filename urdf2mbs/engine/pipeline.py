@@ -52,13 +52,13 @@ class Pipeline:
         """Of those who watch."""
         preset = _preset(config, self.plugins)
         kept = _PRESETS.get(preset)
-        self.passes = kept or self._resolved(config, lines)
+        self.passes = [*kept] if kept else self._resolved(config, lines)
         self._check_levels(config, lines)
         passes = [configured.registered.pass_ for configured in self.passes]
         if kept is None:
             check_order(passes, lines, [one.at for one in self.passes])
             if preset:
-                _PRESETS[preset] = self.passes
+                _PRESETS[preset] = [*self.passes]
         check_output(self.settings, passes, lines)
 
     def _resolved(self, config: Config, lines: Lines) -> list[Configured]:
