@@ -33,7 +33,7 @@ def read(path: Path, most: int | None = None) -> bytes:
     try:
         if _is_pipe(path):
             return _read_pipe(path, most)
-        with path.open("rb") as file:
+        with path.open("rb", buffering=0) as file:
             return read_stream(file, str(path), most, os.fstat(file.fileno()).st_size)
     except ValueError as error:  # a name with a NUL
         raise OSError(0, str(error), str(path)) from None
@@ -43,10 +43,8 @@ def read_stream(stream: IO[bytes], name: str, most: int | None = None, size: int
     """All bytes of a stream, which probably are ``size``; raises OSError as ``read`` does."""
     most = MOST if most is None else most
     step = max(size, 2**16) + 1
-    data = stream.read(min(step, most + 1))
-    parts, count = [data], len(data)
-    while data and count <= most:
-        data = stream.read(min(step, most + 1 - count))
+    parts, count = [], 0
+    while data := stream.read(min(step, most + 1 - count)):
         parts.append(data)
         count += len(data)
     if count > most:

@@ -41,7 +41,7 @@ def parse(data: bytes, parser: etree.XMLParser) -> Any:
 
     :raises lxml.etree.XMLSyntaxError: as that does
     """
-    if data.count(b"\n") + 1 < LIMIT:
+    if len(data) < LIMIT or data.count(b"\n") + 1 < LIMIT:
         return etree.fromstring(data, parser)
     parser.set_element_class_lookup(etree.ElementDefaultClassLookup(element=_Placed))
     root: Any = etree.fromstring(data, parser)
@@ -56,7 +56,7 @@ def parse(data: bytes, parser: etree.XMLParser) -> Any:
 
 def is_large(data: bytes) -> bool:
     """Whether a file is better read piece by piece."""
-    return len(data) >= LARGE or data.count(b"\n") + 1 >= LIMIT
+    return len(data) >= LARGE
 
 
 def pieces(data: bytes, tags: Sequence[str], **options: Any) -> Iterator[Any]:
@@ -69,7 +69,7 @@ def pieces(data: bytes, tags: Sequence[str], **options: Any) -> Iterator[Any]:
     :raises lxml.etree.XMLSyntaxError: as lxml's parser does, maybe after some children
     :raises NotPieceByPieceError: where this does not work
     """
-    parser: Any = etree.XMLPullParser(events=("end",), tag=tags, collect_ids=False, **options)
+    parser: Any = etree.XMLPullParser(events=("end",), tag=tags, **options)
     if data.count(b"\n") + 1 < LIMIT:
         return _pieces(data, parser)
     lines = _Lines(data)

@@ -85,10 +85,12 @@ class Elements(Messages):
         return root
 
     def attributes(self, element: Any) -> dict[str, str]:
-        """All of an element's attributes; those that we do not know are reported."""
-        attributes = dict(element.items())
-        if not ATTRIBUTES[element.tag].issuperset(attributes):
+        """The attributes of an element that we know; others are reported."""
+        known = ATTRIBUTES[element.tag]
+        attributes: dict[str, str] = dict(element.items())
+        if not known.issuperset(attributes):
             self.unknown_attributes(element)
+            return {name: text for name, text in attributes.items() if name in known}
         return attributes
 
     def attribute(self, element: Any, name: str) -> str | None:
@@ -117,7 +119,7 @@ class Elements(Messages):
         tag = element.tag
         known = CHILDREN[tag]
         parts: dict[str, Any] = {}
-        for child in element:
+        for child in element[:]:  # faster than its iterator
             name = child.tag
             if name not in known:
                 self.unknown_child(tag, child, known)

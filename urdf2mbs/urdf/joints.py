@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from urdf2mbs.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
-from urdf2mbs.urdf.elements import ATTRIBUTES
 from urdf2mbs.urdf.model import (
     JOINT_TYPES,
     Calibration,
@@ -81,22 +80,17 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
             f"a {kind} joint wants a <limit>, and is read as one without limits",
             element.sourceline,
         )
-    joint.dynamics = optional(reading, parts, "dynamics", read_dynamics)
-    joint.mimic = optional(reading, parts, "mimic", read_mimic)
-    joint.safety_controller = optional(reading, parts, "safety_controller", read_safety)
-    joint.calibration = optional(reading, parts, "calibration", read_calibration)
+    for tag, read in OPTIONAL.items():
+        if tag in parts:
+            setattr(joint, tag, optional(reading, parts[tag], read))
 
 
-def optional(
-    reading: Reading, parts: dict[str, Any], tag: str, read: Callable[[Reading, Any], _Part]
-) -> _Part | None:
+def optional(reading: Reading, element: Any, read: Callable[[Reading, Any], _Part]) -> _Part | None:
     """A part of a joint that the .mbs does not have: left out where it cannot be read."""
-    if tag not in parts:
-        return None
     try:
-        return read(reading, parts[tag])
+        return read(reading, element)
     except ConversionError as error:
-        reading.left_out(parts[tag], f"<{tag}>", error)
+        reading.left_out(element, f"<{element.tag}>", error)
         return None
 
 
@@ -124,12 +118,20 @@ def read_calibration(reading: Reading, element: Any) -> Calibration:
 
 def known_numbers(reading: Reading, element: Any) -> dict[str, float]:
     """All attributes that are numbers; the model calls them as URDF does."""
-    known = ATTRIBUTES[element.tag]
     return {
         name: reading.number(element, name, text)
         for name, text in reading.attributes(element).items()
-        if name in known and name != "joint"
+        if name != "joint"
     }
+
+
+#: Parts of a joint that can be left out, by the name that they have in URDF and in the model.
+OPTIONAL: dict[str, Callable[[Reading, Any], Any]] = {
+    "dynamics": read_dynamics,
+    "mimic": read_mimic,
+    "safety_controller": read_safety,
+    "calibration": read_calibration,
+}
 
 
 def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) -> str:
@@ -162,8 +164,6 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
     """The limits of a joint; a number that cannot be read, or is infinite, is no limit."""
     numbers: dict[str, float | None] = {}
     for name, text in reading.attributes(element).items():
-        if name not in ATTRIBUTES["limit"]:
-            continue
         try:
             numbers[name] = reading.number(element, name, text)
         except ConversionError as error:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Collision, Visual
     from urdf2mbs.urdf.values import Reading
 
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 REPAIR = "estimate-inertia: {repair: true} puts the nearest one that a body can have"
 
 
@@ -27,7 +28,7 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
     inertial: Any = None
     visuals: list[Visual] = []
     collisions: list[Collision] = []
-    for child in element:
+    for child in element[:]:
         tag = child.tag
         if tag == "visual":
             read_visual(reading, child, visuals)
@@ -67,19 +68,7 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     if inertia_element is not None and not inertia_element.attrib:
         inertia_element = None
     if inertia_element is not None:
-        given = reading.attributes(inertia_element)
-        missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
-        if missing:
-            reading.warn(
-                "inertia-incomplete",
-                "<inertia> has not all products of inertia; those missing are zero",
-                inertia_element.sourceline, detail=", ".join(missing),
-            )  # fmt: skip
-        xx, xy, xz, yy, yz, zz = (
-            0.0 if name in missing else reading.number(inertia_element, name, given.get(name))
-            for name in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        )
-        tensor = (xx, xy, xz, yy, yz, zz)
+        tensor = read_inertia(reading, inertia_element)
         if tensor != NO_INERTIA:
             check_inertia(reading, tensor, mass, inertia_element)
     line = element.sourceline
@@ -104,6 +93,24 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     elif mass > 0.0 and tensor == NO_INERTIA:
         reading.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
     return Inertial(mass, tensor, origin)
+
+
+def read_inertia(reading: Reading, element: Any) -> Sym:
+    """An inertia (kg m^2); products that are missing are zero, with a warning."""
+    given = reading.attributes(element)
+    if len(given) < len(MOMENTS):
+        missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
+        if missing:
+            reading.warn(
+                "inertia-incomplete",
+                "<inertia> has not all products of inertia; those missing are zero",
+                element.sourceline, detail=", ".join(missing),
+            )  # fmt: skip
+            given.update(dict.fromkeys(missing, "0"))
+    xx, xy, xz, yy, yz, zz = [
+        reading.number(element, name, given.get(name)) for name in MOMENTS
+    ]  # fmt: skip
+    return (xx, xy, xz, yy, yz, zz)
 
 
 def check_inertia(reading: Reading, tensor: Sym, mass: float, element: Any) -> None:

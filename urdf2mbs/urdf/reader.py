@@ -7,6 +7,7 @@ urdfdom's is taken.
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from lxml import etree
@@ -71,9 +72,15 @@ def expanded(
     return data, expand(source, packages, xacro_args)
 
 
+#: What every text has of which xacro must expand elements: ``xacro:`` before the name of one, or
+#: a namespace of xacro under another prefix; ``xmlns:xacro`` alone says nothing.
+_XACRO = re.compile(rb"xacro[^\s<>='\"/]*:")
+_OTHER_PREFIX = re.compile(rb"""xmlns(?!:xacro[\s=])[^<>=]*=\s*(?:"[^"]*xacro|'[^']*xacro)""")
+
+
 def has_xacro(data: bytes, file: str) -> bool:
     """Whether a URDF has elements, or values of links and joints, that xacro must expand."""
-    if b"xacro" not in data and b"${" not in data and b"$(" not in data:
+    if not _mentions_xacro(data) or not _mentions_xacro(xml.COMMENT.sub(b"", data)):
         return False
     root, _ = xml.parse(data, file)
     for element in root.iter(etree.Element):
@@ -85,6 +92,13 @@ def has_xacro(data: bytes, file: str) -> bool:
                 if "${" in value or "$(" in value:
                     return True
     return False
+
+
+def _mentions_xacro(data: bytes) -> bool:
+    """Whether it is worth to look for xacro."""
+    if b"xacro" in data and (_XACRO.search(data) or _OTHER_PREFIX.search(data)):
+        return True
+    return b"$" in data and (b"${" in data or b"$(" in data)
 
 
 def read_text(

@@ -71,7 +71,7 @@ def read_root(
                         child.sourceline,
                         like=(tag, ("link", "joint", "material", *FOREIGN)),
                     )
-            xml = etree.tostring(child, encoding="unicode", with_tail=False)
+            xml = etree.tostring(child, encoding=str, with_tail=False)
             extensions.append(Extension(plain(tag), xml, child.get("reference"), child.sourceline))
     reading.owner = ("robot", "")
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known

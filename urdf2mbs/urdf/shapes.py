@@ -59,7 +59,7 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
     if element is not None:
         if element.attrib:
             reading.unknown_attributes(element)
-        for child in element:
+        for child in element[:]:
             if isinstance(child.tag, str):
                 if shape is not None:
                     reading.doubled("geometry", child)
@@ -73,10 +73,10 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         )
         return None
     tag = shape.tag
-    attributes = reading.attributes(shape) if tag in ("mesh", "box", "cylinder", "sphere") else {}
     sizes: tuple[float, ...]
     geometry: Geometry
     if tag == "mesh":
+        attributes = reading.attributes(shape)
         filename = attributes.get("filename")
         if not filename or not filename.strip():
             reading.warn(
@@ -90,16 +90,17 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         scale = read_scale(reading, shape, attributes["scale"])
         geometry, sizes = Mesh(filename, scale), tuple(map(abs, scale))  # < 0 is a mirror
     elif tag == "box":
-        geometry = Box(reading.vector(shape, "size", attributes.get("size")))
+        geometry = Box(reading.vector(shape, "size", reading.attribute(shape, "size")))
         sizes = geometry.size
     elif tag == "cylinder":
+        attributes = reading.attributes(shape)
         geometry = Cylinder(
             reading.number(shape, "radius", attributes.get("radius")),
             reading.number(shape, "length", attributes.get("length")),
         )
         sizes = (geometry.radius, geometry.length)
     elif tag == "sphere":
-        geometry = Sphere(reading.number(shape, "radius", attributes.get("radius")))
+        geometry = Sphere(reading.number(shape, "radius", reading.attribute(shape, "radius")))
         sizes = (geometry.radius,)
     else:
         reading.xacro_left(shape)

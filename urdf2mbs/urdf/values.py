@@ -20,7 +20,36 @@ if TYPE_CHECKING:
 
     from urdf2mbs.spatial import Vec
 
+NO_ORIGIN = Origin()
 _BLANKS = re.compile(r"[ \t\r\n]+")
+
+
+class Numbers(dict["str | None", float]):
+    """The numbers read so far, by their text: each is kept once.  A new one is read when it is
+    asked for; raises ValueError for what is no number."""
+
+    def __missing__(self, text: str | None) -> float:
+        if text and text.isascii() and "_" not in text:  # what Python reads, and URDF does not
+            value = float(text)
+            if isfinite(value):
+                self[text] = value
+                return value
+        raise ValueError(text)
+
+
+class Vectors(dict["str | None", "Vec"]):
+    """The same of three numbers; no text is a vector of zeros."""
+
+    def __init__(self) -> None:
+        super().__init__({None: ZERO})
+
+    def __missing__(self, text: str | None) -> Vec:
+        if text and text.isascii() and "_" not in text:
+            x, y, z = map(float, text.split())
+            if isfinite(x) and isfinite(y) and isfinite(z):
+                vector = self[text] = (x, y, z)
+                return vector
+        raise ValueError(text)
 
 
 class Reading(Elements):
@@ -28,12 +57,10 @@ class Reading(Elements):
 
     def __init__(self, file: str, expanded: Sequence[str]) -> None:
         super().__init__(file, expanded)
-        self.known: dict[str | None, float] = {}
-        """The numbers read so far, by their text: each is kept once."""
+        self.known = Numbers()
         self.words: dict[str, str] = {}
         """The names and types read so far: each is kept once."""
-        self.vectors: dict[str, Vec] = {}
-        """The vectors read so far, by their text."""
+        self.vectors = Vectors()
         self.colourless: set[str] = set()
         """Materials whose colour could not be read, which is said."""
         self.firsts: dict[tuple[str, str | None], Any] = {}
@@ -47,7 +74,8 @@ class Reading(Elements):
         None for an element that repeats another one of that name word for word.
         """
         name: str | None = element.get("name")
-        if not name or not name.strip():
+        bare = name.strip() if name else ""
+        if not name or not bare:
             self.fail(
                 "name-missing",
                 f"a {kind} without a name",
@@ -56,7 +84,7 @@ class Reading(Elements):
             )
         name = self.words.setdefault(name, name)
         self.owner = (kind, name)
-        if name != name.strip():
+        if name != bare:
             self.warn(
                 "name-blank", "the name begins or ends with a blank, which is kept",
                 element.sourceline,
@@ -89,19 +117,10 @@ class Reading(Elements):
         return text
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
-        known = self.known.get(text)
-        if known is not None:
-            return known
-        if text is not None and text.isascii() and "_" not in text:
-            try:
-                value = float(text)
-            except ValueError:
-                pass
-            else:
-                if isfinite(value):
-                    self.known[text] = value
-                    return value
-        return self.bad_number(element, attribute, text, 1)
+        try:
+            return self.known[text]
+        except ValueError:
+            self.bad_number(element, attribute, text, 1)
 
     def numbers(
         self, element: Any, attribute: str, text: str | None, count: int
@@ -117,13 +136,12 @@ class Reading(Elements):
         return self.bad_number(element, attribute, text, count)
 
     def vector(self, element: Any, attribute: str, text: str | None) -> Vec:
-        if text is None:
-            return self.bad_number(element, attribute, text, 3)
-        vector = self.vectors.get(text)
-        if vector is None:
-            x, y, z = self.numbers(element, attribute, text, 3)
-            vector = self.vectors[text] = (x, y, z)
-        return vector
+        try:
+            if text is not None:
+                return self.vectors[text]
+        except ValueError:
+            pass
+        return self.bad_number(element, attribute, text, 3)
 
     def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
         wanted = "a number" if count == 1 else f"{count} numbers"
@@ -167,16 +185,17 @@ class Reading(Elements):
 
     def origin(self, element: Any) -> Origin:
         if element is None:
-            return Origin()
+            return NO_ORIGIN
         xyz, rpy = element.get("xyz"), element.get("rpy")
         if len(element.attrib) != (xyz is not None) + (rpy is not None):
             if self.quaternions and element.get("quat_xyzw") is not None:
                 return self.turned_origin(element)
             self.unknown_attributes(element)
-        return Origin(
-            ZERO if xyz is None else self.vector(element, "xyz", xyz),
-            ZERO if rpy is None else self.vector(element, "rpy", rpy),
-        )
+        try:
+            return Origin(self.vectors[xyz], self.vectors[rpy])
+        except ValueError:
+            attribute, text = ("rpy", rpy) if xyz in self.vectors else ("xyz", xyz)
+            self.bad_number(element, attribute, text, 3)
 
     def turned_origin(self, element: Any) -> Origin:
         """An origin that gives its rotation as a quaternion, as URDF 1.1 permits."""

@@ -26,14 +26,16 @@ class Slip(NamedTuple):
 #: Blanks and byte order marks, in any encoding.
 BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
 #: How files are parsed that may come from anywhere.
-_SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False}
+_SAFE: dict[str, Any] = {
+    "resolve_entities": False, "no_network": True, "load_dtd": False, "collect_ids": False,
+}  # fmt: skip
 #: Longer comments are not read by libxml2.
 _LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
 _DECLARATION = re.compile(rb"<\?xml(?=[\s?])([^>]*?)\?>")
 _VERSION = re.compile(rb"""version\s*=\s*["']([^"']*)["']""")
 _ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
-_COMMENT = re.compile(rb"<!--(.*?)-->", re.DOTALL)
+COMMENT = re.compile(rb"<!--(.*?)-->", re.DOTALL)
 _CONFLICT = re.compile(rb"^(<{7} |>{7} |={7}\s*$)", re.MULTILINE)
 _SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
 #: libxml2's first complaint about a file that is cut off.
@@ -128,7 +130,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
 
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
-    comments = [match.span() for match in _COMMENT.finditer(data)]
+    comments = [match.span() for match in COMMENT.finditer(data)]
 
     def declaration(match: re.Match[bytes]) -> bytes:
         nonlocal encoding
@@ -162,13 +164,13 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         slip("there is a '--' within a comment", match.start())
         return b"<!--" + _blanked(match[1]) + b"-->"
 
-    text = _COMMENT.sub(comment, _DECLARATION.sub(declaration, data))
+    text = COMMENT.sub(comment, _DECLARATION.sub(declaration, data))
     if encoding is not None:
         text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
     if not _ENCODING.search(text[:200]) and not _is_utf_8(text):
-        plain = _COMMENT.sub(lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
+        plain = COMMENT.sub(lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
         if _is_utf_8(plain):
-            at = next(m.start() for m in _COMMENT.finditer(text) if not _is_utf_8(m[1]))
+            at = next(m.start() for m in COMMENT.finditer(text) if not _is_utf_8(m[1]))
             slip("there are letters within a comment that are not UTF-8", at)
             text = plain
     return text, slips
