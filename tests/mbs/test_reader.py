@@ -124,6 +124,11 @@ def test_a_file_by_hand() -> None:
     ]  # fmt: skip
 
 
+def test_a_vector_is_read_by_its_tags() -> None:
+    turned = edited(("<x>1</x>", "<y>1</y>"), ("<y>2</y>", "<x>2</x>"))
+    assert read(turned, "tiny.mbs").bodies[0].points[0].coordinates == (2.0, 1.0, 3.0)
+
+
 def test_unknown_elements_and_attributes_are_passed_over() -> None:
     data = edited(
         ("<gravity>", '<mine a="1"><b>x</b></mine><mine/><gravity unit="m/s2">'),

@@ -28,7 +28,7 @@ from urdf2mbs.mbs.model import (
 from urdf2mbs.mbs.names import rename
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.rigid import worst
+from urdf2mbs.proof.rigid import HERE, distance, inertias_apart, worst
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 from urdf2mbs.urdf.changes import between, snapshot, told
@@ -81,6 +81,21 @@ def test_what_is_no_number_is_a_difference(where: str, value: float) -> None:
     assert found.differences
     assert not max(found.largest.values()) <= 1e-9
     json.dumps(found.largest, allow_nan=False)
+
+
+@pytest.mark.parametrize("bad", [inf, nan])
+def test_what_is_no_number_is_not_even_equal_to_itself(bad: float) -> None:
+    """The very same tuple on both sides, as where a model is compared that shares its numbers."""
+    for index in range(12):
+        frame = (*HERE[:index], bad, *HERE[index + 1 :])
+        assert distance(frame, frame, 1.0) > 1e300  # type: ignore[arg-type]
+    tensor = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+    for inertia in (
+        (bad, (0.0, 0.0, 0.0), tensor),
+        (1.0, (0.0, bad, 0.0), tensor),
+        (1.0, (0.0, 0.0, 0.0), (1.0, 0.0, bad, 1.0, 0.0, 1.0)),
+    ):
+        assert max(inertias_apart(inertia, inertia, 1.0).values()) > 1e300
 
 
 def test_the_worst_deviation_is_found_wherever_it_stands() -> None:

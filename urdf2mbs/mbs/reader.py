@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence, Set
 from contextlib import suppress
 from functools import cache
 from math import isinf
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from lxml.etree import _Element
 
     Children = dict[str, _Element]
+    Lists = dict[str, list[_Element]]
 
 #: The elements that the model has a place for, in each element.
 ROOT = frozenset([
@@ -72,18 +74,19 @@ VIEW = frozenset(["background", "shapeScaleFactors", "viewpoints", "lights"])
 X3D = frozenset(["x3D_shapes"])
 ENDPOINT = frozenset(["bodyname", "pointname"])
 FACTORS = frozenset(["frame", "joint", "com", "point"])
-INERTIA = frozenset(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"])
+INERTIA = dict.fromkeys(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]).keys()
+XYZ = ["x", "y", "z"]
 COORDINATES, GRAPHICS = frozenset(["coordinates"]), frozenset(["x2D", "x3D"])
 X2D, BASE_X2D = frozenset(["position"]), frozenset(["position", "base_body"])
 NOTHING: frozenset[str] = frozenset()
+NO_LISTS: Lists = {}
 #: What has a name that is taken from the beginning.
 _TAKEN = {BASE: "the ground", ORIGIN: "a body's own frame", "baseBodyName": "the base"}
 #: Words that each joint has, to keep each of them once.
 _WORDS = {word: word for word in (*JOINT_TYPES, *NATURES)}
-#: Those that may stand several times beside others.
-MANY = frozenset(["joint", "point", "parameter", "value"])
 
-_NUMBER = re.compile(r"\s*[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?\s*").fullmatch
+_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*").fullmatch
+_TAG = attrgetter("tag")
 _RGB = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
 
 
@@ -260,14 +263,15 @@ class _Reader:
         return mbs
 
     def base(self, element: _Element) -> Base:
-        kids = self.children(element, BASE_CHILDREN, MANY)
+        points: list[_Element] = []
+        kids = self.children(element, BASE_CHILDREN, {"point": points})
         if "gravity" not in kids:
             self.fail(element, "mbs-incomplete", "the base has no <gravity>")
         base = Base(
             name=_text(kids.get("baseBodyName")) or BASE, gravity=self.vector(kids["gravity"])
         )
         self.names.setdefault(base.name, "baseBodyName")
-        base.points = self.points_of(None, element)
+        base.points = self.points_of(None, points)
         graphics = kids.get("graphics")
         if graphics is not None:
             parts = self.children(graphics, GRAPHICS)
@@ -285,12 +289,15 @@ class _Reader:
         return [self.body(element) for element in self.listed(tree, "body")]
 
     def body(self, element: _Element) -> Body:
-        kids = self.children(element, BODY, MANY)
+        joints: list[_Element] = []
+        points: list[_Element] = []
+        kids = self.children(element, BODY, {"joint": joints, "point": points})
         name = self.name(element, kids, "bodyname", "body")
-        parent, point = self.parent(element, kids, name)
-        body = Body(name, parent, point)
-        body.joints = [self.joint(child) for child in element.iterchildren("joint")]
-        if not body.joints:
+        if "parent" not in kids:
+            self.fail(element, "parent-missing", f"body '{name}' has no <parent>")
+        parent, point = self.place(kids["parent"], f"the parent of body '{name}'", name)
+        body = Body(name, parent, point, [self.joint(child) for child in joints])
+        if not joints:
             self.fail(
                 element, "body-without-joint", f"body '{name}' has no joint",
                 "Robotran would lose it: give it one, driven and at 0, if it is to be fixed",
@@ -301,12 +308,11 @@ class _Reader:
             body.com = self.vector(kids["com"])
         if "inertia" in kids:
             parts = self.children(kids["inertia"], INERTIA)
-            xx, xy, xz, yy, yz, zz = (
-                self.number(parts[tag]) if tag in parts else 0.0
-                for tag in ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
-            )
+            xx, xy, xz, yy, yz, zz = [
+                self.number(parts[tag]) if tag in parts else 0.0 for tag in INERTIA
+            ]
             body.inertia = (xx, xy, xz, yy, yz, zz)
-        body.points = self.points_of(name, element)
+        body.points = self.points_of(name, points)
         graphics = kids.get("graphics")
         if graphics is not None:
             parts = self.children(graphics, GRAPHICS)
@@ -316,21 +322,18 @@ class _Reader:
                 body.shapes = self.shapes(parts["x3D"])
         return body
 
-    def parent(self, element: _Element, kids: Children, name: str) -> tuple[str | None, str | None]:
-        if "parent" not in kids:
-            self.fail(element, "parent-missing", f"body '{name}' has no <parent>")
-        if _text(kids["parent"].find("bodyname")) == name:
-            self.fail(kids["parent"], "parent-unknown", f"body '{name}' is its own parent")
-        return self.place(kids["parent"], f"the parent of body '{name}'")
-
-    def place(self, element: _Element, what: str) -> tuple[str | None, str | None]:
-        """A body and one of its points, both known by now."""
+    def place(
+        self, element: _Element, what: str, of: str | None = None
+    ) -> tuple[str | None, str | None]:
+        """A body and one of its points, both known by now; ``of`` is the body that hangs on it."""
         parts = self.children(element, ENDPOINT)
         body: str | None = _text(parts.get("bodyname"))
         point: str | None = _text(parts.get("pointname"))
         if body == BASE:
             body = None
         elif body not in self.points:
+            if body == of:
+                self.fail(element, "parent-unknown", f"body '{of}' is its own parent")
             later = [
                 _text(name) for name in element.getroottree().iterfind("bodytree/body/bodyname")
             ]
@@ -382,10 +385,10 @@ class _Reader:
             joint.position = self.position(graphics)
         return joint
 
-    def points_of(self, body: str | None, element: _Element) -> list[Point]:
+    def points_of(self, body: str | None, elements: list[_Element]) -> list[Point]:
         names: set[str] = set()
         points = []
-        for child in element.iterchildren("point"):
+        for child in elements:
             point = self.point(child)
             if point.name in names or point.name == ORIGIN:
                 where = "the base" if body is None else f"body '{body}'"
@@ -507,18 +510,20 @@ class _Reader:
         return UserConstraint(name, tuple(_text(child) for child in constrained))
 
     def user_model(self, element: _Element) -> UserModel:
-        kids = self.children(element, frozenset(["name", "parameter"]), MANY)
+        parameters: list[_Element] = []
+        kids = self.children(element, frozenset(["name"]), {"parameter": parameters})
         return UserModel(
             self.own_name(element, kids, "name", "user model"),
-            [self.parameter(child) for child in element.iterchildren("parameter")],
+            [self.parameter(child) for child in parameters],
         )
 
     def parameter(self, element: _Element) -> Parameter:
-        kids = self.children(element, frozenset(["name", "type", "value"]), MANY)
+        values: list[_Element] = []
+        kids = self.children(element, frozenset(["name", "type"]), {"value": values})
         return Parameter(
             self.own_name(element, kids, "name", "parameter"),
             _text(kids.get("type")),
-            tuple(_text(value) for value in element.iterchildren("value")),
+            tuple(_text(value) for value in values),
         )
 
     def user_variable(self, element: _Element) -> UserVariable:
@@ -575,18 +580,18 @@ class _Reader:
         return self.xyz(parts["coordinates"])
 
     def xyz(self, element: _Element) -> Vec:
-        x, y, z = self.axes(element, ("x", "y", "z"))
+        x, y, z = self.axes(element, XYZ)
         return self.number(x), self.number(y), self.number(z)
 
     def xy(self, element: _Element) -> XY:
-        x, y = self.axes(element, ("x", "y"))
+        x, y = self.axes(element, XYZ[:2])
         return self.number(x), self.number(y)
 
-    def axes(self, element: _Element, tags: tuple[str, ...]) -> list[_Element]:
+    def axes(self, element: _Element, tags: list[str]) -> list[_Element]:
         """The elements x, y (and z) of a vector or position."""
         # Half of all elements come through here, nearly always just these and in order.
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
-        if tuple([child.tag for child in children]) == tags:
+        if list(map(_TAG, children)) == tags:
             return children
         kids = self.children(element, frozenset(tags))
         for tag in tags:
@@ -638,20 +643,20 @@ class _Reader:
         """The children of a list of one kind of element."""
         return [] if element is None else list(element.iterchildren(tag))
 
-    def children(
-        self, element: _Element, known: Set[str], many: frozenset[str] = NOTHING
-    ) -> Children:
-        """The children by tag.  A second known one is an error, unless ``many`` has its tag; then
-        the last one is given."""
+    def children(self, element: _Element, known: Set[str], many: Lists = NO_LISTS) -> Children:
+        """The children by tag.  A second known one is an error; those that may stand several
+        times go into the lists of ``many``."""
+        kids: Children = {}
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
-        kids: Children = {child.tag: child for child in children}
-        if len(kids) != len(children):
-            seen: set[str] = set()
-            for child in children:
-                if child.tag in seen and child.tag in known and child.tag not in many:
-                    self.fail(child, "doubled-element", f"<{element.tag}> has two <{child.tag}>")
-                seen.add(child.tag)
+        for child in children:
+            tag = child.tag
+            if tag in many:
+                many[tag].append(child)
+            elif tag in kids and tag in known:
+                self.fail(child, "doubled-element", f"<{element.tag}> has two <{tag}>")
+            else:
+                kids[tag] = child
         return kids
 
     def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:

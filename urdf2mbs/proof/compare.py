@@ -42,6 +42,7 @@ from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.rigid import (
     HERE,
     ORIGIN,
+    UNTURNED,
     Frame,
     Inertia,
     about,
@@ -70,6 +71,9 @@ from urdf2mbs.urdf.model import Robot
 TOLERANCE = 1e-9
 #: Positions at which the motion is compared, zero included.
 POSITIONS = 4
+_RANDOM = Random(20)
+#: These positions but zero.  Each joint is compared by itself, so all can have the same ones.
+AMOUNTS = [_RANDOM.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
 
 
 def usable(tolerance: float) -> None:
@@ -127,6 +131,15 @@ def compare(
 _Move = Callable[[float], Frame]
 
 
+class _Moves(msgspec.Struct, gc=False):
+    """How a joint goes on from where it stands, at the random positions."""
+
+    frames: list[tuple[Frame, Frame]]
+    """Ours and theirs."""
+    apart: float
+    """How far they are apart, the largest, if both groups have the same frame."""
+
+
 class _Pair(msgspec.Struct, gc=False):
     """A group of the URDF and its counterpart in the .mbs, and where their joints stand, both
     seen from the .mbs's parent group."""
@@ -141,18 +154,22 @@ class _Pair(msgspec.Struct, gc=False):
     """m."""
     carried: Callable[[], list[tuple[Group, Group]]]
     """Gives the groups that hang on them."""
-    moves: list[tuple[Frame, Frame]]
-    """The joint's motion at the random positions."""
+    moves: _Moves
+
+    def placed(self) -> Frame:
+        """Our group's pose in theirs, by where the joints put both at zero."""
+        if self.our_before == self.their_before:
+            return HERE
+        return compose(inverse(self.their_before), self.our_before)
 
     def motion(self, at: Frame) -> float:
         """How far the motions are apart, if ``at`` is our group's pose in theirs: where the groups
         are at zero, and how each goes on from there, seen from itself."""
-        theirs = self.their_before if at is HERE else compose(self.their_before, at)
-        off = distance(theirs, self.our_before, self.scale)
-        for ours, theirs in self.moves:
-            if at is not HERE:
-                ours, theirs = compose(at, ours), compose(theirs, at)
-            off = max(off, distance(theirs, ours, self.scale))
+        off = distance(compose(self.their_before, at), self.our_before, self.scale)
+        if at is HERE:
+            return max(off, self.moves.apart)
+        for ours, theirs in self.moves.frames:
+            off = max(off, distance(compose(theirs, at), compose(at, ours), self.scale))
         return off
 
     def inertia(self, at: Frame) -> dict[str, float]:
@@ -211,7 +228,12 @@ class _Comparing:
         two.made()
         size = max(group.reach for side in (one, two) for group in side.groups)
         #: m; a joint at the very place of the one before it has the rounding of what is there.
-        self.floor = 1e-4 * size or 1.0
+        floor = 1e-4 * size or 1.0
+        #: m, of each pair of groups.
+        self.scales = [
+            max(ours.reach, two.groups[other].reach) + floor
+            for ours, other in zip(one.groups, self.pairs, strict=True)
+        ]
         #: Each group's pose in its counterpart.
         self.apart: list[Frame] = [HERE] * len(one.groups)
         self._groups()
@@ -308,32 +330,23 @@ class _Comparing:
         of these, hence equal if they are.
         """
         one, two, pairs = self.one, self.two, self.pairs
-        random = Random(20)
-        # each joint is compared by itself, so all can have the same random positions
-        amounts = [random.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
-        spins: dict[tuple[_Move, _Move], list[tuple[Frame, Frame]]] = {}
-        leader: dict[int, str] = {}
-        for name, (number, _) in one.frames.items():
-            leader.setdefault(number, name)
-        hangs: set[int] = set()
-        for mine, other in enumerate(pairs):
-            if mine:
-                ours, theirs = one.groups[mine], two.groups[other]
-                if theirs.parent != pairs[ours.parent]:
-                    hangs.add(mine)
-        world = two.world() if hangs else []
-        for mine, other in enumerate(pairs):
-            if not mine:
-                continue  # what is fixed to the ground needs no inertia
+        spins: dict[tuple[_Move, _Move], _Moves] = {}
+        leader = {number: link for link, (number, _) in reversed(one.frames.items())}
+        world: list[Frame] = []
+        # what is fixed to the ground needs no inertia
+        for mine, other in enumerate(pairs[1:], start=1):
             ours, theirs = one.groups[mine], two.groups[other]
             before = theirs.before
-            if mine in hangs:
+            hangs = theirs.parent != pairs[ours.parent]
+            if hangs:
+                world = world or two.world()
                 before = compose(inverse(world[pairs[ours.parent]]), world[other])
-            scale = max(ours.reach, theirs.reach) + self.floor
+            scale = self.scales[mine]
             moves = spins.get((ours.move, theirs.move))
             if moves is None:
                 far = 1.0 if ours.turns else scale
-                moves = [(ours.move(far * q), theirs.move(far * q)) for q in amounts]
+                both = [(ours.move(far * q), theirs.move(far * q)) for q in AMOUNTS]
+                moves = _Moves(both, max(distance(a, b, scale) for a, b in both))
                 if ours.turns:
                     spins[ours.move, theirs.move] = moves
             pair = _Pair(
@@ -342,12 +355,12 @@ class _Comparing:
                 partial(self._carried, mine), moves,
             )  # fmt: skip
             link = leader.get(mine)
-            if mine in hangs:
+            if hangs:
                 told = f"joint '{ours.joint}' stands after another joint in the .mbs"
                 child = self.robot.joints[ours.joint].child
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
                     self._differ("parent", told, link=child, joint=ours.joint)
-            self.apart[mine] = self._place(pair, other, link, mine in hangs)
+            self.apart[mine] = self._place(pair, other, link, hangs)
             self._inertia(pair, self.apart[mine])
 
     def _carried(self, mine: int) -> list[tuple[Group, Group]]:
@@ -365,31 +378,26 @@ class _Comparing:
         at = self.frames.get(link) if link is not None else None
         meant: Frame | None = None
         if at is not None:
-            group, anchor = self.two.frames.get(at.joint or at.body or "", (-1, HERE))
+            group, pose = self._said(at)
             if group == other:
-                meant = compose(anchor, (*at.pose.rot, *at.pose.xyz))
-                if meant == HERE:
-                    meant = HERE
-        placed = HERE
-        place = meant
-        if place is None:
-            place = placed = compose(inverse(pair.their_before), pair.our_before)
+                meant = HERE if pose == HERE else pose
+        place = pair.placed() if meant is None else meant
         motion = 0.0 if hangs else pair.motion(place)
         plain = meant is not None or max(pair.inertia(place).values()) <= self.tolerance
         if self._beyond(motion) or not plain:
-            placed = compose(inverse(pair.their_before), pair.our_before)
-            place = _settle(pair, placed, meant, self.tolerance)
+            place = _settle(pair, pair.placed(), meant, self.tolerance)
             motion = 0.0 if hangs else pair.motion(place)
         self.largest["motion"] = max(self.largest["motion"], motion)
         if self._beyond(motion):
-            self._tell_motion(pair, placed, place, motion)
+            self._tell_motion(pair, place, motion)
         return place
 
-    def _tell_motion(self, pair: _Pair, placed: Frame, place: Frame, motion: float) -> None:
+    def _tell_motion(self, pair: _Pair, place: Frame, motion: float) -> None:
         """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
         ours, theirs, name = pair.ours, pair.theirs, pair.ours.joint
         link = self.robot.joints[name].child
         where: dict[str, Any] = {"link": link, "joint": name}
+        placed = pair.placed()
         off = distance(placed, place, pair.scale)
         a, b = turned(pair.their_before, theirs.axis), turned(pair.our_before, ours.axis)
         tilt = angle(a, b)
@@ -445,9 +453,11 @@ class _Comparing:
     def _inertia(self, pair: _Pair, place: Frame) -> None:
         """Compare what a pair of groups weighs, where, and how it resists turning."""
         apart = pair.inertia(place)
+        most = max(apart.values())
+        if most == 0.0:
+            return
         for kind, off in apart.items():
             self.largest[kind] = max(self.largest[kind], off)
-        most = max(apart.values())
         if not self._beyond(most):
             return
         joint = pair.ours.joint
@@ -512,24 +522,28 @@ class _Comparing:
 
     # --- frames and points ---
 
+    def _said(self, at: LinkFrame) -> tuple[int, Frame]:
+        """Where a link's frame is said to be: the group in the .mbs, -1 if there is none, and the
+        pose in it."""
+        group, pose = self.two.frames.get(at.joint or at.body or "", (-1, HERE))
+        if at.pose.xyz != ORIGIN or at.pose.rot != UNTURNED:
+            pose = compose(pose, (*at.pose.rot, *at.pose.xyz))
+        return group, pose
+
     def _frames(self) -> None:
         """Compare where each link's frame is with where it is said to be."""
         for link, at in self.frames.items():
             if link not in self.one.frames:
                 continue
             group, pose = self.one.frames[link]
-            name = at.joint or at.body or ""
-            other, theirs = self.two.frames.get(name, (-1, HERE))
+            other, theirs = self._said(at)
             if self.pairs[group] != other:
+                name = at.joint or at.body or ""
                 told = "moves with another body" if other >= 0 else f"there is no '{name}'"
                 self.elsewhere.append(Difference("frame", f"link '{link}': {told}", link=link))
                 continue
-            if at.pose.xyz != ORIGIN or at.pose.rot != HERE[:9]:
-                theirs = compose(theirs, (*at.pose.rot, *at.pose.xyz))
-            ours = self.apart[group]
-            if pose is not HERE:
-                ours = compose(ours, pose)
-            off = distance(ours, theirs, self._scale(group))
+            ours = compose(self.apart[group], pose)
+            off = distance(ours, theirs, self.scales[group])
             if off > self.largest["frame"]:
                 self.largest["frame"] = off
             if self._beyond(off):
@@ -555,15 +569,11 @@ class _Comparing:
                     continue
                 ours = moved(self.apart[group], pose[9:])
                 theirs = moved(at, point.coordinates)
-                off = most(ours, theirs, self._scale(group))
+                off = most(ours, theirs, self.scales[group])
                 if self._beyond(off):
                     told = f"link '{link}': point '{point.name}' of body '{body}' is "
                     told += f"{dist(ours, theirs):.3g} m off its frame"
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
-
-    def _scale(self, group: int) -> float:
-        other = self.two.groups[self.pairs[group]]
-        return max(self.one.groups[group].reach, other.reach) + self.floor
 
 
 def _settle(pair: _Pair, placed: Frame, meant: Frame | None, tolerance: float) -> Frame:

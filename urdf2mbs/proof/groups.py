@@ -42,7 +42,7 @@ class Side(msgspec.Struct):
 
     def once(self, frame: Frame) -> Frame:
         """The same frame, as the one object that all who have it share."""
-        return self.frames_known.setdefault(frame, frame)
+        return frame if frame is HERE else self.frames_known.setdefault(frame, frame)
 
     def made(self) -> None:
         """Forget what is only needed to make it."""

@@ -17,6 +17,9 @@ Inertia = tuple[float, Vec, Sym]
 
 HERE: Frame = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 ORIGIN: Vec = (0.0, 0.0, 0.0)
+#: The rotation of a frame that is not turned.
+UNTURNED = HERE[:9]
+NOTHING: Inertia = (0.0, ORIGIN, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
 X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -154,6 +157,8 @@ def moved(frame: Frame, v: Vec) -> Vec:
 
 def distance(a: Frame, b: Frame, scale: float) -> float:
     """How far two frames are apart: the larger of the turn (rad) and the shift over ``scale``."""
+    if a == b and isfinite(sum(a)):
+        return 0.0  # as most of one robot are, bit by bit
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
     b11, b12, b13, b21, b22, b23, b31, b32, b33, bx, by, bz = b
     return worst((
@@ -169,6 +174,8 @@ def seen(inertia: Inertia, frame: Frame) -> Inertia:
     if frame is HERE:
         return inertia
     mass, centre, (xx, xy, xz, yy, yz, zz) = inertia
+    if frame[:9] == UNTURNED:
+        return mass, moved(frame, centre), inertia[2]
     a11, a12, a13, a21, a22, a23, a31, a32, a33, _, _, _ = frame
     p11, p12, p13 = (
         a11 * xx + a12 * xy + a13 * xz,
@@ -201,9 +208,11 @@ def seen(inertia: Inertia, frame: Frame) -> Inertia:
 
 def merge(parts: list[tuple[str, Inertia]]) -> Inertia:
     """Several inertias in one frame as one, by the parallel-axis theorem."""
+    if not parts:
+        return NOTHING
+    if len(parts) == 1:
+        return parts[0][1]
     inertias = [inertia for _, inertia in parts]
-    if len(inertias) == 1:
-        return inertias[0]
     mass = sum(m for m, _, _ in inertias)
     x, y, z = (sum(m * c[k] for m, c, _ in inertias) / (mass or 1.0) for k in range(3))
     xx = xy = xz = yy = yz = zz = 0.0
@@ -224,6 +233,8 @@ def inertias_apart(ours: Inertia, theirs: Inertia, scale: float) -> dict[str, fl
     An inertia is not asked to be finer than 1e-15 of what its mass has at ``scale``: lumping
     point masses leaves that much dust.
     """
+    if ours == theirs and isfinite(ours[0] + sum(ours[1]) + sum(ours[2])):
+        return {"mass": 0.0, "centre": 0.0, "inertia": 0.0}
     heaviest = max(abs(ours[0]), abs(theirs[0]))
     tensor = max(map(abs, (*ours[2], *theirs[2]))) + 1e-6 * heaviest * scale * scale
     return {

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
+from functools import lru_cache, partial
 from math import cos, hypot, sin, sqrt
 
 from urdf2mbs.proof.groups import Side, only_ground
@@ -52,8 +52,10 @@ def urdf_side(
     for name, link in robot.links.items():
         if link.inertial is not None:
             group, at = frames[name]
-            at = _at_origin(at, link.inertial.origin)
-            side.put(name, group, seen((link.inertial.mass, ORIGIN, link.inertial.inertia), at))
+            centre, rpy = link.inertial.origin.xyz, link.inertial.origin.rpy
+            if rpy != ORIGIN:
+                centre, at = ORIGIN, _at_origin(at, link.inertial.origin)
+            side.put(name, group, seen((link.inertial.mass, centre, link.inertial.inertia), at))
     return side
 
 
@@ -104,12 +106,13 @@ def in_plane(axis: Vec) -> tuple[Vec, Vec]:
     return u, cross(axis, u)
 
 
+@lru_cache(maxsize=256)
 def _from_quaternion(
     rpy: Vec,
 ) -> tuple[float, float, float, float, float, float, float, float, float]:
     """Roll, pitch, yaw to a rotation by way of the quaternion, as urdfdom does it."""
     cr, cp, cy = (cos(angle / 2) for angle in rpy)
-    sr, sp, sy = (sin(angle / 2) for angle in rpy)
+    sr, sp, sy = (sin(angle / 2) + 0.0 for angle in rpy)  # of 0 and -0, one key of the cache
     x = sr * cp * cy - cr * sp * sy
     y = cr * sp * cy + sr * cp * sy
     z = cr * cp * sy - sr * sp * cy
