@@ -319,7 +319,7 @@ class _Tenths(dict[float, float]):
     """Each number rounded to one digit; many are alike, and each is kept once."""
 
     def __missing__(self, value: float) -> float:
-        rounded = self[value] = round(value, 1)
+        rounded = self[value] = value if value.is_integer() else round(value, 1)
         return rounded
 
 
@@ -395,19 +395,14 @@ def _stack(
     count = _places(frames)
     columns = min(columns, max(6, ceil(sqrt(4 * count)) + 4))
     left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
-    cells = (
-        (round(left + FRAME * column, 1), round(edge + step * row, 1))
-        for row in range(2 * count + 1)
-        for column in range(columns)
-    )
+    xs = [round(left + FRAME * column, 1) for column in range(columns)]
+    if through is not None:
+        xs = [x for x in xs if abs(x - through) >= 24]
+    ys = (round(edge + step * row, 1) for row in range(2 * count + 1))
     blocked = {
         (x // CELL + dx, y // CELL + dy) for x, y in taken for dx in (-1, 0, 1) for dy in (-1, 0, 1)
     }
-    free = (
-        (x, y)
-        for x, y in cells
-        if (x // CELL, y // CELL) not in blocked and (through is None or abs(x - through) >= 24)
-    )
+    free = ((x, y) for y in ys for x in xs if (x // CELL, y // CELL) not in blocked)
     for point in frames:
         point.position = next(free)
         if _cells(point) > 1:
