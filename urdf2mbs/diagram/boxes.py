@@ -202,85 +202,75 @@ def plan(
     points: list[tuple[Point, float, float]] = []
     limbs: list[tuple[Node, Plan, float, float, int, int]] = []
     b0, b1 = -wide / 2, wide / 2
-    starts, lanes, (low, high) = _lanes(ahead, vertical)
-    if starts:
-        centre = (starts[0] + starts[-1]) / 2
-        for lead, start in zip(ahead, starts, strict=True):
-            if lead.point is None:
-                centre = start
-        starts = [start - centre for start in starts]
-        lanes = [[lane - centre for lane in group] for group in lanes]
-        low, high = low - centre, high - centre
-        b0, b1 = min(b0, starts[0] - EDGE), max(b1, starts[-1] + EDGE)
+    rows, length = _lanes(ahead, vertical)
+    centre = 0.0
+    if rows:
+        centre = (rows[0][1] + rows[-1][1]) / 2
+        if in_front:
+            centre = next(start for point, start, _, _ in rows if point is None)
+        b0, b1 = min(b0, rows[0][1] - centre - EDGE), max(b1, rows[-1][1] - centre + EDGE)
+    low, high = min(b0, -centre), max(b1, length - centre)
 
     far = a1
-    sides: list[tuple[int, Sequence[Lead], list[float], list[list[float]], float]] = []
+    sides: list[tuple[int, list[_Lane]]] = []
     for side, leads in ((-1, minus), (1, plus)):
         if not leads:
             continue
-        side_starts, side_lanes, (first, last) = _lanes(leads, not vertical)
-        length = last - first
-        alone = corner and len(leads) == 1
+        lanes, length = _lanes(leads, not vertical)
         if not ahead:
-            length = 2 * EDGE if alone else side_starts[-1] - first + EDGE
+            length = 2 * EDGE if corner and len(leads) == 1 else lanes[-1][1] + EDGE
         a1 = max(a1, a0 + length)
-        sides.append((side, leads, side_starts, side_lanes, first))
+        sides.append((side, lanes))
     a1 += reach
-    for side, leads, side_starts, side_lanes, first in sides:
-        move = a0 + reach - first
-        if corner and len(leads) == 1:
-            move = (a0 + a1 + reach) / 2 - side_starts[0]  # one alone leaves at the middle
+    for side, lanes in sides:
+        move = a0 + reach
+        if corner and len(lanes) == 1:
+            move = (a0 + a1 + reach) / 2 - lanes[0][1]  # one alone leaves at the middle
         edge = b0 if side < 0 else b1
-        tip = edge
-        for lead, start, group in zip(leads, side_starts, side_lanes, strict=True):
-            extra = _fan(start, group)
-            if lead.point is not None:
-                points.append((lead.point, start + move, edge))
-            for child, lane in zip(lead.nodes, group, strict=True):
-                drawn = child.plan[not vertical]
-                limbs.append((child, drawn, lane + move, edge + side * extra, side, 1))
-                tip = side * max(side * tip, side * edge + extra + drawn.extent[1])
+        for point, start, fan, group in lanes:
+            if point is not None:
+                points.append((point, start + move, edge))
+            for child, drawn, lane in group:
+                limbs.append((child, drawn, lane + move, edge + side * fan, side, 1))
+                tip = edge + side * (fan + drawn.extent[1])
+                low, high = min(low, tip), max(high, tip)
                 far = max(far, lane + move + drawn.extent[3])
-        if side < 0:
-            low = min(low, tip)
-        else:
-            high = max(high, tip)
     far = max(far, a1)
     origin = joints[-1] if joints else a1 if in_front or not ahead else a0
-    for lead, start, group in zip(ahead, starts, lanes, strict=True):
-        extra = _fan(start, group)
-        if lead.point is not None:
-            points.append((lead.point, a1, start))
-        for child, lane in zip(lead.nodes, group, strict=True):
-            drawn = child.plan[vertical]
-            limbs.append((child, drawn, a1 + extra, lane, 0, 1))
-            far = max(far, a1 + extra + drawn.extent[1])
+    for point, start, fan, group in rows:
+        if point is not None:
+            points.append((point, a1, start - centre))
+        for child, drawn, lane in group:
+            limbs.append((child, drawn, a1 + fan, lane - centre, AHEAD, 1))
+            far = max(far, a1 + fan + drawn.extent[1])
     return Plan(
-        vertical, joints, origin, (a0, a1, b0, b1), points, limbs,
-        (0.0, far, min(low, b0), max(high, b1)),
+        vertical, joints, origin, (a0, a1, b0, b1), points, limbs, (0.0, far, low, high)
     )  # fmt: skip
 
 
-def _lanes(
-    leads: Sequence[Lead], vertical: bool
-) -> tuple[list[float], list[list[float]], tuple[float, float]]:
-    """Limbs side by side: where each point is, where each child of it is, first and last edge."""
-    starts, lanes, cursor = [], [], 0.0
+_Lane = tuple[Point | None, float, float, list[tuple[Node, "Plan", float]]]
+"""A point and where it is; how far ahead what it carries begins, and the lane of each."""
+
+
+def _lanes(leads: Sequence[Lead], vertical: bool) -> tuple[list[_Lane], float]:
+    """Limbs side by side, the first one from 0 on; and where the last one ends."""
+    lanes: list[_Lane] = []
+    cursor = 0.0
     for lead in leads:
         group = []
         for child in lead.nodes:
-            _, _, low, high = child.plan[vertical].extent
-            group.append(cursor - low)
+            drawn = child.plan[vertical]
+            _, _, low, high = drawn.extent
+            group.append((child, drawn, cursor - low))
             cursor += high - low + GAP
-        lanes.append(group)
-        alone = len(group) == 1
-        starts.append(group[0] if alone else float(round((group[0] + group[-1]) / 2)))
-    return starts, lanes, (0.0, max(cursor - GAP, 0.0))
-
-
-def _fan(start: float, group: list[float]) -> float:
-    """How far ahead children must begin for the wires to them to keep off one another."""
-    return float(ceil(FAN * max(abs(lane - start) for lane in group))) if len(group) > 1 else 0.0
+        start, fan = group[0][2], 0.0
+        if len(group) > 1:
+            # the wires keep off one another
+            first, last = start, group[-1][2]
+            start = float(round((first + last) / 2))
+            fan = float(ceil(FAN * max(start - first, last - start)))
+        lanes.append((lead.point, start, fan, group))
+    return lanes, max(cursor - GAP, 0.0)
 
 
 def box_size(node: Node) -> tuple[float, float]:
@@ -329,7 +319,7 @@ class _Tenths(dict[float, float]):
     """Each number rounded to one digit; many are alike, and each is kept once."""
 
     def __missing__(self, value: float) -> float:
-        rounded = self[value] = round(value, 1)
+        rounded = self[value] = value if value.is_integer() else round(value, 1)
         return rounded
 
 
@@ -405,19 +395,14 @@ def _stack(
     count = _places(frames)
     columns = min(columns, max(6, ceil(sqrt(4 * count)) + 4))
     left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
-    cells = (
-        (round(left + FRAME * column, 1), round(edge + step * row, 1))
-        for row in range(2 * count + 1)
-        for column in range(columns)
-    )
+    xs = [round(left + FRAME * column, 1) for column in range(columns)]
+    if through is not None:
+        xs = [x for x in xs if abs(x - through) >= 24]
+    ys = (round(edge + step * row, 1) for row in range(2 * count + 1))
     blocked = {
         (x // CELL + dx, y // CELL + dy) for x, y in taken for dx in (-1, 0, 1) for dy in (-1, 0, 1)
     }
-    free = (
-        (x, y)
-        for x, y in cells
-        if (x // CELL, y // CELL) not in blocked and (through is None or abs(x - through) >= 24)
-    )
+    free = ((x, y) for y in ys for x in xs if (x // CELL, y // CELL) not in blocked)
     for point in frames:
         point.position = next(free)
         if _cells(point) > 1:

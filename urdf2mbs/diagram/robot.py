@@ -56,6 +56,8 @@ class Limb(msgspec.Struct):
     row: list[Node]
     """The bodies that can run out one after the other; a limb turns down at the latest where
     it branches."""
+    lane: float = 0.0
+    """The height of the lane in which they do (px), once it is known how large they are."""
 
     @classmethod
     def of(cls, lead: Lead, side: int, height: float, depth: int) -> Limb:
@@ -111,6 +113,8 @@ def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
         partner = shape.limbs[child.name].partner
         if partner is not None and child.alike is not partner:
             _draw_alike(child, partner)
+    for limb in limbs:
+        limb.lane = max(box_size(node)[1] for node in limb.row)
     return bones
 
 
@@ -287,7 +291,7 @@ def _room(rows: list[list[Limb]]) -> float:
 
 def _lane(row: list[Limb]) -> float:
     """The height of the lane in which limbs run out."""
-    return max(box_size(node)[1] for limb in row for node in limb.row)
+    return max(limb.lane for limb in row)
 
 
 def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
@@ -376,7 +380,7 @@ def _boxes(limb: Limb, length: int, edge: float, lane: float) -> list[Box]:
     row = limb.row[:length]
     start = edge + sum(node.plan[False].box[1] for node in row[:-1])
     last = row[-1].plan[False]
-    half = _lane([limb]) / 2
+    half = limb.lane / 2
     boxes = [(edge, start + last.box[1], lane - half, lane + half)]
     for _, below, a, b, _, _ in last.limbs:
         _, e1, f0, f1 = below.extent
