@@ -319,7 +319,9 @@ class Fuzzer:
         self._mesh(".gltf", files["model.gltf"])
         self._put("good.stl", self.good["mesh"][0])
         mesh = meshes.read(self._put("box.obj", OBJ.encode()))
-        self.good["wrl"] = [b"#VRML V2.0 utf8\n" + vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)]
+        self.good["wrl"] = [
+            b"".join([b"#VRML V2.0 utf8\n", *vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)])
+        ]
 
     def _mesh(self, ending: str, data: bytes) -> None:
         self.endings.append(ending)
@@ -419,7 +421,7 @@ class Fuzzer:
 
     def _mesh_read(self, data: bytes, which: int) -> None:
         mesh = meshes.read(self._put(f"fuzzed{self.endings[which]}", data))
-        vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0)
+        list(vrml.write(mesh.parts, (0.5, 0.5, 0.5), 0.0))
 
 
 #: Words that begin so are files in the fuzzer's folder.

@@ -271,12 +271,47 @@ def test_what_a_mesh_names_is_never_fetched(name: str, tmp_path: Path) -> None:
     document["buffers"][0]["uri"] = name
     (folder / "c.gltf").write_text(json.dumps(document))
     result = robot(folder, "a.obj", "b.dae", "c.gltf")
-    # a file of this machine is read wherever it lies, as a mesh of the URDF is
-    here = name == "../away/a.bin"
-    assert result.report.passes["convert-meshes"]["converted"] == (3 if here else 2)
+    assert result.report.passes["convert-meshes"]["converted"] == 2
     assert not [file for file in result.conversion.files if file.suffix not in (
         ".mbs", ".wrl", ".py", "",
     )]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        ("a.bin", True),
+        ("./below/a.bin", True),
+        ("below%2Fa.bin", True),
+        ("../away/a.bin", False),
+        ("below/../../away/a.bin", False),
+        ("..\\away\\a.bin", False),
+        ("%2e%2e/away/a.bin", False),
+        ("%252e%252e/away/a.bin", False),
+        ("{away}/a.bin", False),
+        ("file://{away}/a.bin", False),
+        ("file:../away/a.bin", False),
+        ("C:/away/a.bin", False),
+    ],
+)
+def test_a_gltf_buffer_is_beside_the_mesh_or_below_it(
+    name: str, read: bool, tmp_path: Path
+) -> None:
+    """Any file can be a buffer: one of the user's must not come to stand in a .wrl."""
+    folder = tmp_path / "robot"
+    points = struct.pack("<9f", *TRIANGLE)
+    for each in (folder, folder / "below", tmp_path / "away"):
+        each.mkdir()
+        (each / "a.bin").write_bytes(points)
+    document = json.loads(gltf())
+    document["buffers"][0]["uri"] = name.format(away=tmp_path / "away")
+    (folder / "c.gltf").write_text(json.dumps(document))
+    result = robot(folder, "c.gltf")
+    assert result.report.passes["convert-meshes"]["converted"] == int(read)
+    said = [one for one in result.diagnostics if one.code == "mesh-unreadable"]
+    assert bool(said) != read
+    if said:
+        assert "is not in the folder of the mesh, nor below it" in (said[0].hint or "")
 
 
 def test_all_meshes_together_have_a_bound(tmp_path: Path) -> None:

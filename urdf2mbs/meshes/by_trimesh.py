@@ -1,4 +1,4 @@
-"""Mesh files that trimesh reads: .stl, .obj, .ply, .glb and .gltf."""
+"""Mesh files that trimesh reads: .stl that are text, .obj, .ply, .glb and .gltf."""
 
 from __future__ import annotations
 
@@ -39,8 +39,6 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
             io.BytesIO(data), file_type=ending[1:], resolver=Resolver(str(mesh.path)), process=False
         )
 
-    if ending == ".stl":
-        data = _whole_stl(mesh, data)
     try:
         scenes = [load(obj.utf8(data) if ending == ".obj" else data)]
         if not len(scenes[0].graph.nodes_geometry):
@@ -69,26 +67,6 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
             mesh, frame @ matrix, geometry.vertices, geometry.faces,
             material=look, smooth=ending != ".stl", colors=colors, uv=uv,
         )  # fmt: skip
-
-
-def _whole_stl(mesh: Mesh, data: bytes) -> bytes:
-    """A binary file without what follows its triangles; raises MeshError where some are missing.
-
-    The header of 80 bytes says nothing, not even "solid"; then come the count and, for each
-    triangle, 50 bytes.  A text is left as it is.
-    """
-    if len(data) < 84 or _is_text(data):
-        return data
-    said, there = int.from_bytes(data[80:84], "little"), (len(data) - 84) // 50
-    if there < said:
-        raise MeshError(f"its header says {said} triangles, and it has {there}")
-    if len(data) > 84 + 50 * said:
-        mesh.problems.append(f"its header says {said} triangles: what follows them is left out")
-    return data[: 84 + 50 * said]
-
-
-def _is_text(data: bytes) -> bool:
-    return data.lstrip()[:5].lower() == b"solid" and b"\0" not in data[:1000]
 
 
 def _look(mesh: Mesh, geometry: Any) -> tuple[Material, Any, Any]:

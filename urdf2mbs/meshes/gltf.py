@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import PureWindowsPath
 from typing import Any
+from urllib.parse import unquote, urlsplit
 
 from urdf2mbs.meshes.model import MOST_PARTS, MOST_TRIANGLES, MeshError, TooLargeError
 
@@ -20,6 +22,12 @@ def check(data: bytes, ending: str) -> None:
     required = set(document.get("extensionsRequired", ())) - EXTENSIONS
     if required:
         raise MeshError(f"it needs the glTF extension {', '.join(sorted(required))}")
+    for buffer in document.get("buffers", []):
+        if _is_elsewhere(str(buffer.get("uri", ""))):
+            raise MeshError(
+                f"its buffer {buffer['uri']!r} is not in the folder of the mesh, nor below it: "
+                "such a file is not read"
+            )
     accessors = document.get("accessors", [])
     counts = [int(one["count"]) for one in accessors]
     empty = sum(counts[n] for n, one in enumerate(accessors) if "bufferView" not in one)
@@ -32,6 +40,20 @@ def check(data: bytes, ending: str) -> None:
     ]
     if empty > MOST_PARTS or sum(named) > 5 * MOST_TRIANGLES or len(named) > 5 * MOST_PARTS:
         raise TooLargeError("it asks for far more points than a mesh has")
+
+
+def _is_elsewhere(uri: str) -> bool:
+    """Whether a buffer is no file beside the mesh or below it.
+
+    Any file can be read as numbers, and a mesh of somebody else must not ask for those of its user.
+    """
+    if uri[:5].lower() == "data:":
+        return False
+    plain = uri
+    while plain != unquote(plain):
+        plain = unquote(plain)
+    path = PureWindowsPath(plain)  # which knows both slashes, and drives
+    return bool(path.anchor or ".." in path.parts or urlsplit(plain).scheme)
 
 
 def load_plain(load: Callable[[bytes], Any], data: bytes) -> list[Any]:

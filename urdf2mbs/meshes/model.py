@@ -169,7 +169,7 @@ def add(mesh: Mesh, matrix: NDArray[np.float64], points: Any, triangles: Any, **
     """Add a part that stands in a node with the transform ``matrix`` (4 x 4)."""
     import numpy as np
 
-    points = np.asarray(points, float).reshape(-1, 3)
+    points = np.asarray(points).reshape(-1, 3)
     if not np.array_equal(matrix, np.eye(4)):
         points = points @ matrix[:3, :3].T + matrix[:3, 3]
     part = Part(points, np.asarray(triangles, int).reshape(-1, 3), **rest)
@@ -192,7 +192,7 @@ def turned(part: Part) -> Part:
     )
 
 
-def distinct(rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp]]:
+def distinct(rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.int32]]:
     """The distinct rows in the order in which they come, and which of them each row is."""
     import numpy as np
 
@@ -201,19 +201,22 @@ def distinct(rows: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.intp]]:
     # sorted by one number for each row, which is several times as fast as by the rows themselves
     keys = np.zeros(len(rows), np.uint64)
     for column in bits.T:
-        keys = keys * np.uint64(0x9E3779B97F4A7C15) + column
+        keys *= np.uint64(0x9E3779B97F4A7C15)
+        keys += column
         keys ^= keys >> np.uint64(29)
     order = np.argsort(keys, kind="stable")
+    keys = keys[order]
     begins = np.ones(len(rows), bool)
-    begins[1:] = keys[order[1:]] != keys[order[:-1]]
-    inverse = np.empty(len(rows), np.intp)
-    inverse[order] = np.cumsum(begins) - 1
+    begins[1:] = keys[1:] != keys[:-1]
     first = order[begins]
-    if not np.array_equal(bits[first][inverse], bits):  # two rows have one number
+    inverse = np.empty(len(rows), np.int32)
+    inverse[order] = np.cumsum(begins, dtype=np.int32) - 1
+    del keys, order  # a large mesh takes as much memory as all that is alive at once
+    if any((column[first][inverse] != column).any() for column in bits.T):
+        # two rows have one number
         whole = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
-        _, first, inverse = np.unique(whole, return_index=True, return_inverse=True)
-        inverse = inverse.ravel()
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return rows[first[order]], rank[inverse]
+        _, first, which = np.unique(whole, return_index=True, return_inverse=True)
+        inverse = which.ravel().astype(np.int32)
+    rank = np.empty(len(first), np.int32)
+    rank[np.argsort(first)] = np.arange(len(first), dtype=np.int32)
+    return rows[np.sort(first)], rank[inverse]

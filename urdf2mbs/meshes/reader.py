@@ -13,6 +13,7 @@ import msgspec
 
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.meshes import stl
 from urdf2mbs.meshes.model import Mesh, MeshError, Part, missing_extra
 
 #: What can be read, by the end of the file's name in small letters.
@@ -39,6 +40,8 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
             warnings.simplefilter("ignore")
             if ending == ".dae":
                 _read_collada(mesh, data, up_axis)
+            elif ending == ".stl" and stl.is_binary(data):
+                stl.read(mesh, data)
             else:
                 _read_others(mesh, data, ending)
     except MemoryError:

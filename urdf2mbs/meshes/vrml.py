@@ -16,6 +16,8 @@ import msgspec
 from urdf2mbs.meshes.model import RGB, Material, Part, distinct
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -23,19 +25,25 @@ if TYPE_CHECKING:
 CREASE_ANGLE = 0.5
 
 
-def write(parts: list[Part], color: RGB, transparency: float) -> bytes:
-    """The nodes of a .wrl (without its first line); ``color`` and ``transparency`` are for
-    the parts that have none of their own."""
-    return b"".join(_shape(part, color, transparency) for part in parts)
+#: So many lines are made at a time: their numbers take ten times the memory of their text.
+LINES = 2**14
 
 
-def _shape(part: Part, color: RGB, transparency: float) -> bytes:
+def write(parts: list[Part], color: RGB, transparency: float) -> Iterator[bytes]:
+    """The nodes of a .wrl (without its first line), piece by piece; ``color`` and
+    ``transparency`` are for the parts that have none of their own."""
+    for part in parts:
+        yield from _shape(part, color, transparency)
+
+
+def _shape(part: Part, color: RGB, transparency: float) -> Iterator[bytes]:
     import numpy as np
 
     shown = np.zeros(len(part.points), bool)
     shown[part.triangles] = True
-    points, which = distinct(part.points[shown].astype(np.float32) + np.float32(0.0))
-    triangles = which[(np.cumsum(shown) - 1)[part.triangles]]
+    points = part.points if shown.all() else part.points[shown]
+    points, which = distinct(np.add(points, 0, dtype=np.float32))  # which makes 0 of -0
+    triangles = which[(np.cumsum(shown, dtype=np.int32) - 1)[part.triangles]]
     material, colors = part.material, part.colors
     palette = None
     if colors is not None:
@@ -50,23 +58,34 @@ def _shape(part: Part, color: RGB, transparency: float) -> bytes:
             r, g, b = rgb[0].tolist()
             material = msgspec.structs.replace(material, diffuse=(r, g, b))
             palette = None
-    out = [b"Shape {\n", _appearance(material, color, transparency)]
-    out += [b"geometry IndexedFaceSet {\nsolid FALSE\n"]
+    yield b"Shape {\n" + _appearance(material, color, transparency)
+    yield b"geometry IndexedFaceSet {\nsolid FALSE\n"
     if part.smooth:
-        out += [b"creaseAngle %s\n" % _number(CREASE_ANGLE)]
-    out += [b"coord Coordinate { point [\n", _rows(shortest(points)), b"\n] }\n"]
-    out += [b"coordIndex [\n", _faces(triangles), b"\n]\n"]
+        yield b"creaseAngle %s\n" % _number(CREASE_ANGLE)
+    yield from _block(b"coord Coordinate { point [", points, _points, b"] }")
+    yield from _block(b"coordIndex [", triangles, _faces, b"]")
     if palette is not None:
-        out += [b"color Color { color [\n", _rows(np.round(rgb, 3)), b"\n] }\n"]
+        yield from _block(b"color Color { color [", np.round(rgb, 3), _rows, b"] }")
         if chosen.ndim == 1:
-            out += [b"colorPerVertex FALSE\ncolorIndex [\n", _rows(chosen[:, None]), b"\n]\n"]
+            yield b"colorPerVertex FALSE\n"
+            yield from _block(b"colorIndex [", chosen[:, None], _rows, b"]")
         else:
-            out += [b"colorIndex [\n", _faces(chosen), b"\n]\n"]
+            yield from _block(b"colorIndex [", chosen, _faces, b"]")
     if part.uv is not None and material.texture:
         uv, index = distinct(part.uv.reshape(-1, 2).astype(np.float32) + np.float32(0.0))
-        out += [b"texCoord TextureCoordinate { point [\n", _rows(shortest(uv)), b"\n] }\n"]
-        out += [b"texCoordIndex [\n", _faces(index.reshape(-1, 3)), b"\n]\n"]
-    return b"".join([*out, b"}\n}\n"])
+        yield from _block(b"texCoord TextureCoordinate { point [", uv, _points, b"] }")
+        yield from _block(b"texCoordIndex [", index.reshape(-1, 3), _faces, b"]")
+    yield b"}\n}\n"
+
+
+def _block(
+    begin: bytes, numbers: NDArray[Any], text: Callable[[NDArray[Any]], bytes], end: bytes
+) -> Iterator[bytes]:
+    """The lines of an array, of which ``text`` makes some at a time, between two words."""
+    yield begin + b"\n"
+    for at in range(0, len(numbers), LINES):
+        yield text(numbers[at : at + LINES]) + b"\n"
+    yield end + b"\n"
 
 
 def _appearance(material: Material, color: RGB, transparency: float) -> bytes:
@@ -131,12 +150,15 @@ def shortest(values: NDArray[np.float32]) -> NDArray[np.float64]:
     return out.reshape(values.shape)
 
 
+def _points(points: NDArray[np.float32]) -> bytes:
+    """A line a point, in the fewest digits."""
+    return _rows(shortest(points))
+
+
 def _rows(numbers: NDArray[Any]) -> bytes:
     """A line a row, blanks between the numbers."""
     import numpy as np
 
-    if not len(numbers):
-        return b""
     text = bytearray(msgspec.json.encode(numbers.ravel().tolist())[1:-1])
     letters = np.frombuffer(text, np.uint8)
     commas = np.flatnonzero(letters == ord(","))

@@ -15,6 +15,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable
+from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
 
@@ -37,6 +38,7 @@ VERSION = 2
 
 #: How our files begin; then comes the sha256 of what follows.
 OURS = b"#VRML V2.0 utf8\n# made by urdf2mbs, sha256 "
+_DIGITS = 64
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -344,7 +346,7 @@ def _tell_lost(
             "mesh-too-large", lost.too_large,
             f"not converted: the files of all meshes are more than {options.at_most} MiB",
             f"'convert-meshes: {{at_most: {4 * options.at_most}}}' under 'passes' reads more, and "
-            "takes up to 16 times the largest file's size in memory",
+            "takes up to 20 times the largest file's size in memory",
         )  # fmt: skip
     if lost.unreadable:
         warn(
@@ -401,9 +403,13 @@ def convert(mesh: Mesh, look: Look, options: Options) -> tuple[Made, bytes]:
         list(mesh.textures), mesh.problems, mesh.turned_up,
     )  # fmt: skip
     r, g, b = (c / 255 for c in look.color)
-    nodes = vrml.write(parts, (r, g, b), look.transparency)
-    body = b"# " + msgspec.json.encode(made) + b"\n" + nodes
-    return made, OURS + _sha256(body).encode() + b"\n" + body
+    out = BytesIO()  # whose value is no copy of what is written
+    out.write(OURS + bytes(_DIGITS) + b"\n# " + msgspec.json.encode(made) + b"\n")
+    out.writelines(vrml.write(parts, (r, g, b), look.transparency))
+    with out.getbuffer() as written:
+        digest = _sha256(written[len(OURS) + _DIGITS + 1 :])
+        written[len(OURS) : len(OURS) + _DIGITS] = digest.encode()
+    return made, out.getvalue()
 
 
 def made_from(content: bytes) -> Made | None:
@@ -431,7 +437,7 @@ def _digest(data: bytes | None) -> str | None:
     return None if data is None else _sha256(data)
 
 
-def _sha256(data: bytes) -> str:
+def _sha256(data: bytes | memoryview) -> str:
     from hashlib import sha256  # its library takes as long to load as all our passes
 
     return sha256(data).hexdigest()
