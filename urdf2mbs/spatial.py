@@ -253,18 +253,18 @@ def axis_turns(axis: Vec) -> tuple[tuple[Turn, ...], int]:
     The method's Table A.2, its last row corrected: ``-atan2(z, hypot(x, y))`` about y.
     """
     x, y, z = unit(axis)
-    zero = (abs(x) <= ALIGNED, abs(y) <= ALIGNED, abs(z) <= ALIGNED)
-    if zero == (False, True, True):
+    no_x, no_y, no_z = abs(x) <= ALIGNED, abs(y) <= ALIGNED, abs(z) <= ALIGNED
+    if no_y and no_z:
         return (((3, pi),) if x < 0 else ()), 1
-    if zero == (True, False, True):
+    if no_x and no_z:
         return (((1, pi),) if y < 0 else ()), 2
-    if zero == (True, True, False):
+    if no_x and no_y:
         return (((2, pi),) if z < 0 else ()), 3
-    if zero[0]:
+    if no_x:
         return ((1, atan2(z, y)),), 2
-    if zero[1]:
+    if no_y:
         return ((2, atan2(x, z)),), 3
-    if zero[2]:
+    if no_z:
         return ((3, atan2(y, x)),), 1
     return ((3, atan2(y, x)), (2, -atan2(z, hypot(x, y)))), 1
 

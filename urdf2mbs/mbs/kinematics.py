@@ -7,8 +7,6 @@ from typing import NamedTuple
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
 
-AXES: tuple[Vec, Vec, Vec] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-
 
 class Placed(NamedTuple):
     """A joint at its initial position, in the axes of the base."""
@@ -60,23 +58,23 @@ def place(mbs: Mbs) -> Placement:
     last: dict[str | None, int] = {None: -1}
     joints: list[Placed] = []
     for body in mbs.bodies:
-        at = bodies[body.parent]
+        xyz, rot = bodies[body.parent]
         point = points.get((body.parent, body.point))
         if point is not None:
-            at = Pose(add(at.xyz, rotate(at.rot, point)), at.rot)
+            xyz = add(xyz, rotate(rot, point))
         before = last[body.parent]
         for joint in body.joints:
             k = int(joint.type[1])
-            axis = rotate(at.rot, AXES[k - 1])
-            joints.append(Placed(joint, axis, at.xyz, before))
+            axis = (rot[k - 1], rot[k + 2], rot[k + 5])
+            joints.append(Placed(joint, axis, xyz, before))
             before = len(joints) - 1
             q = joint.q
             if not q:
                 continue
             if joint.type[0] == "R":
-                at = Pose(at.xyz, multiply(at.rot, from_turn((k, q))))
+                rot = multiply(rot, from_turn((k, q)))
             else:
-                at = Pose(add(at.xyz, (q * axis[0], q * axis[1], q * axis[2])), at.rot)
-        bodies[body.name] = at
+                xyz = add(xyz, (q * axis[0], q * axis[1], q * axis[2]))
+        bodies[body.name] = Pose(xyz, rot)
         last[body.name] = before
     return Placement(bodies, joints, last)

@@ -16,7 +16,9 @@ from urdf2mbs.diagnostics import ConversionError, nearest
 from urdf2mbs.mbs.model import (
     BASE,
     ORIGIN,
+    Body,
     Connection,
+    Joint,
     Mbs,
     Sensor,
     UserConstraint,
@@ -64,7 +66,7 @@ def identifiers(names: Sequence[str], reserved: Iterable[str] = (), suffix: str 
     each bad character becomes ``_``, a name that does not start with a letter gets ``n_``,
     and where that is taken, ``suffix`` and then ``_2``, ``_3``, ... are appended.
     """
-    return _assign([(name, suffix) for name in names], reserved)
+    return _assign(names, [suffix] * len(names), reserved)
 
 
 def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
@@ -83,15 +85,17 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     points = [point for body in mbs.bodies for point in body.points]
     sensors = [point.sensor for point in points if point.sensor is not None]
     forces = [point.extforce for point in points if point.extforce is not None]
-    named: list[tuple[str, str]] = [
-        *((joint.name, "_joint") for joint in joints),
-        *((sensor.name, "_sensor") for sensor in sensors),
-        *((force.name, "_force") for force in forces),
-        *((connection.name, "_cut") for connection in mbs.cuts),
-        *((connection.name, "_link") for connection in mbs.links),
-        *((body.name, "_body") for body in mbs.bodies),
-    ]
-    final = iter(_assign(named, (BASE, ORIGIN, mbs.base.name)))
+    kinds: tuple[tuple[Sequence[Joint | Sensor | Connection | Body], str], ...] = (
+        (joints, "_joint"),
+        (sensors, "_sensor"),
+        (forces, "_force"),
+        (mbs.cuts, "_cut"),
+        (mbs.links, "_link"),
+        (mbs.bodies, "_body"),
+    )
+    old = [thing.name for things, _ in kinds for thing in things]
+    suffixes = [suffix for things, suffix in kinds for _ in things]
+    final = iter(_assign(old, suffixes, (BASE, ORIGIN, mbs.base.name)))
 
     joint_names: dict[str, str] = {}
     for joint in joints:
@@ -176,22 +180,24 @@ def _rename_points(mbs: Mbs) -> None:
             setattr(connection, end, (body_name, final.get(key)))
 
 
-def _assign(named: Sequence[tuple[str, str]], reserved: Iterable[str]) -> list[str]:
+def _assign(names: Sequence[str], suffixes: Sequence[str], reserved: Iterable[str]) -> list[str]:
     """``identifiers`` for names of several kinds, each with its own suffix."""
     taken = set(reserved)
-    out = [name for name, _ in named]
+    different = len(taken.union(names)) == len(taken) + len(names)
+    if different and C_KEYWORDS.isdisjoint(names) and all(map(_GOOD, names)):
+        return list(names)  # so it is for nearly every robot
+    taken |= C_KEYWORDS
+    out = [""] * len(names)
     others: list[int] = []
-    for index, name in enumerate(out):
-        if name in taken or name in C_KEYWORDS or not _GOOD(name):
+    for index, name in enumerate(names):
+        if name in taken or not _GOOD(name):
             others.append(index)
         else:
             taken.add(name)
-    if not others:
-        return out
-    taken |= C_KEYWORDS
+            out[index] = name
     counted: dict[str, int] = {}
     for index in others:
-        name, suffix = named[index]
+        name, suffix = names[index], suffixes[index]
         new = _BAD_CHARACTER.sub("_", name)
         if not _GOOD(new):
             new = f"n_{new}"

@@ -23,13 +23,15 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
+    chosen = _from_urdf(conversion) if options.from_urdf else set()
+    if not chosen and not options.joints:
+        return
     joints = {
         step.joint.name: step.coordinates
         for segment in conversion.segments.values()
         for step in segment.steps
         if step.coordinates
     }
-    chosen = _from_urdf(conversion) if options.from_urdf else set()
     for pattern in options.joints:
         named = {name for name in joints if fnmatchcase(name, pattern)}
         if not named:
@@ -51,10 +53,11 @@ def _from_urdf(conversion: Conversion) -> set[str]:
     for extension in conversion.robot.extensions:
         if extension.tag not in ("transmission", "ros2_control"):
             continue
+        always = extension.tag == "transmission"
         for joint in extension.element().iter("joint", "{*}joint"):
-            commanded = joint.find("command_interface") is not None
-            if (commanded or extension.tag == "transmission") and joint.get("name"):
-                driven.add(str(joint.get("name")))
+            name = joint.get("name")
+            if name and (always or joint.find("command_interface") is not None):
+                driven.add(str(name))
                 conversion.simulation.used.append(extension)
     return driven
 

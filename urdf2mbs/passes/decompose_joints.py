@@ -94,7 +94,7 @@ def _driven(name: str, k: int, angle: float) -> Joint:
 
 def _tell_axis(conversion: Conversion, step: Step) -> None:
     joint = step.joint
-    if joint.type in ("fixed", "floating"):
+    if joint.type in ("fixed", "floating") or step.axis.count(0.0) == 2:
         return
     off = max((abs(c) for c in unit(step.axis) if abs(c) <= ALIGNED), default=0.0)
     if off > ROUNDING:

@@ -23,13 +23,15 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
+    named = _named(conversion)
+    if not named and not options.joints:
+        return
     steps = {
         step.joint.name: step
         for segment in conversion.segments.values()
         for step in segment.steps
         if step.joint.type == "fixed"
     }
-    named = _named(conversion)
     for pattern in options.joints:
         joints = [name for name in steps if fnmatchcase(name, pattern)]
         if not joints:

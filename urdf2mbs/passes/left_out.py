@@ -74,6 +74,8 @@ def _tell_limits(conversion: Conversion) -> None:
 
 def _tell_mimic(conversion: Conversion) -> None:
     """Name the joints that follow others in the URDF, and are independent in the .mbs."""
+    if not any(joint.mimic for joint in conversion.robot.joints.values()):
+        return
     free = {
         joint.name
         for body in conversion.mbs.bodies

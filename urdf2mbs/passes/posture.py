@@ -55,7 +55,8 @@ ROUNDING = 1e-9
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    settable, followers = _joints(conversion)
+    asked = options.joints or options.srdf or options.state
+    settable, followers = _joints(conversion) if asked else ({}, set())
     given = _group_state(conversion, options, settable) if options.srdf or options.state else {}
     for pattern, value in options.joints.items():
         if not isfinite(value):

@@ -50,6 +50,8 @@ def run(conversion: Conversion, options: Options) -> None:
                 hint=nearest(pattern, links) or "'*' in a pattern stands for any text: '*_sole'",
             )  # fmt: skip
         wanted += [(link, "frame", link, HERE) for link in named]
+    if not wanted and not conversion.simulation.sensors:
+        return
     holders = {
         link: (segment, pose)
         for segment in conversion.segments.values()
