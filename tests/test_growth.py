@@ -256,6 +256,28 @@ def test_an_mbs_is_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert all(one is other for one, other in zip(known.bodies, result.mbs.bodies, strict=True))
 
 
+def test_a_body_that_carries_all_others_is_never_there_with_all_its_graphics(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = tmp_path / "robot.urdf"
+    source.write_text(urdf("star", 40))
+    data = convert(source).data
+    whole = reader.read(data, "m.mbs", mechanics_only=True)
+    left: list[int] = []
+
+    def strip(element: Any) -> None:
+        left.append(sum(1 for _ in element.iter("graphics")))
+        strip_rest(element)
+
+    strip_rest = reader._only_mechanics
+    monkeypatch.setattr("urdf2mbs.xml_lines.LARGE", 0)
+    monkeypatch.setattr("urdf2mbs.xml_lines._PIECE", 100)
+    monkeypatch.setattr("urdf2mbs.mbs.reader._only_mechanics", strip)
+    monkeypatch.setattr("urdf2mbs.mbs.reader._parse", None)
+    assert reader.read(data, "m.mbs", mechanics_only=True) == whole
+    assert len(left) > 40 and not any(left)
+
+
 def test_lines_of_a_long_mbs_are_counted_only_for_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

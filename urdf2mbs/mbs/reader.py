@@ -122,21 +122,28 @@ def _whole(root: _Element, file: str, mechanics_only: bool) -> Mbs:
 def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Body]) -> Mbs:
     """The model of a large file, whose tree is never there as a whole: each body is read and
     taken out of it.  On any error its message and line may be wrong."""
-    tags = ("base", "body", "parameter") if mechanics_only else ("base", "body")
+    # one body may carry all the others: its points' graphics go before it is whole
+    tags = ["base", "body", *(["parameter", "graphics"] if mechanics_only else [])]
     parser: Any = etree.XMLPullParser(events=("end",), tag=tags, **_SAFE)
     reader = _Reader(file)
     base: Base | None = None
     bodies: list[Body] = []
-    before: Any = None
+    done: Any = None
     twins = {body.name: body for body in known} if mechanics_only else {}
     for element in xml_lines.ends(data, parser):
+        # what is done stays until now: the text after it may not have been whole
+        if done is not None and done.getparent() is not None:
+            done.getparent().remove(done)
+        done = None
+        if element.tag == "graphics":
+            done = element
+            continue
         above = [one.tag for one in element.iterancestors()]
         if len(above) == 1 and element.tag == "base":
             if mechanics_only:
                 _only_mechanics(element)
             base = reader.base(element)
-            continue
-        if above == ["bodytree", "mbsDescR7"] and element.tag == "body":
+        elif above == ["bodytree", "mbsDescR7"] and element.tag == "body":
             if base is None:
                 raise xml_lines.NotPieceByPieceError
             if mechanics_only:
@@ -144,12 +151,9 @@ def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Bod
             body = reader.body(element)
             twin = twins.get(body.name)
             bodies.append(body if twin is None or _mechanics(twin) != _mechanics(body) else twin)
-        elif above[1:] != ["user_models", "mbsDescR7"]:
-            continue
-        # each stays until the next one: the text after it may not be whole
-        if before is not None:
-            before.getparent().remove(before)
-        before = element
+            done = element
+        elif above[1:] == ["user_models", "mbsDescR7"]:
+            done = element
     root: _Element = parser.close()
     _check_entities(root, file)
     if mechanics_only:
