@@ -118,6 +118,23 @@ def test_a_wrong_command_line(words: list[str], said: str, robot: Path, capsys: 
     assert (robot / "tiny.urdf").read_text() == TINY
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["run", ""], ["report", ""], ["explain", ""], ["diagram", ""], ["verify", "tiny.urdf", ""],
+        ["equations", "tiny.mbs", "-o", ""], ["convert", "tiny.urdf", "--dump", ""],
+        ["new-pass", "swing", "-o", ""], ["report", "tiny.urdf", "-o", ""],
+    ],
+)  # fmt: skip
+def test_an_empty_name(words: list[str], robot: Path, capsys: Any) -> None:
+    before = sorted(robot.iterdir())
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert caught.value.code == 2
+    assert "the name is empty" in capsys.readouterr().err
+    assert sorted(robot.iterdir()) == before
+
+
 @pytest.mark.parametrize("words", [[], ["nosuch"], ["run"], ["convert", "x", "--base", "y"]])
 def test_words_that_are_no_command(words: list[str], capsys: Any) -> None:
     with pytest.raises(SystemExit) as caught:

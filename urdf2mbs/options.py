@@ -138,6 +138,8 @@ class _Version(argparse.Action):
 def _path(text: str) -> Path:
     from pathlib import Path
 
+    if not text:  # which would be the working folder
+        raise argparse.ArgumentTypeError("the name is empty")
     return Path(text)
 
 

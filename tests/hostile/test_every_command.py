@@ -197,6 +197,40 @@ def test_a_file_that_may_not_be_read(
 
 
 @pytest.mark.parametrize(
+    "command",
+    [
+        *READING, "run packages.yaml", "run keep.yaml", "convert X -o models/",
+        "convert tiny.urdf -o X", "convert tiny.urdf -o X/", "report tiny.urdf -o X",
+        "init tiny.urdf -o X", "diagram tiny.mbs -o X", "equations tiny.mbs -o X",
+        "convert tiny.urdf --package p=X",
+    ],
+)  # fmt: skip
+def test_a_folder_that_may_not_be_looked_into(
+    command: str, good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    def closed(function: Any) -> Any:
+        def plain_or_error(self: Path, *args: Any, **more: Any) -> Any:
+            if "locked" in self.parts[:-1]:
+                raise PermissionError(13, "Permission denied", str(self))
+            return function(self, *args, **more)
+
+        return plain_or_error
+
+    monkeypatch.chdir(tmp_path)
+    for name in ("tiny.urdf", "tiny.mbs", "tiny.yaml"):
+        shutil.copy(good / name, tmp_path)
+    (tmp_path / "packages.yaml").write_text("source: tiny.urdf\npackages: {p: locked/p}\n")
+    (tmp_path / "keep.yaml").write_text(
+        "source: tiny.urdf\noutput: locked/x.mbs\npasses: {layout: {keep: true}}\n"
+    )
+    (tmp_path / "locked").mkdir()
+    for name in ("open", "stat", "mkdir"):
+        monkeypatch.setattr(Path, name, closed(getattr(Path, name)))  # root may do all
+    code, _ = call([word.replace("X", "locked/x") for word in command.split(" ")], capsys)
+    assert code in (1, 2) or "tiny." in command or "keep" in command
+
+
+@pytest.mark.parametrize(
     "command", ["convert tiny.urdf", "doctor", "init tiny.urdf", "run a b", "passes"]
 )
 def test_a_working_folder_that_is_gone(

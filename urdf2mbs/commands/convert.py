@@ -12,7 +12,7 @@ from urdf2mbs.commands.run import carry_out_one, converted, only_one
 from urdf2mbs.commands.settings import without_config
 from urdf2mbs.commands.streams import STREAM, file_to_stdout
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import is_folder
+from urdf2mbs.files import is_file, is_folder
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.reader import stem
 
@@ -57,7 +57,7 @@ def _convert_folder(folder: Path, output: str | None, arguments: argparse.Namesp
         raise ConfigError(
             "usage", f"'{folder}' is a folder: say where its robots go, such as '-o models/'"
         )
-    if Path(output).exists() and not Path(output).is_dir():
+    if is_file(Path(output)):
         raise ConfigError("usage", f"--output: '{output}' is no folder, and '{folder}' is one")
     robots = robots_in(folder)
     return carry_out_many(

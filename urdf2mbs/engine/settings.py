@@ -11,7 +11,7 @@ from pathlib import Path
 from urdf2mbs.conversion import Settings
 from urdf2mbs.engine.config import Config, Key, Lines, Project
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.files import absolute
+from urdf2mbs.files import absolute, is_folder
 from urdf2mbs.levels import Levels
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.urdf import descriptions
@@ -50,7 +50,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
         )
     for name, directory in config.packages.items():
         packages[name] = absolute(folder / spelled(directory, lines, ("packages", name)))
-        if not packages[name].is_dir():
+        if not is_folder(packages[name]):
             raise lines.error(
                 "package-missing",
                 f"package '{name}': there is no folder '{packages[name]}'",
@@ -64,7 +64,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
 
 def check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> None:
     """Where an .mbs is written to; a pipeline that makes none needs no place."""
-    if not any("mbs-file" in pass_.gives for pass_ in passes) or settings.source.is_dir():
+    if not any("mbs-file" in pass_.gives for pass_ in passes) or is_folder(settings.source):
         return
     if _same(settings.output, settings.source):
         raise lines.error(
@@ -72,7 +72,7 @@ def check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> No
             f"the output would overwrite the robot '{settings.source}'",
             ("output",),
         )
-    if settings.output.is_dir():
+    if is_folder(settings.output):
         raise lines.error(
             "output-is-folder",
             f"the output '{settings.output}' is a folder",

@@ -148,7 +148,7 @@ def _header(
 
 
 class Maker:
-    """The routines of one model; a string says why there is none."""
+    """The routines of one model, or why there is none."""
 
     def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
         self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
@@ -219,22 +219,13 @@ class Maker:
         return routine
 
     def link(self) -> Routine:
-        tree = self.tree()
-        routine = Routine(tree.graph)
-        links(tree, routine)
-        return routine
+        return links(self.tree())
 
     def link3d(self) -> Routine:
-        tree = self.tree()
-        routine = Routine(tree.graph)
-        links3d(tree, routine)
-        return routine
+        return links3d(self.tree())
 
     def extforces(self) -> Routine:
-        tree = self.tree()
-        routine = Routine(tree.graph)
-        extforces(tree, routine)
-        return routine
+        return extforces(self.tree())
 
     def sensor(self) -> Cases:
         routines: dict[int, Routine] = {}
@@ -274,19 +265,9 @@ def _order(matrix: Iterable[tuple[int, int]], twin: dict[int, int]) -> list[tupl
 
 def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:
     routine = Routine(tree.graph)
-    measures = set(sensor.measures)
-    for name, measure, vector in (
-        ("P", "Pos", at.position), ("V", "Vit", at.velocity), ("OM", "Om", at.spin),
-        ("A", "Acc", at.acceleration), ("OMP", "Omp", at.spin_rate),
-    ):  # fmt: skip
-        if measure in measures:
-            for k, value in enumerate(vector, start=1):
-                routine.store(f"sens.{name}[{k}]", value)
-    if "Rot" in measures:
-        for row, axis in enumerate(at.axes, start=1):
-            for k, value in enumerate(axis, start=1):
-                routine.store(f"sens.R[{row}][{k}]", value)
-    if "Jac" in measures:
+    for name, place, value in at.measured(sensor.measures):
+        routine.store(f"sens.{name}{place}", value)
+    if "Jac" in sensor.measures:
         for first, columns in ((1, at.linear), (4, at.angular)):
             for joint, column in columns.items():
                 for row, value in enumerate(column, start=first):

@@ -5,11 +5,13 @@ Each is put on its body at the centre of mass, in the body's axes, as ``frc`` an
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.kinematics import Motion, into, motion
 from urdf2mbs.equations.routine import Call, Routine
 from urdf2mbs.equations.tree import NONE, Tree, Vector
-from urdf2mbs.mbs.model import Connection, Sensor
+from urdf2mbs.mbs.model import Connection
 
 XYZ = (1, 2, 3)
 
@@ -46,10 +48,10 @@ def vector_of(tree: Tree, name: str, first: int = 1) -> Vector:
     return x, y, z
 
 
-def extforces(tree: Tree, routine: Routine) -> list[str]:
-    """All external forces; returns the names of the arrays that the calls take."""
+def extforces(tree: Tree) -> Routine:
+    """All external forces."""
+    routine = Routine(tree.graph)
     load = _Load(tree)
-    arrays: list[str] = []
     number = 0
     for body in tree.mbs.bodies:
         for point in body.points:
@@ -58,36 +60,27 @@ def extforces(tree: Tree, routine: Routine) -> list[str]:
             number += 1
             last = tree.last[body.name]
             at = motion(tree, last, tree.point(body.name, point.name))
-            arrays += _store_motion(routine, at, point.extforce, f"F{number}")
-            result = f"SWr{number}"
-            routine.steps.append(_call("ExtForces", number, result))
+            result = _asked(routine, "ExtForces", number, at, point.extforce.measures)
             force = into(tree, at.axes, vector_of(tree, result))
             torque = into(tree, at.axes, vector_of(tree, result, 4))
             load.put(last, force, vector_of(tree, result, 7), torque)
     load.store(routine)
-    return arrays
+    return routine
 
 
-def _store_motion(routine: Routine, at: Motion, signals: Sensor, end: str) -> list[str]:
-    """What a user function is told of a point: what is not asked for is zero."""
-    for name, signal, vector in (
-        ("Px", "Pos", at.position), ("Vx", "Vit", at.velocity), ("OMx", "Om", at.spin),
-        ("Ax", "Acc", at.acceleration), ("OMPx", "Omp", at.spin_rate),
-    ):  # fmt: skip
-        for k, value in zip(XYZ, vector, strict=True):
-            if value and signal in signals.measures:
-                routine.store(f"{name}{end}[{k}]", value)
-    if "Rot" in signals.measures:
-        for row, axis in zip(XYZ, at.axes, strict=True):
-            for column, value in zip(XYZ, axis, strict=True):
-                if value:
-                    routine.store(f"Rx{end}[{row}][{column}]", value)
-    return [f"{name}{end}" for name in ("Px", "Rx", "Vx", "OMx", "Ax", "OMPx")]
-
-
-def _call(function: str, number: int, result: str) -> Call:
-    given = [f"{name}F{number}" for name in ("Px", "Rx", "Vx", "OMx", "Ax", "OMPx")]
-    return Call(f"user_{function}", (*given, "s", "tsim", str(number)), result)
+def _asked(
+    routine: Routine, function: str, number: int, at: Motion, measures: Collection[str]
+) -> str:
+    """Tell a user function of a point's motion (what is not measured is zero); gives the name of
+    what it returns."""
+    for name, place, value in at.measured(measures):
+        if value:
+            routine.store(f"{name}xF{number}{place}", value)
+    given = [f"{name}xF{number}" for name in ("P", "R", "V", "OM", "A", "OMP")]
+    result = f"SWr{number}"
+    call = Call(f"user_{function}", (*given, "s", "tsim", str(number)), result)
+    routine.steps.append(call)
+    return result
 
 
 def ends(tree: Tree, connection: Connection) -> tuple[tuple[int, Vector], tuple[int, Vector]]:
@@ -110,15 +103,13 @@ def common(tree: Tree, one: int, other: int) -> int:
     return other
 
 
-def links(tree: Tree, routine: Routine) -> None:
+def links(tree: Tree) -> Routine:
     """Forces along the line between two points; positive ones pull these together."""
     graph = tree.graph
+    routine = Routine(graph)
     load = _Load(tree)
-    number = 0
-    for link in tree.mbs.links:
-        if link.kind != "link":
-            continue
-        number += 1
+    found = [link for link in tree.mbs.links if link.kind == "link"]
+    for number, link in enumerate(found, start=1):
         (last1, at1), (last2, at2) = ends(tree, link)
         start = common(tree, last1, last2)
         one = motion(tree, last1, at1, start=start, accelerations=False)
@@ -142,6 +133,7 @@ def links(tree: Tree, routine: Routine) -> None:
             x, y, z = into(tree, two.axes, pull)
             load.put(last2, (-x, -y, -z), at2)
     load.store(routine)
+    return routine
 
 
 def _divided(tree: Tree, v: Vector, by: Expr) -> Vector:
@@ -149,25 +141,20 @@ def _divided(tree: Tree, v: Vector, by: Expr) -> Vector:
     return tree.times(inverse, v)
 
 
-def links3d(tree: Tree, routine: Routine) -> list[str]:
+def links3d(tree: Tree) -> Routine:
     """Force and torque between two points, by the second's motion seen from the first body.
 
     Both act at the second point, on the first body as returned and on the second reversed;
     all is in the axes of the first body.
     """
+    routine = Routine(tree.graph)
     load = _Load(tree)
-    arrays: list[str] = []
-    number = 0
-    for link in tree.mbs.links:
-        if link.kind != "link3D":
-            continue
-        number += 1
+    found = [link for link in tree.mbs.links if link.kind == "link3D"]
+    for number, link in enumerate(found, start=1):
         (last1, at1), (last2, at2) = ends(tree, link)
         relative = _relative(tree, (last1, at1), (last2, at2))
-        every = Sensor("", ("Pos", "Rot", "Vit", "Om", "Acc", "Omp"))
-        arrays += _store_motion(routine, relative, every, f"F{number}")
-        result = f"SWr{number}"
-        routine.steps.append(_call("Link3DForces", number, result))
+        every = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
+        result = _asked(routine, "Link3DForces", number, relative, every)
         force, torque = vector_of(tree, result), vector_of(tree, result, 4)
         if last1:
             load.put(last1, force, tree.plus(at1, relative.position), torque)
@@ -176,7 +163,7 @@ def links3d(tree: Tree, routine: Routine) -> list[str]:
             mx, my, mz = into(tree, relative.axes, torque)
             load.put(last2, (-fx, -fy, -fz), at2, (-mx, -my, -mz))
     load.store(routine)
-    return arrays
+    return routine
 
 
 def _relative(tree: Tree, one: tuple[int, Vector], two: tuple[int, Vector]) -> Motion:

@@ -6,8 +6,10 @@ All in the axes of one frame, most often the ground's, by recursion from there o
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
+from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
 
 
@@ -26,6 +28,20 @@ class Motion:
     linear: dict[int, Vector] = field(default_factory=dict)
     """By joint number, the velocity for a unit rate of the joint."""
     angular: dict[int, Vector] = field(default_factory=dict)
+
+    def measured(self, measures: Collection[str]) -> Iterator[tuple[str, str, Expr]]:
+        """Robotran's name of each quantity among the measures, a place in it, and its value."""
+        for name, measure, vector in (
+            ("P", "Pos", self.position), ("V", "Vit", self.velocity), ("OM", "Om", self.spin),
+            ("A", "Acc", self.acceleration), ("OMP", "Omp", self.spin_rate),
+        ):  # fmt: skip
+            if measure in measures:
+                for k, value in enumerate(vector, start=1):
+                    yield name, f"[{k}]", value
+        if "Rot" in measures:
+            for row, axis in enumerate(self.axes, start=1):
+                for k, value in enumerate(axis, start=1):
+                    yield "R", f"[{row}][{k}]", value
 
 
 UNIT: tuple[Vector, Vector, Vector] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))

@@ -95,7 +95,7 @@ def init(
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
-    if config.exists():
+    if os.path.lexists(config):
         raise ConfigError(
             "file-exists", f"'{config}' is already there, and stays as it is",
             hint="choose another name with -o FILE.yaml",

@@ -7,7 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import read
+from urdf2mbs.files import is_file, read
 from urdf2mbs.urdf.reader import stem
 
 #: The root of a robot.  That of a file with nothing but macros has no name.
@@ -23,7 +23,7 @@ def robots_in(folder: Path) -> dict[Path, Path]:
     found = sorted(
         file
         for file in folder.rglob("*")
-        if file.is_file() and (file.suffix.lower() == ".urdf" or _is_xacro_robot(file))
+        if is_file(file) and (file.suffix.lower() == ".urdf" or _is_xacro_robot(file))
     )
     if not found:
         raise ConfigError(

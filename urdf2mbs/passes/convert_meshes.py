@@ -164,7 +164,7 @@ def run(conversion: Conversion, options: Options) -> None:
                 told[filename], content = mesh.looks[look]
                 conversion.files[target] = content
                 for name, image in mesh.textures.items():
-                    if not (folder / name).exists():
+                    if not files.is_file(folder / name):
                         conversion.files[folder / name] = image
                 counts["converted"] += 1
                 counts["bytes"] += len(content)
@@ -429,7 +429,7 @@ def is_current(made: Made, options: Options, look: Look, path: Path, folder: Pat
         (made.version, made.up_axis, made.look) == (VERSION, options.up_axis, look)
         and path.name in made.sources
         and all(digest == _digest(read_beside(path, name)) for name, digest in made.sources.items())
-        and all((folder / name).is_file() for name in made.textures)
+        and all(files.is_file(folder / name) for name in made.textures)
     )
 
 

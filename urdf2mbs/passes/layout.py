@@ -36,7 +36,7 @@ def run(conversion: Conversion, options: Options) -> None:
 
 def _keep(conversion: Conversion) -> int:
     output = conversion.settings.output
-    if not output.exists():
+    if not files.is_file(output):
         conversion.note("layout-kept", f"'{output.name}' is not there yet: all places are new")
         return 0
     try:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 
+from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 
@@ -47,15 +48,15 @@ def _tell_renamed(conversion: Conversion) -> None:
     """User functions that are there already may call the module of another name."""
     stale: dict[str, list[str]] = {}
     for path in conversion.starters:
-        if path.is_file():
-            calls = _MODULE(path.read_text("utf-8", errors="replace"))
-            if calls and calls[1] != conversion.mbs.name:
-                stale.setdefault(calls[1], []).append(path.name)
-    for name, files in stale.items():
+        data = files.beginning(path, 2**20) if files.is_file(path) else b""
+        calls = _MODULE(data.decode("utf-8", "replace"))
+        if calls and calls[1] != conversion.mbs.name:
+            stale.setdefault(calls[1], []).append(path.name)
+    for name, users in stale.items():
         new = conversion.mbs.name
         conversion.warn(
             "project-renamed",
-            f"the project is called '{new}', and your files use '{name}_robot': {', '.join(files)}",
+            f"the project is called '{new}', and your files use '{name}_robot': {', '.join(users)}",
             hint=f"change '{name}_robot' to '{new}_robot' in them, or move them away",
         )
 
