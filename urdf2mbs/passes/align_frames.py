@@ -22,7 +22,7 @@ tree back to the base, finds the choice with the fewest turns in all.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import atan2, hypot, pi
+from math import atan2, hypot, inf, pi
 from typing import Literal
 
 import msgspec
@@ -491,23 +491,26 @@ class _Bound:
             else:
                 self.turns = self._behind(node, IDENTITY)
 
-    def _behind(self, node: _Node, frame: Rot, *, missed: bool = True) -> int:
-        """The fewest turns behind a node, if its frame is this one.
+    def _behind(self, node: _Node, frame: Rot, *, missed: bool = True, most: float = inf) -> int:
+        """The fewest turns behind a node, if its frame is this one; if these are more than
+        ``most``, any number above that.
 
         ``missed`` False leaves out the turns that are missed (see above), as too many frames
         would have to be tried for them.
         """
         back = transpose(frame)
-        count = 0
-        for child in node.children:
-            count += self._best[id(child)]
-            if child.turns_freely:
-                least = self._search.least(rotate(back, child.along))
-                count += least
-                good = self._where[id(child)]
-                if missed and good:
-                    before = multiply(back, child.rot)
-                    count += all(self._turns(multiply(before, one)) > least for one in good)
+        free = [
+            (child, self._search.least(rotate(back, child.along)))
+            for child in node.children
+            if child.turns_freely
+        ]
+        count = sum(self._best[id(child)] for child in node.children)
+        count += sum(least for _, least in free)
+        for child, least in free if missed and count <= most else ():
+            good = self._where[id(child)]
+            if good:
+                before = multiply(back, child.rot)
+                count += all(self._turns(multiply(before, one)) > least for one in good)
         return count
 
     def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
@@ -540,8 +543,10 @@ class _Bound:
         few = [
             frame for across in directions.vectors for frame in self._search.frames(axis, across)
         ]
-        counts = [self._behind(node, frame, missed=exact) for frame in few]
-        best = min([elsewhere, *counts])
+        best, counts = elsewhere, []
+        for frame in few:
+            counts.append(self._behind(node, frame, missed=exact, most=best))
+            best = min(best, counts[-1])
         if elsewhere == best or not exact:
             return best, []
         return best, [frame for frame, count in zip(few, counts, strict=True) if count == best]
