@@ -22,7 +22,7 @@ tree back to the base, finds the choice with the fewest turns in all.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import atan2, hypot, pi
+from math import atan2, hypot, inf, pi
 from typing import Literal
 
 import msgspec
@@ -77,6 +77,8 @@ class _Node:
         """The link's frame in that of the parent node's link, at zero."""
         self.kind = step.joint.type if step is not None else "ground"
         self.axis = direction(step.axis) if step is not None else X
+        self.along = rotate(rot, self.axis)
+        """The joint's axis in the frame of the parent node's link, at zero."""
         self.children: list[_Node] = []
         self.wanted: list[tuple[Vec, int]] = []
         """Directions at right angles to the axis.  Joints behind this one need fewer turns if its
@@ -124,8 +126,12 @@ class _Search:
 
     def least(self, u: Vec) -> int:
         """The fewest turns that bring a coordinate axis onto a direction."""
-        zeros = sum(abs(c) <= self.small for c in u)
+        zeros = self._zeros(u)
         return 2 - zeros if zeros < 2 else int(sum(u) < 0.0 and not self.flip)
+
+    def aligned(self, u: Vec) -> bool:
+        """Whether a direction is along a coordinate axis."""
+        return self._zeros(u) >= 2
 
     def least_cost(self, u: Vec) -> int:
         """What they cost, with what it costs to count the other way round."""
@@ -137,28 +143,35 @@ class _Search:
         if not self.any:
             return len(fewest_turns(rot, self.small))
         # two turns leave some element zero, one turn some element one
-        zero = [abs(c) <= self.small for c in rot]
-        if True not in zero:
+        a, b, c, d, e, f, g, h, i = rot
+        small = self.small
+        one = (abs(a) <= small) + (abs(b) <= small) + (abs(c) <= small)
+        two = (abs(d) <= small) + (abs(e) <= small) + (abs(f) <= small)
+        three = (abs(g) <= small) + (abs(h) <= small) + (abs(i) <= small)
+        if not (one or two or three):
             return 3
-        ones = sum(rot[i] > 0.0 and zero[j] and zero[k] for i, j, k in _ROWS)
+        ones = (
+            (one == 2 and a + b + c > 0.0)
+            + (two == 2 and d + e + f > 0.0)
+            + (three == 2 and g + h + i > 0.0)
+        )
         return (2, 1, 1, 0)[ones]
 
     def turns_in_all_quarters(self, rot: Rot) -> int | None:
         """The same, if it does not change with quarter turns before and after; else None."""
-        zeros = sum(abs(c) <= self.small for c in rot)
-        return 3 if zeros == 0 else 2 if zeros == 1 and self.any else None
+        zeros = self._zeros(rot[:3]), self._zeros(rot[3:6]), self._zeros(rot[6:])
+        return 3 if not any(zeros) else 2 if self.any and 2 not in zeros else None
+
+    def _zeros(self, u: Vec) -> int:
+        """How many components of a direction are zero."""
+        x, y, z = u
+        small = self.small
+        return (abs(x) <= small) + (abs(y) <= small) + (abs(z) <= small)
 
     def fewest(self, rot: Rot) -> tuple[tuple[Turn, ...], int]:
         """The turns themselves, and the axis (1, 2, 3) that ends up on the joint's."""
         ways = ((fewest_turns(_exchange(rot, k - self.ks[0]), self.small), k) for k in self.ks)
         return min(ways, key=lambda way: len(way[0]))
-
-
-_ROWS = [
-    (3 * row + i, 3 * row + (i + 1) % 3, 3 * row + (i + 2) % 3)
-    for row in range(3)
-    for i in range(3)
-]
 
 
 def run(conversion: Conversion, options: Options) -> None:
@@ -225,7 +238,7 @@ def _collect_wanted(node: _Node, search: _Search) -> None:
     for child in node.children:
         if child.kind == "floating":
             continue
-        across = _across(rotate(child.rot, child.axis), node.axis, search.small)
+        across = _across(child.along, node.axis, search.small)
         if across is not None:
             directions.add(across, 1)
         # two turns are enough between two frames if an axis of one is at right angles to an
@@ -300,7 +313,7 @@ def _free_frames(node: _Node, search: _Search) -> list[Rot]:
     seen: dict[tuple[int, ...], tuple[Vec, int]] = {}
     for child in node.children:
         if child.kind != "floating":
-            u = rotate(child.rot, child.axis)
+            u = child.along
             key = tuple(round(c * 1e9) for c in u)
             seen[key] = u, seen.get(key, (u, 0))[1] + 1
     most = sorted(seen.values(), key=lambda pair: -pair[1])[: search.candidates]
@@ -326,24 +339,29 @@ def _count(node: _Node, parent: _Node, search: _Search) -> None:
     tip = search.any and node.is_tip
     lows = [min(costs) for costs in node.costs]
     for group, frames in enumerate(parent.frames):
-        before = [multiply(transpose(frame), node.rot) for frame in frames]
         best = [99 * search.weight] * len(frames)
         pick = [(0, 0)] * len(frames)
         if tip:
-            best = [search.least_cost(rotate(rot, node.axis)) for rot in before]
+            u = rotate(transpose(frames[0]), node.along)
+            best = [search.least_cost(u)] * len(frames)
+            if search.aligned(u):  # then it depends on the sign
+                best = [search.least_cost(rotate(transpose(one), node.along)) for one in frames]
         elif node.kind == "floating":
-            for row, rot in enumerate(before):
-                own = len(fewest_turns(rot))
+            for row, frame in enumerate(frames):
+                own = len(fewest_turns(multiply(transpose(frame), node.rot)))
                 best[row], pick[row] = min(
                     (
-                        search.weight * (own + len(fewest_turns(frame))) + node.costs[number][0],
+                        search.weight * (own + len(fewest_turns(after))) + node.costs[number][0],
                         (number, 0),
                     )
-                    for number, (frame,) in enumerate(node.frames)
+                    for number, (after,) in enumerate(node.frames)
                 )
         else:
+            before = [multiply(transpose(frames[0]), node.rot)]
             for number, own_frames in enumerate(node.frames):
                 costs, low = node.costs[number], lows[number]
+                if low >= max(best):
+                    continue
                 same = search.turns_in_all_quarters(multiply(before[0], own_frames[0]))
                 if same is not None:
                     lowest = search.weight * same + low
@@ -351,6 +369,8 @@ def _count(node: _Node, parent: _Node, search: _Search) -> None:
                         if lowest < least:
                             best[row], pick[row] = lowest, (number, costs.index(low))
                     continue
+                if len(before) < len(frames):
+                    before = [multiply(transpose(one), node.rot) for one in frames]
                 for row, rot in enumerate(before):
                     for quarter, frame in enumerate(own_frames):
                         if costs[quarter] < best[row]:
@@ -471,23 +491,26 @@ class _Bound:
             else:
                 self.turns = self._behind(node, IDENTITY)
 
-    def _behind(self, node: _Node, frame: Rot, *, missed: bool = True) -> int:
-        """The fewest turns behind a node, if its frame is this one.
+    def _behind(self, node: _Node, frame: Rot, *, missed: bool = True, most: float = inf) -> int:
+        """The fewest turns behind a node, if its frame is this one; if these are more than
+        ``most``, any number above that.
 
         ``missed`` False leaves out the turns that are missed (see above), as too many frames
         would have to be tried for them.
         """
         back = transpose(frame)
-        count = 0
-        for child in node.children:
-            count += self._best[id(child)]
-            if child.turns_freely:
+        free = [
+            (child, self._search.least(rotate(back, child.along)))
+            for child in node.children
+            if child.turns_freely
+        ]
+        count = sum(self._best[id(child)] for child in node.children)
+        count += sum(least for _, least in free)
+        for child, least in free if missed and count <= most else ():
+            good = self._where[id(child)]
+            if good:
                 before = multiply(back, child.rot)
-                least = self._search.least(rotate(before, child.axis))
-                count += least
-                good = self._where[id(child)]
-                if missed and good:
-                    count += all(self._turns(multiply(before, one)) > least for one in good)
+                count += all(self._turns(multiply(before, one)) > least for one in good)
         return count
 
     def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
@@ -500,7 +523,7 @@ class _Bound:
         for child in node.children:
             if not child.turns_freely:
                 continue
-            across = _across(rotate(child.rot, child.axis), axis, small)
+            across = _across(child.along, axis, small)
             if across is not None:
                 directions.add(across)
         # from joint to joint there may be more and more of these
@@ -520,8 +543,10 @@ class _Bound:
         few = [
             frame for across in directions.vectors for frame in self._search.frames(axis, across)
         ]
-        counts = [self._behind(node, frame, missed=exact) for frame in few]
-        best = min([elsewhere, *counts])
+        best, counts = elsewhere, []
+        for frame in few:
+            counts.append(self._behind(node, frame, missed=exact, most=best))
+            best = min(best, counts[-1])
         if elsewhere == best or not exact:
             return best, []
         return best, [frame for frame, count in zip(few, counts, strict=True) if count == best]
@@ -532,7 +557,7 @@ class _Bound:
         lines: dict[tuple[float, ...], int] = {}
         for child in node.children:
             if child.turns_freely:
-                u = rotate(child.rot, child.axis)
+                u = child.along
                 key = tuple(round(c / (10 * max(self._search.small, 1e-10))) for c in u)
                 key = max(key, tuple(-c for c in key))
                 lines[key] = lines.get(key, 0) + 1
@@ -545,7 +570,7 @@ class _Bound:
         own = [child for child in node.children if child.turns_freely]
         if len(own) > MOST_JOINTS:
             return min(self._behind(node, IDENTITY), 1 + self._many(node))
-        lines = dict.fromkeys(rotate(child.rot, child.axis) for child in own)
+        lines = dict.fromkeys(child.along for child in own)
         return min(
             self._behind(node, IDENTITY),
             *(1 + self._about(node, axis)[0] for axis in AXES),
@@ -582,14 +607,16 @@ class _Directions:
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
     """The direction of the part of v at right angles to the axis; None if v is along it."""
+    a, b, c = axis
+    x, y, z = v
     for _ in range(2):  # the second time removes the rounding of the first, if v is nearly along
-        along = dot(v, axis)
-        x, y, z = (c - along * a for c, a in zip(v, axis, strict=True))
+        along = x * a + y * b + z * c
+        x, y, z = x - along * a, y - along * b, z - along * c
         length = hypot(x, y, z)
         if length <= small:
             return None
-        v = (x / length, y / length, z / length)
-    return v
+        x, y, z = x / length, y / length, z / length
+    return (x, y, z)
 
 
 def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
