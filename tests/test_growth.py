@@ -81,6 +81,7 @@ def calls(what: Callable[[], Any]) -> tuple[int, Any]:
 def large(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every file is treated as a large one."""
     monkeypatch.setattr("urdf2mbs.xml_lines.LARGE", 0)
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 0)
     monkeypatch.setattr("urdf2mbs.mbs.writer.INDENTED", 0)
 
 
@@ -105,7 +106,10 @@ def test_four_times_the_links_are_four_times_the_work(
 
 @pytest.mark.any_python
 @pytest.mark.parametrize("of_one", [True, False])
-def test_four_times_the_exact_doubles_are_four_times_the_work(of_one: bool) -> None:
+def test_four_times_the_exact_doubles_are_four_times_the_work(
+    of_one: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 0)  # else the smaller one is read only once
     counted = []
     for links in (200, 800):
         once = [LINK.format(i=i) + FIXED.format(i=i) for i in range(links)]
@@ -164,9 +168,9 @@ def test_ten_thousand_joints_on_one_link(tmp_path: Path) -> None:
 
 def both_ways(data: bytes, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Any]:
     monkeypatch.setattr("urdf2mbs.xml_lines.LIMIT", 0)  # so that lines are counted, too
-    monkeypatch.setattr("urdf2mbs.xml_lines.is_large", lambda data: False)
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 2**30)
     whole = parse(data, "r.urdf")
-    monkeypatch.setattr("urdf2mbs.xml_lines.is_large", lambda data: True)
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 0)
     return whole, parse(data, "r.urdf")
 
 
@@ -228,7 +232,7 @@ def test_so_is_what_is_said(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
             return [str(error), *map(str, error.said)]
 
     whole = said(text.encode())
-    monkeypatch.setattr("urdf2mbs.xml_lines.LARGE", 0)
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 0)
     monkeypatch.setattr("urdf2mbs.xml_lines._PIECE", 7)
     assert said(text.encode()) == whole
 
@@ -237,7 +241,7 @@ def test_a_large_file_is_read_once_where_nothing_is_wrong(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     data = urdf("chain", 20).encode()
-    monkeypatch.setattr("urdf2mbs.xml_lines.LARGE", 0)
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 0)
     monkeypatch.setattr("urdf2mbs.urdf.xml.parse", None)
     assert len(parse(data, "r.urdf")[0].links) == 20
 

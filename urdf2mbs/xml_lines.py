@@ -18,7 +18,7 @@ from lxml import etree
 
 #: From this line on, ``sourceline`` is a guess.
 LIMIT = 65535
-#: So many bytes are read piece by piece.
+#: So many bytes of an .mbs are read piece by piece.
 LARGE = 2**21
 #: So many bytes at a time.
 _PIECE = 2**16
@@ -52,11 +52,6 @@ def parse(data: bytes, parser: etree.XMLParser) -> Any:
             for element, line in zip(root.placed, lines, strict=True):
                 element.sourceline = line
     return root
-
-
-def is_large(data: bytes) -> bool:
-    """Whether a file is better read piece by piece."""
-    return len(data) >= LARGE
 
 
 def pieces(data: bytes, tags: Sequence[str], **options: Any) -> Iterator[Any]:

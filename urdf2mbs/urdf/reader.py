@@ -72,6 +72,10 @@ def expanded(
     return data, expand(source, packages, xacro_args)
 
 
+#: So many bytes are read piece by piece: each piece takes the memory of the one before, where a
+#: whole tree would get it from the system and give it back.
+LARGE = 2**18
+
 #: What every text has of which xacro must expand elements: ``xacro:`` before the name of one, or
 #: a namespace of xacro under another prefix; ``xmlns:xacro`` alone says nothing.
 _XACRO = re.compile(rb"xacro[^\s<>='\"/]*:")
@@ -149,7 +153,7 @@ def parse(
     :raises ConversionError: the last of the errors, with the others in its ``said``
     """
     name = f"{file} (expanded)" if expanded else file
-    if xml_lines.is_large(data):
+    if len(data) >= LARGE:
         robot = _read_pieces(Reading(name, expanded), data)
         if robot is not None:
             return robot
