@@ -612,3 +612,12 @@ SECTIONS = [
 ]
 
 CATALOGUE = {code: one for section in SECTIONS for code, one in section.codes.items()}
+
+#: All whose level can be changed, and the level that they have; what is not here is an error
+#: that leaves nothing to convert.
+DEFAULTS = {
+    code: one.level
+    for section in SECTIONS
+    if section.changeable
+    for code, one in section.codes.items()
+}

@@ -108,21 +108,23 @@ def render(
 
 
 #: Letters that a terminal acts on: controls, and those that turn the direction of writing.
-_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+_CONTROLS = r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]"
 #: Longer lines of a message are cut in the middle.
 _LONGEST = 2000
 #: A line of a message that is not indented is a name's.
-_OTHER_LINE = re.compile(r"\n(?!  )")
+_OTHER_LINE = r"\n(?!  )"
 
 
 def printable(text: str) -> str:
     r"""A text in which nothing acts on a terminal: such letters are written as ``\x1b``."""
-    return _CONTROLS.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+    if text.replace("\n", "").isprintable():
+        return text
+    return re.sub(_CONTROLS, lambda found: found[0].encode("unicode_escape").decode(), text)
 
 
 def _one(text: str) -> str:
     """One message, of which a name of a million letters is cut."""
-    lines = _OTHER_LINE.sub(r"\\n", printable(text)).split("\n")
+    lines = re.sub(_OTHER_LINE, r"\\n", printable(text)).split("\n")
     return "\n".join(
         line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
         for line in lines

@@ -11,19 +11,9 @@ from typing import Any, Literal
 
 import msgspec
 
-from urdf2mbs.catalogue import SECTIONS
 from urdf2mbs.diagnostics import ConversionError, Diagnostic
 
 Level = Literal["error", "warning", "note", "ignore"]
-
-#: All whose level can be changed, and the level that they have; what is not here is an error
-#: that leaves nothing to convert.
-DEFAULTS: dict[str, Level] = {
-    code: one.level
-    for section in SECTIONS
-    if section.changeable
-    for code, one in section.codes.items()
-}
 
 
 class Levels(msgspec.Struct, frozen=True):

@@ -246,7 +246,7 @@ def test_an_unchanged_mesh_is_not_converted_again(
     def no(*_: object, **__: object) -> None:
         raise MeshError("it was read again")
 
-    monkeypatch.setattr("urdf2mbs.passes.convert_meshes.read", no)
+    monkeypatch.setattr("urdf2mbs.meshes.reader.read", no)
     second = convert(tmp_path, meshes)
     assert second.files == {}
     assert second.report["convert-meshes"]["kept"] == len(SAMPLES)

@@ -13,9 +13,9 @@ from urdf2mbs.diagnostics import printable
 
 _RED, _YELLOW, _CYAN, _GREEN, _OFF = (f"\033[{n}m" for n in ("1;31", "1;33", "36", "32", "0"))
 _COLOURS = {"error": _RED, "warning": _YELLOW, "note": _CYAN}
-_LEVEL = re.compile(r"\b(error|warning|note)(?=\[[a-z0-9-]+\])")
-_SAME = re.compile(r"(?<!NOT )\bthe same robot\b")
-_OTHER = re.compile(r"\bNOT (?:the same robot|THE SAME ROBOT)")
+_LEVEL = r"\b(error|warning|note)(?=\[[a-z0-9-]+\])"
+_SAME = r"(?<!NOT )\bthe same robot\b"
+_OTHER = r"\bNOT (?:the same robot|THE SAME ROBOT)"
 
 
 class Shown:
@@ -40,9 +40,9 @@ class Shown:
         text = printable(text)
         if not self._coloured:
             return text
-        text = _LEVEL.sub(lambda found: f"{_COLOURS[found[1]]}{found[1]}{_OFF}", text)
-        text = _OTHER.sub(lambda found: f"{_RED}{found[0]}{_OFF}", text)
-        return _SAME.sub(lambda found: f"{_GREEN}{found[0]}{_OFF}", text)
+        text = re.sub(_LEVEL, lambda found: f"{_COLOURS[found[1]]}{found[1]}{_OFF}", text)
+        text = re.sub(_OTHER, lambda found: f"{_RED}{found[0]}{_OFF}", text)
+        return re.sub(_SAME, lambda found: f"{_GREEN}{found[0]}{_OFF}", text)
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)

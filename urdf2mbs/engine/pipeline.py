@@ -16,7 +16,6 @@ from urdf2mbs.engine.plugins import FAILURES, GROUP, Plugins, Registered, hooks_
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
-from urdf2mbs.levels import DEFAULTS
 from urdf2mbs.presets import PRESETS
 from urdf2mbs.urdf.changes import between, snapshot
 
@@ -151,8 +150,10 @@ class Pipeline:
 
     def _check_levels(self, config: Config, lines: Lines) -> None:
         """A code is one whose level can be changed, or may be a plugin's."""
-        if any(name != GROUP for name in self.plugins.names()):
+        if not config.diagnostics or any(name != GROUP for name in self.plugins.names()):
             return
+        from urdf2mbs.catalogue import DEFAULTS
+
         for code in config.diagnostics:
             if code not in DEFAULTS:
                 raise lines.error(

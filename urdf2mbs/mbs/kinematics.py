@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import msgspec
+
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
 
@@ -20,7 +22,7 @@ class Placed(NamedTuple):
     """Index of the joint before it, on the way to the base; -1: there is none."""
 
 
-class Placement(NamedTuple):
+class Placement(msgspec.Struct):
     """Where bodies and joints are at the initial position, in the base (m)."""
 
     bodies: dict[str | None, Pose]

@@ -43,7 +43,7 @@ C_KEYWORDS = frozenset([
 ])  # fmt: skip
 
 _GOOD = re.compile(r"[A-Za-z][A-Za-z0-9_]*", re.ASCII).fullmatch
-_BAD_CHARACTER = re.compile(r"[^A-Za-z0-9_]", re.ASCII)
+_BAD_CHARACTER = r"[^A-Za-z0-9_]"
 
 
 def free_name(name: str, taken: Container[str], spelled: Callable[[str], str] = str) -> str:
@@ -198,7 +198,7 @@ def _assign(names: Sequence[str], suffixes: Sequence[str], reserved: Iterable[st
     counted: dict[str, int] = {}
     for index in others:
         name, suffix = names[index], suffixes[index]
-        new = _BAD_CHARACTER.sub("_", name)
+        new = re.sub(_BAD_CHARACTER, "_", name)
         if not _GOOD(new):
             new = f"n_{new}"
         if new in taken:

@@ -87,7 +87,7 @@ _WORDS = {word: word for word in (*JOINT_TYPES, *NATURES)}
 
 _NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*").fullmatch
 _TAG = attrgetter("tag")
-_RGB = re.compile(r"\s*[0-9]{1,3}\s*").fullmatch
+_RGB = r"\s*[0-9]{1,3}\s*"
 
 
 def read(
@@ -473,7 +473,7 @@ class _Reader:
     def color(self, element: _Element) -> tuple[int, int, int]:
         rgb = [element.get(part, "") for part in "RGB"]
         for text in rgb:
-            if not _RGB(text) or int(text) > 255:
+            if not re.fullmatch(_RGB, text) or int(text) > 255:
                 self.fail(
                     element, "number-invalid", f"'{text}' is no part of a colour",
                     "R, G and B are whole numbers from 0 to 255",

@@ -57,7 +57,7 @@ class _Texts(dict[str, str]):
     def __missing__(self, value: str) -> str:
         text = value
         if not _PLAIN(value):
-            if _NOT_XML(value):
+            if re.search(_NOT_XML, value):
                 raise ValueError(f"an .mbs file cannot hold the name {value!r}")
             text = value.translate(_ESCAPED)
         self[value] = text
@@ -76,7 +76,7 @@ _ESCAPED = str.maketrans(
     }
 )
 _PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
-_NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
+_NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
 #: A tree of more bodies than this (some 10 MB) is not for the eye: each body is on one line,
@@ -97,9 +97,6 @@ _LEFT_OUT = (
 )
 
 
-_INDENTATION = re.compile("\n *").sub
-
-
 class _ShortNumbers(_Numbers):
     """Each number as text, to its last digit; a whole one without a point."""
 
@@ -113,7 +110,7 @@ def _on_one_line(text: str) -> str:
 
     Text has no line end and no '<' of its own, so none of it is touched.
     """
-    line = _INDENTATION("", text.lstrip(" "))
+    line = re.sub("\n *", "", text.lstrip(" "))
     for element in _LEFT_OUT:
         line = line.replace(element, "")
     return line.replace("<x3D></x3D>", "<x3D/>") + "\n"

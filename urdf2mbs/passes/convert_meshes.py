@@ -17,7 +17,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from io import BytesIO
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 from msgspec import Meta
@@ -28,10 +28,10 @@ from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
-from urdf2mbs.meshes import vrml
-from urdf2mbs.meshes.model import Mesh, MeshError, read_beside, turned
-from urdf2mbs.meshes.reader import read
 from urdf2mbs.urdf import model as urdf
+
+if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
+    from urdf2mbs.meshes.model import Mesh
 
 #: Stands in every file that is written; a new number makes all files anew.
 VERSION = 2
@@ -119,6 +119,8 @@ def run(conversion: Conversion, options: Options) -> None:
                 "the .wrl files that 'output: {project: DIR}' makes of them",
             )
         return
+    from urdf2mbs.meshes.model import MeshError
+
     folder = settings.project / "animationR" / "vrml"
     uses = _uses(conversion)
     links = _links(conversion)
@@ -207,6 +209,8 @@ def _there(
     options: Options,
 ) -> dict[tuple[str, Look], Old | None]:
     """The .wrl files that are there already, for each look of each mesh."""
+    from urdf2mbs.meshes.model import read_beside
+
     there: dict[tuple[str, Look], Old | None] = {}
     for filename, looks in uses.items():
         path = paths[filename]
@@ -272,6 +276,8 @@ def _is_due(old: Old | None) -> bool:
 
 def make(job: Job) -> Converted:
     """A mesh in all its looks; raises MeshError."""
+    from urdf2mbs.meshes.reader import read
+
     mesh = read(job.path, up_axis=job.options.up_axis == "apply")
     looks = {look: convert(mesh, look, job.options) for look in job.looks}
     return Converted(mesh.size, looks, mesh.textures)
@@ -389,6 +395,9 @@ def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[s
 
 def convert(mesh: Mesh, look: Look, options: Options) -> tuple[Made, bytes]:
     """The whole .wrl, and what it was made from."""
+    from urdf2mbs.meshes import vrml
+    from urdf2mbs.meshes.model import turned
+
     parts = mesh.parts
     if look.mirror:
         import numpy as np
@@ -425,6 +434,8 @@ def made_from(content: bytes) -> Made | None:
 
 def is_current(made: Made, options: Options, look: Look, path: Path, folder: Path) -> bool:
     """Whether the mesh file at ``path`` would give this .wrl again."""
+    from urdf2mbs.meshes.model import read_beside
+
     return (
         (made.version, made.up_axis, made.look) == (VERSION, options.up_axis, look)
         and path.name in made.sources

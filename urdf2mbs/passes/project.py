@@ -15,7 +15,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 
 #: The generated module, where a user function loads it.
-_MODULE = re.compile(r"^(?:import |#include \")(\w+)_robot\b", re.MULTILINE).search
+_MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
@@ -49,7 +49,7 @@ def _tell_renamed(conversion: Conversion) -> None:
     stale: dict[str, list[str]] = {}
     for path in conversion.starters:
         data = files.beginning(path, 2**20) if files.is_file(path) else b""
-        calls = _MODULE(data.decode("utf-8", "replace"))
+        calls = re.search(_MODULE, data.decode("utf-8", "replace"))
         if calls and calls[1] != conversion.mbs.name:
             stale.setdefault(calls[1], []).append(path.name)
     for name, users in stale.items():

@@ -9,16 +9,17 @@ from __future__ import annotations
 import sys
 from contextlib import redirect_stdout
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+import msgspec
 
 from urdf2mbs.diagnostics import ConfigError, nearest
 
 PREFIX = "robot_descriptions:"
 
 
-class Description(NamedTuple):
+class Description(msgspec.Struct):
     """Where the package ``robot_descriptions`` has put a robot, and how it is read."""
 
     source: Path
@@ -35,6 +36,8 @@ def locate(source: str) -> Description:
     :raises ConfigError: ``extra-missing``, ``unknown-description``, ``description-no-urdf``,
         ``description-unreachable``
     """
+    from importlib.util import find_spec
+
     name = source.removeprefix(PREFIX)
     if find_spec("robot_descriptions") is None:
         raise ConfigError(

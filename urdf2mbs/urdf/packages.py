@@ -17,13 +17,13 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-_NAME = re.compile(rb"<name[^>]*>\s*([^<]*?)\s*</name>")
-_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
-_SCHEME = re.compile(r"(package|model|file):/*", re.IGNORECASE)
-_LOCALHOST = re.compile(r"^//localhost(?=/)", re.IGNORECASE)
+_NAME = rb"<name[^>]*>\s*([^<]*?)\s*</name>"
+_COMMENT = rb"(?s)<!--.*?-->"
+_SCHEME = r"(?i)(package|model|file):/*"
+_LOCALHOST = r"(?i)^//localhost(?=/)"
 #: The most that is read of a package.xml.
 _MOST = 2**20
-_DRIVE = re.compile(r"[A-Za-z](:|%3A)/", re.IGNORECASE)
+_DRIVE = r"(?i)[A-Z](:|%3A)/"
 #: What the root of a git checkout, or of a workspace of colcon or catkin, has.
 _ROOTS = (".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall")
 #: Folders that a crawl through a ROS_PACKAGE_PATH entry does not enter, as rospack does.
@@ -252,7 +252,7 @@ class Packages:
 
 def _split(filename: str) -> tuple[str, str, str]:
     """Scheme, package (for ``package`` and ``model``) and the path."""
-    match = _SCHEME.match(filename)
+    match = re.match(_SCHEME, filename)
     if match:
         scheme = match[1].lower()
         rest = filename[match.end() :]
@@ -267,11 +267,11 @@ def _split(filename: str) -> tuple[str, str, str]:
 
 def _local(rest: str) -> str:
     """The path that a ``file:`` URI means, of what follows the scheme."""
-    rest = _LOCALHOST.sub("", rest)
+    rest = re.sub(_LOCALHOST, "", rest)
     if not rest.startswith("/"):
         return rest
     path = rest.lstrip("/")
-    return path if _DRIVE.match(path) else f"/{path}"
+    return path if re.match(_DRIVE, path) else f"/{path}"
 
 
 def _is_name(name: str) -> bool:
@@ -287,10 +287,10 @@ def _below(folder: Path, name: str) -> Iterator[Path]:
 
 def _package_name(folder: Path) -> str | None:
     try:
-        text = _COMMENT.sub(b"", files.read(folder / "package.xml", _MOST))
+        text = re.sub(_COMMENT, b"", files.read(folder / "package.xml", _MOST))
     except (OSError, ValueError):
         return None
-    match = _NAME.search(text)
+    match = re.search(_NAME, text)
     return match[1].decode("utf-8", "replace") if match else None
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 #: What xacro makes of ``file://$(find NAME)/...`` where the package was not found.
-_UNRESOLVED = re.compile(r"^file:/*(?=package://)")
+_UNRESOLVED = r"^file:/*(?=package://)"
 
 
 def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
@@ -84,7 +84,7 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
                 shape.sourceline,
             )  # fmt: skip
             return None
-        filename = _UNRESOLVED.sub("", filename)
+        filename = re.sub(_UNRESOLVED, "", filename)
         if "scale" not in attributes:
             return Mesh(filename)
         scale = read_scale(reading, shape, attributes["scale"])

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 
+import msgspec
 from lxml import etree
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError
 
 
-class Slip(NamedTuple):
+class Slip(msgspec.Struct, frozen=True):
     """Something that was mended or forgiven."""
 
     code: str
@@ -32,11 +33,11 @@ _SAFE: dict[str, Any] = {
 #: Longer comments are not read by libxml2.
 _LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
-_DECLARATION = re.compile(rb"<\?xml(?=[\s?])([^>]*?)\?>")
-_VERSION = re.compile(rb"""version\s*=\s*["']([^"']*)["']""")
-_ENCODING = re.compile(rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']""")
-COMMENT = re.compile(rb"<!--(.*?)-->", re.DOTALL)
-_CONFLICT = re.compile(rb"^(<{7} |>{7} |={7}\s*$)", re.MULTILINE)
+_DECLARATION = rb"<\?xml(?=[\s?])([^>]*?)\?>"
+_VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
+_ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
+COMMENT = rb"(?s)<!--(.*?)-->"
+_CONFLICT = rb"(?m)^(<{7} |>{7} |={7}\s*$)"
 _SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
 #: libxml2's first complaint about a file that is cut off.
 _UNFINISHED = frozenset(
@@ -130,14 +131,14 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
 
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
-    comments = [match.span() for match in COMMENT.finditer(data)]
+    comments = [match.span() for match in re.finditer(COMMENT, data)]
 
     def declaration(match: re.Match[bytes]) -> bytes:
         nonlocal encoding
         at = match.start()
         if any(first < at < last for first, last in comments):
             return match[0]
-        version, named = _VERSION.search(match[1]), _ENCODING.search(match[1])
+        version, named = re.search(_VERSION, match[1]), re.search(_ENCODING, match[1])
         if at != start:
             before = data[start:at].strip()
             slip(
@@ -164,13 +165,13 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         slip("there is a '--' within a comment", match.start())
         return b"<!--" + _blanked(match[1]) + b"-->"
 
-    text = COMMENT.sub(comment, _DECLARATION.sub(declaration, data))
+    text = re.sub(COMMENT, comment, re.sub(_DECLARATION, declaration, data))
     if encoding is not None:
         text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
-    if not _ENCODING.search(text[:200]) and not _is_utf_8(text):
-        plain = COMMENT.sub(lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
+    if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
+        plain = re.sub(COMMENT, lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
         if _is_utf_8(plain):
-            at = next(m.start() for m in COMMENT.finditer(text) if not _is_utf_8(m[1]))
+            at = next(m.start() for m in re.finditer(COMMENT, text) if not _is_utf_8(m[1]))
             slip("there are letters within a comment that are not UTF-8", at)
             text = plain
     return text, slips
@@ -184,7 +185,7 @@ def explain(data: bytes, file: str, error: etree.XMLSyntaxError, log: list[Any])
 
     line = error.lineno or None
     text = data.strip(BLANK)
-    conflict = _CONFLICT.search(data)
+    conflict = re.search(_CONFLICT, data)
     if conflict:
         fail(
             "merge-conflict", "a merge conflict was left in the file",
