@@ -64,7 +64,6 @@ def parser() -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = _Parser(
         prog="urdf2mbs",
         description="Convert URDF and xacro robots to Robotran .mbs files.",
-        formatter_class=_Help,
     )
     parser.add_argument("--version", action=_Version, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
@@ -94,7 +93,19 @@ class _Alone:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong with a word without the control characters in it."""
+    """Its help is as wide as the terminal; it says what is wrong with a word without the control
+    characters in it.
+
+    argparse would ask shutil for the width, which imports four ways to compress files, and again
+    for every option.
+    """
+
+    def __init__(self, **more: Any) -> None:
+        width = _columns() - 2
+        super().__init__(
+            **more,
+            formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, width=width),
+        )
 
     def _print_message(self, message: str, file: Any = None) -> None:
         super()._print_message("".join(map(_letter, message)), file)
@@ -102,16 +113,6 @@ class _Parser(argparse.ArgumentParser):
 
 def _letter(letter: str) -> str:
     return letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1]
-
-
-class _Help(argparse.RawDescriptionHelpFormatter):
-    """Help as wide as the terminal.
-
-    argparse would ask shutil for the width, which imports four ways to compress files.
-    """
-
-    def __init__(self, prog: str, **more: Any) -> None:
-        super().__init__(prog, **{"width": _columns() - 2, **more})
 
 
 def _columns() -> int:
@@ -147,7 +148,7 @@ def _command(commands: Commands, name: str, does: str) -> argparse.ArgumentParse
     """A new command with the options that all have."""
     examples = "".join(f"\n  {line}" for line in EXAMPLES[name])
     command = commands.add_parser(
-        name, help=does, formatter_class=_Help, epilog=f"examples:{examples}"
+        name, help=does, epilog=f"examples:{examples}"
     )
     command.set_defaults(command=name)
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")

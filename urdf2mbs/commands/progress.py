@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-import threading
+from _thread import allocate_lock, start_new_thread  # threading takes long to import
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
@@ -20,21 +20,20 @@ class Progress:
         self._verbose: bool = arguments.verbose
         self._quiet: bool = getattr(arguments, "quiet", False)
         self._at = ""
-        self._done = threading.Event()
-        self._thread = threading.Thread(target=self._speak, daemon=True)
+        self._lasts = allocate_lock()
 
     def __enter__(self) -> Progress:
         if not self._quiet:
-            self._thread.start()
+            self._lasts.acquire()
+            start_new_thread(self._speak, ())
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._done.set()
         if not self._quiet:
-            self._thread.join()
+            self._lasts.release()
 
     def _speak(self) -> None:
-        while not self._done.wait(self.PATIENCE):
+        while not self._lasts.acquire(timeout=self.PATIENCE):
             print(f"... {self._at}", file=sys.stderr)
 
     @hookimpl

@@ -3,8 +3,8 @@
 Errors name the file, the line and the key, and offer the nearest known one.
 """
 
-from __future__ import annotations
-
+# Without "from __future__ import annotations": msgspec would evaluate each text of a type, which
+# takes as long as a tenth of the passes.
 import re
 from collections.abc import Mapping
 from contextlib import suppress

@@ -60,8 +60,9 @@ def _may_name_plugins(folder: str) -> bool:
     for name in names:
         if name.lower().endswith((".dist-info", ".egg-info")):
             try:
-                if group in Path(folder, name, "entry_points.txt").read_bytes():
-                    return True
+                with open(os.path.join(folder, name, "entry_points.txt"), "rb", 0) as file:  # noqa: PTH118, PTH123
+                    if group in file.read():
+                        return True
             except OSError:
                 pass  # most packages have none
     return False

@@ -3,42 +3,44 @@
 from __future__ import annotations
 
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
-from urdf2mbs.passes import (
-    actuators,
-    align_frames,
-    assign_names,
-    check,
-    collect_anchors,
-    contacts,
-    convert_meshes,
-    convert_visuals,
-    decompose_joints,
-    emit,
-    equations,
-    estimate_inertia,
-    expand,
-    find_singular,
-    fit_view,
-    force_torque,
-    forces,
-    insert_base,
-    joint_parameters,
-    layout,
-    left_out,
-    loops,
-    lump_fixed,
-    merge_massless,
-    mimic,
-    posture,
-    project,
-    prune_massless,
-    reframe_inertia,
-    sensors,
-)
 
 
 @hookimpl
 def urdf2mbs_passes() -> list[Pass]:
+    # not above: whoever looks for hooks would look at every module
+    from urdf2mbs.passes import (
+        actuators,
+        align_frames,
+        assign_names,
+        check,
+        collect_anchors,
+        contacts,
+        convert_meshes,
+        convert_visuals,
+        decompose_joints,
+        emit,
+        equations,
+        estimate_inertia,
+        expand,
+        find_singular,
+        fit_view,
+        force_torque,
+        forces,
+        insert_base,
+        joint_parameters,
+        layout,
+        left_out,
+        loops,
+        lump_fixed,
+        merge_massless,
+        mimic,
+        posture,
+        project,
+        prune_massless,
+        reframe_inertia,
+        sensors,
+    )
+
     return [
         expand.PASS,
         estimate_inertia.PASS,
