@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import subprocess
 import sys
+from argparse import Namespace
 from importlib.metadata import version
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import pytest
@@ -15,6 +18,10 @@ import pytest
 import urdf2mbs
 from urdf2mbs.cli import main
 from urdf2mbs.commands.printing import near
+from urdf2mbs.commands.progress import Progress
+from urdf2mbs.engine.config import load
+from urdf2mbs.engine.hookspecs import hookimpl
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY
 
@@ -250,7 +257,8 @@ def test_help_imports_nothing_but_argparse(words: list[str]) -> None:
         "p.parse_args(['--help'])"
     )
     ours = loaded(f"from urdf2mbs.cli import main; main({words})")
-    assert ours - bare - {"__future__"} == {"urdf2mbs", "urdf2mbs.cli", "urdf2mbs.options"}
+    free = {"__future__", *sys.builtin_module_names}
+    assert ours - bare - free == {"urdf2mbs", "urdf2mbs.cli", "urdf2mbs.options"}
     assert not (ours - loaded("pass")) & {"shutil", "typing"}
 
 
@@ -267,12 +275,80 @@ def test_the_package_imports_what_is_asked_for() -> None:
 
 def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
     heavy = {"numpy", "xacro", "pinocchio", "trimesh", "xml", "importlib.metadata", "hashlib",
-             "dataclasses", "asyncio", "subprocess", "json", "html", "email"}  # fmt: skip
+             "dataclasses", "asyncio", "subprocess", "json", "html", "email", "threading",
+             "tempfile", "shutil", "difflib", "traceback", "importlib.util",
+             "urdf2mbs.catalogue", "urdf2mbs.meshes", "urdf2mbs.kit", "urdf2mbs.project",
+             "urdf2mbs.api"}  # fmt: skip
     needed = loaded("import lxml.etree, msgspec, pluggy")  # and what these import
     found = loaded("from urdf2mbs.cli import main; main(['convert', 'tiny.urdf'])") - needed
     assert found & {*heavy, "yaml", "urdf2mbs.many", "urdf2mbs.equations.graph"} == set()
     found = loaded("from urdf2mbs.cli import main; main(['run', 'tiny.yaml'])") - needed
     assert found & heavy == set()
+
+
+def test_few_patterns_are_compiled_that_may_not_be_used() -> None:
+    """Each takes as long as the import of a module."""
+    code = (
+        "import lxml.etree, msgspec, pluggy, random, re; made = []; compile = re.compile;"
+        "re.compile = lambda *given: made.append(given) or compile(*given);"
+        "import urdf2mbs.commands.convert, urdf2mbs.passes; urdf2mbs.passes.urdf2mbs_passes();"
+        "print(len(made))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert 0 < int(done.stdout) < 8
+
+
+def test_the_process_ends_without_looking_for_garbage(robot: Path) -> None:
+    """Neither in what is imported nor in what is there at the end; who calls ``main`` with words
+    keeps the collector as it was."""
+    code = (
+        "import atexit, gc, sys; from urdf2mbs.cli import main;"
+        "atexit.register(lambda: print('frozen', gc.get_freeze_count() > 1000));"
+        "sys.argv = ['urdf2mbs', 'convert', 'tiny.urdf', '-q']; main({})"
+    )
+    for words, frozen in (("", True), ("sys.argv[1:]", False)):
+        done = subprocess.run(
+            [sys.executable, "-c", code.format(words)], check=True, capture_output=True, text=True
+        )
+        assert f"frozen {frozen}" in done.stdout
+    before = gc.get_threshold()
+    assert main(["convert", "tiny.urdf"]) == 0
+    assert gc.get_threshold() == before
+
+
+class Ear:
+    """Standard error, which lets a run go on when it has heard where the run is."""
+
+    def __init__(self) -> None:
+        self.text = ""
+        self.heard = Event()
+
+    def write(self, text: str) -> None:
+        self.text += text
+        if "at the end" in self.text:
+            self.heard.set()
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Any, conversion: Any) -> None:
+        if pass_.name == "emit":
+            conversion.progress("at the end")
+            assert self.heard.wait(10.0)
+
+
+@pytest.mark.parametrize("verbose", [False, True])
+def test_a_run_that_lasts_says_where_it_is(
+    verbose: bool, robot: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ear = Ear()
+    monkeypatch.setattr(sys, "stderr", ear)
+    monkeypatch.setattr(Progress, "PATIENCE", 0.001)
+    pipeline = Pipeline(*load(robot / "tiny.yaml"))
+    pipeline.watch(ear)
+    with Progress(Namespace(verbose=verbose)) as progress:
+        progress.follow(pipeline)
+        pipeline.run()
+    assert "... emit: at the end\n" in ear.text
+    assert (" ms  emit\n" in ear.text) == verbose
 
 
 def test_version(capsys: Any) -> None:

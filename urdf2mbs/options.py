@@ -147,9 +147,7 @@ def _path(text: str) -> Path:
 def _command(commands: Commands, name: str, does: str) -> argparse.ArgumentParser:
     """A new command with the options that all have."""
     examples = "".join(f"\n  {line}" for line in EXAMPLES[name])
-    command = commands.add_parser(
-        name, help=does, epilog=f"examples:{examples}"
-    )
+    command = commands.add_parser(name, help=does, epilog=f"examples:{examples}")
     command.set_defaults(command=name)
     command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     command.add_argument(

@@ -96,7 +96,7 @@ def _cost(
     pipelines = {"this config": pipeline, **by_presets(config, lines, arguments)}
     with Progress(arguments) as progress:
         for each in pipelines.values():
-            each.watch(progress)
+            progress.follow(each)
         costs = {}
         for name, each in pipelines.items():
             try:

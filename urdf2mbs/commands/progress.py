@@ -6,8 +6,8 @@ import argparse
 import sys
 from _thread import allocate_lock, start_new_thread  # threading takes long to import
 
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.pipeline import Pipeline
 
 
 class Progress:
@@ -32,20 +32,19 @@ class Progress:
         if not self._quiet:
             self._lasts.release()
 
+    def follow(self, pipeline: Pipeline) -> None:
+        """Tell of the runs of a pipeline."""
+        pipeline.tell = self._is_at
+        if self._verbose:
+            pipeline.watch(self)
+
+    def _is_at(self, text: str) -> None:
+        self._at = text
+
     def _speak(self) -> None:
         while not self._lasts.acquire(timeout=self.PATIENCE):
             print(f"... {self._at}", file=sys.stderr)
 
     @hookimpl
-    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Conversion) -> None:
-        self._at = pass_.name
-
-        def progress(text: str) -> None:
-            self._at = f"{pass_.name}: {text}"
-
-        conversion.progress = progress
-
-    @hookimpl
     def urdf2mbs_after_pass(self, pass_: Pass, seconds: float) -> None:
-        if self._verbose:
-            print(f"{1000 * seconds:9.2f} ms  {pass_.name}", file=sys.stderr)
+        print(f"{1000 * seconds:9.2f} ms  {pass_.name}", file=sys.stderr)

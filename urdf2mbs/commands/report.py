@@ -29,7 +29,7 @@ def _make(arguments: argparse.Namespace, give: Callable[[bytes], None] | None = 
     config, lines = robot_or_config(arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments) as progress:
-        pipeline.watch(progress)
+        progress.follow(pipeline)
         conversion = pipeline.run()
         conversion.progress("the page")
         page = make(conversion)

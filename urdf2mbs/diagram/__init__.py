@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from urdf2mbs.diagram import method, robot, tree
+from urdf2mbs.diagram import robot, tree
 from urdf2mbs.diagram.boxes import Node, nodes
 from urdf2mbs.diagram.shape import look
 from urdf2mbs.mbs.model import Mbs
@@ -17,6 +17,8 @@ def arrange(mbs: Mbs, style: str = "robot") -> str:
     worth following.
     """
     if style == "method":
+        from urdf2mbs.diagram import method
+
         method.arrange(mbs)
         return style
     order = nodes(mbs)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -49,6 +51,8 @@ class Pipeline:
         self.plugins = plugins_of(files, installed=installed_plugins)
         self._hooks: list[Any] = []
         """Of those who watch."""
+        self.tell: Callable[[str], None] | None = None
+        """Called with what a run is at: each pass, and what it says of itself."""
         preset = _preset(config, self.plugins)
         kept = _PRESETS.get(preset)
         self.passes = [*kept] if kept else self._resolved(config, lines)
@@ -124,6 +128,9 @@ class Pipeline:
         for configured in self.passes:
             found = configured.registered
             pass_ = found.pass_
+            if self.tell is not None:
+                self.tell(pass_.name)
+                conversion.progress = partial(_tell_of, self.tell, pass_.name)
             if watched:
                 self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
@@ -211,6 +218,10 @@ def _preset(config: Config, plugins: Plugins) -> str:
     if changed or not isinstance(name, str) or name in plugins.presets or name not in PRESETS:
         return ""
     return name
+
+
+def _tell_of(tell: Callable[[str], None], name: str, text: str) -> None:
+    tell(f"{name}: {text}")
 
 
 def _may_change(configured: Configured) -> bool:

@@ -15,7 +15,6 @@ from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram import arrange
-from urdf2mbs.diagram.keep import keep
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 
@@ -49,6 +48,8 @@ def _keep(conversion: Conversion) -> int:
             hint="mend the file; or leave 'keep' out of the options of layout, and it is replaced",
         )
         return 0
+    from urdf2mbs.diagram.keep import keep
+
     kept = keep(conversion.mbs, drawn)
     count = len(conversion.mbs.bodies)
     conversion.note("layout-kept", f"{kept} of {count} bodies stay where '{output.name}' has them")

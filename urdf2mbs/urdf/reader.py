@@ -84,7 +84,7 @@ _OTHER_PREFIX = re.compile(rb"""xmlns(?!:xacro[\s=])[^<>=]*=\s*(?:"[^"]*xacro|'[
 
 def has_xacro(data: bytes, file: str) -> bool:
     """Whether a URDF has elements, or values of links and joints, that xacro must expand."""
-    if not _mentions_xacro(data) or not _mentions_xacro(xml.COMMENT.sub(b"", data)):
+    if not _mentions_xacro(data) or not _mentions_xacro(re.sub(xml.COMMENT, b"", data)):
         return False
     root, _ = xml.parse(data, file)
     for element in root.iter(etree.Element):
