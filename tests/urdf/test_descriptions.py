@@ -79,7 +79,7 @@ def test_no_such_robot(
 
 
 def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(descriptions, "find_spec", lambda name: None)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(ConfigError) as caught:
         convert("robot_descriptions:cassie_description")
     assert caught.value.code == "extra-missing"
