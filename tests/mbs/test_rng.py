@@ -11,6 +11,8 @@ from hypothesis import given
 from lxml import etree
 from mbs.models import everything, few, models
 
+from urdf2mbs import xml_lines
+from urdf2mbs.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.mbs import reader
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT
 from urdf2mbs.mbs.model import Mbs
@@ -20,20 +22,31 @@ from urdf2mbs.mbs.writer import write
 FILE = write(everything()).decode()
 
 
+def problems(data: bytes) -> list[Diagnostic]:
+    """What is wrong with a file; a large one is looked at body by body, to the same end."""
+    found = validate(data, "m.mbs")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(xml_lines, "LARGE", 0)
+        if not found:
+            patch.setattr(reader, "_parse", None)  # the whole tree is not made
+        assert validate(data, "m.mbs") == found
+    return found
+
+
 def test_a_model_with_everything_is_valid() -> None:
-    assert validate(FILE.encode(), "m.mbs") == []
+    assert problems(FILE.encode()) == []
 
 
 @few
 @given(models(drawn=True))
 def test_every_file_we_write_is_valid(mbs: Mbs) -> None:
-    assert validate(write(mbs), "m.mbs") == []
+    assert problems(write(mbs)) == []
 
 
 def test_a_body_without_a_diagram_is_not_for_mbsyspad() -> None:
     mbs = everything()
     mbs.bodies[0].drawing = None
-    assert validate(write(mbs), "m.mbs")
+    assert problems(write(mbs))
 
 
 def element(tag: str, start: str = "") -> str:
@@ -137,7 +150,7 @@ def test_what_is_required(place: str) -> None:
         optional = place.startswith("base/graphics")
     parent.remove(found)
     text = etree.tostring(root, encoding="unicode")
-    assert bool(validate(text.encode(), "m.mbs")) is not optional
+    assert bool(problems(text.encode())) is not optional
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -235,7 +248,7 @@ def test_what_is_no_number(number: str) -> None:
 @pytest.mark.parametrize("number", ["1", "-1.", "+.5", "1.0E-5", "2e+3", " 0.5 ", "-0.0"])
 def test_what_is_a_number(number: str) -> None:
     text = re.sub("<mass>.*</mass>", f"<mass>{number}</mass>", FILE)
-    assert validate(text.encode(), "m.mbs") == []
+    assert problems(text.encode()) == []
 
 
 @pytest.mark.parametrize("what", ["sensor", "extforce"])
@@ -254,12 +267,31 @@ def test_at_most_one_sensor_and_one_force_in_this_order() -> None:
 
 def test_anything_may_stand_in_what_mbsyspad_keeps_for_itself() -> None:
     text = FILE.replace("<x3D_joint/>", '<x3D_joint a="1">x<size><z/></size></x3D_joint>')
-    assert validate(text.encode(), "m.mbs") == []
+    assert problems(text.encode()) == []
+
+
+@pytest.mark.parametrize("place", ["</body>", "<bodytree>", "</bodytree>"])
+def test_stray_text_between_bodies(place: str) -> None:
+    rejected(FILE.replace(place, f"{place} stray ", 1))
+
+
+def test_a_body_elsewhere() -> None:
+    body = FILE[FILE.index("<body>") : FILE.index("</body>") + len("</body>")]
+    rejected(FILE.replace("</bodytree>", f"</bodytree>{body}"))
+    rejected(FILE.replace("<bodytree>", f"<bodytree><more>{body}</more>"))
+
+
+@pytest.mark.parametrize("large", [0, 2**21])
+def test_entities_are_refused(large: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(xml_lines, "LARGE", large)
+    text = FILE.replace("<mbsDescR7>", '<!DOCTYPE mbsDescR7 [<!ENTITY a "b">]><mbsDescR7>')
+    with pytest.raises(ConversionError, match="xml-entity"):
+        validate(text.encode(), "m.mbs")
 
 
 def rejected(text: str) -> None:
     assert text != FILE
-    assert validate(text.encode(), "m.mbs")
+    assert problems(text.encode())
 
 
 def test_the_schema_has_the_elements_that_are_read_and_written_by_table() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import asin, atan2, cos, hypot, isfinite, sin
 from sys import float_info
 
@@ -82,8 +82,10 @@ def between_axes(at: Frame, u: Vec, other: Frame, v: Vec, turns: bool, scale: fl
     return off
 
 
-def most(a: Iterable[float], b: Iterable[float], scale: float = 1.0) -> float:
+def most(a: Sequence[float], b: Sequence[float], scale: float = 1.0) -> float:
     """The largest difference between two lists of numbers, relative to ``scale``."""
+    if a == b and isfinite(sum(a)):
+        return 0.0
     return worst([abs(p - q) / scale for p, q in zip(a, b, strict=True)])
 
 
