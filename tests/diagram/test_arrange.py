@@ -161,6 +161,41 @@ def test_the_start_pose_counts() -> None:
     assert at["left_foot"][0] > at["pelvis"][0] > at["right_foot"][0]
 
 
+def test_partners_turn_down_at_the_same_distance() -> None:
+    """The left hand is wider below, for which its arm goes farther out; the right one does too."""
+    mbs = humanoid()
+    hands = {body.name: body for body in mbs.bodies if "hand" in body.name}
+    for name in ("thumb", "finger"):
+        grow(mbs, hands["left_hand"], name, (0.0, 0.0, -0.1))
+    tool = grow(mbs, hands["right_hand"], "tool", (0.0, 0.0, -0.1))
+    grow(mbs, tool, "tip", (0.0, 0.0, -0.1))
+    straight = humanoid()
+    for one in (mbs, straight):
+        arrange(one)
+        assert faults(one) == []
+    at, before = centres(mbs), centres(straight)
+    middle = at["pelvis"][0]
+    out = middle - at["right_shoulder"][0]
+    assert out == pytest.approx(at["left_shoulder"][0] - middle, abs=0.2)
+    assert out > before["pelvis"][0] - before["right_shoulder"][0]
+
+
+def test_partners_are_counted_from_the_middle_outwards() -> None:
+    """Whatever the order of their points: what is alike has boxes of one width."""
+    mbs = humanoid()
+    for hand, sign, names in (
+        ("left_hand", 1.0, ("left_thumb", "left_finger")),
+        ("right_hand", -1.0, ("right_finger_with_a_long_name", "right_thumb")),
+    ):
+        body = next(body for body in mbs.bodies if body.name == hand)
+        for name in names:
+            grow(mbs, body, name, (0.0, sign * (0.05 if "finger" in name else -0.05), -0.1))
+    arrange(mbs)
+    width = {box.what: box.right - box.left for box in boxes(mbs)}
+    assert width["left_finger"] == width["right_finger_with_a_long_name"]
+    assert width["left_thumb"] == width["right_thumb"] < width["left_finger"]
+
+
 def test_partners_with_unlike_chains_are_still_drawn_alike() -> None:
     mbs = humanoid()
     for body in mbs.bodies:

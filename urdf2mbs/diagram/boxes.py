@@ -339,11 +339,7 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
         if y0 > y1:
             y0, y1 = y1, y0
         placed.append((node, drawn, way, (x0, y0, x1, y1)))
-        left, top = min(left, x0), min(top, y0)
-        if drawn.joints:
-            # the first one is the farthest from the box
-            a = drawn.joints[0]
-            left, top = min(left, x + ax * a - FRAME), min(top, y + ay * a - FRAME)
+        left, top = min(left, x0), min(top, y0)  # joints stand between two boxes
         for child, below, a, b, turn, mirror in drawn.limbs:
             u, v = x + ax * a + bx * b, y + ay * a + by * b
             if turn == AHEAD:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
-from io import BytesIO, TextIOWrapper
+from io import BytesIO
+from itertools import islice
 from math import isfinite
 
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
@@ -129,9 +130,9 @@ def write(mbs: Mbs) -> bytes:
     """
     # of a large file there are never two whole texts
     out = BytesIO()
-    text = TextIOWrapper(out, "utf-8", newline="\n")
-    text.writelines(_Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs))
-    text.flush()
+    parts = _Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs)
+    while text := "".join(islice(parts, 1000)):
+        out.write(text.encode())
     return out.getvalue()
 
 
