@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 from urdf2mbs.cli import main
 from urdf2mbs.testing import TINY
@@ -78,6 +78,13 @@ def compressed(pictures: list[Image.Image], width: int) -> bytes:
 STILL = "window.setInterval = () => 0"
 SHOW_MBS = "async () => { await urdf2mbs.ready; urdf2mbs.blink(); }"
 DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+
+
+def still_page(browser: Browser) -> Page:
+    """A page in which nothing changes with time."""
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.add_init_script(STILL)
+    return page
 
 
 def page_of(page: Page, html: Path) -> Image.Image:
@@ -175,8 +182,7 @@ def make() -> None:
     with TemporaryDirectory() as folder, sync_playwright() as driver:
         work = Path(folder)
         chromium = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-        page = chromium.new_page(viewport={"width": 1280, "height": 900})
-        page.add_init_script(STILL)
+        page = still_page(chromium)
         gallery(page, work)
         how_to(page, work)
         operations(work)

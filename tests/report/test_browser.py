@@ -8,6 +8,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
 pytestmark = pytest.mark.any_python
 
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 CHROMIUM = (
     shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 )
@@ -285,6 +287,24 @@ def tiny(tmp_path: Path) -> Conversion:
     source = tmp_path / "tiny.urdf"
     source.write_text(TINY)
     return run(source, tmp_path / "p", base="fixed")
+
+
+def test_a_picture_of_the_docs_does_not_blink(browser: Browser, tmp_path: Path) -> None:
+    """It shows the .mbs, in red, at whatever moment it is made."""
+    spec = spec_from_file_location("make_pictures", DOCS / "make_pictures.py")
+    assert spec is not None
+    assert spec.loader is not None
+    pictures = module_from_spec(spec)
+    spec.loader.exec_module(pictures)
+    (tmp_path / "mistake.py").write_text(pictures.MISTAKE)
+    plugin = ["--plugin", tmp_path / "mistake.py", "--after", "decompose-joints=mistake"]
+    html = tmp_path / "arm.html"
+    pictures.run("report", pictures.ROBOTS["arm"], "-o", html, *plugin, code=3)
+    page = pictures.still_page(browser)
+    red, green, blue = np.moveaxis(np.asarray(pictures.page_of(page, html), int), 2, 0)
+    assert ((red > 150) & (green < 80) & (blue < 80)).sum() > 12_000
+    assert page.evaluate("setInterval(() => 0, 1)") == 0, "nothing changes with time"
+    page.close()
 
 
 def test_what_differs_blinks(opened: Open, tiny: Conversion) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
-from urdf2mbs.report.table import number, table, vector
+from urdf2mbs.report.table import number, titled, vector
 from urdf2mbs.spatial import ZERO, Vec, add, rotate
 
 
@@ -93,7 +93,7 @@ def tables(conversion: Conversion, model: Mbs) -> str:
         _point_table(conversion, model),
         _force_torque_table(conversion),
         _connection_table(model),
-        *_user_model_tables(model),
+        _user_model_tables(model),
     ]
     return "".join(parts) or '<p class="note">None.</p>'
 
@@ -115,10 +115,8 @@ def _point_table(conversion: Conversion, model: Mbs) -> str:
                     ],
                 )
             )  # fmt: skip
-    if not rows:
-        return ""
     head = ("name", "kind", "what it is", "URDF link", "body", "point", "at [m]")
-    return "<h3>Sensors, contacts and external forces</h3>" + table(head, rows, right=(6,))
+    return titled("Sensors, contacts and external forces", head, rows, right=(6,))
 
 
 def _force_torque_table(conversion: Conversion) -> str:
@@ -129,10 +127,8 @@ def _force_torque_table(conversion: Conversion) -> str:
         )
         for one in conversion.simulation.force_torques
     ]
-    if not rows:
-        return ""
     head = ("sensor", "URDF link", "driven joints whose Qc it reads")
-    return "<h3>Force-torque sensors</h3>" + table(head, rows)
+    return titled("Force-torque sensors", head, rows)
 
 
 def _connection_table(model: Mbs) -> str:
@@ -158,13 +154,11 @@ def _connection_table(model: Mbs) -> str:
         )  # fmt: skip
 
     rows = [row(one) for one in (*model.cuts, *model.links)]
-    if not rows:
-        return ""
     head = ("name", "kind", "from", "to", "length [m]", "apart at the start [m]")
-    return "<h3>Loops and springs</h3>" + table(head, rows, right=(4, 5))
+    return titled("Loops and springs", head, rows, right=(4, 5))
 
 
-def _user_model_tables(model: Mbs) -> list[str]:
+def _user_model_tables(model: Mbs) -> str:
     """One table with a row for each joint and a column for each model whose parameters are
     joints; one of all other parameters."""
     numbers = model.numbers()
@@ -176,23 +170,18 @@ def _user_model_tables(model: Mbs) -> list[str]:
             kinds[one.name] = values
         else:
             others += [("", [escape(one.name), escape(k), escape(v)]) for k, v in values.items()]
-    found = []
-    if kinds:
-        rows = [
-            (
-                f' data-joint="{escape(name)}"',
-                [escape(name), *(escape(values.get(name, "")) for values in kinds.values())],
-            )
-            for name in numbers
-            if any(name in values for values in kinds.values())
-        ]
-        head = ("joint", *map(escape, kinds))
-        numeric = range(1, len(head))
-        found.append("<h3>User models: one value a joint</h3>" + table(head, rows, right=numeric))
-    if others:
-        head = ("user model", "parameter", "value")
-        found.append("<h3>Other user models</h3>" + table(head, others, right=(2,)))
-    return found
+    rows = [
+        (
+            f' data-joint="{escape(name)}"',
+            [escape(name), *(escape(values.get(name, "")) for values in kinds.values())],
+        )
+        for name in numbers
+        if any(name in values for values in kinds.values())
+    ]
+    head = ("joint", *map(escape, kinds))
+    return titled("User models: one value a joint", head, rows, right=range(1, len(head))) + titled(
+        "Other user models", ("user model", "parameter", "value"), others, right=(2,)
+    )
 
 
 def _short(value: str) -> str:

@@ -24,7 +24,7 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.report import around
 from urdf2mbs.report.scene import Store, lookup, mbs_side, urdf_side
-from urdf2mbs.report.table import number, table, vector
+from urdf2mbs.report.table import number, table, titled, vector
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
@@ -354,33 +354,27 @@ def _proof(conversion: Conversion) -> str:
         [("", [escape(kind), f"{size:.2e}"]) for kind, size in proof.largest.items()],
         right=(1,),
     )
-    text = facts + largest
-    if proof.differences:
-        rows = [
-            ("", [escape(d.kind), f"{d.size:.2e}", escape(d.message)]) for d in proof.differences
-        ]
-        text += "<h3>Differences</h3>" + table(("what", "relative size", "where"), rows, (1,))
-    if proof.not_compared:
-        rows = [("", [escape(n), escape(why)]) for n, why in proof.not_compared.items()]
-        text += "<h3>Not compared</h3>" + table(("URDF joint", "why"), rows)
-    if conversion.changed:
-        rows = [
-            (
-                "",
-                [
-                    escape(one.by),
-                    escape(KINDS[change.kind][0]),
-                    escape(change.name),
-                    _short(change.before),
-                    _short(change.after),
-                ],
-            )
-            for one in conversion.changed
-            for change in one.changes
-        ]
-        head = ("pass", "what", "link or joint", "in the URDF", "now")
-        text += "<h3>Changed on purpose</h3>" + table(head, rows)  # fmt: skip
-    return text
+    differences = [
+        ("", [escape(d.kind), f"{d.size:.2e}", escape(d.message)]) for d in proof.differences
+    ]
+    not_compared = [("", [escape(n), escape(why)]) for n, why in proof.not_compared.items()]
+    changed = [
+        (
+            "",
+            [escape(one.by), escape(KINDS[change.kind][0]), escape(change.name),
+             _short(change.before), _short(change.after)],
+        )
+        for one in conversion.changed
+        for change in one.changes
+    ]  # fmt: skip
+    head = ("pass", "what", "link or joint", "in the URDF", "now")
+    return (
+        facts
+        + largest
+        + titled("Differences", ("what", "relative size", "where"), differences, right=(1,))
+        + titled("Not compared", ("URDF joint", "why"), not_compared)
+        + titled("Changed on purpose", head, changed)
+    )
 
 
 def _short(value: Any) -> str:

@@ -28,6 +28,13 @@ def table(
     )
 
 
+def titled(
+    title: str, head: Iterable[str], rows: list[tuple[str, list[str]]], right: Iterable[int] = ()
+) -> str:
+    """A table below its title; nothing where there are no rows."""
+    return f"<h3>{title}</h3>{table(head, rows, right)}" if rows else ""
+
+
 def number(value: float | None) -> str:
     """Six digits; nothing for None."""
     return "" if value is None else f"{value + 0.0:.6g}"
