@@ -26,7 +26,7 @@ mass to that mass, an inertia to that inertia.  So a finger's error counts on a 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from math import atan2, dist, hypot, isfinite, log10, pi
 from random import Random
 from typing import Any
@@ -131,13 +131,21 @@ def compare(
 _Move = Callable[[float], Frame]
 
 
-class _Moves(msgspec.Struct, gc=False):
+class _Moves(msgspec.Struct, frozen=True, gc=False):
     """How a joint goes on from where it stands, at the random positions."""
 
     frames: list[tuple[Frame, Frame]]
     """Ours and theirs."""
     apart: float
     """How far they are apart, the largest, if both groups have the same frame."""
+
+
+@lru_cache(maxsize=256)
+def _moves(ours: _Move, theirs: _Move, far: float) -> _Moves:
+    """The motions of two joints: most turn about the same few axes, so they are kept.  ``far`` is
+    what an amount of 1 stands for: 1 rad for a turn, the groups' scale (m) for a shift."""
+    frames = [(ours(far * q), theirs(far * q)) for q in AMOUNTS]
+    return _Moves(frames, max(distance(a, b, far) for a, b in frames))
 
 
 class _Pair(msgspec.Struct, gc=False):
@@ -330,7 +338,6 @@ class _Comparing:
         of these, hence equal if they are.
         """
         one, two, pairs = self.one, self.two, self.pairs
-        spins: dict[tuple[_Move, _Move], _Moves] = {}
         leader = {number: link for link, (number, _) in reversed(one.frames.items())}
         world: list[Frame] = []
         # what is fixed to the ground needs no inertia
@@ -342,13 +349,7 @@ class _Comparing:
                 world = world or two.world()
                 before = compose(inverse(world[pairs[ours.parent]]), world[other])
             scale = self.scales[mine]
-            moves = spins.get((ours.move, theirs.move))
-            if moves is None:
-                far = 1.0 if ours.turns else scale
-                both = [(ours.move(far * q), theirs.move(far * q)) for q in AMOUNTS]
-                moves = _Moves(both, max(distance(a, b, scale) for a, b in both))
-                if ours.turns:
-                    spins[ours.move, theirs.move] = moves
+            moves = _moves(ours.move, theirs.move, 1.0 if ours.turns else scale)
             pair = _Pair(
                 ours, theirs, compose(self.apart[ours.parent], ours.before), before,
                 merge(ours.inertias), merge(theirs.inertias), scale,

@@ -30,7 +30,6 @@ def urdf_side(
     """
     side = only_ground(robot.root())
     frames = side.frames
-    moves: dict[tuple[bool, Vec], tuple[Vec, Callable[[float], Frame]]] = {}
     for joint in robot.depth_first():
         group, at = frames[joint.parent]
         at = _at_origin(at, joint.origin)
@@ -40,9 +39,7 @@ def urdf_side(
                 own_coordinates(joint, order), _own_axes(joint, order), strict=True
             ):
                 turns = kind[0] == "R"
-                if (turns, axis) not in moves:
-                    moves[turns, axis] = (axis, partial(spin if turns else shift, axis))
-                axis, move = moves[turns, axis]
+                axis, move = _move(turns, axis)
                 if own in moving:
                     group = side.add(group, at, turns, axis, move, own, joint.name)
                     at = HERE
@@ -81,6 +78,13 @@ def _own_axes(joint: Joint, order: tuple[str, ...]) -> list[Vec]:
         return [AXES[int(kind[1]) - 1] for kind in order]
     axis = _direction(joint.axis)
     return [*in_plane(axis), axis] if joint.type == "planar" else [axis]
+
+
+@lru_cache(maxsize=256)
+def _move(turns: bool, axis: Vec) -> tuple[Vec, Callable[[float], Frame]]:
+    """An axis and the motion about or along it: the same objects for all who have this axis."""
+    axis = (axis[0] + 0.0, axis[1] + 0.0, axis[2] + 0.0)  # of 0 and -0, one key of the cache
+    return axis, partial(spin if turns else shift, axis)
 
 
 def _direction(axis: Vec) -> Vec:
