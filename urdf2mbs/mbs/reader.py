@@ -7,7 +7,7 @@ What makes Robotran itself go wrong, mostly without a word, is an error here.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Container, Sequence, Set
 from contextlib import suppress
 from functools import cache
 from math import isinf
@@ -74,7 +74,7 @@ VIEW = frozenset(["background", "shapeScaleFactors", "viewpoints", "lights"])
 X3D = frozenset(["x3D_shapes"])
 ENDPOINT = frozenset(["bodyname", "pointname"])
 FACTORS = frozenset(["frame", "joint", "com", "point"])
-INERTIA = dict.fromkeys(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]).keys()
+INERTIA = ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]
 XYZ = ["x", "y", "z"]
 COORDINATES, GRAPHICS = frozenset(["coordinates"]), frozenset(["x2D", "x3D"])
 X2D, BASE_X2D = frozenset(["position"]), frozenset(["position", "base_body"])
@@ -627,7 +627,7 @@ class _Reader:
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         if list(map(_TAG, children)) == tags:
             return children
-        kids = self.children(element, frozenset(tags))
+        kids = self.children(element, tags)
         for tag in tags:
             if tag not in kids:
                 self.fail(element, "number-missing", f"<{element.tag}> has no <{tag}>")
@@ -677,7 +677,9 @@ class _Reader:
         """The children of a list of one kind of element."""
         return [] if element is None else list(element.iterchildren(tag))
 
-    def children(self, element: _Element, known: Set[str], many: Lists = NO_LISTS) -> Children:
+    def children(
+        self, element: _Element, known: Container[str], many: Lists = NO_LISTS
+    ) -> Children:
         """The children by tag.  A second known one is an error; those that may stand several
         times go into the lists of ``many``."""
         kids: Children = {}
