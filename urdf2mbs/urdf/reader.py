@@ -76,15 +76,23 @@ def expanded(
 #: whole tree would get it from the system and give it back.
 LARGE = 2**18
 
-#: What every text has of which xacro must expand elements: ``xacro:`` before the name of one, or
-#: a namespace of xacro under another prefix; ``xmlns:xacro`` alone says nothing.
-_XACRO = re.compile(rb"xacro[^\s<>='\"/]*:")
-_OTHER_PREFIX = re.compile(rb"""xmlns(?!:xacro[\s=])[^<>=]*=\s*(?:"[^"]*xacro|'[^']*xacro)""")
+#: What a text has, one of them, if there is work for xacro: ``${`` or ``$(``, an element with the
+#: prefix ``xacro``, or a namespace of xacro under another prefix.  Just to declare
+#: ``xmlns:xacro``, as what xacro has written often does, is none.
+_SIGNS = (
+    rb"\$[{(]",
+    rb"xacro[^\s<>='\"/]*:",
+    rb"""xmlns(?!:xacro[\s=])[^<>=]*=\s*(?:"[^"]*xacro|'[^']*xacro)""",
+)
 
 
 def has_xacro(data: bytes, file: str) -> bool:
     """Whether a URDF has elements, or values of links and joints, that xacro must expand."""
-    if not _mentions_xacro(data) or not _mentions_xacro(re.sub(xml.COMMENT, b"", data)):
+    if b"xacro" not in data and b"$" not in data:
+        return False
+    first, *others = data.split(b"<!--")
+    text = first + b"".join(other.partition(b"-->")[2] for other in others)  # no comments
+    if not any(re.search(sign, text) for sign in _SIGNS):
         return False
     root, _ = xml.parse(data, file)
     for element in root.iter(etree.Element):
@@ -96,13 +104,6 @@ def has_xacro(data: bytes, file: str) -> bool:
                 if "${" in value or "$(" in value:
                     return True
     return False
-
-
-def _mentions_xacro(data: bytes) -> bool:
-    """Whether it is worth to look for xacro."""
-    if b"xacro" in data and (_XACRO.search(data) or _OTHER_PREFIX.search(data)):
-        return True
-    return b"$" in data and (b"${" in data or b"$(" in data)
 
 
 def read_text(

@@ -24,43 +24,17 @@ NO_ORIGIN = Origin()
 _BLANKS = re.compile(r"[ \t\r\n]+")
 
 
-class Numbers(dict["str | None", float]):
-    """The numbers read so far, by their text: each is kept once.  A new one is read when it is
-    asked for; raises ValueError for what is no number."""
-
-    def __missing__(self, text: str | None) -> float:
-        if text and text.isascii() and "_" not in text:  # what Python reads, and URDF does not
-            value = float(text)
-            if isfinite(value):
-                self[text] = value
-                return value
-        raise ValueError(text)
-
-
-class Vectors(dict["str | None", "Vec"]):
-    """The same of three numbers; no text is a vector of zeros."""
-
-    def __init__(self) -> None:
-        super().__init__({None: ZERO})
-
-    def __missing__(self, text: str | None) -> Vec:
-        if text and text.isascii() and "_" not in text:
-            x, y, z = map(float, text.split())
-            if isfinite(x) and isfinite(y) and isfinite(z):
-                vector = self[text] = (x, y, z)
-                return vector
-        raise ValueError(text)
-
-
 class Reading(Elements):
     """One URDF file being read: its messages, its XML and its values."""
 
     def __init__(self, file: str, expanded: Sequence[str]) -> None:
         super().__init__(file, expanded)
-        self.known = Numbers()
+        self.known: dict[str | None, float] = {}
+        """The numbers read so far, by their text: each is kept once."""
         self.words: dict[str, str] = {}
         """The names and types read so far: each is kept once."""
-        self.vectors = Vectors()
+        self.vectors: dict[str | None, Vec] = {None: ZERO}
+        """The vectors read so far, by their text; that of an origin without one."""
         self.colourless: set[str] = set()
         """Materials whose colour could not be read, which is said."""
         self.firsts: dict[tuple[str, str | None], Any] = {}
@@ -117,10 +91,19 @@ class Reading(Elements):
         return text
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
-        try:
-            return self.known[text]
-        except ValueError:
-            self.bad_number(element, attribute, text, 1)
+        known = self.known.get(text)
+        if known is not None:
+            return known
+        if text is not None and text.isascii() and "_" not in text:
+            try:
+                value = float(text)
+            except ValueError:
+                pass
+            else:
+                if isfinite(value):
+                    self.known[text] = value
+                    return value
+        return self.bad_number(element, attribute, text, 1)
 
     def numbers(
         self, element: Any, attribute: str, text: str | None, count: int
@@ -136,12 +119,11 @@ class Reading(Elements):
         return self.bad_number(element, attribute, text, count)
 
     def vector(self, element: Any, attribute: str, text: str | None) -> Vec:
-        try:
-            if text is not None:
-                return self.vectors[text]
-        except ValueError:
-            pass
-        return self.bad_number(element, attribute, text, 3)
+        vector = self.vectors.get(text)
+        if vector is None or text is None:
+            x, y, z = self.numbers(element, attribute, text, 3)
+            vector = self.vectors[text] = (x, y, z)
+        return vector
 
     def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
         wanted = "a number" if count == 1 else f"{count} numbers"
@@ -191,11 +173,10 @@ class Reading(Elements):
             if self.quaternions and element.get("quat_xyzw") is not None:
                 return self.turned_origin(element)
             self.unknown_attributes(element)
-        try:
-            return Origin(self.vectors[xyz], self.vectors[rpy])
-        except ValueError:
-            attribute, text = ("rpy", rpy) if xyz in self.vectors else ("xyz", xyz)
-            self.bad_number(element, attribute, text, 3)
+        return Origin(
+            self.vectors.get(xyz) or self.vector(element, "xyz", xyz),
+            self.vectors.get(rpy) or self.vector(element, "rpy", rpy),
+        )
 
     def turned_origin(self, element: Any) -> Origin:
         """An origin that gives its rotation as a quaternion, as URDF 1.1 permits."""

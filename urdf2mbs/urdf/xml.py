@@ -36,7 +36,7 @@ _BOM = b"\xef\xbb\xbf"
 _DECLARATION = rb"<\?xml(?=[\s?])([^>]*?)\?>"
 _VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
 _ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
-COMMENT = rb"(?s)<!--(.*?)-->"
+_COMMENT = rb"(?s)<!--(.*?)-->"
 _CONFLICT = rb"(?m)^(<{7} |>{7} |={7}\s*$)"
 _SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
 #: libxml2's first complaint about a file that is cut off.
@@ -131,7 +131,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
 
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
-    comments = [match.span() for match in re.finditer(COMMENT, data)]
+    comments = [match.span() for match in re.finditer(_COMMENT, data)]
 
     def declaration(match: re.Match[bytes]) -> bytes:
         nonlocal encoding
@@ -165,13 +165,13 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         slip("there is a '--' within a comment", match.start())
         return b"<!--" + _blanked(match[1]) + b"-->"
 
-    text = re.sub(COMMENT, comment, re.sub(_DECLARATION, declaration, data))
+    text = re.sub(_COMMENT, comment, re.sub(_DECLARATION, declaration, data))
     if encoding is not None:
         text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
     if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
-        plain = re.sub(COMMENT, lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
+        plain = re.sub(_COMMENT, lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
         if _is_utf_8(plain):
-            at = next(m.start() for m in re.finditer(COMMENT, text) if not _is_utf_8(m[1]))
+            at = next(m.start() for m in re.finditer(_COMMENT, text) if not _is_utf_8(m[1]))
             slip("there are letters within a comment that are not UTF-8", at)
             text = plain
     return text, slips
