@@ -306,17 +306,18 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
         cursor += _lane(row) + GAP
         tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
         partners = len(row) == 2 and row[0].node.alike is row[1].node
-        for limb, (length, spread, reach, middle) in zip(row, tries, strict=True):
+        for limb, (length, spread, reach, middle, boxes) in zip(row, tries, strict=True):
             if partners and tries[0].length == tries[1].length:
                 # partners turn down at the same distance
                 short = max(t.middle for t in tries) - middle
                 if short:
-                    _run(limb, length, spread + short / _wires(limb, length), reach)
+                    spread += short / _wires(limb, length)
+                    boxes = _run(limb, length, edge, at + lane, spread, reach)
             assert limb.lead.point is not None
             one.points.append((limb.lead.point, lane, limb.side * edge))
             below = limb.node.plan[False]
             one.limbs.append((limb.node, below, lane, limb.side * edge, limb.side, 1))
-            taken.extend(_boxes(limb, length, edge, at + lane))
+            taken += boxes
 
 
 class Run(NamedTuple):
@@ -328,6 +329,8 @@ class Run(NamedTuple):
     """By how much the last one's box is longer than it needs (px)."""
     middle: float
     """How far out the middle of the last one is (px)."""
+    boxes: list[Box]
+    """What they take."""
 
 
 def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
@@ -338,48 +341,45 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
     row = limb.row
     lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
     for length in lengths:
-        _run(limb, length, 0.0)
         spread = reach = 0.0
-        lane_box, *column = _boxes(limb, length, edge, lane)
-        if column:
-            inner, _, low, high = column[0]
-            clear = max(
-                (b[1] + GAP for b in taken if b[2] < high + GAP and low - GAP < b[3]), default=0.0
-            )
-            short = max(0.0, clear - inner)
+        boxes = _run(limb, length, edge, lane)
+        if len(boxes) > 1:
+            inner, _, low, high = boxes[1]
+            low, high = low - GAP, high + GAP
+            beside = [outer for _, outer, bottom, top in taken if bottom < high and low < top]
+            short = max(0.0, max(beside) + GAP - inner) if beside else 0.0
             spread = float(ceil(short / _wires(limb, length)))
             reach = max(0.0, spread - MOST) * _wires(limb, length)
             spread = min(spread, MOST)
             if spread > SPREAD and length < len(row):
                 continue
             if spread:
-                _run(limb, length, spread, reach)
-                lane_box = _boxes(limb, length, edge, lane)[0]
+                boxes = _run(limb, length, edge, lane, spread, reach)
         a0, a1, _, _ = row[length - 1].plan[False].box
-        return Run(length, spread, reach, lane_box[1] - (a1 - a0) / 2)
+        return Run(length, spread, reach, boxes[0][1] - (a1 - a0) / 2, boxes)
     raise AssertionError("a limb has at least one body")
 
 
 def _wires(limb: Limb, length: int) -> int:
     """How many wires the bodies that run out have."""
-    return sum(len(node.body.joints) for node in limb.row[:length] if node.body is not None)
+    return sum(len(node.joints) for node in limb.row[:length])
 
 
-def _run(limb: Limb, length: int, spread: float, reach: float = 0.0) -> None:
+def _run(
+    limb: Limb, length: int, edge: float, lane: float, spread: float = 0.0, reach: float = 0.0
+) -> list[Box]:
     """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs, and
-    the last box by ``reach``."""
+    the last box by ``reach``.
+
+    Returns the lane that the limb takes, and the column below its last body that runs out.
+    """
     row = limb.row[:length]
-    last = row[-1]
-    last.plan[False] = plan(last, False, [], last.leads, spread=spread, corner=True, reach=reach)
+    last = plan(row[-1], False, [], row[-1].leads, spread=spread, corner=True, reach=reach)
+    row[-1].plan[False] = last
+    start = edge
     for node in reversed(row[:-1]):
         node.plan[False] = plan(node, False, node.leads, spread=spread)
-
-
-def _boxes(limb: Limb, length: int, edge: float, lane: float) -> list[Box]:
-    """The lane that a limb takes, and the column below its last body that runs out."""
-    row = limb.row[:length]
-    start = edge + sum(node.plan[False].box[1] for node in row[:-1])
-    last = row[-1].plan[False]
+        start += node.plan[False].box[1]
     half = limb.lane / 2
     boxes = [(edge, start + last.box[1], lane - half, lane + half)]
     for _, below, a, b, _, _ in last.limbs:

@@ -47,20 +47,17 @@ def _ways(order: list[Node]) -> dict[str, tuple[bool, ...]]:
     ways: dict[str, tuple[bool, ...]] = {order[0].name: (True,)}
     for node in order:
         # a comb's limbs run across the way of the body
-        own = ways[node.name] if sum(map(_is_own, node.leads)) < MANY else BOTH
+        points = [lead for lead in node.leads if lead.point is not None]
+        own = ways[node.name] if len(points) < MANY else BOTH
         for child in node.children:
             ways[child.name] = own
     return ways
 
 
-def _is_own(lead: Lead) -> bool:
-    return lead.point is not None
-
-
 def plan_tree(node: Node, ways: tuple[bool, ...] = BOTH, *, narrow: bool = False) -> None:
     """Plan a body whose children are planned; ``narrow`` where width counts more than height."""
-    own = [lead for lead in node.leads if _is_own(lead)]
-    rest = [lead for lead in node.leads if not _is_own(lead)]
+    own = [lead for lead in node.leads if lead.point is not None]
+    rest = [lead for lead in node.leads if lead.point is None]
     for vertical in ways:
         best = plan(node, vertical, node.leads)
         combs = []

@@ -57,7 +57,7 @@ class _Texts(dict[str, str]):
 
     def __missing__(self, value: str) -> str:
         text = value
-        if not _PLAIN(value):
+        if not (value.isidentifier() or _PLAIN(value)):
             if re.search(_NOT_XML, value):
                 raise ValueError(f"an .mbs file cannot hold the name {value!r}")
             text = value.translate(_ESCAPED)
@@ -131,7 +131,7 @@ def write(mbs: Mbs) -> bytes:
     # of a large file there are never two whole texts
     out = BytesIO()
     parts = _Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs)
-    while text := "".join(islice(parts, 1000)):
+    while text := "".join(islice(parts, 100)):
         out.write(text.encode())
     return out.getvalue()
 
