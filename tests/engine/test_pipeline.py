@@ -196,6 +196,30 @@ def test_two_runs_of_one_pipeline_do_not_meet(tmp_path: Path) -> None:
     assert first.mbs is not second.mbs
 
 
+def test_a_preset_that_was_used_before_is_no_other_config_s(tmp_path: Path) -> None:
+    """The passes of our presets are found once in a process."""
+    before = pipeline_of(tmp_path)
+    assert pipeline_of(tmp_path).passes[0] is before.passes[0]
+    assert [one.registered.pass_.name for one in before.passes] == NINE
+    (tmp_path / "own.py").write_text(
+        "from urdf2mbs.engine.hookspecs import hookimpl\n"
+        "@hookimpl\n"
+        "def urdf2mbs_presets(): return {'faithful': {'pipeline': ['expand', 'insert-base']}}\n"
+    )
+    for text, wanted in (
+        ("plugins: [own.py]", ["expand", "insert-base"]),
+        ("without: [find-singular]", [name for name in NINE if name != "find-singular"]),
+    ):
+        names = [one.registered.pass_.name for one in pipeline_of(tmp_path, text).passes]
+        assert names == wanted
+    with pytest.raises(ConfigError, match="wrong-order"):
+        pipeline_of(tmp_path, "before: {expand: own}\nalias: {own: left-out}")
+    for text, joints in (("passes: {actuators: {joints: ['*']}}", ["*"]), ("", [])):
+        passes = pipeline_of(tmp_path, text).passes
+        options = {one.registered.pass_.name: one.options for one in passes}
+        assert options["actuators"].joints == joints
+
+
 def test_convert_writes_nothing(tmp_path: Path) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     result = convert(tmp_path / "tiny.urdf")

@@ -158,7 +158,7 @@ def _rename_points(mbs: Mbs) -> None:
     final: dict[tuple[str | None, str | None], str] = {}
     for owner, points in (
         (None, mbs.base.points),
-        *((body.name, body.points) for body in mbs.bodies),
+        *((body.name, body.points) for body in mbs.bodies if body.points),
     ):
         names = identifiers([point.name for point in points], (ORIGIN,), "_point")
         for point, name in zip(points, names, strict=True):

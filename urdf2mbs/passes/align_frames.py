@@ -159,8 +159,10 @@ class _Search:
 
     def turns_in_all_quarters(self, rot: Rot) -> int | None:
         """The same, if it does not change with quarter turns before and after; else None."""
+        if min(map(abs, rot)) > self.small:
+            return 3
         zeros = self._zeros(rot[:3]), self._zeros(rot[3:6]), self._zeros(rot[6:])
-        return 3 if not any(zeros) else 2 if self.any and 2 not in zeros else None
+        return 2 if self.any and 2 not in zeros else None
 
     def _zeros(self, u: Vec) -> int:
         """How many components of a direction are zero."""
@@ -568,15 +570,16 @@ class _Bound:
         """The same for a floating joint, after which there are no turns, one about an axis, or
         more.  Two bring the direction of some joint onto an axis; else each joint takes a turn."""
         own = [child for child in node.children if child.turns_freely]
+        best = self._behind(node, IDENTITY)
         if len(own) > MOST_JOINTS:
-            return min(self._behind(node, IDENTITY), 1 + self._many(node))
-        lines = dict.fromkeys(child.along for child in own)
-        return min(
-            self._behind(node, IDENTITY),
-            *(1 + self._about(node, axis)[0] for axis in AXES),
-            *(2 + self._about(node, line)[0] for line in lines),
-            2 + len(own) + sum(self._best[id(child)] for child in node.children),
-        )
+            return min(best, 1 + self._many(node))
+        further = sum(self._best[id(child)] for child in node.children)
+        if best > 1 + further:
+            best = min(best, *(1 + self._about(node, axis)[0] for axis in AXES))
+        if best > 2 + further:
+            lines = dict.fromkeys(child.along for child in own)
+            best = min(best, 2 + len(own) + further, *(2 + self._about(node, u)[0] for u in lines))
+        return best
 
 
 class _Directions:
