@@ -78,8 +78,8 @@ LARGE = 2**18
 
 #: What every text has of which xacro must expand elements: ``xacro:`` before the name of one, or
 #: a namespace of xacro under another prefix; ``xmlns:xacro`` alone says nothing.
-_XACRO = re.compile(rb"xacro[^\s<>='\"/]*:")
-_OTHER_PREFIX = re.compile(rb"""xmlns(?!:xacro[\s=])[^<>=]*=\s*(?:"[^"]*xacro|'[^']*xacro)""")
+_XACRO = rb"xacro[^\s<>='\"/]*:"
+_OTHER_PREFIX = rb"""xmlns(?!:xacro[\s=])[^<>=]*=\s*(?:"[^"]*xacro|'[^']*xacro)"""
 
 
 def has_xacro(data: bytes, file: str) -> bool:
@@ -100,7 +100,7 @@ def has_xacro(data: bytes, file: str) -> bool:
 
 def _mentions_xacro(data: bytes) -> bool:
     """Whether it is worth to look for xacro."""
-    if b"xacro" in data and (_XACRO.search(data) or _OTHER_PREFIX.search(data)):
+    if b"xacro" in data and (re.search(_XACRO, data) or re.search(_OTHER_PREFIX, data)):
         return True
     return b"$" in data and (b"${" in data or b"$(" in data)
 
