@@ -182,10 +182,10 @@ class Verdict(msgspec.Struct):
 
 
 def verify(
-    source: str,
-    model: Path,
+    source: str | os.PathLike[str],
+    model: str | os.PathLike[str],
     *,
-    packages: Mapping[str, str] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
     xacro_args: Mapping[str, str] | None = None,
     engine: str = "own",
     frames: bool = False,
@@ -208,17 +208,18 @@ def verify(
         usable(tolerance)
     except ValueError as error:
         raise ConfigError("tolerance-invalid", str(error), hint=f"such as {TOLERANCE}") from None
+    source, model = os.fspath(source), os.fspath(model)
     try:
-        data = files.read(model)
+        data = files.read(Path(model))
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
-    mbs = read(data, str(model))
+    mbs = read(data, model)
     base = "floating" if floating_joints(mbs) else "fixed"
     given = {
         "source": source,
         "output": f"{source}.mbs",  # never written
         "base": base,
-        "packages": dict(packages or {}),
+        "packages": {name: os.fspath(path) for name, path in (packages or {}).items()},
         "xacro_args": dict(xacro_args or {}),
         "gravity": tuple(gravity),
         "pipeline": ["expand", "insert-base"],
@@ -268,7 +269,7 @@ def verify(
         differences,
         elsewhere,
         _not_compared(mbs, found.frozen) | (_unseen(robot, mbs, found) if frames else {}),
-        [str(problem) for problem in validate(data, str(model))],
+        [str(problem) for problem in validate(data, model)],
         found.flipped,
         conversion.diagnostics,
     )

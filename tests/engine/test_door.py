@@ -205,7 +205,12 @@ def test_a_result_can_be_written(tmp_path: Path) -> None:
     assert (tmp_path / "arm" / "workR" / "main.py").is_file()
     with pytest.raises(ConfigError, match="not both"):
         convert(source, output="a.mbs", project="a")
-    assert urdf2mbs.verify(str(source), tmp_path / "out.mbs", gravity=(0.0, 0.0, -1.6)).same
+    for kind in (str, Path):
+        verdict = urdf2mbs.verify(
+            kind(source), kind(tmp_path / "out.mbs"), packages={"arm": kind(tmp_path)},
+            gravity=(0.0, 0.0, -1.6),
+        )  # fmt: skip
+        assert verdict.same
 
 
 def test_an_alias_on_the_command_line_of_explain(tmp_path: Path, capsys: Any) -> None:
