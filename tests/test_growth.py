@@ -109,7 +109,7 @@ def test_four_times_the_links_are_four_times_the_work(
 def test_four_times_the_exact_doubles_are_four_times_the_work(
     of_one: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 0)  # else the smaller one is read only once
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 2**30)  # the first ones are to be there
     counted = []
     for links in (200, 800):
         once = [LINK.format(i=i) + FIXED.format(i=i) for i in range(links)]
