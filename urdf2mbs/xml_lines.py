@@ -10,7 +10,7 @@ can be had one after the other, without the whole tree.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 from weakref import ref
 
