@@ -222,6 +222,9 @@ def test_a_robot_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
         "<robot xmlns='urn:r' name='r'><link name='a'/></robot>",
         "<!DOCTYPE robot [<!ENTITY e 'a'>]><robot name='r'><link name='&e;'/></robot>",
         "<sdf><link name='a'/></sdf>",
+        "<sdf><robot name='r'><link name='a'/></robot></sdf>",
+        "<!-- long before --><robot name='r'><!-- alone --></robot>",
+        "<!-- long before --><robot name='r'><!-- first --><link name='a'/><!-- last --></robot>",
     ],
 )
 def test_so_is_what_is_said(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
