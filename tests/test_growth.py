@@ -109,7 +109,7 @@ def test_four_times_the_links_are_four_times_the_work(
 def test_four_times_the_exact_doubles_are_four_times_the_work(
     of_one: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 0)  # else the smaller one is read only once
+    monkeypatch.setattr("urdf2mbs.urdf.reader.LARGE", 2**30)  # the first ones are to be there
     counted = []
     for links in (200, 800):
         once = [LINK.format(i=i) + FIXED.format(i=i) for i in range(links)]
@@ -222,6 +222,9 @@ def test_a_robot_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
         "<robot xmlns='urn:r' name='r'><link name='a'/></robot>",
         "<!DOCTYPE robot [<!ENTITY e 'a'>]><robot name='r'><link name='&e;'/></robot>",
         "<sdf><link name='a'/></sdf>",
+        "<sdf><robot name='r'><link name='a'/></robot></sdf>",
+        "<!-- long before --><robot name='r'><!-- alone --></robot>",
+        "<!-- long before --><robot name='r'><!-- first --><link name='a'/><!-- last --></robot>",
     ],
 )
 def test_so_is_what_is_said(text: str, monkeypatch: pytest.MonkeyPatch) -> None:

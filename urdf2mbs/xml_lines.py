@@ -10,7 +10,7 @@ can be had one after the other, without the whole tree.
 from __future__ import annotations
 
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 from weakref import ref
 
@@ -54,17 +54,17 @@ def parse(data: bytes, parser: etree.XMLParser) -> Any:
     return root
 
 
-def pieces(data: bytes, tags: Sequence[str], **options: Any) -> Iterator[Any]:
+def pieces(data: bytes, tag: str, **options: Any) -> Iterator[Any]:
     """The root of an XML file, then each of its children with all that is in it.
 
-    A child is good only until the next one is asked for; then it is taken out of the tree.  In
-    between the root has no text and no other children that can be relied on.  The tree is small
-    if most children have one of the ``tags``.  ``options`` are those of lxml's parser.
+    A child is good only until the next one is asked for; soon after, it is taken out of the tree.
+    In between the root has no text and no other children that can be relied on.  ``tag`` is the
+    root's; ``options`` are those of lxml's parser.
 
     :raises lxml.etree.XMLSyntaxError: as lxml's parser does, maybe after some children
     :raises NotPieceByPieceError: where this does not work
     """
-    parser: Any = etree.XMLPullParser(events=("end",), tag=tags, **options)
+    parser: Any = etree.XMLPullParser(events=("start",), tag=tag, **options)
     if data.count(b"\n") + 1 < LIMIT:
         return _pieces(data, parser)
     lines = _Lines(data)
@@ -74,26 +74,23 @@ def pieces(data: bytes, tags: Sequence[str], **options: Any) -> Iterator[Any]:
 
 def _pieces(data: bytes, parser: Any) -> Iterator[Any]:
     root: Any = None
-    given: Any = None
-    for last in ends(data, parser):
+    for at in range(0, len(data), _PIECE):
+        parser.feed(data[at : at + _PIECE])
         if root is None:
-            root = last.getroottree().getroot()
+            root = next((element for _, element in parser.read_events()), None)
+            if root is None:
+                continue
+            if root.getparent() is not None:
+                raise NotPieceByPieceError
             yield root
-        if last.getparent() is not root:
-            continue
         # the last one stays until another follows: the text after it may not be whole
-        while given is not last:
-            if given is not None:
-                root.remove(given)
-            given = root[0]
-            yield given
-    whole = parser.close()
+        whole = max(0, len(root) - 1)
+        yield from root[:whole]
+        del root[:whole]
+    parser.close()
     if root is None:
-        root = whole
-        yield root
-    for child in root:
-        if child is not given:
-            yield child
+        raise NotPieceByPieceError
+    yield from root[:]
 
 
 def ends(data: bytes, parser: Any) -> Iterator[Any]:

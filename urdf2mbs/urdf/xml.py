@@ -115,7 +115,7 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
 def pieces(data: bytes) -> tuple[Any, Iterator[Any]]:
     """The root element of a large URDF text without any slip, and each of its children in turn;
     see ``xml_lines.pieces``, which says what it raises."""
-    found = xml_lines.pieces(data, ("link", "joint"), **_SAFE)
+    found = xml_lines.pieces(data, "robot", **_SAFE)
     root = next(found)
     if root.getroottree().docinfo.internalDTD is not None or root.tag != "robot":
         raise xml_lines.NotPieceByPieceError
