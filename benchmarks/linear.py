@@ -1,6 +1,7 @@
-"""How time, memory and the file grow with the robot: chains, trees and stars of many links.
+"""How time, memory and the file grow with the robot: chains, trees and stars of many links, and
+trees of which no two links are alike.
 
-    python benchmarks/linear.py [--links 1000 10000 100000] [--shapes chain tree star]
+    python benchmarks/linear.py [--links 1000 10000 100000] [--shapes chain tree star mixed]
 
 Each conversion, and each floor, is a process of its own: what it takes at the most is its peak
 memory.  Times are of the processor (s), ``check`` included.  The floor is lxml that reads the URDF
@@ -21,7 +22,7 @@ from time import process_time
 
 from robots import generated
 
-SHAPES = ("chain", "tree", "star")
+SHAPES = ("chain", "tree", "star", "mixed")
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from random import Random
 
 from lxml import etree
 
@@ -18,9 +19,9 @@ REAL = {
 LINK = """\
   <link name="link_{i}">
     <inertial>
-      <origin xyz="0.01 0.02 0.1" rpy="0.1 0.2 0.3"/>
-      <mass value="1.5"/>
-      <inertia ixx="0.011" ixy="0.001" ixz="0.0005" iyy="0.012" iyz="0.0004" izz="0.013"/>
+      <origin xyz="{x} 0.02 0.1" rpy="0.1 0.2 0.3"/>
+      <mass value="{mass}"/>
+      <inertia ixx="{ixx}" ixy="0.001" ixz="0.0005" iyy="0.012" iyz="0.0004" izz="0.013"/>
     </inertial>
     <visual>
       <origin xyz="0 0 0.1" rpy="0 0 0"/>
@@ -31,7 +32,7 @@ LINK = """\
 """
 JOINT = """\
   <joint name="joint_{i}" type="revolute">
-    <origin xyz="0 0.01 0.2" rpy="{rpy}"/>
+    <origin xyz="0 0.01 {z}" rpy="{rpy}"/>
     <parent link="link_{parent}"/>
     <child link="link_{i}"/>
     <axis xyz="{axis}"/>
@@ -43,15 +44,20 @@ RPYS = ("0 0 0", "0 0 0", "1.5708 0 0", "0.1 0.2 0.3")
 
 
 def generated(shape: str, links: int) -> bytes:
-    """A ``chain``; a ``tree`` in which every link carries three others; or a ``star``, in which
-    the first one carries all."""
+    """A ``chain``; a ``tree`` in which every link carries three others; a ``star``, in which the
+    first one carries all; or a ``mixed`` tree, of which no two links are alike."""
     parts = [f'<?xml version="1.0"?>\n<robot name="{shape}">\n']
+    random = Random(1)
+    x, mass, ixx, z = 0.01, 1.5, 0.011, 0.2
     for i in range(links):
-        parts.append(LINK.format(i=i))
+        axis, rpy = AXES[i % len(AXES)], RPYS[i % len(RPYS)]
+        if shape == "mixed":
+            x, mass, ixx, z = (round(random.uniform(a, 2 * a), 9) for a in (0.01, 1.5, 0.011, 0.2))
+            rpy = " ".join(str(round(random.uniform(-3, 3), 9)) for _ in range(3))
+        parts.append(LINK.format(i=i, x=x, mass=mass, ixx=ixx))
         if i:
-            parent = {"chain": i - 1, "tree": (i - 1) // 3, "star": 0}[shape]
-            axis, rpy = AXES[i % len(AXES)], RPYS[i % len(RPYS)]
-            parts.append(JOINT.format(i=i, parent=parent, axis=axis, rpy=rpy))
+            parent = {"chain": i - 1, "tree": (i - 1) // 3, "star": 0, "mixed": (i - 1) // 3}[shape]
+            parts.append(JOINT.format(i=i, parent=parent, axis=axis, rpy=rpy, z=z))
     parts.append("</robot>\n")
     return "".join(parts).encode()
 
