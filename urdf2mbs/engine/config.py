@@ -33,11 +33,10 @@ Name = Annotated[str, Meta(min_length=1)]
 class Project(msgspec.Struct, forbid_unknown_fields=True):
     """A whole Robotran project folder instead of one file."""
 
-    project: Annotated[Name, Meta(description="the project's folder")]
-    language: Annotated[
-        Literal["python", "c", "both"] | list[Literal["python", "c"]],
-        Meta(description="of the project's code: python for MBsysPy, c for MBsysC, or both"),
-    ] = "python"
+    project: Name
+    """the project's folder"""
+    language: Literal["python", "c", "both"] | list[Literal["python", "c"]] = "python"
+    """of the project's code: python for MBsysPy, c for MBsysC, or both"""
 
 
 class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -52,64 +51,51 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
 class Sweep(msgspec.Struct, forbid_unknown_fields=True):
     """A robot for every combination of these values."""
 
-    xacro_args: Annotated[
-        dict[Name, list[str | int | float | bool] | Range],
-        Meta(description="xacro argument: its values, as a list or a range"),
-    ] = {}
-    passes: Annotated[
-        dict[Name, dict[str, list[Any] | Range]],
-        Meta(description="pass: its options, each with a list or a range of values"),
-    ] = {}
+    xacro_args: dict[Name, list[str | int | float | bool] | Range] = {}
+    """xacro argument: its values, as a list or a range"""
+    passes: dict[Name, dict[str, list[Any] | Range]] = {}
+    """pass: its options, each with a list or a range of values"""
 
 
 class Config(msgspec.Struct, forbid_unknown_fields=True):
     """A config file's content. Paths are relative to the folder of the file."""
 
-    source: Annotated[
-        Name, Meta(description="the robot: a .urdf or .xacro file, or robot_descriptions:NAME")
-    ]
-    output: Annotated[
-        Name | Project | None, Meta(description="the .mbs file (default: the source's name)")
-    ] = None
-    base: Annotated[
-        Literal["auto", "floating", "fixed"],
-        Meta(description="whether the base floats; auto: it does unless it is tied to 'world'"),
-    ] = "auto"
-    gravity: Annotated[
-        tuple[float, float, float], Meta(description="acceleration in base axes, m/s^2")
-    ] = (0.0, 0.0, -9.81)
-    packages: Annotated[dict[Name, Name], Meta(description="ROS package name: its directory")] = {}
-    xacro_args: Annotated[dict[Name, str], Meta(description="xacro argument: its value")] = {}
-    plugins: Annotated[list[Name], Meta(description="Python files that bring passes")] = []
-    pipeline: Annotated[
-        str | list[str], Meta(description="the name of a preset, or the passes in their order")
-    ] = "faithful"
-    after: Annotated[
-        dict[str, str | list[str]], Meta(description="pass: the passes to put right after it")
-    ] = {}
-    before: Annotated[
-        dict[str, str | list[str]], Meta(description="pass: the passes to put right before it")
-    ] = {}
-    without: Annotated[list[str], Meta(description="passes to leave out")] = []
-    alias: Annotated[
-        dict[Name, str],
-        Meta(description="new name: the pass that it is, to run a pass twice"),
-    ] = {}
-    swap: Annotated[
-        dict[str, str],
-        Meta(description="pass: the plugin whose pass of the same name replaces it"),
-    ] = {}
-    passes: Annotated[dict[str, dict[str, Any]], Meta(description="pass: its options")] = {}
-    diagnostics: Annotated[
-        dict[str, Level], Meta(description="code of a warning, say: how much it weighs")
-    ] = {}
-    strict: Annotated[bool, Meta(description="warnings are errors")] = False
-    cache: Annotated[bool, Meta(description="keep what xacro makes in the user's cache folder")] = (
-        True
-    )
-    sweep: Annotated[
-        Sweep | None, Meta(description="make a family of robots, one for each combination")
-    ] = None
+    source: Name
+    """the robot: a .urdf or .xacro file, or robot_descriptions:NAME"""
+    output: Name | Project | None = None
+    """the .mbs file (default: the source's name)"""
+    base: Literal["auto", "floating", "fixed"] = "auto"
+    """whether the base floats; auto: it does unless it is tied to 'world'"""
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    """acceleration in base axes, m/s^2"""
+    packages: dict[Name, Name] = {}
+    """ROS package name: its directory"""
+    xacro_args: dict[Name, str] = {}
+    """xacro argument: its value"""
+    plugins: list[Name] = []
+    """Python files that bring passes"""
+    pipeline: str | list[str] = "faithful"
+    """the name of a preset, or the passes in their order"""
+    after: dict[str, str | list[str]] = {}
+    """pass: the passes to put right after it"""
+    before: dict[str, str | list[str]] = {}
+    """pass: the passes to put right before it"""
+    without: list[str] = []
+    """passes to leave out"""
+    alias: dict[Name, str] = {}
+    """new name: the pass that it is, to run a pass twice"""
+    swap: dict[str, str] = {}
+    """pass: the plugin whose pass of the same name replaces it"""
+    passes: dict[str, dict[str, Any]] = {}
+    """pass: its options"""
+    diagnostics: dict[str, Level] = {}
+    """code of a warning, say: how much it weighs"""
+    strict: bool = False
+    """warnings are errors"""
+    cache: bool = True
+    """keep what xacro makes in the user's cache folder"""
+    sweep: Sweep | None = None
+    """make a family of robots, one for each combination"""
 
 
 class Lines:

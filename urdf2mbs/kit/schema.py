@@ -18,6 +18,8 @@ from urdf2mbs.engine.plugins import GROUP, Plugins
 def schema(plugins: Plugins) -> dict[str, Any]:
     """A JSON schema (draft 2020-12) of a config that may use these plugins' passes."""
     (_,), defs = msgspec.json.schema_components([Config], ref_template="#/$defs/{name}")
+    for kind in (Config, *_inner(Config)):
+        _describe(kind, defs[kind.__name__])
     config = defs.pop("Config")
     config["title"] = "urdf2mbs config"
     properties = config["properties"]
@@ -54,18 +56,24 @@ def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
     (reference,), components = msgspec.json.schema_components(
         [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
     )
-    docs = {inner.__name__: field_docs(inner) for inner in _inner(kind)}
+    inner = {one.__name__: one for one in _inner(kind)}
     for name, component in components.items():
         component.pop("title", None)
         defs[f"{prefix}.{name}"] = component
-        for field, text in docs.get(name, {}).items():
-            component["properties"][field].setdefault("description", text)
+        if name in inner:
+            _describe(inner[name], component)
     top = components.get(kind.__name__, reference)
     top["additionalProperties"] = False
-    for name, text in field_docs(kind).items():
-        if name in top.get("properties", {}):
-            top["properties"][name].setdefault("description", text)
+    _describe(kind, top)
     return reference
+
+
+def _describe(kind: type, component: dict[str, Any]) -> None:
+    """Put the docstrings of a class's fields into its schema."""
+    properties = component.get("properties", {})
+    for name, text in field_docs(kind).items():
+        if name in properties:
+            properties[name].setdefault("description", text)
 
 
 def _inner(kind: type) -> list[type]:
