@@ -27,9 +27,7 @@ class Slip(msgspec.Struct, frozen=True):
 #: Blanks and byte order marks, in any encoding.
 BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
 #: How files are parsed that may come from anywhere.
-_SAFE: dict[str, Any] = {
-    "resolve_entities": False, "no_network": True, "load_dtd": False, "collect_ids": False,
-}  # fmt: skip
+_SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False}
 #: Longer comments are not read by libxml2.
 _LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
