@@ -222,6 +222,7 @@ def test_a_robot_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
         "<robot xmlns='urn:r' name='r'><link name='a'/></robot>",
         "<!DOCTYPE robot [<!ENTITY e 'a'>]><robot name='r'><link name='&e;'/></robot>",
         "<sdf><link name='a'/></sdf>",
+        "<robot name='r'><link name='a' xml:id='i'/><gazebo xml:id='i'/></robot>",
         "<sdf><robot name='r'><link name='a'/></robot></sdf>",
         "<!-- long before --><robot name='r'><!-- alone --></robot>",
         "<!-- long before --><robot name='r'><!-- first --><link name='a'/><!-- last --></robot>",
