@@ -212,11 +212,15 @@ def _lock_on_windows(folder: Path, locks: ExitStack) -> None:
 
 def _sweep(folder: Path, names: Sequence[str]) -> None:
     """Take away what a run that was killed has left beside files of these names."""
-    ours = re.compile(
-        rf"\.({'|'.join(re.escape(name[:100]) for name in names)})\.[a-z0-9_]{{8}}\.(part|old)"
-    )
-    with os.scandir(folder) as entries:
-        _take_away([Path(entry.path) for entry in entries if ours.fullmatch(entry.name)])
+    found = [
+        name
+        for name in os.listdir(folder)  # noqa: PTH208
+        if name.startswith(".") and name.endswith((".part", ".old"))
+    ]
+    if found:
+        known = "|".join(re.escape(name[:100]) for name in names)
+        ours = re.compile(rf"\.({known})\.[a-z0-9_]{{8}}\.(part|old)")
+        _take_away([folder / name for name in found if ours.fullmatch(name)])
 
 
 def _check_place(place: Path) -> None:
