@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same)."""
     if argv is None:
-        # This process does nothing else, and ends soon: what its collector would look for, in what
-        # is imported and in what is there at the end, is not worth a third of the time.
-        gc.set_threshold(500_000, 20, 100)
+        # This process is ours, and ends soon.  The collector would look through all that is
+        # imported, and at the end through all that there is, and find nothing worth the time.
+        gc.set_threshold(500_000, 20, 100)  # from now on; see seldom_collected
         atexit.register(gc.freeze)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed, as for a service: nobody reads it
