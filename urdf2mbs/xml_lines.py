@@ -64,7 +64,7 @@ def pieces(data: bytes, tag: str, **options: Any) -> Iterator[Any]:
     :raises lxml.etree.XMLSyntaxError: as lxml's parser does, maybe after some children
     :raises NotPieceByPieceError: where this does not work
     """
-    parser: Any = etree.XMLPullParser(events=("start",), tag=tag, collect_ids=False, **options)
+    parser: Any = etree.XMLPullParser(events=("start",), tag=tag, **options)
     if data.count(b"\n") + 1 < LIMIT:
         return _pieces(data, parser)
     lines = _Lines(data)
