@@ -230,6 +230,26 @@ def test_a_folder_that_may_not_be_looked_into(
     assert code in (1, 2) or "tiny." in command or "keep" in command
 
 
+def test_robots_in_a_folder_that_may_not_be_looked_into_are_not_left_out_in_silence(
+    good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    (tmp_path / "in" / "locked").mkdir(parents=True)
+    shutil.copy(good / "tiny.urdf", tmp_path / "in")
+    look = os.scandir
+
+    def closed(place: Any) -> Any:
+        if os.fspath(place).endswith("locked"):
+            raise PermissionError(13, "Permission denied", place)
+        return look(place)
+
+    monkeypatch.setattr(os, "scandir", closed)  # root may look into all
+    code, said = call(["convert", str(tmp_path / "in"), "-o", f"{tmp_path / 'out'}/"], capsys)
+    assert code == 2
+    assert "file-unreadable" in said
+    assert "locked': Permission denied" in said
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(
     "command", ["convert tiny.urdf", "doctor", "init tiny.urdf", "run a b", "passes"]
 )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from pathlib import Path
+from typing import NoReturn
 
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.files import is_file, read
@@ -18,11 +20,13 @@ def robots_in(folder: Path) -> dict[Path, Path]:
     """Each robot in a folder and those below it, and the .mbs to make of it, relative to another.
 
     Robots are the ``.urdf`` files, and the ``.xacro`` files whose ``<robot>`` has a name: those
-    without one hold macros for others.  Raises ConfigError where there is none.
+    without one hold macros for others.  Raises ConfigError where there is none, or a folder cannot
+    be looked into.
     """
     found = sorted(
         file
-        for file in folder.rglob("*")
+        for above, _, names in os.walk(folder, onerror=_closed)
+        for file in (Path(above, name) for name in names)
         if is_file(file) and (file.suffix.lower() == ".urdf" or _is_xacro_robot(file))
     )
     if not found:
@@ -38,6 +42,14 @@ def robots_in(folder: Path) -> dict[Path, Path]:
         else place.with_name(file.name.replace(".", "_") + ".mbs")
         for file, place in plain.items()
     }  # fmt: skip
+
+
+def _closed(error: OSError) -> NoReturn:
+    """Its robots would be missing without a word."""
+    raise ConfigError(
+        "file-unreadable", f"cannot look into the folder '{error.filename}': {error.strerror}",
+        hint="look at its rights, or move it elsewhere",
+    ) from None  # fmt: skip
 
 
 def _is_xacro_robot(file: Path) -> bool:
