@@ -19,9 +19,8 @@ if TYPE_CHECKING:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same)."""
     if argv is None:
-        # This process is ours, and ends soon.  The collector would look through all that is
-        # imported, and at the end through all that there is, and find nothing worth the time.
-        gc.set_threshold(500_000, 20, 100)  # from now on; see seldom_collected
+        # This process is ours: at its end the collector would look through all that there is, and
+        # find nothing worth the time.
         atexit.register(gc.freeze)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed, as for a service: nobody reads it
@@ -32,6 +31,13 @@ def main(argv: Sequence[str] | None = None) -> int:
             # a robot's name may have letters that this terminal or pipe has not
             reconfigure(errors="backslashreplace")
     arguments = parse(sys.argv[1:] if argv is None else argv)
+    from urdf2mbs.collector import seldom_collected
+
+    with seldom_collected():  # it would look through all that is imported, too
+        return _run(arguments)
+
+
+def _run(arguments: argparse.Namespace) -> int:
     import signal
     from contextlib import suppress
 
@@ -49,15 +55,13 @@ def _carry_out(arguments: argparse.Namespace) -> int:
     from importlib import import_module
     from pathlib import Path
 
-    from urdf2mbs.collector import seldom_collected
     from urdf2mbs.diagnostics import ConfigError, ConversionError, memory_full
     from urdf2mbs.files import absolute
 
     try:
         absolute(Path())  # a working folder that is not there any more is told at once
-        with seldom_collected():
-            command = import_module(f"urdf2mbs.commands.{arguments.command.replace('-', '_')}")
-            code: int = command.carry_out(arguments)
+        command = import_module(f"urdf2mbs.commands.{arguments.command.replace('-', '_')}")
+        code: int = command.carry_out(arguments)
         sys.stdout.flush()
         return code
     except ConversionError as error:
