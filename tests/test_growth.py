@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from lxml import etree
 
-from urdf2mbs import convert, verify
+from urdf2mbs import Result, convert, verify
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs import reader
 from urdf2mbs.urdf.packages import Packages
@@ -59,6 +59,12 @@ def urdf(shape: str, links: int) -> str:
                 )
             )  # fmt: skip
     return "".join([*parts, "</robot>\n"])
+
+
+def converted(folder: Path, shape: str, links: int) -> Result:
+    source = folder / "robot.urdf"
+    source.write_text(urdf(shape, links))
+    return convert(source)
 
 
 def calls(what: Callable[[], Any]) -> tuple[int, Any]:
@@ -251,9 +257,7 @@ def test_a_large_file_is_read_once_where_nothing_is_wrong(
 
 
 def test_an_mbs_is_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    source = tmp_path / "robot.urdf"
-    source.write_text(urdf("tree", 40))
-    result = convert(source)
+    result = converted(tmp_path, "tree", 40)
     data = result.data
     whole = [reader.read(data, "m.mbs"), reader.read(data, "m.mbs", mechanics_only=True)]
     monkeypatch.setattr("urdf2mbs.xml_lines.LARGE", 0)
@@ -267,9 +271,7 @@ def test_an_mbs_is_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_body_that_carries_all_others_is_never_there_with_all_its_graphics(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source = tmp_path / "robot.urdf"
-    source.write_text(urdf("star", 40))
-    data = convert(source).data
+    data = converted(tmp_path, "star", 40).data
     whole = reader.read(data, "m.mbs", mechanics_only=True)
     left: list[int] = []
 
@@ -290,9 +292,7 @@ def test_a_body_that_carries_all_others_is_never_there_with_all_its_graphics(
 def test_lines_of_a_long_mbs_are_counted_only_for_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source = tmp_path / "robot.urdf"
-    source.write_text(urdf("chain", 5))
-    data = convert(source).data
+    data = converted(tmp_path, "chain", 5).data
     monkeypatch.setattr("urdf2mbs.xml_lines.LIMIT", 0)
     with pytest.raises(ConversionError) as raised:
         reader.read(data.replace(b"<mass>1.5<", b"<mass>heavy<"), "m.mbs")
@@ -305,9 +305,7 @@ def test_lines_of_a_long_mbs_are_counted_only_for_an_error(
 def test_a_body_that_differs_is_the_one_of_the_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source = tmp_path / "robot.urdf"
-    source.write_text(urdf("chain", 5))
-    result = convert(source)
+    result = converted(tmp_path, "chain", 5)
     monkeypatch.setattr("urdf2mbs.xml_lines.LARGE", 0)
     edits = [
         ("<mass>1.5<", "<mass>1.25<"), ("<Ixx>", "<Ixx>1"), ("<y>0.01</y>", "<y>0.02</y>"),
@@ -336,9 +334,7 @@ def test_a_body_that_differs_is_the_one_of_the_file(
 def test_what_is_wrong_with_an_mbs_is_said_the_same(
     old: str, new: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    source = tmp_path / "robot.urdf"
-    source.write_text(urdf("chain", 5))
-    data = convert(source).data.decode().replace(old, new).encode()
+    data = converted(tmp_path, "chain", 5).data.decode().replace(old, new).encode()
 
     def said() -> Any:
         try:
