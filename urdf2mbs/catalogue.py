@@ -296,7 +296,17 @@ SECTIONS = [
                 "a mesh whose lowest points are wanted cannot be used", level="warning"
             ),
             "sensor-left-out": Code(
-                "a sensor is on a link that is not part of a moving body", level="warning"
+                "a sensor is on a link that is not part of a moving body, or its place, link or "
+                "frame cannot be read",
+                level="warning",
+            ),
+            "sensor-renamed": Code(
+                "a sensor has no name, or that of another sensor: it gets a name of its own",
+                level="warning",
+            ),
+            "actuator-unknown": Code(
+                "a `<transmission>` or `<ros2_control>` is for a joint that does not exist",
+                level="warning",
             ),
             "force-torque": Code(
                 "force-torque sensors of the URDF that are left out, and how to have them",
@@ -310,7 +320,13 @@ SECTIONS = [
                 level="warning",
             ),
             "loop-left-out": Code(
-                "a joint in `<gazebo>` closes a loop in a way for which Robotran has no cut",
+                "a joint in `<gazebo>` closes a loop in a way for which Robotran has no cut, or "
+                "its place, links or frames cannot be read",
+                level="warning",
+            ),
+            "loop-renamed": Code(
+                "the cut of a joint in `<gazebo>` has the name of another cut or of a link, and "
+                "gets another",
                 level="warning",
             ),
             "generator-limits": Code(

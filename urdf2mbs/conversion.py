@@ -255,9 +255,13 @@ class Conversion:
         link: str | None = None,
         joint: str | None = None,
         hint: str | None = None,
+        line: int | None = None,
     ) -> None:
-        """Say that something of the robot is not in the .mbs as one would expect."""
-        self._say("warning", code, message, link, joint, hint)
+        """Say that something of the robot is not in the .mbs as one would expect.
+
+        ``line``: in the URDF; none: that of the link or joint.
+        """
+        self._say("warning", code, message, link, joint, hint, line)
 
     def note(
         self, code: str, message: str, *, link: str | None = None, joint: str | None = None
@@ -290,6 +294,7 @@ class Conversion:
         link: str | None,
         joint: str | None,
         hint: str | None,
+        line: int | None = None,
     ) -> None:
         element: Link | Joint | None = None
         if joint is not None:
@@ -299,6 +304,6 @@ class Conversion:
         self.diagnostics.append(
             Diagnostic(
                 level, code, message, link, joint,
-                self.robot.file, element.line if element else None, hint,
+                self.robot.file, element.line if element else line, hint,
             )
         )  # fmt: skip

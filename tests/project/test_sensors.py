@@ -186,11 +186,12 @@ def test_wrong_options(name: str, options: dict[str, Any], code: str) -> None:
 
 
 def test_sensors_of_the_urdf_have_places_and_links() -> None:
-    """In SDF's words and in URDF's; one whose link is not there is told; one without a place is
-    where its link is."""
+    """In SDF's words and in URDF's; a sensor without a place is where its link is; a sensor whose
+    place or link cannot be read is left out, and that is said."""
     more = (
         '<gazebo reference="arm"><sensor name="sdf" type="imu"><pose>1 2 3 0 0 0</pose></sensor>'
-        '<sensor name="bare" type="imu"><pose>1 2 x 0 0 0</pose></sensor></gazebo>'
+        '<sensor name="bare" type="imu"/><sensor name="bad" type="imu"><pose>1 2 x 0 0 0</pose>'
+        "</sensor></gazebo>"
         '<sensor name="urdf" type="imu"><parent link="hand"/><origin xyz="0 0 4"/></sensor>'
         '<sensor name="lost" type="imu"><parent link="nowhere"/></sensor></robot>'
     )
@@ -200,8 +201,9 @@ def test_sensors_of_the_urdf_have_places_and_links() -> None:
     assert points["sdf"].coordinates == (1.0, 2.0, 3.0)
     assert points["bare"].coordinates == (0.0, 0.0, 0.0)
     assert points["urdf"].coordinates == (0.0, 0.0, 4.0)
-    (told,) = [one for one in result.diagnostics if one.code == "sensor-left-out"]
-    assert "'lost' is on 'nowhere', which is no link" in told.message
+    bad, lost = [one for one in result.diagnostics if one.code == "sensor-left-out"]
+    assert "sensor 'bad' is left out: the text of <pose> is '1 2 x 0 0 0'" in bad.message
+    assert "sensor 'lost' is left out: it is on link 'nowhere', which does not" in lost.message
 
 
 def test_actuated_joints() -> None:

@@ -51,14 +51,9 @@ def _from_urdf(conversion: Conversion) -> set[str]:
     """All joints that a transmission or a control interface names."""
     driven: set[str] = set()
     for extension in conversion.robot.extensions:
-        if extension.tag not in ("transmission", "ros2_control"):
-            continue
-        always = extension.tag == "transmission"
-        for joint in extension.element().iter("joint", "{*}joint"):
-            name = joint.get("name")
-            if name and (always or joint.find("command_interface") is not None):
-                driven.add(str(name))
-                conversion.simulation.used.append(extension)
+        if extension.motors:
+            driven.update(extension.motors)
+            conversion.simulation.used.append(extension)
     return driven
 
 

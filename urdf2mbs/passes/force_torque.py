@@ -15,6 +15,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.urdf.gazebo import FORCE_TORQUE
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -58,14 +59,12 @@ def run(conversion: Conversion, options: Options) -> None:
 
 def _named(conversion: Conversion) -> dict[str, str]:
     """The joints with a force-torque sensor in the URDF, and the name of the sensor."""
-    sensors: dict[str, str] = {}
-    for extension in conversion.robot.extensions:
-        for name, _, element in extension.sensors("force_torque"):
-            parent = element.find("parent")
-            joint = extension.reference if parent is None else parent.get("joint")
-            if joint is not None:
-                sensors.setdefault(joint, name)
-    return sensors
+    return {
+        sensor.on: sensor.name
+        for extension in reversed(conversion.robot.extensions)
+        for sensor in reversed(extension.sensors)
+        if sensor.type == FORCE_TORQUE
+    }
 
 
 PASS = Pass("force-torque", run, Options, needs=("robot",), changes=("bodies",))
