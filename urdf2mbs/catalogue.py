@@ -277,6 +277,15 @@ SECTIONS = [
                 "it stays independent",
                 level="warning",
             ),
+            "mimic-held": Code(
+                "a joint follows another with the multiplier 0, and is held at its offset",
+                level="note",
+            ),
+            "mimic-massless": Code(
+                "a joint moves nothing that has mass, but joints that do follow it: in a project "
+                "it is kept, with a body without mass",
+                level="note",
+            ),
             "mimic-driven": Code(
                 "a joint is driven by its leader, which does not feel its inertia, "
                 "because the config says so",

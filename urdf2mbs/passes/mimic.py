@@ -60,12 +60,25 @@ def run(conversion: Conversion, options: Options) -> None:
             continue
         leader, multiplier, offset = resolve(robot, name, natures)
         own, others = coordinates.get(name, []), coordinates.get(leader, [])
+        if len(own) == 1 and not others and not multiplier:
+            own[0].nature, own[0].q, own[0].symbols = "driven", offset, ("q",)
+            conversion.note(
+                "mimic-held",
+                f"joint '{name}' follows '{leader}' with the multiplier 0, and is held at "
+                f"{offset!r}",
+                joint=name,
+            )
+            continue
         if len(own) != 1 or len(others) != 1:
+            link = robot.joints[leader].child
             conversion.warn(
                 "mimic-leader",
                 f"joint '{name}' follows '{leader}', which does not move in the .mbs by one "
                 f"coordinate: '{name}' stays independent",
                 joint=name,
+                hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' keeps what it moves"
+                if leader in conversion.frozen
+                else None,
             )
             continue
         coupling = Coupling(own[0], others[0], multiplier, offset)

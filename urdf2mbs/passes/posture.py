@@ -88,7 +88,7 @@ def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
             one = len(step.coordinates) == 1
             for joint in step.coordinates:
                 name = step.joint.name if one else joint.name
-                if id(joint) in bound:
+                if id(joint) in bound or joint.nature == "driven":
                     followers.add(name)
                 else:
                     settable[name] = joint
