@@ -459,6 +459,9 @@ SECTIONS = [
             ),
             "contacts-shape": Code("a link has no shape to take points of", todo="give the points"),
             "contacts-value": Code("a number with which the force would be zero, or without bound"),
+            "sensors-only": Code(
+                "sensors: `only` names no sensor of the URDF", todo="the nearest name is offered"
+            ),
             "sensors-links": Code("sensors names no link", todo="the nearest name is offered"),
             "force-torque-joint": Code(
                 "a joint cannot be a force-torque sensor", todo="the message says why"

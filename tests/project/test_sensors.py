@@ -167,6 +167,7 @@ def test_sensors_of_the_config(tmp_path: Path) -> None:
     ("name", "options", "code"),
     [
         ("sensors", {"links": ["hnad"]}, "sensors-links"),
+        ("sensors", {"only": ["imu"]}, "sensors-only"),
         ("force-torque", {"joints": ["tool_mount"]}, "force-torque-joint"),
         ("force-torque", {"joints": ["shoulder"]}, "force-torque-joint"),
         ("actuators", {"joints": ["tool_mount"]}, "actuators-joints"),

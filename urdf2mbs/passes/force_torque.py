@@ -27,12 +27,7 @@ def run(conversion: Conversion, options: Options) -> None:
     named = _named(conversion)
     if not named and not options.joints:
         return
-    steps = {
-        step.joint.name: step
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if step.joint.type == "fixed"
-    }
+    steps = {step.joint.name: step for step in conversion.steps() if not step.joint.moves}
     for pattern in options.joints:
         joints = [name for name in steps if fnmatchcase(name, pattern)]
         if not joints:

@@ -255,8 +255,7 @@ def _order(conversion: Conversion, placement: Placement, options: Options) -> li
     """The joints that may become dependent, the best first."""
     of = {
         id(joint): step.joint.name
-        for segment in conversion.segments.values()
-        for step in segment.steps
+        for step in conversion.steps()
         if len(step.coordinates) == 1
         for joint in step.coordinates
     }

@@ -68,7 +68,7 @@ def run(conversion: Conversion, options: Options) -> None:
     for name, value in given.items():
         settable[name].q = -value if name in conversion.names.flipped else value
     for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
-        coupling.follower.q = coupling.multiplier * (coupling.leader.q or 0.0) + coupling.offset
+        coupling.follow()
     _tell_limits(conversion, given)
     if options.hold is not None:
         conversion.simulation.hold = _hold(conversion, options.hold)

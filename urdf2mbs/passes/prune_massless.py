@@ -168,11 +168,7 @@ def _attach_frames(
     needed: set[str],
     chained: dict[str, Pose | None],
 ) -> None:
-    holder = {
-        link: (segment, pose)
-        for segment in conversion.segments.values()
-        for link, pose in segment.parts.items()
-    }
+    holder = conversion.parts()
     held: list[Joint] = []
     for joint in order:
         if joint.child in needed:

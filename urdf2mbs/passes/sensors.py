@@ -10,12 +10,10 @@ The generated code has a helper for each, which knows the sensor's own axes: a p
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.diagnostics import ConfigError, counted, nearest
+from urdf2mbs.conversion import Conversion, Segment, choose
+from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import Point
@@ -42,27 +40,17 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    robot, simulation = conversion.robot, conversion.simulation
+    simulation = conversion.simulation
     wanted = _from_urdf(conversion, options) if options.from_urdf else []
     for pattern in options.links:
-        named = [link for link in robot.links if fnmatchcase(link, pattern)]
-        if not named:
-            raise ConfigError(
-                "sensors-links", f"sensors: no link is called '{pattern}'",
-                hint=nearest(pattern, robot.links)
-                or "'*' in a pattern stands for any text: '*_sole'",
-            )  # fmt: skip
-        wanted += [Sensor(link, "frame", link) for link in named]
+        links = choose(pattern, conversion.robot.links, "sensors-links", "sensors: no link")
+        wanted += [Sensor(link, "frame", link) for link in links]
     if not wanted and not simulation.sensors:
         return
-    holders = {
-        link: (segment, pose)
-        for segment in conversion.segments.values()
-        for link, pose in segment.parts.items()
-    }
+    parts = conversion.parts()
     lost: list[str] = []
     for name, sensor in _named_apart(conversion, wanted).items():
-        segment, at = holders.get(sensor.on, (None, HERE))
+        segment, at = parts.get(sensor.on, (None, HERE))
         if segment is None or segment.parent is None:
             # the C library overruns its memory for sensors on the base
             lost.append(f"{name} (link '{sensor.on}')")
@@ -83,14 +71,20 @@ def run(conversion: Conversion, options: Options) -> None:
 
 def _from_urdf(conversion: Conversion, options: Options) -> list[Sensor]:
     """The sensors of motion that are wanted."""
-    sensors: list[Sensor] = []
-    for extension in conversion.robot.extensions:
-        for sensor in extension.sensors:
-            chosen = not options.only or any(fnmatchcase(sensor.name, p) for p in options.only)
-            if sensor.type in MOTION and chosen:
-                conversion.simulation.used.append(extension)
-                sensors.append(sensor)
-    return sensors
+    sensors = [
+        (sensor, extension)
+        for extension in conversion.robot.extensions
+        for sensor in extension.sensors
+        if sensor.type in MOTION
+    ]
+    names = {sensor.name: sensor for sensor, _ in sensors}
+    only = set(names) if not options.only else {
+        name
+        for pattern in options.only
+        for name in choose(pattern, names, "sensors-only", "sensors: no sensor of the URDF")
+    }  # fmt: skip
+    conversion.simulation.used += [extension for one, extension in sensors if one.name in only]
+    return [sensor for sensor, _ in sensors if sensor.name in only]
 
 
 def _named_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:

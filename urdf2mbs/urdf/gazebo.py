@@ -223,7 +223,7 @@ def _check(
     if name not in known:
         what = f"it is {how} '{name}', which does not exist" if name else f"it names no {how[3:]}"
         reading.fail(
-            "name-unknown", what, thing.line,
+            "link-unknown", what, thing.line,
             "'base: fixed' ties the root link to the world" if name == "world"
             else nearest(name, known),
         )  # fmt: skip
