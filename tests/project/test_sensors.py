@@ -240,3 +240,23 @@ def test_a_group_state(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="no group state 'hoem'") as caught:
         convert_text(TINY, options={"posture": {"srdf": file, "state": "hoem"}})
     assert caught.value.hint == "did you mean 'home'?"
+
+
+def test_force_torque_sensors_of_one_name_and_at_joints_that_move() -> None:
+    """Each has a name of its own in the generated code; a joint that moves cannot have one."""
+    links = "".join(
+        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" '
+        f'iyy="1" iyz="0" izz="1"/></inertial></link><joint name="{name}_ft" type="fixed">'
+        f'<parent link="hand"/><child link="{name}"/></joint>'
+        f'<sensor name="ft" type="force_torque"><parent joint="{name}_ft"/></sensor>'
+        for name in ("left", "right")
+    )
+    more = '<gazebo reference="shoulder"><sensor name="torque" type="force_torque"/></gazebo>'
+    text = TINY.replace("</robot>", f"{links}{more}</robot>")
+    result = convert_text(text, options={"force-torque": {"joints": ["*_ft"]}})
+    names = {joint.name for body in result.mbs.bodies for joint in body.joints}
+    assert {"left_ft_T1", "right_ft_R3"} <= names
+    told = {found.code: found.message for found in result.diagnostics}
+    assert "joints that move are left out: shoulder" in told["force-torque"]
+    assert "2 <gazebo>" in told["extension"]
+    assert "<sensor>" not in told["extension"]

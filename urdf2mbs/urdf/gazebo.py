@@ -67,9 +67,10 @@ def read_extension(reading: Reading, element: Any) -> Extension:
             read_closing_joint(reading, joint, extension)
     elif tag in ("transmission", "ros2_control"):
         extension.motors = [
-            str(joint.get("name"))
+            name
             for joint in element.iter("joint", "{*}joint")
-            if tag == "transmission" or joint.find("command_interface") is not None
+            if (name := joint.get("name"))
+            and (tag == "transmission" or joint.find("command_interface") is not None)
         ]
     return extension
 
