@@ -277,6 +277,15 @@ SECTIONS = [
                 "it stays independent",
                 level="warning",
             ),
+            "mimic-held": Code(
+                "a joint follows another with the multiplier 0, and is held at its offset",
+                level="note",
+            ),
+            "mimic-massless": Code(
+                "a joint moves nothing that has mass, but joints that do follow it: in a project "
+                "it is kept, with a body without mass",
+                level="note",
+            ),
             "mimic-driven": Code(
                 "a joint is driven by its leader, which does not feel its inertia, "
                 "because the config says so",
@@ -296,7 +305,17 @@ SECTIONS = [
                 "a mesh whose lowest points are wanted cannot be used", level="warning"
             ),
             "sensor-left-out": Code(
-                "a sensor is on a link that is not part of a moving body", level="warning"
+                "a sensor is on a link that is not part of a moving body, or its place, link or "
+                "frame cannot be read",
+                level="warning",
+            ),
+            "sensor-renamed": Code(
+                "a sensor has no name, or that of another sensor: it gets a name of its own",
+                level="warning",
+            ),
+            "actuator-unknown": Code(
+                "a `<transmission>` or `<ros2_control>` is for a joint that does not exist",
+                level="warning",
             ),
             "force-torque": Code(
                 "force-torque sensors of the URDF that are left out, and how to have them",
@@ -310,7 +329,13 @@ SECTIONS = [
                 level="warning",
             ),
             "loop-left-out": Code(
-                "a joint in `<gazebo>` closes a loop in a way for which Robotran has no cut",
+                "a joint in `<gazebo>` closes a loop in a way for which Robotran has no cut, or "
+                "its place, links or frames cannot be read",
+                level="warning",
+            ),
+            "loop-renamed": Code(
+                "the cut of a joint in `<gazebo>` has the name of another cut or of a link, and "
+                "gets another",
                 level="warning",
             ),
             "generator-limits": Code(
@@ -434,6 +459,9 @@ SECTIONS = [
             ),
             "contacts-shape": Code("a link has no shape to take points of", todo="give the points"),
             "contacts-value": Code("a number with which the force would be zero, or without bound"),
+            "sensors-only": Code(
+                "sensors: `only` names no sensor of the URDF", todo="the nearest name is offered"
+            ),
             "sensors-links": Code("sensors names no link", todo="the nearest name is offered"),
             "force-torque-joint": Code(
                 "a joint cannot be a force-torque sensor", todo="the message says why"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterator
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -156,6 +157,18 @@ class Proof(msgspec.Struct):
     """Moving joints that are held at zero, and why."""
 
 
+def choose(pattern: str, names: Collection[str], code: str, what: str) -> list[str]:
+    """The names that a pattern of an option fits.
+
+    Raises ConfigError of that ``code`` where there is none: ``what`` is called so.
+    """
+    chosen = [name for name in names if fnmatchcase(name, pattern)]
+    if not chosen:
+        hint = nearest(pattern, names) or "'*' in a pattern stands for any text: '*_foot'"
+        raise ConfigError(code, f"{what} is called '{pattern}'", hint=hint)
+    return chosen
+
+
 class Conversion:
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
@@ -225,6 +238,19 @@ class Conversion:
         self.segments = segments
         self.mbs.bodies = [one.body for one in segments.values() if one.parent is not None]
 
+    def steps(self) -> Iterator[Step]:
+        """The URDF's joints on their way into the .mbs."""
+        for segment in self.segments.values():
+            yield from segment.steps
+
+    def parts(self) -> dict[str, tuple[Segment, Pose]]:
+        """Each link that is part of a segment, with its constant pose in it."""
+        return {
+            link: (segment, pose)
+            for segment in self.segments.values()
+            for link, pose in segment.parts.items()
+        }
+
     def part(self, link: str, code: str, what: str) -> tuple[Segment, Pose]:
         """The segment that a link is part of, and the link's constant pose in it.
 
@@ -255,9 +281,13 @@ class Conversion:
         link: str | None = None,
         joint: str | None = None,
         hint: str | None = None,
+        line: int | None = None,
     ) -> None:
-        """Say that something of the robot is not in the .mbs as one would expect."""
-        self._say("warning", code, message, link, joint, hint)
+        """Say that something of the robot is not in the .mbs as one would expect.
+
+        ``line``: in the URDF; none: that of the link or joint.
+        """
+        self._say("warning", code, message, link, joint, hint, line)
 
     def note(
         self, code: str, message: str, *, link: str | None = None, joint: str | None = None
@@ -290,6 +320,7 @@ class Conversion:
         link: str | None,
         joint: str | None,
         hint: str | None,
+        line: int | None = None,
     ) -> None:
         element: Link | Joint | None = None
         if joint is not None:
@@ -299,6 +330,6 @@ class Conversion:
         self.diagnostics.append(
             Diagnostic(
                 level, code, message, link, joint,
-                self.robot.file, element.line if element else None, hint,
+                self.robot.file, element.line if element else line, hint,
             )
         )  # fmt: skip

@@ -26,6 +26,12 @@ class Coupling(msgspec.Struct):
     offset: float
     """rad or m."""
 
+    def follow(self) -> None:
+        """Give the follower the initial position and velocity that the rule wants."""
+        self.follower.q = self.multiplier * (self.leader.q or 0.0) + self.offset
+        if self.leader.qd is not None:
+            self.follower.qd = self.multiplier * self.leader.qd
+
 
 class Contact(msgspec.Struct):
     """A point that may touch the ground."""

@@ -53,6 +53,17 @@ def from_rpy(rpy: Vec) -> Rot:
     )  # fmt: skip
 
 
+def from_quaternion(x: float, y: float, z: float, w: float) -> Rot:
+    """The rotation of a quaternion of any length but zero; w is its real part."""
+    length = hypot(x, y, z, w)
+    x, y, z, w = x / length, y / length, z / length, w / length
+    return (
+        1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),
+        2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
+        2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y),
+    )  # fmt: skip
+
+
 def from_turn(turn: Turn) -> Rot:
     """The elementary rotation by an angle about x (1), y (2) or z (3)."""
     k, angle = turn

@@ -62,7 +62,7 @@ def test_a_sensor_on_no_link_and_one_on_the_base(tiny: Path) -> None:
     tiny.write_text(TINY.replace("</robot>", f"{more}</robot>"))
     result = convert(tiny, base="fixed", project=tiny.parent / "p")
     found = [one.message for one in told(result.diagnostics, "sensor-left-out")]
-    assert any("'lost' is on 'nobody'" in one for one in found), found
+    assert any("'lost' is left out: it is on link 'nobody'" in one for one in found), found
     assert any("still (link 'world')" in one for one in found), found
     assert [one["name"] for one in result.report.passes["sensors"]] == ["good"]
 

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
-from urdf2mbs.mbs.singular import Singular, _resists_all, _torques, find_singular
+from urdf2mbs.mbs.singular import Rule, Singular, _resists_all, _torques, find_singular
 from urdf2mbs.proof.dynamics import to_pinocchio
 
 pin = pytest.importorskip("pinocchio")
@@ -106,6 +106,55 @@ def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
     ):
         assert smallest < ZERO_BELOW or smallest > ABOVE  # else the truth itself is not clear
         assert singular == (smallest < ZERO_BELOW), smallest
+
+
+@st.composite
+def coupled(draw: Any) -> tuple[Mbs, dict[str, Rule]]:
+    """A tree some of whose joints follow others, as ``<mimic>`` has it."""
+    mbs = draw(trees())
+    moving = [j for body in mbs.bodies for j in body.joints if j.nature != "driven"]
+    leaders = [joint for joint in moving if draw(st.booleans())]
+    rules = {}
+    for joint in moving:
+        if leaders and joint not in leaders and draw(st.sampled_from((True, True, False))):
+            leader = draw(st.sampled_from(leaders))
+            multiplier = draw(st.sampled_from((1.0, -1.0, 2.0, -0.5, 0.0)))
+            rules[joint.name] = Rule(leader.name, multiplier, draw(st.sampled_from((0.0, 0.3))))
+            joint.nature, joint.q = "dependent", rules[joint.name].offset
+    return mbs, rules
+
+
+def reduced(mbs: Mbs, rules: dict[str, Rule]) -> tuple[float, float]:
+    """``least`` of the mass matrix of the joints that follow no other: B^T M B, where B has the
+    speeds of all joints for each of those."""
+    model = to_pinocchio(mbs)
+    names = list(model.names)[1:]
+    free = [name for name in names if name not in rules]
+    turn, offset = np.zeros((model.nv, len(free))), np.zeros(model.nv)
+    for row, name in enumerate(names):
+        rule = rules.get(name, Rule(name, 1.0, 0.0))
+        turn[row, free.index(rule.leader)], offset[row] = rule.multiplier, rule.offset
+    random = np.random.default_rng(7)
+    least = [
+        smallest(turn.T @ mass_matrix(model, turn @ x + offset) @ turn)
+        for x in (np.zeros(len(free)), *(random.uniform(-2, 2, len(free)) for _ in range(6)))
+    ]
+    return max(least[1:]), least[0]
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(coupled())
+def test_couplings_leave_it_singular_where_pinocchio_says_so(
+    case: tuple[Mbs, dict[str, Rule]],
+) -> None:
+    found = [one for one in find_singular(*case) if not one.nearly]
+    anywhere, initially = reduced(*case)
+    for least, singular in (
+        (anywhere, any(one.always for one in found)),
+        (initially, bool(found)),
+    ):
+        assert least < ZERO_BELOW or least > ABOVE  # else the truth itself is not clear
+        assert singular == (least < ZERO_BELOW), least
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])

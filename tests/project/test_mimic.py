@@ -181,3 +181,119 @@ def test_real_robots(tmp_path: Path, path: str, count: int, name: str) -> None:
         rules.append((follower, re.sub(r"[^A-Za-z0-9_]", "_", leader), m, b))
     assert len(rules) == count
     check_constraints(project, rules)
+
+
+#: The leader of two fingers, one of which turns while the other shifts, has no mass of its own.
+GRIPPER = (
+    '<robot name="gripper">'
+    + link("palm") + '<link name="knob"/>' + link("left") + link("right")
+    + joint("wrist", "palm", "left", '<origin xyz="0.1 0.2 0.3" rpy="0.4 0.5 0.6"/>')
+    + link("hand") + joint("arm", "left", "hand", '<origin xyz="0 0.1 -0.4"/>')
+    + joint("drive", "hand", "knob", '<dynamics damping="0.3"/>')
+    + link("one") + joint("turns", "hand", "one", '<origin xyz="0.1 0 0.2" rpy="1 2 3"/>'
+                          '<mimic joint="drive" multiplier="0.5" offset="0.1"/>')
+    + joint("shifts", "one", "right", '<origin xyz="0.3 0 0"/><limit lower="-9" upper="9" '
+            'effort="1" velocity="1"/><mimic joint="drive" multiplier="-2"/>', "prismatic")
+    + '<transmission name="t"><joint name="drive"/></transmission></robot>'
+)  # fmt: skip
+FOLLOWERS = {"turns": (0.5, 0.1), "shifts": (-2.0, 0.0)}
+
+
+def reduced_mass_matrix(model: Any, free: dict[str, float]) -> Any:
+    """B^T M B over the joints that follow no other, at their positions (rad): B has the speed of
+    each joint for each of theirs."""
+    pin = pytest.importorskip("pinocchio")
+    columns = list(free)
+    turn, q = np.zeros((model.nv, len(free))), pin.neutral(model)
+    for name, row in zip(list(model.names)[1:], model.joints[1:], strict=True):
+        base = name.removesuffix("_flipped")
+        leader, multiplier, offset = base, 1.0, 0.0
+        if base in FOLLOWERS:
+            leader, (multiplier, offset) = "drive", FOLLOWERS[base]
+        sign = -1.0 if name.endswith("_flipped") else 1.0
+        turn[row.idx_v, columns.index(leader)] = sign * multiplier
+        value = sign * (multiplier * free[leader] + offset)
+        if row.nq == 2:  # a continuous joint
+            q[row.idx_q : row.idx_q + 2] = np.cos(value), np.sin(value)
+        else:
+            q[row.idx_q] = value
+    matrix = pin.crba(model, model.createData(), q, pin.Convention.WORLD)
+    return turn.T @ (np.triu(matrix) + np.triu(matrix, 1).T) @ turn
+
+
+@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
+def test_a_leader_without_mass_feels_its_followers(tmp_path: Path, pipeline: str) -> None:
+    """The reduced mass matrix is the URDF's, and regular; nothing says that it is singular."""
+    pin = pytest.importorskip("pinocchio")
+    from urdf2mbs.proof.dynamics import to_pinocchio
+
+    source = tmp_path / "gripper.urdf"
+    source.write_text(GRIPPER)
+    result = convert(source, project=tmp_path / "p", base="fixed", pipeline=pipeline)
+    codes = {found.code for found in result.diagnostics}
+    assert "mimic-massless" in codes
+    assert not codes & {"mimic", "mimic-leader", "massless-leaf", "singular", "singular-at-start"}
+    assert not result.report.frozen
+    joints = {j.name.removesuffix("_flipped"): j for b in result.mbs.bodies for j in b.joints}
+    assert [joints[name].nature for name in ("drive", "turns", "shifts")] == [
+        "independent", "dependent", "dependent"
+    ]  # fmt: skip
+    assert joints["drive"].actuated
+    random = np.random.default_rng(4)
+    urdf, mbs = pin.buildModelFromXML(GRIPPER), to_pinocchio(result.mbs)
+    for _ in range(10):
+        free = dict(zip(("wrist", "arm", "drive"), random.uniform(-2, 2, 3), strict=True))
+        wanted, found = (reduced_mass_matrix(model, free) for model in (urdf, mbs))
+        assert np.linalg.cond(wanted) < 1e4
+        assert np.linalg.norm(found - wanted) <= 1e-10 * np.linalg.norm(wanted)
+
+
+def test_a_plain_mbs_has_no_leader_without_mass() -> None:
+    """There nothing couples the fingers, and it would be singular, which `keep` brings."""
+    result = convert_text(GRIPPER)
+    codes = {found.code: found for found in result.diagnostics}
+    assert result.report.frozen == {"drive": "nothing that it moves has mass"}
+    assert codes["mimic"].hint == "a project can: 'output: {project: DIR}'"
+    assert "singular" not in codes
+    keep: dict[str, Any] = {"prune-massless": {"keep": ["knob"]}}
+    (found,) = convert_text(GRIPPER, options=keep).report.passes["singular"]
+    assert (found["joint"], found["why"]) == ("drive", "moves-nothing")
+    # whoever writes the user functions may say so
+    coupled = {**keep, "mimic": {"joints": {"*": "dependent"}}}
+    assert convert_text(GRIPPER, options=coupled).report.passes["singular"] == []
+    del coupled["prune-massless"]
+    hints = {
+        found.joint: found.hint
+        for found in convert_text(GRIPPER, options=coupled).diagnostics
+        if found.code == "mimic-leader"
+    }
+    assert list(hints) == ["turns", "shifts"]
+    assert "prune-massless: {keep: [knob]}" in str(hints["turns"])
+
+
+def test_a_multiplier_of_zero_holds_a_joint(tmp_path: Path) -> None:
+    """Where its leader is no joint of the .mbs; else the constraint does it."""
+    text = GRIPPER.replace('multiplier="0.5"', 'multiplier="0"').replace('"-2"', '"0"')
+    source = tmp_path / "gripper.urdf"
+    source.write_text(text)
+    result = convert(source, project=tmp_path / "p", base="fixed")
+    joints = {j.name: j for b in result.mbs.bodies for j in b.joints}
+    held = [(joints[name].nature, joints[name].q) for name in ("turns", "shifts")]
+    assert held == [("driven", 0.1), ("driven", 0.0)]
+    assert "drive" in result.report.frozen
+    assert "mimic-held" in {found.code for found in result.diagnostics}
+    options = {"posture": {"joints": {"turns": 1.0}}}
+    with pytest.raises(ConfigError, match="follows another joint"):
+        convert(source, project=tmp_path / "q", base="fixed", options=options)
+
+
+def test_followers_that_are_free_in_a_project_get_no_hint_to_make_a_project(
+    tmp_path: Path,
+) -> None:
+    source = tmp_path / "chain.urdf"
+    source.write_text(CHAIN)
+    options = {"mimic": {"joints": {"*": "independent"}}}
+    result = convert(source, project=tmp_path / "p", options=options)
+    (told,) = [found for found in result.diagnostics if found.code == "mimic"]
+    assert told.hint is None
+    assert "cannot" not in told.message

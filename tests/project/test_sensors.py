@@ -167,6 +167,7 @@ def test_sensors_of_the_config(tmp_path: Path) -> None:
     ("name", "options", "code"),
     [
         ("sensors", {"links": ["hnad"]}, "sensors-links"),
+        ("sensors", {"only": ["imu"]}, "sensors-only"),
         ("force-torque", {"joints": ["tool_mount"]}, "force-torque-joint"),
         ("force-torque", {"joints": ["shoulder"]}, "force-torque-joint"),
         ("actuators", {"joints": ["tool_mount"]}, "actuators-joints"),
@@ -186,11 +187,12 @@ def test_wrong_options(name: str, options: dict[str, Any], code: str) -> None:
 
 
 def test_sensors_of_the_urdf_have_places_and_links() -> None:
-    """In SDF's words and in URDF's; one whose link is not there is told; one without a place is
-    where its link is."""
+    """In SDF's words and in URDF's; a sensor without a place is where its link is; a sensor whose
+    place or link cannot be read is left out, and that is said."""
     more = (
         '<gazebo reference="arm"><sensor name="sdf" type="imu"><pose>1 2 3 0 0 0</pose></sensor>'
-        '<sensor name="bare" type="imu"><pose>1 2 x 0 0 0</pose></sensor></gazebo>'
+        '<sensor name="bare" type="imu"/><sensor name="bad" type="imu"><pose>1 2 x 0 0 0</pose>'
+        "</sensor></gazebo>"
         '<sensor name="urdf" type="imu"><parent link="hand"/><origin xyz="0 0 4"/></sensor>'
         '<sensor name="lost" type="imu"><parent link="nowhere"/></sensor></robot>'
     )
@@ -200,8 +202,9 @@ def test_sensors_of_the_urdf_have_places_and_links() -> None:
     assert points["sdf"].coordinates == (1.0, 2.0, 3.0)
     assert points["bare"].coordinates == (0.0, 0.0, 0.0)
     assert points["urdf"].coordinates == (0.0, 0.0, 4.0)
-    (told,) = [one for one in result.diagnostics if one.code == "sensor-left-out"]
-    assert "'lost' is on 'nowhere', which is no link" in told.message
+    bad, lost = [one for one in result.diagnostics if one.code == "sensor-left-out"]
+    assert "sensor 'bad' is left out: the text of <pose> is '1 2 x 0 0 0'" in bad.message
+    assert "sensor 'lost' is left out: it is on link 'nowhere', which does not" in lost.message
 
 
 def test_actuated_joints() -> None:
@@ -237,3 +240,23 @@ def test_a_group_state(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="no group state 'hoem'") as caught:
         convert_text(TINY, options={"posture": {"srdf": file, "state": "hoem"}})
     assert caught.value.hint == "did you mean 'home'?"
+
+
+def test_force_torque_sensors_of_one_name_and_at_joints_that_move() -> None:
+    """Each has a name of its own in the generated code; a joint that moves cannot have one."""
+    links = "".join(
+        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" '
+        f'iyy="1" iyz="0" izz="1"/></inertial></link><joint name="{name}_ft" type="fixed">'
+        f'<parent link="hand"/><child link="{name}"/></joint>'
+        f'<sensor name="ft" type="force_torque"><parent joint="{name}_ft"/></sensor>'
+        for name in ("left", "right")
+    )
+    more = '<gazebo reference="shoulder"><sensor name="torque" type="force_torque"/></gazebo>'
+    text = TINY.replace("</robot>", f"{links}{more}</robot>")
+    result = convert_text(text, options={"force-torque": {"joints": ["*_ft"]}})
+    names = {joint.name for body in result.mbs.bodies for joint in body.joints}
+    assert {"left_ft_T1", "right_ft_R3"} <= names
+    told = {found.code: found.message for found in result.diagnostics}
+    assert "joints that move are left out: shoulder" in told["force-torque"]
+    assert "2 <gazebo>" in told["extension"]
+    assert "<sensor>" not in told["extension"]

@@ -19,10 +19,10 @@ from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.config import Config, Lines, parse, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.output import write_files
-from urdf2mbs.passes.sensors import KINDS
 from urdf2mbs.spatial import Pose, compose
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf import descriptions
+from urdf2mbs.urdf.gazebo import MOTION
 from urdf2mbs.urdf.limits import Isolate
 from urdf2mbs.urdf.model import Link, Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
@@ -131,10 +131,10 @@ def find(conversion: Conversion, *, isolate: bool = False) -> Findings:
         len(meshes), missing,
         _feet(robot) if conversion.floating or conversion.base_reason == "own joint" else [],
         list(dict.fromkeys(
-            name
+            sensor.name
             for extension in robot.extensions
-            for name, kind, _ in extension.sensors()
-            if kind in KINDS
+            for sensor in extension.sensors
+            if sensor.type in MOTION
         )),
     )  # fmt: skip
 

@@ -35,6 +35,12 @@ polynomials), so it is zero everywhere or almost nowhere.  We test two positions
 * the initial one, where a simulation starts: a stretched chain of point masses, for example,
   is singular there and nowhere near.
 
+**Couplings** (a joint follows another: q_f = m q_l + b) leave fewer velocities, so that M can only
+become regular by them.  The velocities without energy that belong to the singular joints are a
+basis of all there are: each has the speed 1 of its own joint, and 0 of the other singular ones.
+What remains are the combinations that obey qd_f = m qd_l, a system with an unknown for each
+singular joint.
+
 Both are tested twice: exactly, up to rounding, and up to ``NEARLY``, since the square of what
 parallel axes are off by 1.5708 for 90 degrees is lost in doubles.
 
@@ -48,7 +54,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import product
 from math import sqrt
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import msgspec
 
@@ -101,8 +107,20 @@ class Singular(msgspec.Struct):
     """Only up to ``NEARLY``: as good as singular in doubles."""
 
 
-def find_singular(mbs: Mbs) -> list[Singular]:
-    """The joints that are singular; none of them if the mass matrix is regular."""
+class Rule(NamedTuple):
+    """A joint follows another: its position is ``multiplier`` times that of ``leader``, plus
+    ``offset`` (rad or m)."""
+
+    leader: str
+    multiplier: float
+    offset: float
+
+
+def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
+    """The joints that are singular; none of them if the mass matrix is regular.
+
+    ``rules``: the joints that follow others, none of which follows another itself.
+    """
     size = _size(mbs)
     whole = {body.name for body in mbs.bodies if body.mass and _resists_all(body, size)}
     part = _in_question(mbs, whole)
@@ -117,6 +135,9 @@ def find_singular(mbs: Mbs) -> list[Singular]:
             if joint.nature != "driven":
                 spread = 2.0 * (GOLDEN * numbers[joint.name] % 1.0) - 1.0
                 general[joint.name] = spread * (size if joint.type[0] == "T" else 1.0)
+    for values in (initial, general):
+        for name, rule in rules.items():
+            values[name] = rule.multiplier * values[rule.leader] + rule.offset
     # what is singular is nearly singular, too
     doubtful = [
         values
@@ -128,7 +149,7 @@ def find_singular(mbs: Mbs) -> list[Singular]:
         if not _Position(part, values, size, whole, small).found:
             continue
         known = {one.joint for one in out}
-        for one in _Position(mbs, values, size, whole, small).singular():
+        for one in _Position(mbs, values, size, whole, small).singular(rules):
             if one.joint not in known:
                 one.always, one.nearly = values is general, small == NEARLY
                 out.append(one)
@@ -175,6 +196,7 @@ class _Position:
         self, mbs: Mbs, values: Mapping[str, float], size: float, whole: set[str], small: float
     ) -> None:
         self._small = small
+        self._size = size
         self._bodies = mbs.bodies
         self._twists: dict[str, list[tuple[Joint, Six]]] = {}
         self._behind: dict[str, list[Six]] = {}
@@ -231,10 +253,10 @@ class _Position:
                 points[body.name, point.name] = point.coordinates
         return {name: pose for name, pose in poses.items() if name is not None}
 
-    def singular(self) -> list[Singular]:
+    def singular(self, rules: Mapping[str, Rule]) -> list[Singular]:
         out: list[Singular] = []
-        for body, joint in reversed(self.found):
-            others = self._moving_along(body, joint)
+        for joint, speeds in self._free(rules).items():
+            others = tuple(name for name in speeds if name != joint)
             why: Literal["moves-nothing", "no-inertia", "together"] = "no-inertia"
             if not self._behind[joint]:
                 why, others = "moves-nothing", ()
@@ -243,10 +265,42 @@ class _Position:
             out.append(Singular(joint, why, others))
         return out
 
-    def _moving_along(self, body: str, joint: str) -> tuple[str, ...]:
-        """The joints behind a singular one that undo its motion."""
+    def _free(self, rules: Mapping[str, Rule]) -> dict[str, dict[str, float]]:
+        """The speeds of a motion without energy that obeys the rules, for each joint that is
+        singular (lengths relative to the robot's size)."""
+        motions = {
+            joint: {joint: 1.0, **self._moving_along(body, joint)}
+            for body, joint in reversed(self.found)
+        }
+        length = {
+            joint.name: self._size if joint.type[0] == "T" else 1.0
+            for twists in self._twists.values()
+            for joint, _ in twists
+        }
+        # Gaussian elimination: each rule takes the joint that breaks it the most out of the rest
+        for follower, rule in rules.items():
+            m = rule.multiplier * length.get(rule.leader, 1.0) / length[follower]
+            off = {
+                joint: speeds.get(follower, 0.0) - m * speeds.get(rule.leader, 0.0)
+                for joint, speeds in motions.items()
+            }
+            taken = max(off, key=lambda joint: abs(off[joint]), default="")
+            if not taken or abs(off[taken]) <= CLEAR * max(1.0, abs(m)):
+                continue
+            pivot = motions.pop(taken)
+            for joint, speeds in motions.items():
+                share = off[joint] / off[taken]
+                for name, speed in pivot.items() if share else ():
+                    speeds[name] = speeds.get(name, 0.0) - share * speed
+        return {
+            joint: {name: speed for name, speed in speeds.items() if abs(speed) > CLEAR}
+            for joint, speeds in motions.items()
+        }
+
+    def _moving_along(self, body: str, joint: str) -> dict[str, float]:
+        """The joints behind a singular one that undo its motion, with their speeds."""
         still: Six = (*ZERO, *ZERO)
-        moving: list[str] = []
+        moving: dict[str, float] = {}
         twists: dict[str | None, Six] = {}
         for each in self._bodies:
             if each.name != body and each.parent not in twists:
@@ -262,13 +316,13 @@ class _Position:
                     if abs(share) > self._small * _length(along):
                         speed = _work(f, twist) / share
                         if abs(speed) > CLEAR * _length(twist):
-                            moving.append(own.name)
+                            moving[own.name] = -speed
                         twist = _minus(twist, speed, along)
                         if _length(twist) <= CLEAR:
                             twist = still
             if twist != still:
                 twists[each.name] = twist
-        return tuple(moving)
+        return moving
 
 
 def _size(mbs: Mbs) -> float:

@@ -6,12 +6,9 @@ those are is taken from ``<transmission>`` and ``<ros2_control>``, or from the c
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
 import msgspec
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.conversion import Conversion, choose
 from urdf2mbs.engine.hookspecs import Pass
 
 
@@ -26,20 +23,10 @@ def run(conversion: Conversion, options: Options) -> None:
     chosen = _from_urdf(conversion) if options.from_urdf else set()
     if not chosen and not options.joints:
         return
-    joints = {
-        step.joint.name: step.coordinates
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if step.coordinates
-    }
+    joints = {step.joint.name: step.coordinates for step in conversion.steps() if step.coordinates}
     for pattern in options.joints:
-        named = {name for name in joints if fnmatchcase(name, pattern)}
-        if not named:
-            raise ConfigError(
-                "actuators-joints", f"actuators: no joint that moves is called '{pattern}'",
-                hint=nearest(pattern, joints) or "'*' in a pattern stands for any text",
-            )  # fmt: skip
-        chosen |= named
+        what = "actuators: no joint that moves"
+        chosen.update(choose(pattern, joints, "actuators-joints", what))
     for name, coordinates in joints.items():
         # a joint that follows another has no motor of its own
         if name in chosen:
@@ -51,14 +38,9 @@ def _from_urdf(conversion: Conversion) -> set[str]:
     """All joints that a transmission or a control interface names."""
     driven: set[str] = set()
     for extension in conversion.robot.extensions:
-        if extension.tag not in ("transmission", "ros2_control"):
-            continue
-        always = extension.tag == "transmission"
-        for joint in extension.element().iter("joint", "{*}joint"):
-            name = joint.get("name")
-            if name and (always or joint.find("command_interface") is not None):
-                driven.add(str(name))
-                conversion.simulation.used.append(extension)
+        if extension.motors:
+            driven.update(extension.motors)
+            conversion.simulation.used.append(extension)
     return driven
 
 

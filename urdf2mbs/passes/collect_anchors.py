@@ -9,6 +9,7 @@ bodies of their own.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.spatial import IDENTITY, ZERO
@@ -41,8 +42,8 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     if turned:
         conversion.note(
             "point-without-rotation",
-            f"{len(turned)} frames became anchor points, which have no rotation; "
-            f"theirs is in the report: {', '.join(turned)}",
+            f"anchor points have no rotation; that of {counted(len(turned), 'frame')} is in the "
+            f"report: {', '.join(turned)}",
         )
 
 

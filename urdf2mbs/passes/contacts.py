@@ -19,8 +19,8 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.conversion import Conversion, Segment, choose
+from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Parameter, Point, Sensor, UserModel
@@ -119,21 +119,13 @@ def _chosen(conversion: Conversion, options: Options) -> dict[str, tuple[Segment
     """The links, each with its body and its pose in it."""
     links = list(conversion.robot.links)
     for name in (*options.links, *options.points):
-        if not any(fnmatchcase(link, name) for link in links):
-            raise ConfigError(
-                "contacts-links", f"contacts: no link is called '{name}'",
-                hint=nearest(name, links) or "'*' in a pattern stands for any text: '*_foot'",
-            )  # fmt: skip
-    holders = {
-        link: (segment, pose)
-        for segment in conversion.segments.values()
-        for link, pose in segment.parts.items()
-    }
+        choose(name, links, "contacts-links", "contacts: no link")
+    parts = conversion.parts()
     places: dict[str, tuple[Segment, Pose]] = {}
     for link in links:
         if link not in options.points and not any(fnmatchcase(link, p) for p in options.links):
             continue
-        segment, pose = holders.get(link, (None, None))
+        segment, pose = parts.get(link, (None, None))
         if segment is None or pose is None or segment.parent is None:
             why = "has no body of its own" if segment is None else "never moves"
             raise ConfigError(

@@ -1,8 +1,8 @@
 """Find singular: say if the mass matrix is singular, and which joints make it so.
 
 Beyond the method.  Robotran solves ``M qdd = Q`` at each step, and stops where M is singular.
-The test takes the .mbs as it is, at every position and at the initial one; it is exact
-(see ``urdf2mbs.mbs.singular``).
+The test takes the .mbs as it is, with the couplings of the project's code, at every position and
+at the initial one; it is exact (see ``urdf2mbs.mbs.singular``).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
-from urdf2mbs.mbs.singular import Singular, find_singular
+from urdf2mbs.mbs.singular import Rule, Singular, find_singular
 from urdf2mbs.urdf.model import Robot
 
 #: So many joints are named in a message; the report has all.
@@ -22,7 +22,11 @@ TURNING = ("revolute", "continuous")
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
-    singular = find_singular(conversion.mbs)
+    rules = {
+        coupling.follower.name: Rule(coupling.leader.name, coupling.multiplier, coupling.offset)
+        for coupling in conversion.simulation.couplings
+    }
+    singular = find_singular(conversion.mbs, rules)
     if not singular:
         conversion.report["singular"] = []
         return

@@ -15,6 +15,8 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.names import free_name
+from urdf2mbs.urdf.gazebo import FORCE_TORQUE
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -23,19 +25,24 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
-    named = _named(conversion)
-    if not named and not options.joints:
+    sensors = [
+        (sensor, extension)
+        for extension in conversion.robot.extensions
+        for sensor in extension.sensors
+        if sensor.type == FORCE_TORQUE
+    ]
+    if not sensors and not options.joints:
         return
-    steps = {
-        step.joint.name: step
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if step.joint.type == "fixed"
-    }
+    named: dict[str, str] = {}
+    for sensor, _ in sensors:
+        named.setdefault(sensor.on, sensor.name)
+    joints = conversion.robot.joints
+    steps = {step.joint.name: step for step in conversion.steps() if not step.joint.moves}
+    chosen: dict[str, str] = {}
     for pattern in options.joints:
-        joints = [name for name in steps if fnmatchcase(name, pattern)]
-        if not joints:
-            joint = conversion.robot.joints.get(pattern)
+        fitting = [name for name in steps if fnmatchcase(name, pattern)]
+        if not fitting:
+            joint = joints.get(pattern)
             why = (
                 "there is no fixed joint of that name" if joint is None
                 else f"it is {joint.type}, not fixed" if joint.moves
@@ -45,27 +52,28 @@ def run(conversion: Conversion, options: Options) -> None:
                 "force-torque-joint", f"force-torque: '{pattern}': {why}",
                 hint=nearest(pattern, steps),
             )  # fmt: skip
-        for name in joints:
-            steps[name].measured = named.get(name, name)
-    left = [joint for joint in named if joint in steps and steps[joint].measured is None]
+        chosen |= {name: named.get(name, name) for name in fitting}
+    names: set[str] = set()
+    for joint_name, name in chosen.items():
+        # the code finds a sensor by its name, which may stand at several joints
+        own = free_name(f"{joint_name}_{name}" if name in names else name, names)
+        names.add(own)
+        steps[joint_name].measured = own
+    conversion.simulation.used += [one for sensor, one in sensors if sensor.on in chosen]
+    left = [name for name in named if name in steps and name not in chosen]
     if left:
         conversion.note(
             "force-torque",
             f"force-torque sensors at fixed joints that are left out: {', '.join(left)}; "
             "'passes: {force-torque: {joints: [NAME]}}' makes them, at six driven joints each",
         )
-
-
-def _named(conversion: Conversion) -> dict[str, str]:
-    """The joints with a force-torque sensor in the URDF, and the name of the sensor."""
-    sensors: dict[str, str] = {}
-    for extension in conversion.robot.extensions:
-        for name, _, element in extension.sensors("force_torque"):
-            parent = element.find("parent")
-            joint = extension.reference if parent is None else parent.get("joint")
-            if joint is not None:
-                sensors.setdefault(joint, name)
-    return sensors
+    moving = [name for name in named if joints[name].moves]
+    if moving:
+        conversion.note(
+            "force-torque",
+            f"force-torque sensors at joints that move are left out: {', '.join(moving)}; only at "
+            "fixed joints can they be made",
+        )
 
 
 PASS = Pass("force-torque", run, Options, needs=("robot",), changes=("bodies",))

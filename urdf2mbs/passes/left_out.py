@@ -16,7 +16,8 @@ JOINTS, CUTS, SENSORS = 80, 30, 30
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
-    joints = conversion.robot.joints.values()
+    # a fixed joint has no motion that could be damped or limited
+    joints = [joint for joint in conversion.robot.joints.values() if joint.moves]
     kept = conversion.simulation.kept
     _tell_mimic(conversion)
     _tell_limits(conversion)
@@ -31,7 +32,7 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         conversion.warn(
             "joint-dynamics",
             f".mbs has no joint damping or friction; left out on {_some(lossy)}",
-            hint="add them in the project's user_JointForces",
+            hint="add them in user_JointForces",
         )
     for code, what, found in (
         ("limit", "limits", [j for j in joints if j.limit]),
@@ -89,11 +90,13 @@ def _tell_mimic(conversion: Conversion) -> None:
         if (mimic := joints[name].mimic) is not None and free.issuperset(names)
     ]
     if rules:
+        in_project = conversion.settings.project is not None
         conversion.warn(
             "mimic",
-            "joints that follow others are independent in the .mbs, which cannot couple them: "
-            f"{', '.join(rules)}",
-            hint="a project can: 'output: {project: DIR}'",
+            "joints that follow others are independent in the .mbs"
+            + ("" if in_project else ", which cannot couple them")
+            + f": {', '.join(rules)}",
+            hint=None if in_project else "a project can: 'output: {project: DIR}'",
         )
 
 

@@ -2,9 +2,10 @@
 
 Beyond the method.  A cut ties two points: ``ball`` makes them coincide (3 constraints), ``rod``
 keeps their distance (1), ``solid`` fixes one body to the other (6).  Cuts come from the config, and
-from SDF joints inside ``<gazebo>`` between two links of the robot: a ball or universal joint is
-a ball, a fixed joint a solid, a revolute joint a ball, and a second one further along its axis
-where that adds a constraint.
+from SDF joints inside ``<gazebo>`` between two links of the robot: a ball joint is a ball, a fixed
+joint a solid, a revolute joint a ball, and a second one further along its axis where that adds
+a constraint, a universal joint a ball and a rod.  They are closed where all joints are at zero,
+as SDF has it, whatever the start position.
 
 Each independent constraint makes one joint dependent.  These are chosen by Gaussian elimination
 of the constraints' Jacobian at the start position: joints without a motor first, those further
@@ -24,6 +25,7 @@ from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
+from urdf2mbs.mbs.names import free_name
 from urdf2mbs.spatial import (
     ZERO,
     Pose,
@@ -32,10 +34,11 @@ from urdf2mbs.spatial import (
     cross,
     inverse,
     multiply,
+    rotate,
     transpose,
     unit,
 )
-from urdf2mbs.urdf.model import Extension
+from urdf2mbs.urdf.model import ClosingJoint
 
 #: A loop counts as closed up to this (m or rad).
 CLOSED = 1e-6
@@ -54,10 +57,13 @@ class End(msgspec.Struct, forbid_unknown_fields=True):
     """In the link's frame (m)."""
 
 
+CutKind = Literal["ball", "rod", "solid"]
+
+
 class Cut(msgspec.Struct, forbid_unknown_fields=True):
     ends: tuple[End, End]
     """``[{link: a, at: [x, y, z]}, {link: b, at: [x, y, z]}]``"""
-    kind: Literal["ball", "rod", "solid"] = "ball"
+    kind: CutKind = "ball"
     """``ball`` (3 constraints), ``rod`` (1) or ``solid`` (6)."""
     length: float | None = None
     """Of a rod (m); none: the distance at the start position."""
@@ -75,10 +81,12 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 def run(conversion: Conversion, options: Options) -> None:
     mbs = conversion.mbs
     cuts = dict(options.cuts)
-    revolute: dict[str, str] = {}
-    if options.from_urdf:
-        for extension in conversion.robot.extensions:
-            _from_sdf(conversion, extension, cuts, revolute)
+    doubtful: set[str] = set()
+    for extension in conversion.robot.extensions if options.from_urdf else ():
+        for joint in extension.joints:
+            if joint.name not in options.cuts:
+                _from_sdf(conversion, joint, cuts, doubtful)
+                conversion.simulation.used.append(extension)
     if not cuts:
         return
     for name, cut in cuts.items():
@@ -99,8 +107,8 @@ def run(conversion: Conversion, options: Options) -> None:
             connection.length = dist(one, two) if given is None else given
     rows = [row for connection in mbs.cuts for row in _rows(conversion, placement, connection)]
     order = _order(conversion, placement, options)
-    if revolute:
-        rows = _without_needless(conversion, placement, order, revolute)
+    if doubtful:
+        rows = _without_needless(conversion, placement, doubtful)
     dependent = independent_columns(rows, order)
     if options.dependent and len(dependent) < rank(rows, placement):
         raise ConfigError(
@@ -143,71 +151,57 @@ def _holder(conversion: Conversion, name: str, link: str) -> tuple[Segment, Pose
 
 
 def _from_sdf(
-    conversion: Conversion, extension: Extension, cuts: dict[str, Cut], revolute: dict[str, str]
+    conversion: Conversion, joint: ClosingJoint, cuts: dict[str, Cut], doubtful: set[str]
 ) -> None:
-    """The SDF joints of a ``<gazebo>`` element that lie between two links of the robot."""
-    if extension.tag != "gazebo" or "<joint" not in extension.xml:
+    """The cuts of an SDF joint; those that may add no constraint go to ``doubtful``.
+
+    A ball holds the joint's point.  A revolute joint has a second ball on its axis; a universal
+    joint has a rod from the first axis, in the parent, to the second one, in the child, which
+    holds the angle between them.
+    """
+
+    def left_out(why: str) -> None:
+        conversion.warn(
+            "loop-left-out", f"joint '{joint.name}' in <gazebo> is left out: {why}", line=joint.line
+        )
+
+    if joint.type not in ("ball", "universal", "revolute", "continuous", "fixed"):
+        left_out(f"it closes a loop by a {joint.type} joint, for which Robotran has no cut")
         return
-    links = conversion.robot.links
-    for joint in extension.element().iterchildren("joint"):
-        name, kind = str(joint.get("name")), str(joint.get("type"))
-        parent, child = (str(joint.findtext(tag) or "").strip() for tag in ("parent", "child"))
-        if parent not in links or child not in links or name in cuts:
-            continue
-        if kind not in ("ball", "universal", "revolute", "fixed"):
+    poses = conversion.robot.poses()
+    seen = compose(inverse(poses[joint.parent]), poses[joint.child])
+
+    def cut(kind: CutKind, at_parent: Vec, at_child: Vec) -> Cut:
+        there = compose(seen, Pose(at_parent)).xyz
+        length = dist(at_parent, at_child) if kind == "rod" else None
+        return Cut((End(joint.parent, there), End(joint.child, at_child)), kind, length)
+
+    at = joint.pose.xyz
+    parts = [cut("solid" if joint.type == "fixed" else "ball", at, at)]
+    axes = [unit(axis) for axis, _ in joint.axes] or [rotate(joint.pose.rot, (0.0, 0.0, 1.0))]
+    ends = [(at[0] + APART * x, at[1] + APART * y, at[2] + APART * z) for x, y, z in axes]
+    if joint.type in ("revolute", "continuous"):
+        parts.append(cut("ball", ends[0], ends[0]))
+    elif joint.type == "universal":
+        if not APART < dist(ends[0], ends[-1]) < 1.9 * APART:
+            left_out("a universal joint wants two axes, at right angles")
+            return
+        parts.append(cut("rod", ends[0], ends[-1]))
+    taken = {*cuts, *conversion.robot.links}
+    for number, part in enumerate(parts, start=1):
+        name = joint.name if len(parts) == 1 else f"{joint.name}_{number}"
+        own = free_name(name, taken)
+        taken.add(own)
+        if own != name:
             conversion.warn(
-                "loop-left-out",
-                f"joint '{name}' in <gazebo> closes a loop by a {kind} joint, for which Robotran "
-                "has no cut",
+                "loop-renamed",
+                f"joint '{joint.name}' in <gazebo>: '{name}' is a cut or a link already, and the "
+                f"cut is called '{own}'",
+                line=joint.line,
             )
-            continue
-        # a joint's pose is that of its frame in the child link
-        at = _vector(joint.findtext("pose"), ZERO)
-        axis = _vector(joint.findtext("axis/xyz"), (0.0, 0.0, 1.0))
-        if at is None or axis is None or axis == ZERO:
-            conversion.warn(
-                "loop-left-out",
-                f"joint '{name}' in <gazebo> closes a loop, and its <pose> or <axis> is not of "
-                "three finite numbers, or zero",
-            )
-            continue
-        conversion.simulation.used.append(extension)
-        placement = place(conversion.mbs)
-        points = [at]
-        if kind == "revolute":
-            x, y, z = unit(axis)
-            points.append((at[0] + APART * x, at[1] + APART * y, at[2] + APART * z))
-        for number, here in enumerate(points, start=1):
-            own = name if len(points) == 1 else f"{name}_{number}"
-            there = _seen_from(conversion, placement, name, child, here, parent)
-            cuts[own] = Cut(
-                (End(parent, there), End(child, here)), "solid" if kind == "fixed" else "ball"
-            )
-            if number == 2:
-                revolute[own] = name
-
-
-def _seen_from(
-    conversion: Conversion, placement: Placement, name: str, link: str, at: Vec, other: str
-) -> Vec:
-    """A point of a link at the start position, in the frame of another link."""
-    poses = []
-    for one in (link, other):
-        segment, pose = _holder(conversion, name, one)
-        body = None if segment.parent is None else segment.body.name
-        poses.append(compose(placement.bodies[body], pose))
-    return compose(compose(inverse(poses[1]), poses[0]), Pose(at)).xyz
-
-
-def _vector(text: str | None, default: Vec) -> Vec | None:
-    """The first three numbers of a text; None where they are not finite, or fewer."""
-    if text is None or not text.strip():
-        return default
-    try:
-        x, y, z = map(float, text.split()[:3])
-    except ValueError:
-        return None
-    return (x, y, z) if isfinite(x) and isfinite(y) and isfinite(z) else None
+        cuts[own] = part
+        if number == 2:
+            doubtful.add(own)
 
 
 # --- the Jacobian ---
@@ -261,8 +255,7 @@ def _order(conversion: Conversion, placement: Placement, options: Options) -> li
     """The joints that may become dependent, the best first."""
     of = {
         id(joint): step.joint.name
-        for segment in conversion.segments.values()
-        for step in segment.steps
+        for step in conversion.steps()
         if len(step.coordinates) == 1
         for joint in step.coordinates
     }
@@ -310,16 +303,16 @@ def rank(rows: list[dict[int, float]], placement: Placement) -> int:
 
 
 def _without_needless(
-    conversion: Conversion, placement: Placement, order: list[int], revolute: dict[str, str]
+    conversion: Conversion, placement: Placement, doubtful: set[str]
 ) -> list[dict[int, float]]:
-    """Drop the second ball of a revolute joint where it adds no constraint; returns all rows."""
+    """Drop the cuts that add no constraint; returns all rows."""
     mbs = conversion.mbs
 
     def rows() -> list[dict[int, float]]:
         return [row for cut in mbs.cuts for row in _rows(conversion, placement, cut)]
 
     for second in list(mbs.cuts):
-        if second.name not in revolute:
+        if second.name not in doubtful:
             continue
         before = rank(rows(), placement)
         mbs.cuts.remove(second)

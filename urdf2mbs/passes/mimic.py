@@ -16,10 +16,8 @@ from typing import Literal
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.conversion import Conversion, choose
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import UserConstraint
 from urdf2mbs.simulation import Coupling
 from urdf2mbs.urdf.model import Robot
@@ -37,22 +35,14 @@ def run(conversion: Conversion, options: Options) -> None:
     # a joint that counts the other way round follows, and is followed, with the other sign
     robot = conversion.robot.with_flipped(conversion.names.flipped)
     simulation = conversion.simulation
-    coordinates = {
-        step.joint.name: step.coordinates
-        for segment in conversion.segments.values()
-        for step in segment.steps
-    }
+    coordinates = {step.joint.name: step.coordinates for step in conversion.steps()}
     followers = [
         name
         for name, joint in robot.joints.items()
         if joint.mimic is not None and joint.moves and name not in conversion.frozen
     ]
     for pattern in options.joints:
-        if not any(fnmatchcase(name, pattern) for name in followers):
-            raise ConfigError(
-                "mimic-joints", f"mimic: no joint that mimics another is called '{pattern}'",
-                hint=nearest(pattern, followers),
-            )  # fmt: skip
+        choose(pattern, followers, "mimic-joints", "mimic: no joint that mimics another")
     in_project = conversion.settings.project is not None
     natures = {name: _nature(name, options, in_project=in_project) for name in followers}
     for name, nature in natures.items():
@@ -60,16 +50,29 @@ def run(conversion: Conversion, options: Options) -> None:
             continue
         leader, multiplier, offset = resolve(robot, name, natures)
         own, others = coordinates.get(name, []), coordinates.get(leader, [])
+        if len(own) == 1 and not others and not multiplier:
+            own[0].nature, own[0].q, own[0].symbols = "driven", offset, ("q",)
+            conversion.note(
+                "mimic-held",
+                f"joint '{name}' follows '{leader}' with the multiplier 0, and is held at "
+                f"{offset!r}",
+                joint=name,
+            )
+            continue
         if len(own) != 1 or len(others) != 1:
+            link = robot.joints[leader].child
             conversion.warn(
                 "mimic-leader",
                 f"joint '{name}' follows '{leader}', which does not move in the .mbs by one "
                 f"coordinate: '{name}' stays independent",
                 joint=name,
+                hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' keeps what it moves"
+                if leader in conversion.frozen
+                else None,
             )
             continue
         coupling = Coupling(own[0], others[0], multiplier, offset)
-        follow(coupling)
+        coupling.follow()
         own[0].nature = nature
         if nature == "driven":
             simulation.driven.append(coupling)
@@ -108,14 +111,6 @@ def resolve(robot: Robot, name: str, natures: dict[str, Nature]) -> tuple[str, f
         name = mimic.joint
         mimic = None if natures.get(name) == "independent" else robot.joints[name].mimic
     return name, multiplier, offset
-
-
-def follow(coupling: Coupling) -> None:
-    """Give the follower the initial position and velocity that the rule wants."""
-    leader: mbs.Joint = coupling.leader
-    coupling.follower.q = coupling.multiplier * (leader.q or 0.0) + coupling.offset
-    if leader.qd is not None:
-        coupling.follower.qd = coupling.multiplier * leader.qd
 
 
 def _nature(name: str, options: Options, *, in_project: bool) -> Nature:

@@ -68,7 +68,7 @@ def run(conversion: Conversion, options: Options) -> None:
     for name, value in given.items():
         settable[name].q = -value if name in conversion.names.flipped else value
     for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
-        coupling.follower.q = coupling.multiplier * (coupling.leader.q or 0.0) + coupling.offset
+        coupling.follow()
     _tell_limits(conversion, given)
     if options.hold is not None:
         conversion.simulation.hold = _hold(conversion, options.hold)
@@ -88,7 +88,7 @@ def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
             one = len(step.coordinates) == 1
             for joint in step.coordinates:
                 name = step.joint.name if one else joint.name
-                if id(joint) in bound:
+                if id(joint) in bound or joint.nature == "driven":
                     followers.add(name)
                 else:
                     settable[name] = joint

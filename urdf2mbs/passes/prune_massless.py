@@ -7,6 +7,8 @@ added in the bodytree".  Neglected are the links, never their frames nor their c
   anchor point of the body it is rigid with; if it moves, it is held at zero, with a warning;
 * a massless link on the way to a body chains its joints into that body's joints, where
   nothing lies between them; else it stays, as a body without mass;
+* a massless link whose joint leads joints that have mass (``<mimic>``) stays in a project, whose
+  code couples them: the joint feels their inertia;
 * where no link at all has mass, every link stays, as a body without mass, with a warning.
 """
 
@@ -21,7 +23,7 @@ from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
-from urdf2mbs.urdf.model import Joint
+from urdf2mbs.urdf.model import JOINT_TYPES, Joint
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -40,10 +42,11 @@ def run(conversion: Conversion, options: Options) -> None:
         for link in robot.links.values()
         if not link.massless or any(fnmatchcase(link.name, p) for p in options.keep)
     }
-    needed = bodied | {root}
-    for joint in reversed(order):
-        if joint.child in needed:
-            needed.add(joint.parent)
+    needed = _with_way(bodied | {root}, order)
+    if conversion.settings.project is not None:
+        # only a project's code couples joints
+        bodied |= _leaders(conversion, needed)
+        needed = _with_way(needed | bodied, order)
     if not any(joint.child in needed for joint in order):
         bodied = needed = set(robot.links)
     if all(link.massless for link in robot.links.values()):
@@ -52,6 +55,38 @@ def run(conversion: Conversion, options: Options) -> None:
     chained = _chained(conversion, order, children, bodied, needed)
     _make_segments(conversion, root, order, needed, chained)
     _attach_frames(conversion, order, needed, chained)
+
+
+def _with_way(links: set[str], order: list[Joint]) -> set[str]:
+    """These links and all links on the way to them."""
+    links = set(links)
+    for joint in reversed(order):
+        if joint.child in links:
+            links.add(joint.parent)
+    return links
+
+
+def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
+    """The massless links whose joint feels the inertia of joints that follow it."""
+    joints = conversion.robot.joints
+    leaders: dict[str, str] = {}
+    for joint in joints.values():
+        if joint.mimic is None or joint.child not in needed:
+            continue
+        multiplier, leader = 1.0, joint
+        while leader.mimic is not None:
+            multiplier *= leader.mimic.multiplier
+            leader = joints[leader.mimic.joint]
+        if multiplier and leader.child not in needed and JOINT_TYPES[leader.type] == 1:
+            leaders[leader.name] = leader.child
+    for name in leaders:
+        conversion.note(
+            "mimic-massless",
+            f"joint '{name}' moves nothing that has mass, and feels the inertia of the joints "
+            f"that follow it: its link '{leaders[name]}' is a body without mass",
+            joint=name,
+        )
+    return set(leaders.values())
 
 
 def _tell_no_mass(conversion: Conversion) -> None:
@@ -133,11 +168,7 @@ def _attach_frames(
     needed: set[str],
     chained: dict[str, Pose | None],
 ) -> None:
-    holder = {
-        link: (segment, pose)
-        for segment in conversion.segments.values()
-        for link, pose in segment.parts.items()
-    }
+    holder = conversion.parts()
     held: list[Joint] = []
     for joint in order:
         if joint.child in needed:

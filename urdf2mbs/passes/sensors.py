@@ -10,24 +10,24 @@ The generated code has a helper for each, which knows the sensor's own axes: a p
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-from math import isfinite
-
 import msgspec
-from lxml import etree
 
-from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.conversion import Conversion, Segment, choose
+from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.model import Point, Sensor
+from urdf2mbs.mbs import model as mbs
+from urdf2mbs.mbs.model import Point
+from urdf2mbs.mbs.names import free_name
 from urdf2mbs.simulation import PointSensor
-from urdf2mbs.spatial import HERE, Pose, compose, from_rpy
+from urdf2mbs.spatial import HERE, Pose, compose
+from urdf2mbs.urdf.gazebo import MOTION
+from urdf2mbs.urdf.model import Sensor
 
 #: Every signal that Robotran can compute for a sensor.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
 
-#: The URDF's types of sensor that are about motion, as the generated code calls them.
-KINDS = {"imu": "imu", "accelerometer": "accelerometer", "gyroscope": "gyroscope"}
+#: Places (m, 1) that are the same but for the digits of a file.
+CLOSE = 1e-6
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -40,112 +40,106 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def run(conversion: Conversion, options: Options) -> None:
+    simulation = conversion.simulation
     wanted = _from_urdf(conversion, options) if options.from_urdf else []
-    links = list(conversion.robot.links)
     for pattern in options.links:
-        named = [link for link in links if fnmatchcase(link, pattern)]
-        if not named:
-            raise ConfigError(
-                "sensors-links", f"sensors: no link is called '{pattern}'",
-                hint=nearest(pattern, links) or "'*' in a pattern stands for any text: '*_sole'",
-            )  # fmt: skip
-        wanted += [(link, "frame", link, HERE) for link in named]
-    if not wanted and not conversion.simulation.sensors:
+        links = choose(pattern, conversion.robot.links, "sensors-links", "sensors: no link")
+        wanted += [Sensor(link, "frame", link) for link in links]
+    if not wanted and not simulation.sensors:
         return
-    holders = {
-        link: (segment, pose)
-        for segment in conversion.segments.values()
-        for link, pose in segment.parts.items()
-    }
-    known: set[str] = set()
+    parts = conversion.parts()
     lost: list[str] = []
-    for name, kind, link, pose in wanted:
-        if name in known:
-            continue  # the same sensor in <gazebo> and in <sensor>
-        known.add(name)
-        segment, at = holders.get(link, (None, HERE))
+    for name, sensor in _named_apart(conversion, wanted).items():
+        segment, at = parts.get(sensor.on, (None, HERE))
         if segment is None or segment.parent is None:
             # the C library overruns its memory for sensors on the base
-            lost.append(f"{name} (link '{link}')")
+            lost.append(f"{name} (link '{sensor.on}')")
             continue
-        conversion.simulation.sensors.append(
-            _put(conversion, segment, name, kind, link, compose(at, pose), plain=pose is HERE)
-        )
+        simulation.sensors.append(_put(conversion, segment, name, sensor, at))
     if lost:
         conversion.warn(
             "sensor-left-out",
-            f"{len(lost)} sensors are on links that are no part of a moving body: "
-            f"{', '.join(lost)}",
+            f"{counted(len(lost), 'sensor')} left out, on links that are no part of a moving "
+            f"body: {', '.join(lost)}",
         )
-    if conversion.simulation.sensors:
+    if simulation.sensors:
         conversion.report["sensors"] = [
             {"name": s.name, "kind": s.kind, "link": s.link, "point": s.point}
-            for s in conversion.simulation.sensors
+            for s in simulation.sensors
         ]
 
 
+def _from_urdf(conversion: Conversion, options: Options) -> list[Sensor]:
+    """The sensors of motion that are wanted."""
+    sensors = [
+        (sensor, extension)
+        for extension in conversion.robot.extensions
+        for sensor in extension.sensors
+        if sensor.type in MOTION
+    ]
+    names = {sensor.name: sensor for sensor, _ in sensors}
+    only = set(names) if not options.only else {
+        name
+        for pattern in options.only
+        for name in choose(pattern, names, "sensors-only", "sensors: no sensor of the URDF")
+    }  # fmt: skip
+    conversion.simulation.used += [extension for one, extension in sensors if one.name in only]
+    return [sensor for sensor, _ in sensors if sensor.name in only]
+
+
+def _named_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:
+    """The sensors by names of their own.
+
+    A sensor may stand in ``<gazebo>`` and in ``<sensor>``, and with its place in one of them only.
+    """
+    named: dict[str, Sensor] = {}
+    names: dict[tuple[str, str, bool], list[str]] = {}
+    taken = {sensor.name for sensor in sensors}
+    for sensor in sensors:
+        twins = names.setdefault((sensor.name, sensor.on, sensor.type in MOTION), [])
+        for name in twins:
+            if HERE in (sensor.pose, named[name].pose) or _close(sensor.pose, named[name].pose):
+                if sensor.pose != HERE:
+                    named[name] = sensor
+                break
+        else:
+            name = sensor.name
+            if name in named:
+                name = free_name(f"{sensor.on}_{name}", taken)
+                taken.add(name)
+                conversion.warn(
+                    "sensor-renamed",
+                    f"several sensors are called '{sensor.name}': that of link '{sensor.on}' is "
+                    f"called '{name}' here",
+                    line=sensor.line,
+                )
+            twins.append(name)
+            named[name] = sensor
+    return named
+
+
+def _close(one: Pose, two: Pose) -> bool:
+    return all(
+        abs(a - b) <= CLOSE for a, b in zip((*one.xyz, *one.rot), (*two.xyz, *two.rot), strict=True)
+    )
+
+
 def _put(
-    conversion: Conversion,
-    segment: Segment,
-    name: str,
-    kind: str,
-    link: str,
-    at: Pose,
-    *,
-    plain: bool,
+    conversion: Conversion, segment: Segment, name: str, sensor: Sensor, at: Pose
 ) -> PointSensor:
     """A sensor at the link's own anchor point where it has one, else at a new point."""
-    robot = conversion.robot
-    points = segment.body.points
+    robot, link, points = conversion.robot, sensor.on, segment.body.points
+    at = compose(at, sensor.pose)
     point = next(
-        (p for p in points if plain and p.name == link and p.sensor is None and p.extforce is None),
-        None,
+        (p for p in points if p.name == link and p.sensor is None and p.extforce is None), None
     )
-    if point is None:
+    if point is None or sensor.pose != HERE:
         point = Point(f"{name}_at", at.xyz)
         points.append(point)
     # sensors share a name space with bodies and joints, and must not take their names
     taken = name in robot.links or name in robot.joints
-    point.sensor = Sensor(f"{name}_sensor" if taken else name, MEASURES)
-    return PointSensor(name, kind, link, point, at.rot)
-
-
-def _from_urdf(conversion: Conversion, options: Options) -> list[tuple[str, str, str, Pose]]:
-    """Each sensor's name, kind, link, and pose in the link's frame."""
-    robot = conversion.robot
-    sensors: list[tuple[str, str, str, Pose]] = []
-    for extension in robot.extensions:
-        for name, kind, element in extension.sensors(*KINDS):
-            if options.only and not any(fnmatchcase(name, p) for p in options.only):
-                continue
-            parent = element.find("parent")
-            link = extension.reference if parent is None else parent.get("link")
-            if link not in robot.links:
-                conversion.warn(
-                    "sensor-left-out", f"sensor '{name}' is on '{link}', which is no link"
-                )
-                continue
-            conversion.simulation.used.append(extension)
-            sensors.append((name, KINDS[kind], link, _pose(element)))
-    return sensors
-
-
-def _pose(element: etree._Element) -> Pose:
-    """``<pose>x y z roll pitch yaw</pose>`` (SDF) or ``<origin xyz rpy>`` (URDF), m and rad."""
-    origin, pose = element.find("origin"), element.find("pose")
-    text = ""
-    if origin is not None:
-        text = f"{origin.get('xyz') or '0 0 0'} {origin.get('rpy') or '0 0 0'}"
-    elif pose is not None:
-        text = pose.text or ""
-    try:
-        numbers = [float(word) for word in text.split()]
-    except ValueError:
-        return HERE
-    if len(numbers) != 6 or not any(numbers) or not all(map(isfinite, numbers)):
-        return HERE
-    x, y, z, roll, pitch, yaw = numbers
-    return Pose((x, y, z), from_rpy((roll, pitch, yaw)))
+    point.sensor = mbs.Sensor(f"{name}_sensor" if taken else name, MEASURES)
+    return PointSensor(name, sensor.type, link, point, at.rot)
 
 
 PASS = Pass("sensors", run, Options, needs=("robot",), changes=("anchors",))

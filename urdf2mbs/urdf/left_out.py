@@ -13,12 +13,14 @@ PARTS = ("limit", "dynamics", "mimic", "safety_controller", "calibration")
 
 
 def left_out(robot: Robot) -> dict[str, dict[str, dict[str, Any]]]:
-    """By joint and part, each number with its name (units: those of URDF).
+    """By joint that moves and part, each number with its name (units: those of URDF).
 
     A limit that is not there, as it is infinite or could not be read, is None.
     """
     left_out: dict[str, dict[str, dict[str, Any]]] = {}
     for joint in robot.joints.values():
+        if not joint.moves:
+            continue
         parts = {name: part for name in PARTS if (part := getattr(joint, name)) is not None}
         if parts:
             left_out[joint.name] = {

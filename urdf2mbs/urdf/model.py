@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 
 import msgspec
-from lxml import etree
 
-from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Sym, Vec, from_rpy
+from urdf2mbs.spatial import HERE, NO_INERTIA, ZERO, Pose, Sym, Vec, compose, from_rpy
 
 #: ``type`` of a joint, and how many coordinates it has.
 JOINT_TYPES = {
@@ -197,34 +196,50 @@ def _flipped(joint: Joint) -> Joint:
     )
 
 
-_PARSER = etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
+class Sensor(msgspec.Struct, gc=False):
+    """A ``<sensor>`` of motion, or of force and torque, of the URDF or of ``<gazebo>``."""
+
+    name: str
+    type: str
+    on: str
+    """Its link; its joint if it measures force and torque."""
+    pose: Pose = HERE
+    """Where it is on its link (m), of a sensor of motion."""
+    relative_to: str | None = None
+    """Another frame from which ``pose`` is seen; none once the whole file is read."""
+    line: int | None = None
+
+
+class ClosingJoint(msgspec.Struct, gc=False):
+    """An SDF ``<joint>`` inside ``<gazebo>``: it ties two links of the tree to one another."""
+
+    name: str
+    type: str
+    """One of SDF's: ``ball``, ``revolute``, ``fixed``, ..."""
+    parent: str
+    child: str
+    pose: Pose = HERE
+    """Seen from its child link (m), all joints of the tree at zero."""
+    relative_to: str | None = None
+    """Another frame from which ``pose`` is seen; none once the whole file is read."""
+    axes: list[tuple[Vec, str | None]] = []
+    """Directions, each with the frame in which it is expressed; none, and the directions in the
+    child link's frame, once the whole file is read."""
+    line: int | None = None
 
 
 class Extension(msgspec.Struct, gc=False):
-    """An element that belongs to other programs (``<gazebo>``, ``<transmission>``, ...),
-    kept as it is written."""
+    """An element that belongs to other programs (``<gazebo>``, ``<transmission>``, ...), kept
+    as it is written, and what of it is used."""
 
     tag: str
     xml: str
     reference: str | None = None
     line: int | None = None
-
-    def element(self) -> etree._Element:
-        """The element itself."""
-        return etree.fromstring(self.xml, _PARSER)
-
-    def sensors(self, *kinds: str) -> Iterator[tuple[str, str, etree._Element]]:
-        """The name and type of each ``<sensor>`` that it is or has, and what it stands on: of
-        these types, or of any."""
-        if self.tag not in ("sensor", "gazebo") or "<sensor" not in self.xml:
-            return
-        if kinds and not any(kind in self.xml for kind in kinds):
-            return  # XML is read only where there is something to find
-        root = self.element()
-        for sensor in [root] if self.tag == "sensor" else root.iterchildren("sensor"):
-            name, kind = str(sensor.get("name")), str(sensor.get("type"))
-            if not kinds or kind in kinds:
-                yield name, kind, sensor
+    sensors: list[Sensor] = []
+    joints: list[ClosingJoint] = []
+    motors: list[str] = []
+    """The joints that have a motor."""
 
 
 class Robot(msgspec.Struct):
@@ -278,3 +293,10 @@ class Robot(msgspec.Struct):
             order.append(joint)
             stack.extend(reversed(children[joint.child]))
         return order
+
+    def poses(self) -> dict[str, Pose]:
+        """Each link's frame in that of the root link, all joints at zero."""
+        poses = {self.root(): HERE}
+        for joint in self.depth_first():
+            poses[joint.child] = compose(poses[joint.parent], joint.origin.pose)
+        return poses

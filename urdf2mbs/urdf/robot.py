@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 from lxml import etree
 
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.urdf.elements import FOREIGN, plain
+from urdf2mbs.urdf.elements import FOREIGN
+from urdf2mbs.urdf.gazebo import check_extensions, read_extension
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
 from urdf2mbs.urdf.materials import check_materials, read_global_material
-from urdf2mbs.urdf.model import Extension, Robot
+from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.tree import check_tree
 
 if TYPE_CHECKING:
@@ -71,8 +72,7 @@ def read_root(
                         child.sourceline,
                         like=(tag, ("link", "joint", "material", *FOREIGN)),
                     )
-            xml = etree.tostring(child, encoding=str, with_tail=False)
-            extensions.append(Extension(plain(tag), xml, child.get("reference"), child.sourceline))
+            extensions.append(read_extension(reading, child))
     reading.owner = ("robot", "")
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
         raise reading.last
@@ -80,6 +80,7 @@ def read_root(
     check_materials(reading, robot)
     check_tree(reading, robot, root.sourceline)
     check_mimics(reading, robot)
+    check_extensions(reading, robot)
     return robot, reading.diagnostics()
 
 

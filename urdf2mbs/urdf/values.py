@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from itertools import zip_longest
-from math import hypot, isfinite
+from math import isfinite
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
 
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.spatial import ZERO, to_xyz_angles
+from urdf2mbs.spatial import ZERO, from_quaternion, to_xyz_angles, transpose
 from urdf2mbs.urdf.elements import Elements
 from urdf2mbs.urdf.model import Origin
 from urdf2mbs.xml_lines import NotPieceByPieceError
@@ -182,22 +182,17 @@ class Reading(Elements):
         """An origin that gives its rotation as a quaternion, as URDF 1.1 permits."""
         attributes = dict(element.items())
         quaternion = self.numbers(element, "quat_xyzw", attributes.pop("quat_xyzw"), 4)
-        length = hypot(*quaternion)
-        if length == 0.0 or "rpy" in attributes:
+        zero = not any(quaternion)
+        if zero or "rpy" in attributes:
             self.fail(
                 "number-invalid",
                 f"{self.where}: quat_xyzw of <origin> is zero"
-                if length == 0.0
+                if zero
                 else f"{self.where}: <origin> has both rpy and quat_xyzw",
                 element,
                 "give a rotation, and give it once",
             )
-        x, y, z, w = (value / length for value in quaternion)
-        inverse = (
-            1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w),
-            2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w),
-            2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y),
-        )  # fmt: skip
+        inverse = transpose(from_quaternion(*quaternion))
         # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles.
         roll, pitch, yaw = to_xyz_angles(inverse)
         xyz = attributes.get("xyz")

@@ -1,0 +1,302 @@
+"""Sensors and joints inside <gazebo> stand where SDF says, or are left out with their line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from urdf2mbs.testing import convert_text
+from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.reader import parse
+
+INERTIAL = (
+    '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    "</inertial>"
+)
+#: Two arms on a base, all joints turned and shifted, and a tool at the end of the first.
+ARMS = f"""<robot name="arms">
+<link name="base">{INERTIAL}</link>
+<link name="left">{INERTIAL}</link>
+<link name="tool">{INERTIAL}</link>
+<link name="right">{INERTIAL}</link>
+<joint name="shoulder" type="floating">
+  <parent link="base"/><child link="left"/><origin xyz="0.1 0.2 0.3" rpy="0.4 -0.5 0.6"/>
+</joint>
+<joint name="mount" type="fixed">
+  <parent link="left"/><child link="tool"/><origin xyz="0.3 0.1 -0.2" rpy="-1.1 0.2 0.9"/>
+</joint>
+<joint name="hip" type="continuous">
+  <parent link="base"/><child link="right"/><origin xyz="-0.4 0.1 0" rpy="0.3 0.7 -2"/>
+  <axis xyz="0 0.6 0.8"/>
+</joint>
+"""
+XYZ = "0.01 0.02 0.03"
+RPY = (0.4, 0.5, 0.6)
+
+
+def read(more: str) -> tuple[Robot, list[Any]]:
+    return parse(f"{ARMS}{more}</robot>".encode(), "arms.urdf")
+
+
+def imu(pose: str, name: str = "imu", link: str = "tool") -> str:
+    return f'<gazebo reference="{link}"><sensor name="{name}" type="imu">\n{pose}</sensor></gazebo>'
+
+
+def ball(inside: str, kind: str = "ball") -> str:
+    return (
+        f'<gazebo><joint name="pin" type="{kind}"><parent>tool</parent><child>right</child>\n'
+        f"{inside}</joint></gazebo>"
+    )
+
+
+def matrix(pose: Any) -> Any:
+    out = np.eye(4)
+    out[:3, 3], out[:3, :3] = pose.xyz, np.reshape(pose.rot, (3, 3))
+    return out
+
+
+def frames() -> Any:
+    """Where each link is in the base, all joints at zero, as Pinocchio has it."""
+    pin = pytest.importorskip("pinocchio")
+    model = pin.buildModelFromXML(f"{ARMS}</robot>")
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    return {
+        frame.name: place.homogeneous for frame, place in zip(model.frames, data.oMf, strict=True)
+    }
+
+
+def rpy(*angles: float) -> Any:
+    pin = pytest.importorskip("pinocchio")
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = pin.rpy.rpyToMatrix(*angles), (0.01, 0.02, 0.03)
+    return out
+
+
+def quaternion(*angles: float) -> str:
+    pin = pytest.importorskip("pinocchio")
+    return " ".join(
+        map(repr, (3.0 * pin.Quaternion(pin.rpy.rpyToMatrix(*angles)).coeffs()).tolist())
+    )
+
+
+DEGREES = " ".join(repr(float(np.degrees(angle))) for angle in RPY)
+RADIANS = " ".join(map(repr, RPY))
+
+
+@pytest.mark.parametrize(
+    ("attributes", "turn"),
+    [
+        ("", RADIANS),
+        ('degrees="true"', DEGREES),
+        ('degrees="1" rotation_format="euler_rpy"', DEGREES),
+        ('degrees="false"', RADIANS),
+        ('rotation_format="quat_xyzw"', "QUATERNION"),
+    ],
+)
+@pytest.mark.parametrize("seen_from", ["", "tool", "left", "right", "hip", "mount", "__model__"])
+@pytest.mark.parametrize("word", ["relative_to", "frame"])
+def test_a_pose_is_read_as_sdf_has_it(
+    attributes: str, turn: str, seen_from: str, word: str
+) -> None:
+    turn = quaternion(*RPY) if turn == "QUATERNION" else turn
+    relative = f' {word}="{seen_from}"' if seen_from else ""
+    robot, said = read(imu(f"<pose {attributes}{relative}> {XYZ} <!-- m --> {turn}\n</pose>"))
+    assert not said
+    (sensor,) = robot.extensions[0].sensors
+    place = frames()
+    link = {"hip": "right", "mount": "tool", "__model__": "base", "": "tool"}.get(
+        seen_from, seen_from
+    )
+    wanted = np.linalg.inv(place["tool"]) @ place[link] @ rpy(*RPY)
+    assert np.allclose(matrix(sensor.pose), wanted, rtol=0, atol=1e-12)
+
+
+def test_a_pose_may_be_left_out_or_empty() -> None:
+    robot, said = read(
+        imu("") + imu("<pose/>", "two") + imu("<pose relative_to='right'/>", "three")
+    )
+    assert not said
+    poses = [matrix(sensor.pose) for e in robot.extensions for sensor in e.sensors]
+    assert np.array_equal(poses[:2], [np.eye(4)] * 2)
+    place = frames()
+    wanted = np.linalg.inv(place["tool"]) @ place["right"]
+    assert np.allclose(poses[2], wanted, rtol=0, atol=1e-12)
+
+
+BAD = [
+    ("<pose>1 2 3 4 5</pose>", "6 numbers wanted, 5 given"),
+    ("<pose>1 2 3 4 5 6 7</pose>", "6 numbers wanted, 7 given"),
+    ("<pose>0,2 0 0 0 0 0</pose>", "'0,2' is not a number"),
+    ("<pose>nan 0 0 0 0 0</pose>", "numbers must be finite"),
+    ("<pose>0 0 0 0 0 1e999</pose>", "numbers must be finite"),
+    ("<pose>0 0 0 0 0 90deg</pose>", "'90deg' is not a number"),
+    ('<pose degrees="yes">0 0 0 0 0 0</pose>', "degrees of <pose> is 'yes'"),
+    ('<pose rotation_format="rpy">0 0 0 0 0 0</pose>', "rotation_format of <pose> is 'rpy'"),
+    ('<pose rotation_format="quat_xyzw">0 0 0 0 0 1</pose>', "7 numbers wanted, 6 given"),
+    ('<pose rotation_format="quat_xyzw">0 0 0 0 0 0 0</pose>', "the quaternion zero"),
+    ('<pose degrees="true" rotation_format="quat_xyzw">0 0 0 0 0 0 1</pose>', "in degrees"),
+    ('<pose relative_to="rihgt">0 0 0 0 0 0</pose>', "frame 'rihgt', which does not exist"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("pose", "why"), BAD)
+def test_what_cannot_be_read_is_left_out_with_its_line(pose: str, why: str) -> None:
+    line = ARMS.count("\n") + 1
+    for text, code, who in (
+        (imu(pose), "sensor-left-out", "sensor 'imu' is left out: "),
+        (ball(pose), "loop-left-out", "joint 'pin' in <gazebo> is left out: "),
+    ):
+        robot, (told,) = read(text)
+        assert not robot.extensions[0].sensors
+        assert not robot.extensions[0].joints
+        assert (told.code, told.level) == (code, "warning")
+        assert told.message.startswith(who)
+        assert why in told.message
+        assert told.line in (line, line + 1)
+
+
+@pytest.mark.parametrize(
+    ("inside", "why"),
+    [
+        ("<axis><xyz>0 0 x</xyz></axis>", "'x' is not a number"),
+        ("<axis><xyz>0 0 0</xyz></axis>", "<axis> is zero"),
+        ('<axis><xyz expressed_in="lfet">0 0 1</xyz></axis>', "did you mean 'left'"),
+        (
+            "<axis><xyz>0 0 1</xyz><use_parent_model_frame>2</use_parent_model_frame></axis>",
+            "use_parent_model_frame> is '2'",
+        ),
+    ],
+)
+def test_an_axis_that_cannot_be_read(inside: str, why: str) -> None:
+    robot, (told,) = read(ball(inside, "revolute"))
+    assert not robot.extensions[0].joints
+    assert why in told.message + (told.hint or "")
+
+
+def test_links_that_are_not_there() -> None:
+    _, said = read(
+        imu("", link="tol")
+        + '<sensor name="lost" type="imu"/>'
+        + '<sensor name="ft" type="force_torque"><parent joint="muont"/></sensor>'
+        + ball("").replace("<parent>tool", "<parent>world")
+        + '<transmission><joint name="sholder"/></transmission>'
+    )
+    told = [f"{one.code}: {one.message} {one.hint or ''}" for one in said]
+    assert told == [
+        "sensor-left-out: sensor 'imu' is left out: it is on link 'tol', which does not exist "
+        "did you mean 'tool'?",
+        "sensor-left-out: sensor 'lost' is left out: it names no link ",
+        "sensor-left-out: sensor 'ft' is left out: it is on joint 'muont', which does not exist "
+        "did you mean 'mount'?",
+        "loop-left-out: joint 'pin' in <gazebo> is left out: it is on link 'world', which does "
+        "not exist 'base: fixed' ties the root link to the world",
+        "actuator-unknown: <transmission> is for joint 'sholder', which does not exist did you "
+        "mean 'shoulder'?",
+    ]
+
+
+def balls(inside: str, kind: str = "revolute", **options: Any) -> tuple[Any, Any]:
+    """The ends of the cuts of a joint, each in the frame of its own link."""
+    text = f"{ARMS}{ball(inside, kind)}</robot>"
+    result = convert_text(text, base="fixed", options=options)
+    points = {p.name: np.array(p.coordinates) for b in result.mbs.bodies for p in b.points}
+    return result, points
+
+
+@pytest.mark.parametrize(
+    ("inside", "frame", "axis"),
+    [
+        (f"<pose>{XYZ} {RADIANS}</pose>", "joint", (0, 0, 1)),
+        (f"<pose>{XYZ} {RADIANS}</pose><axis><xyz>1 2 3</xyz></axis>", "joint", (1, 2, 3)),
+        (f"<pose relative_to='left'>{XYZ} {RADIANS}</pose>", "joint", (0, 0, 1)),
+        ("<axis><xyz expressed_in='left'>1 2 3</xyz></axis>", "left", (1, 2, 3)),
+        (
+            f"<pose>{XYZ} {RADIANS}</pose><axis><xyz>1 2 3</xyz>"
+            "<use_parent_model_frame>true</use_parent_model_frame></axis>",
+            "base", (1, 2, 3),
+        ),
+        (
+            "<axis><xyz expressed_in='__model__'>1 2 3</xyz></axis>", "base", (1, 2, 3),
+        ),
+    ],
+)  # fmt: skip
+def test_the_balls_of_a_revolute_joint(inside: str, frame: str, axis: Any) -> None:
+    place = frames()
+    joint = place["left"] if "relative_to" in inside else place["right"]
+    joint = joint @ rpy(*RPY) if "<pose" in inside else joint
+    along = {**place, "joint": joint}[frame][:3, :3] @ (np.array(axis) / np.linalg.norm(axis))
+    _, points = balls(inside)
+    for number, away in ((1, 0.0), (2, 0.1)):
+        for end, link in ((1, "tool"), (2, "right")):
+            at = place[link] @ np.append(points[f"pin_{number}_{end}"], 1.0)
+            assert np.allclose(at[:3], joint[:3, 3] + away * along, rtol=0, atol=1e-12)
+
+
+def test_a_joint_is_placed_where_the_robot_is_at_zero() -> None:
+    """SDF's initial position has all joints at zero; the start position changes no mechanism."""
+    _, points = balls("<pose>0 0 0.3 0 0 0</pose>", "ball")
+    result, moved = balls("<pose>0 0 0.3 0 0 0</pose>", "ball", posture={"joints": {"hip": 0.5}})
+    assert {name: list(at) for name, at in points.items()} == {
+        name: list(at) for name, at in moved.items()
+    }
+    assert "loop-open" in {found.code for found in result.diagnostics}
+
+
+def test_a_rotated_pose_turns_the_axis() -> None:
+    """The axis z of a frame that is pitched by 90 degrees lies along x."""
+    _, points = balls("<pose degrees='true'>0 0 0.3 0 90 0</pose>")
+    assert np.allclose(points["pin_2_2"], [0.1, 0, 0.3], rtol=0, atol=1e-12)
+
+
+def test_a_universal_joint_keeps_its_axes_at_right_angles() -> None:
+    axes = "<axis><xyz>1 0 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
+    result, points = balls(axes, "universal")
+    kinds = {cut.name: (cut.kind, cut.length) for cut in result.mbs.cuts}
+    assert kinds["pin_1"] == ("ball", None)
+    assert kinds["pin_2"][0] == "rod"
+    assert kinds["pin_2"][1] == pytest.approx(0.1 * 2**0.5, rel=1e-14)
+    assert np.allclose(points["pin_2_2"], [0, 0.1, 0], rtol=0, atol=1e-15)
+    result, _ = balls("<axis><xyz>1 0 0</xyz></axis>", "universal")
+    assert not result.mbs.cuts
+    assert "two axes" in next(d.message for d in result.diagnostics if d.code == "loop-left-out")
+
+
+def test_two_joints_of_one_name_make_two_cuts() -> None:
+    text = f"{ARMS}{ball('', 'ball')}{ball('<pose>0 0 1 0 0 0</pose>', 'ball')}</robot>"
+    result = convert_text(text, base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin", "pin_2"]
+    (told,) = [found for found in result.diagnostics if found.code == "loop-renamed"]
+    assert told.line is not None
+    assert "is called 'pin_2'" in told.message
+
+
+def test_two_sensors_of_one_name_are_two() -> None:
+    """On two links, or at two places of a link; a sensor that is there twice is one."""
+    text = (
+        imu("<pose>0 0 1 0 0 0</pose>") + imu("", link="left")
+        + imu("<pose>0 0 2 0 0 0</pose>")
+        + '<sensor name="imu" type="accelerometer"><parent link="tool"/></sensor>'
+        + '<sensor name="imu" type="imu"><parent link="tool"/><origin xyz="0 0 1"/></sensor>'
+    )  # fmt: skip
+    result = convert_text(f"{ARMS}{text}</robot>", base="fixed")
+    sensors = {
+        s["name"]: (s["link"], s["point"].coordinates) for s in result.report.passes["sensors"]
+    }
+    assert sensors == {
+        "imu": ("tool", (0.0, 0.0, 1.0)),
+        "left_imu": ("left", (0.0, 0.0, 0.0)),
+        "tool_imu": ("tool", (0.0, 0.0, 2.0)),
+    }
+    told = [found for found in result.diagnostics if found.code == "sensor-renamed"]
+    assert ["'left_imu'" in told[0].message, "'tool_imu'" in told[1].message] == [True, True]
+    assert all(found.line for found in told)
+
+
+def test_a_sensor_without_a_name_gets_one() -> None:
+    text = '<gazebo reference="tool"><sensor type="imu"/></gazebo>'
+    robot, (told,) = read(text)
+    assert robot.extensions[0].sensors[0].name == "tool_imu"
+    assert told.code == "sensor-renamed"

@@ -1,0 +1,252 @@
+"""``<gazebo>``, ``<sensor>``, ``<transmission>``, ``<ros2_control>``: what of them is used.
+
+A sensor or a joint inside ``<gazebo>`` stands where SDF says ("Pose Frame Semantics" of
+sdformat.org, versions 1.4 to 1.12):
+
+* ``<pose>`` is ``x y z roll pitch yaw``, in degrees with ``degrees="true"``, or
+  ``x y z qx qy qz qw`` with ``rotation_format="quat_xyzw"``;
+* it is seen from ``relative_to`` (``frame`` until SDF 1.6), all joints at zero; else a sensor's is
+  seen from its link, and a joint's from its child link;
+* an axis is seen from the joint's frame, or from ``expressed_in``; ``use_parent_model_frame`` is
+  ``expressed_in="__model__"`` of SDF 1.6.
+
+A link and a joint name the frame of the link, and of the joint's child link; ``__model__`` is that
+of the root link.  What cannot be read is left out with a warning.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from math import radians
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from lxml import etree
+
+from urdf2mbs.diagnostics import ConversionError, nearest
+from urdf2mbs.spatial import (
+    HERE,
+    ZERO,
+    Pose,
+    compose,
+    from_quaternion,
+    from_rpy,
+    inverse,
+    rotate,
+    transpose,
+)
+from urdf2mbs.urdf.elements import plain
+from urdf2mbs.urdf.model import ClosingJoint, Extension, Sensor
+from urdf2mbs.urdf.values import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from urdf2mbs.spatial import Vec
+    from urdf2mbs.urdf.model import Robot
+    from urdf2mbs.urdf.values import Reading
+
+#: Sensors of motion, by their type in URDF and in SDF.
+MOTION = ("imu", "accelerometer", "gyroscope")
+FORCE_TORQUE = "force_torque"
+#: The frame of an SDF model.
+MODEL = "__model__"
+TRUTH = {"true": True, "1": True, "false": False, "0": False}
+
+
+def read_extension(reading: Reading, element: Any) -> Extension:
+    """An element of another program, with the sensors, joints and motors in it."""
+    tag = plain(element.tag)
+    xml = etree.tostring(element, encoding=str, with_tail=False)
+    extension = Extension(tag, xml, element.get("reference"), element.sourceline)
+    if tag in ("gazebo", "sensor"):
+        for sensor in [element] if tag == "sensor" else element.iterchildren("sensor"):
+            if sensor.get("type") in (*MOTION, FORCE_TORQUE):
+                read_sensor(reading, sensor, extension)
+    if tag == "gazebo":
+        for joint in element.iterchildren("joint"):
+            read_closing_joint(reading, joint, extension)
+    elif tag in ("transmission", "ros2_control"):
+        extension.motors = [
+            name
+            for joint in element.iter("joint", "{*}joint")
+            if (name := joint.get("name"))
+            and (tag == "transmission" or joint.find("command_interface") is not None)
+        ]
+    return extension
+
+
+def read_sensor(reading: Reading, element: Any, extension: Extension) -> None:
+    """Add a ``<sensor>`` of motion, or of force and torque, to its extension."""
+    kind, parent = element.get("type"), element.find("parent")
+    on = extension.reference
+    if parent is not None:
+        on = parent.get("joint" if kind == FORCE_TORQUE else "link")
+    name = element.get("name") or ""
+    if not name:
+        name = f"{on}_{kind}"
+        reading.warn(
+            "sensor-renamed", f"a sensor has no name, and is called '{name}'", element.sourceline
+        )
+    sensor = Sensor(name, kind, on or "", line=element.sourceline)
+    origin = element.find("origin")
+    with _left_out(reading, "sensor", sensor, extension.sensors):
+        extension.sensors.append(sensor)
+        if kind == FORCE_TORQUE:
+            return  # it measures where its joint is
+        if origin is not None:
+            sensor.pose = reading.origin(origin).pose
+        else:
+            sensor.pose, sensor.relative_to = read_pose(reading, element.find("pose"))
+
+
+def read_closing_joint(reading: Reading, element: Any, extension: Extension) -> None:
+    """Add an SDF ``<joint>``, which closes a loop of the robot."""
+    joint = ClosingJoint(
+        element.get("name") or "", element.get("type") or "",
+        text(element.find("parent")), text(element.find("child")), line=element.sourceline,
+    )  # fmt: skip
+    with _left_out(reading, "loop", joint, extension.joints):
+        extension.joints.append(joint)
+        joint.pose, joint.relative_to = read_pose(reading, element.find("pose"))
+        axes = [axis for tag in ("axis", "axis2") if (axis := element.find(tag)) is not None]
+        joint.axes = [read_axis(reading, axis) for axis in axes]
+
+
+def read_pose(reading: Reading, element: Any) -> tuple[Pose, str | None]:
+    """``<pose>``, and the frame from which it is seen where it names one."""
+    if element is None:
+        return HERE, None
+    relative_to = element.get("relative_to") or element.get("frame") or None
+    words, rotation = text(element), element.get("rotation_format", "euler_rpy")
+    degrees = truth(reading, element, "degrees", element.get("degrees", "false"))
+    if rotation not in ("euler_rpy", "quat_xyzw"):
+        what = f"rotation_format of <pose> is {shown(rotation)}"
+        _fail(reading, element, what, "write euler_rpy or quat_xyzw")
+    if not words:
+        return HERE, relative_to
+    if rotation == "euler_rpy":
+        x, y, z, *angles = reading.numbers(element, "the text", words, 6)
+        roll, pitch, yaw = map(radians, angles) if degrees else angles
+        return Pose((x, y, z), from_rpy((roll, pitch, yaw))), relative_to
+    x, y, z, *quaternion = reading.numbers(element, "the text", words, 7)
+    if degrees:
+        _fail(reading, element, "<pose> is a quaternion in degrees", "leave 'degrees' out")
+    if not any(quaternion):
+        _fail(reading, element, "<pose> has the quaternion zero", "no rotation is 0 0 0 1")
+    return Pose((x, y, z), from_quaternion(*quaternion)), relative_to
+
+
+def read_axis(reading: Reading, element: Any) -> tuple[Vec, str | None]:
+    """``<axis>``: its direction as written, and the frame in which it is expressed, if named."""
+    flag = element.find("use_parent_model_frame")
+    model = flag is not None and truth(reading, flag, "the text", text(flag))
+    xyz = element.find("xyz")
+    if xyz is None:
+        return (0.0, 0.0, 1.0), MODEL if model else None
+    x, y, z = reading.numbers(xyz, "the text", text(xyz), 3)
+    if (x, y, z) == ZERO:
+        _fail(reading, xyz, "<axis> is zero", "give a direction, such as 0 0 1")
+    return (x, y, z), xyz.get("expressed_in") or (MODEL if model else None)
+
+
+def text(element: Any) -> str:
+    """The text of an element, without comments and without blanks around it."""
+    return "" if element is None else str(element.xpath("string()")).strip()
+
+
+def truth(reading: Reading, element: Any, what: str, word: str) -> bool:
+    """A truth value of SDF."""
+    if word.lower() not in TRUTH:
+        what = f"{what} of <{element.tag}> is {shown(word)}"
+        _fail(reading, element, what, "write true or false")
+    return TRUTH[word.lower()]
+
+
+def check_extensions(reading: Reading, robot: Robot) -> None:
+    """See each sensor from its link, and each joint from its child link; leave out, with a
+    warning, those whose link or frame is not there."""
+    frames: dict[str, Pose] = {}
+    for extension in robot.extensions:
+        if not frames and (extension.sensors or extension.joints):
+            links = robot.poses()
+            frames = {joint.name: links[joint.child] for joint in robot.joints.values()}
+            frames |= {**links, MODEL: HERE}
+        for sensor in list(extension.sensors):
+            with _left_out(reading, "sensor", sensor, extension.sensors):
+                if sensor.type == FORCE_TORQUE:
+                    _check(reading, sensor, "on joint", sensor.on, robot.joints)
+                else:
+                    _check(reading, sensor, "on link", sensor.on, robot.links)
+                    _settle(reading, sensor, frames, sensor.on)
+        for joint in list(extension.joints):
+            with _left_out(reading, "loop", joint, extension.joints):
+                _check(reading, joint, "on link", joint.parent, robot.links)
+                _check(reading, joint, "on link", joint.child, robot.links)
+                _settle(reading, joint, frames, joint.child)
+                joint.axes = [
+                    (_axis(reading, joint, frames, axis, seen_from), None)
+                    for axis, seen_from in joint.axes
+                ]
+        for name in extension.motors:
+            if name not in robot.joints:
+                reading.warn(
+                    "actuator-unknown",
+                    f"<{extension.tag}> is for joint '{name}', which does not exist",
+                    extension.line,
+                    like=(name, robot.joints),
+                )
+
+
+def _settle(
+    reading: Reading, thing: Sensor | ClosingJoint, frames: dict[str, Pose], link: str
+) -> None:
+    """See a sensor or joint from its own link."""
+    frame = thing.relative_to
+    if frame is not None and frame != link:
+        _check(reading, thing, "seen from frame", frame, frames)
+        thing.pose = compose(compose(inverse(frames[link]), frames[frame]), thing.pose)
+    thing.relative_to = None
+
+
+def _axis(
+    reading: Reading, joint: ClosingJoint, frames: dict[str, Pose], axis: Vec, frame: str | None
+) -> Vec:
+    """An axis in the frame of the joint's child link."""
+    if frame is None:
+        return rotate(joint.pose.rot, axis)
+    _check(reading, joint, "seen from frame", frame, frames)
+    return rotate(transpose(frames[joint.child].rot), rotate(frames[frame].rot, axis))
+
+
+def _check(
+    reading: Reading, thing: Sensor | ClosingJoint, how: str, name: str, known: Iterable[str]
+) -> None:
+    if name not in known:
+        what = f"it is {how} '{name}', which does not exist" if name else f"it names no {how[3:]}"
+        reading.fail(
+            "link-unknown", what, thing.line,
+            "'base: fixed' ties the root link to the world" if name == "world"
+            else nearest(name, known),
+        )  # fmt: skip
+
+
+def _fail(reading: Reading, element: Any, what: str, hint: str) -> NoReturn:
+    reading.fail("number-invalid", what, element, hint)
+
+
+@contextmanager
+def _left_out(reading: Reading, kind: str, thing: Any, things: list[Any]) -> Iterator[None]:
+    """Take a sensor or joint out of its list, with a warning, where it cannot be read."""
+    reading.owner = ("sensor" if kind == "sensor" else "joint", thing.name)
+    where = f"{reading.where} in <gazebo>" if kind == "loop" else reading.where
+    try:
+        yield
+    except ConversionError as error:
+        things.remove(thing)
+        reason = error.message.removeprefix(f"{reading.where}: ")
+        reading.warn(
+            f"{kind}-left-out", f"{where} is left out: {reason}", error.line,
+            hint=error.hint, owner=("robot", ""),
+        )  # fmt: skip
+    finally:
+        reading.owner = ("robot", "")
