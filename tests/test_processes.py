@@ -58,22 +58,28 @@ def mixed(folder: Path) -> Path:
     return robot(folder, [*names, "./m1.obj", f"file://{folder}/m1.obj", "m6.obj"])
 
 
+def note_processes(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The processes that are started from now on."""
+    started: list[Any] = []
+    start = processes._Pool._start
+
+    def noted(self: Any) -> Any:
+        started.append(start(self))
+        return started[-1]
+
+    monkeypatch.setattr(processes._Pool, "_start", noted)
+    return started
+
+
 def test_all_is_as_in_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = mixed(tmp_path)
     alone = made(source)
     monkeypatch.setattr(convert_meshes, "WORTH", 1)
     monkeypatch.setattr(processes, "cores", lambda: 2)
-    started = []
-    begin = processes._Process.__init__
-
-    def count(self: processes._Process) -> None:
-        started.append(self)
-        begin(self)
-
-    monkeypatch.setattr(processes._Process, "__init__", count)
+    started = note_processes(monkeypatch)
     assert made(source) == alone
     assert len(started) == 2
-    assert all(one._process.returncode is not None for one in started)
+    assert all(process.returncode is not None for process in started)
     assert len(alone[0]) == 7
     assert any("mesh-unreadable" in line for line in alone[1])
     assert any("mesh-missing" in line for line in alone[1])
@@ -138,14 +144,7 @@ def test_each_task_has_its_result(work: Any, in_order: bool) -> None:
 
 
 def test_who_stops_asking_leaves_no_process(work: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    started: list[subprocess.Popen[bytes]] = []
-    begin = processes._Process.__init__
-
-    def note(self: processes._Process) -> None:
-        begin(self)
-        started.append(self._process)
-
-    monkeypatch.setattr(processes._Process, "__init__", note)
+    started = note_processes(monkeypatch)
     results = processes.each(work, iter(range(10, 10**9)), 2)
     assert len({next(results)[0] for _ in range(5)}) == 5
     results.close()
@@ -155,7 +154,7 @@ def test_who_stops_asking_leaves_no_process(work: Any, monkeypatch: pytest.Monke
 
 def test_few_and_small_files_stay_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(processes, "cores", lambda: 8)
-    monkeypatch.setattr(processes, "_Process", None)
+    monkeypatch.setattr(processes, "each", None)
     made(mixed(tmp_path))
 
 

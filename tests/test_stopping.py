@@ -110,7 +110,7 @@ def test_a_sweep(number: signal.Signals, workers: int, tmp_path: Path) -> None:
         "sweep: {xacro_args: {height: [0.7, 0.8, 0.9, 1.0, 1.1]}}\n"
         "plugins: [stubborn.py]\nafter: {expand: stubborn}\n"
     )
-    words = ["-m", "urdf2mbs", "run", "sweep.yaml", "--workers", str(workers)]
+    words = ["-m", "urdf2mbs", "run", "sweep.yaml", "-q", "--workers", str(workers)]
     done = run(words, tmp_path)
     assert (done.returncode, done.stdout) == (128 + number, "")
     assert done.stderr.startswith(f"stopped by {number.name}")

@@ -15,7 +15,7 @@ import sys
 from collections.abc import Callable, Generator, Iterable
 from contextlib import suppress
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from urdf2mbs import stopping
 
@@ -87,10 +87,10 @@ class _Pool(Generic[Task, Result]):
         from queue import SimpleQueue
 
         self._work = work
-        self._free: SimpleQueue[_Process | None] = SimpleQueue()
+        self._free: SimpleQueue[subprocess.Popen[bytes] | None] = SimpleQueue()
         for _ in range(count):
             self._free.put(None)
-        self._started: list[_Process] = []
+        self._started: list[subprocess.Popen[bytes]] = []
         self._closed = False
         self._lock = Lock()
 
@@ -101,20 +101,27 @@ class _Pool(Generic[Task, Result]):
         with self._lock:
             self._closed = True
         for process in self._started:
-            process.stop()
+            process.terminate()
         for process in self._started:
-            process.wait()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(PATIENCE)
+            process.kill()
+            with suppress(BrokenPipeError), process:  # which closes its pipes
+                pass
 
     def ask(self, task: Task) -> Result:
         """The result of a task; raises what it raises, or EndedError."""
         process = self._free.get()
         try:
-            if process is None:
-                process = self._start()
-            good, value = process.ask(self._work, task)
+            process = process or self._start()
+            assert process.stdin is not None
+            assert process.stdout is not None
+            process.stdin.write(pickle.dumps((self._work, task)))
+            process.stdin.flush()
+            good, value = pickle.load(process.stdout)
         except (OSError, EOFError, pickle.UnpicklingError):
             if process is not None:
-                process.stop()
+                process.terminate()
                 process = None
             raise EndedError from None
         finally:
@@ -124,48 +131,18 @@ class _Pool(Generic[Task, Result]):
         result: Result = value
         return result
 
-    def _start(self) -> _Process:
+    def _start(self) -> subprocess.Popen[bytes]:
+        """Another process.  Ctrl-C on a terminal does not reach it: it is ended from here."""
         with self._lock:
             if self._closed:
                 raise EOFError
-            process = _Process()
+            process = subprocess.Popen(
+                [sys.executable, "-c", _START, *map(os.path.abspath, filter(None, sys.path))],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
+                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+            )  # fmt: skip
             self._started.append(process)
             return process
-
-
-class _Process:
-    """Another process.  Ctrl-C on a terminal does not reach it: it is ended from here."""
-
-    def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", _START, *map(os.path.abspath, filter(None, sys.path))],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-        )  # fmt: skip
-
-    def ask(self, work: Callable[[Any], Any], task: Any) -> tuple[bool, Any]:
-        """Whether the task was done, and its result or what it raised; raises EOFError where
-        the process has ended."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write(pickle.dumps((work, task)))
-        self._process.stdin.flush()
-        answer: tuple[bool, Any] = pickle.load(self._process.stdout)
-        return answer
-
-    def stop(self) -> None:
-        self._process.terminate()
-
-    def wait(self) -> None:
-        try:
-            self._process.wait(PATIENCE)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout):
-            assert stream is not None
-            with suppress(OSError):
-                stream.close()
 
 
 def serve() -> None:
