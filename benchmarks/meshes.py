@@ -20,8 +20,8 @@ import numpy as np
 import trimesh
 
 from urdf2mbs import convert
-from urdf2mbs.meshes import cores
 from urdf2mbs.meshes.reader import read
+from urdf2mbs.passes import convert_meshes
 from urdf2mbs.passes.convert_meshes import Job, Look, Options, make
 
 FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
@@ -89,8 +89,8 @@ def robot(subdivisions: int) -> None:
         source = Path(folder) / "robot.urdf"
         source.write_text(f'<robot name="r">{"".join(links)}</robot>')
         print(f"\n12 meshes of {len(data) / 1e6:.0f} MB, seconds on the clock:")
-        worth = cores.WORTH
-        for name, cores.WORTH in (("in one process", 2**60), ("on all cores", worth)):
+        worth = convert_meshes.WORTH
+        for name, convert_meshes.WORTH in (("in one process", 2**60), ("on all cores", worth)):
             start = perf_counter()
             convert(source, project=Path(folder) / "project")
             print(f"{name}: {perf_counter() - start:.1f}")

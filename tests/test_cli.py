@@ -258,7 +258,9 @@ def test_help_imports_nothing_but_argparse(words: list[str]) -> None:
     )
     ours = loaded(f"from urdf2mbs.cli import main; main({words})")
     free = {"__future__", *sys.builtin_module_names}
-    assert ours - bare - free == {"urdf2mbs", "urdf2mbs.cli", "urdf2mbs.options"}
+    assert ours - bare - free == {
+        "urdf2mbs", "urdf2mbs.cli", "urdf2mbs.options", "urdf2mbs.stopping",
+    }  # fmt: skip
     assert not (ours - loaded("pass")) & {"shutil", "typing"}
 
 
@@ -275,10 +277,10 @@ def test_the_package_imports_what_is_asked_for() -> None:
 
 def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
     heavy = {"numpy", "xacro", "pinocchio", "trimesh", "xml", "importlib.metadata", "hashlib",
-             "dataclasses", "asyncio", "subprocess", "json", "html", "email", "threading",
-             "tempfile", "shutil", "difflib", "traceback", "importlib.util",
-             "urdf2mbs.catalogue", "urdf2mbs.meshes", "urdf2mbs.kit", "urdf2mbs.project",
-             "urdf2mbs.api"}  # fmt: skip
+             "dataclasses", "asyncio", "subprocess", "json", "html", "email", "tempfile",
+             "shutil", "difflib", "traceback", "importlib.util", "urdf2mbs.catalogue",
+             "urdf2mbs.meshes", "urdf2mbs.kit", "urdf2mbs.project", "urdf2mbs.api",
+             "urdf2mbs.processes"}  # fmt: skip
     needed = loaded("import lxml.etree, msgspec, pluggy")  # and what these import
     found = loaded("from urdf2mbs.cli import main; main(['convert', 'tiny.urdf'])") - needed
     assert found & {*heavy, "yaml", "urdf2mbs.many", "urdf2mbs.equations.graph"} == set()
@@ -343,9 +345,9 @@ def test_a_run_that_lasts_says_where_it_is(
     monkeypatch.setattr(sys, "stderr", ear)
     monkeypatch.setattr(Progress, "PATIENCE", 0.001)
     pipeline = Pipeline(*load(robot / "tiny.yaml"))
-    pipeline.watch(ear)
     with Progress(Namespace(verbose=verbose)) as progress:
-        progress.follow(pipeline)
+        pipeline.watch(progress)
+        pipeline.watch(ear)
         pipeline.run()
     assert "... emit: at the end\n" in ear.text
     assert (" ms  emit\n" in ear.text) == verbose

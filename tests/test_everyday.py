@@ -389,7 +389,7 @@ def test_each_result_ends_with_what_to_do_next(
     ("raised", "code", "said"),
     [
         (BrokenPipeError(), 0, ""),
-        (KeyboardInterrupt(), 130, ""),
+        (KeyboardInterrupt(), 130, "stopped by SIGINT\n"),
         (OSError(ENOSPC, "No space left on device"), 2, "error[output-unwritable]: cannot print"),
         (
             ValueError("two\nlines"),

@@ -1,7 +1,6 @@
 """URDF and xacro robots to Robotran ``.mbs`` multibody systems, provably the same robot."""
 
-from __future__ import annotations
-
+# Nothing is imported before ``cli`` has taken the working folder out of ``sys.path``.
 # A type checker and an editor read these imports; Python imports a name when it is first used.
 TYPE_CHECKING = False
 if TYPE_CHECKING:

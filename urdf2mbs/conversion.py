@@ -14,7 +14,6 @@ from urdf2mbs.levels import Levels
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
-from urdf2mbs.stash import Stash
 from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
@@ -195,8 +194,6 @@ class Conversion:
         self.robot: Robot = Robot(name="")
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
-        self.sources: set[Path] = set()
-        """The files that the robot was read from."""
         self.floating = False
         self.base_reason = ""
         """Why the base floats or not, in a word or two."""
@@ -226,8 +223,6 @@ class Conversion:
         """What ``check`` found."""
         self.proven: bytes | None = None
         """The very bytes that ``check`` read."""
-        self.stash = Stash()
-        """What plugins keep for themselves, by their own keys."""
         self.report: dict[str, Any] = {}
         """What passes add to the report, each under its own name."""
         self.progress: Callable[[str], None] = lambda text: None

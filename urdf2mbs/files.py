@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-import select
-import stat
-from contextlib import suppress
-from errno import EFBIG, ENXIO, ETIMEDOUT
+import re
+import unicodedata
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from errno import EFBIG
 from pathlib import Path
-from time import monotonic, sleep
 from typing import IO
 
 from urdf2mbs.diagnostics import ConfigError
@@ -21,8 +22,51 @@ DEVICES = frozenset(
     ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
 )
 
-#: Seconds that a pipe into which no program writes is waited for.
-PATIENCE = 5.0
+#: The files that this thread has read or looked for since ``noting`` began; None: nobody asks.
+_noted: ContextVar[dict[str, str] | None] = ContextVar("noted", default=None)
+
+
+@contextmanager
+def noting() -> Iterator[dict[str, str]]:
+    """Gives the files that are read or looked for within it, and the ``digest`` of each."""
+    noted: dict[str, str] = {}
+    token = _noted.set(noted)
+    try:
+        yield noted
+    finally:
+        _noted.reset(token)
+
+
+def note(path: Path | str, known: str | None = None) -> None:
+    """Something depends on this file, or on which files match this pattern.
+
+    ``known`` is the sha256 of what was read.
+    """
+    noted = _noted.get()
+    if noted is not None:
+        now = _matching(path) if known is None else known
+        if noted.setdefault(os.path.abspath(path), now) != now:  # noqa: PTH100
+            noted[os.path.abspath(path)] = "changed"  # noqa: PTH100  while it was used
+
+
+def digest(path: str) -> str:
+    """The sha256 of a file; where it cannot be read, the files that match its name."""
+    try:
+        return _sha256(read(Path(path)))
+    except OSError:
+        return _matching(path)
+
+
+def _matching(path: Path | str) -> str:
+    from glob import glob
+
+    return " ".join(sorted(glob(str(path))))  # noqa: PTH207
+
+
+def _sha256(data: bytes) -> str:
+    from hashlib import sha256
+
+    return sha256(data).hexdigest()
 
 
 def read(path: Path, most: int | None = None) -> bytes:
@@ -31,12 +75,16 @@ def read(path: Path, most: int | None = None) -> bytes:
     Raises OSError; for more than ``most`` bytes (default: ``MOST``) it says the bound.
     """
     try:
-        if _is_pipe(path):
-            return _read_pipe(path, most)
         with path.open("rb", buffering=0) as file:
-            return read_stream(file, str(path), most, os.fstat(file.fileno()).st_size)
+            data = read_stream(file, str(path), most, os.fstat(file.fileno()).st_size)
+    except OSError:
+        note(path)
+        raise
     except ValueError as error:  # a name with a NUL
         raise OSError(0, str(error), str(path)) from None
+    if _noted.get() is not None:
+        note(path, _sha256(data))
+    return data
 
 
 def read_stream(stream: IO[bytes], name: str, most: int | None = None, size: int = 0) -> bytes:
@@ -52,56 +100,6 @@ def read_stream(stream: IO[bytes], name: str, most: int | None = None, size: int
     return b"".join(parts)
 
 
-def _is_pipe(path: Path) -> bool:
-    try:
-        return stat.S_ISFIFO(path.stat().st_mode)
-    except OSError:
-        return False
-
-
-def _read_pipe(path: Path, most: int | None) -> bytes:
-    """All that comes through a pipe; a plain ``open`` waits without an end for a program that
-    writes into it.
-
-    Raises OSError where none has it open after ``PATIENCE`` seconds.
-    """
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    with os.fdopen(descriptor, "rb") as pipe:
-        begin = b""
-        if not select.select([descriptor], [], [], PATIENCE)[0]:
-            with suppress(BlockingIOError):  # a program has it open, and is still at work
-                begin = os.read(descriptor, 1)
-                if not begin:
-                    raise OSError(
-                        ETIMEDOUT, "it is a pipe, and no program writes into it", str(path)
-                    )
-        os.set_blocking(descriptor, True)
-        return begin + read_stream(pipe, str(path), most)
-
-
-def open_stream(path: Path) -> IO[bytes]:
-    """A pipe or a device to write to.
-
-    Raises OSError where no program reads from a pipe for ``PATIENCE`` seconds.
-    """
-    end = monotonic() + PATIENCE
-    while _is_pipe(path):
-        try:
-            descriptor = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
-        except OSError as error:
-            if error.errno != ENXIO:
-                raise
-            if monotonic() > end:
-                raise OSError(
-                    ETIMEDOUT, "it is a pipe, and no program reads from it", str(path)
-                ) from None
-            sleep(0.01)
-        else:
-            os.set_blocking(descriptor, True)
-            return os.fdopen(descriptor, "wb")
-    return path.open("wb")
-
-
 def _size(count: int) -> str:
     return f"{count >> 20} MiB" if count >= 2**20 else f"{count} bytes"
 
@@ -114,6 +112,17 @@ def is_portable(name: str) -> bool:
         and not set(name) & set('<>:"/\\|?*')
         and min(name, default="") >= " "
     )
+
+
+def portable(name: str) -> str:
+    """A name of a file or folder, so that every system has it and it is no other folder."""
+    name = re.sub(r"[ .]+$", lambda end: "_" * len(end[0]), name)
+    return name if is_portable(name) else f"_{name}"
+
+
+def one_name(path: str) -> str:
+    """The same for all names that are one file on Windows or macOS."""
+    return unicodedata.normalize("NFC", os.path.normpath(path)).casefold()
 
 
 def beginning(path: Path, count: int) -> bytes:

@@ -14,7 +14,8 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import is_portable, open_stream, read
+from urdf2mbs.files import is_portable, read
+from urdf2mbs.stopping import Unfinished
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
@@ -100,7 +101,7 @@ def write_files(
     kept: dict[Path, Path | None] = {}
     made: list[Path] = []
     streams: list[tuple[Path, bytes]] = []
-    with ExitStack() as locks:
+    with Unfinished(), ExitStack() as locks:
         try:
             for path in (*folders, *(file.parent for file in files)):
                 _make_folder(path, made)
@@ -123,7 +124,7 @@ def write_files(
                 kept[path] = _backup(path)
                 part.replace(path)
             for path, data in streams:
-                with open_stream(path) as stream:
+                with path.open("wb") as stream:
                     stream.write(data)
             for folder in {place.parent for place in parts}:
                 _sync_folder(folder)
@@ -173,7 +174,8 @@ def _make_folder(folder: Path, made: list[Path]) -> None:
 def _lock(folder: Path, locks: ExitStack) -> bool:
     """Wait until no other run writes into a folder; False where folders cannot be locked.
 
-    The system lets go of the lock when the process ends, however it ends.
+    The system lets go of the lock when the process ends, however it ends.  The package ``filelock``
+    would double the time of a conversion (75 ms of imports), and leave a file in each folder.
     """
     try:
         if WINDOWS:
@@ -237,9 +239,8 @@ def _check_place(place: Path) -> None:
 def _part(place: Path, data: bytes) -> Path:
     """A new file beside a place with the data on disk."""
     part = _beside(place, "part")
-    descriptor = _new(part)
     try:
-        with os.fdopen(descriptor, "wb") as file:
+        with open(part, "xb", opener=_private) as file:
             file.write(data)
             file.flush()
             part.chmod(_mode(place))
@@ -250,12 +251,8 @@ def _part(place: Path, data: bytes) -> Path:
     return part
 
 
-def _new(file: Path) -> int:
-    """Make a file that was not there, and that nobody else may read yet.
-
-    ``tempfile`` does the same, and imports all that packs files for it.
-    """
-    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+def _private(file: str, flags: int) -> int:
+    """Open a file that nobody else may read yet."""
     return os.open(file, flags, 0o600)
 
 

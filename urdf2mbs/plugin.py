@@ -26,7 +26,6 @@ from urdf2mbs.diagnostics import (
 )
 from urdf2mbs.engine.hookspecs import NoOptions, Pass, hookimpl
 from urdf2mbs.mbs import model as mbs
-from urdf2mbs.stash import Key, Stash
 from urdf2mbs.urdf import model as urdf
 
 #: Of this interface.
@@ -40,14 +39,12 @@ __all__ = [
     "ConversionError",
     "Diagnostic",
     "Difference",
-    "Key",
     "LinkFrame",
     "Names",
     "NoOptions",
     "Pass",
     "Segment",
     "Settings",
-    "Stash",
     "Step",
     "hookimpl",
     "mbs",

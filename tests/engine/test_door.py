@@ -9,16 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 import urdf2mbs
 from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConfigError, ConversionError
-from urdf2mbs.kit.dump import state, to_yaml
 from urdf2mbs.kit.new_pass import new_pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.stash import Key, Stash
 from urdf2mbs.testing import TINY, convert_text
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -156,21 +153,6 @@ def test_a_hook_before_the_source_is_read(tmp_path: Path) -> None:
     file.write_text(file.read_text().replace("settings.source", "settings.sauce"))
     with pytest.raises(ConversionError, match="called before the source is read"):
         convert(tmp_path / "made.urdf", plugins=[file])
-
-
-def test_the_stash_is_typed_and_in_dumps() -> None:
-    soles, other = Key[list[str]]("soles"), Key[int]("other")
-    stash = Stash()
-    stash[soles] = ["left"]
-    assert stash[soles] == ["left"]
-    assert soles in stash
-    assert other not in stash
-    assert stash.get(other, 3) == 3
-    with pytest.raises(KeyError, match="nothing is stashed under 'other'"):
-        stash[other]
-    conversion = convert_text().conversion
-    conversion.stash[soles] = ["left"]
-    assert yaml.safe_load(to_yaml(state(conversion)))["stash"] == {"soles": ["left"]}
 
 
 def test_what_the_door_shows() -> None:

@@ -150,6 +150,10 @@ class Watcher:
         self.seen.append(("before", pass_.name))
 
     @hookimpl
+    def urdf2mbs_progress(self, text: str) -> None:
+        self.seen.append(("at", text))
+
+    @hookimpl
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion, seconds: float) -> None:
         assert seconds >= 0.0
         self.seen.append(("after", pass_.name))
@@ -168,6 +172,20 @@ def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
     pipeline.watch(watcher)
     pipeline.run()
     assert watcher.seen == [(when, name) for name in NINE for when in ("before", "after")]
+
+
+def test_a_pass_that_takes_long_says_where_it_is(tmp_path: Path) -> None:
+    """It is told as a hook, too."""
+    (tmp_path / "slow.py").write_text(
+        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "def run(conversion, options): conversion.progress('half')\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('slow', run)]\n"
+    )
+    pipeline = pipeline_of(tmp_path, "plugins: [slow.py]\nafter: {expand: slow}")
+    watcher = Watcher()
+    pipeline.watch(watcher)
+    pipeline.run()
+    assert watcher.seen[2:5] == [("before", "slow"), ("at", "half"), ("after", "slow")]
 
 
 def test_who_watches_one_pipeline_sees_no_other(tmp_path: Path) -> None:
@@ -196,10 +214,8 @@ def test_two_runs_of_one_pipeline_do_not_meet(tmp_path: Path) -> None:
     assert first.mbs is not second.mbs
 
 
-def test_a_preset_that_was_used_before_is_no_other_config_s(tmp_path: Path) -> None:
-    """The passes of our presets are found once in a process."""
+def test_the_pipeline_of_one_config_is_no_other_config_s(tmp_path: Path) -> None:
     before = pipeline_of(tmp_path)
-    assert pipeline_of(tmp_path).passes[0] is before.passes[0]
     assert [one.registered.pass_.name for one in before.passes] == NINE
     (tmp_path / "own.py").write_text(
         "from urdf2mbs.engine.hookspecs import hookimpl\n"

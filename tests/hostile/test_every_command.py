@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import files
 from urdf2mbs.api import convert, verify
 from urdf2mbs.catalogue import CATALOGUE
 from urdf2mbs.cli import main
@@ -51,7 +50,7 @@ CONTENTS = {
 #: Names of what is no readable file.
 NAMES = (
     "missing.x", "folder", "dangling", "loop", "tiny.urdf/x", "x" * 300, "x" * 5000,
-    "a\x1b[2Jb", "a\nerror[internal]: b", "a\0b", "a\udcff", "", "~nobody/x", "pipe",
+    "a\x1b[2Jb", "a\nerror[internal]: b", "a\0b", "a\udcff", "", "~nobody/x",
     "http://127.0.0.1:9/x.urdf", "robot_descriptions:nothing_of_the_kind",
 )  # fmt: skip
 BAD = [*CONTENTS, *NAMES, *(["/dev/null"] if Path("/dev/null").exists() else []), "-"]
@@ -88,7 +87,6 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if sys.platform != "win32":
         (folder / "dangling").symlink_to("nowhere")
         (folder / "loop").symlink_to("loop")
-        os.mkfifo(folder / "pipe")
     return folder
 
 
@@ -96,7 +94,6 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def here(good: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.chdir(good)
     monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"")))
-    monkeypatch.setattr(files, "PATIENCE", 0.001)
     before = state(good)
     yield good
     assert state(good) == before, "what was there is still there"

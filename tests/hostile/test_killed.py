@@ -34,7 +34,7 @@ State = dict[str, bytes | None]
 
 #: The calls by which something on the disk changes.
 STEPS: list[tuple[Any, str]] = [
-    (os, "fsync"), (os, "link"), (output, "_new"), (Path, "replace"), (Path, "unlink"),
+    (os, "fsync"), (os, "link"), (output, "_private"), (Path, "replace"), (Path, "unlink"),
     (Path, "mkdir"), (Path, "rmdir"), (Path, "chmod"),
 ]  # fmt: skip
 
@@ -207,21 +207,26 @@ def test_a_limit_of_the_system(two: tuple[Path, list[Conversion]]) -> None:
         assert state(folder) == before
 
 
-def test_sigterm_takes_the_litter_away(tmp_path: Path) -> None:
+@pytest.mark.parametrize("signal_", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_takes_the_litter_away(
+    signal_: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     source, out = tmp_path / "tiny.urdf", tmp_path / "out" / "tiny.mbs"
     source.write_text(TINY)
     before = state(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["urdf2mbs", "convert", str(source), "-o", str(out)])
     for number in range(1, 100):
 
         def work(number: int = number) -> None:
-            with at_step(number, lambda: os.kill(os.getpid(), signal.SIGTERM)):
+            with at_step(number, lambda: os.kill(os.getpid(), signal_)):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-                raise SystemExit(cli.main(["convert", str(source), "-o", str(out)]))
+                os.dup2(1, 2)
+                raise SystemExit(cli.main())
 
         code = in_child(work)
         if code == 0:
             break
-        assert code == 128 + signal.SIGTERM
+        assert code == 128 + signal_
         assert set(state(tmp_path)) in ({*before}, {*before, "out", "out/tiny.mbs"}), number
         shutil.rmtree(out.parent, ignore_errors=True)
     assert number > 4

@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import parse
+from urdf2mbs.engine.config import Lines, parse
+from urdf2mbs.engine.settings import settings_of
 from urdf2mbs.many.sweep import Member, members
 
 
@@ -86,10 +87,51 @@ def test_a_value_that_is_given_and_swept() -> None:
     assert caught.value.code == "sweep-twice"
 
 
-def test_a_value_is_a_part_of_one_name() -> None:
-    found = swept("{xacro_args: {height: [../../etc, b]}}", "'out/{height}.mbs'")
-    assert found[0].config.output == "out/.._.._etc.mbs"
-    assert found[0].values["height"] == "../../etc"
+@pytest.mark.parametrize(
+    ("value", "name"),
+    [
+        ("../../etc", ".._.._etc"),
+        ("..", "__"),
+        (".", "_"),
+        ("''", "_"),
+        ("a.", "a_"),
+        ("a ", "a"),  # YAML's own
+        ("'a '", "a_"),
+        ("$HOME", "_HOME"),
+        ("~root", "_root"),
+        ("'%APPDATA%'", "_APPDATA_"),
+        ("'a\\b'", "a_b"),
+        ('"a\\0b\\n"', "a_b_"),
+        ("'c:d'", "c_d"),
+        ("aux", "_aux"),
+        ("NUL.x", "_NUL.x"),
+        ("'{0}'", "{0}"),
+    ],
+)
+def test_a_value_is_one_name_on_every_system(value: str, name: str) -> None:
+    """It leads to no other folder, and no variable in it is filled in."""
+    (robot,) = swept(f"{{xacro_args: {{height: [{value}]}}}}", "{project: 'out/{height}'}")
+    output: Any = robot.config.output
+    assert output.project == f"out/{name}"
+    settings = settings_of(robot.config, Lines(file=Path("c.yaml")), Path("/there"))
+    assert settings.project == Path("/there/out") / name
+
+
+def test_a_value_makes_no_variable_of_what_stands_before_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("PLACE", "models")
+    (robot,) = swept("{xacro_args: {height: [PLACE]}}", "'$PLACE/~{height}.mbs'")
+    assert robot.config.output == "models/_PLACE.mbs"
+    with pytest.raises(ConfigError, match="wants the variable height"):
+        swept("{xacro_args: {height: [PLACE]}}", "'${height}.mbs'")
+
+
+@pytest.mark.parametrize("values", ["a/b, a_b", "left, LEFT", '"\\u00e9", "e\\u0301"', "a, a"])
+def test_two_values_of_one_name(values: str) -> None:
+    with pytest.raises(ConfigError, match="two robots of the sweep would be written") as caught:
+        swept(f"{{xacro_args: {{height: [{values}]}}}}", "'{height}.mbs'")
+    assert caught.value.code == "sweep-output"
 
 
 def test_a_project_each() -> None:

@@ -96,7 +96,7 @@ def _cost(
     pipelines = {"this config": pipeline, **by_presets(config, lines, arguments)}
     with Progress(arguments) as progress:
         for each in pipelines.values():
-            progress.follow(each)
+            each.watch(progress)
         costs = {}
         for name, each in pipelines.items():
             try:

@@ -6,15 +6,18 @@ import argparse
 import os
 import sys
 from collections.abc import Iterable
+from contextlib import closing
 from pathlib import Path
 from time import monotonic
 from typing import TextIO
 
+from urdf2mbs import stopping
 from urdf2mbs.commands.colours import Shown
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.config import Config, Lines, Project
-from urdf2mbs.many.convert import Job, Outcome, jobs_of, run
+from urdf2mbs.many.convert import jobs_of, run
+from urdf2mbs.many.job import Job, Outcome
 from urdf2mbs.many.journal import Journal, shown, worst
 from urdf2mbs.many.sweep import told
 from urdf2mbs.options import REPORT
@@ -66,24 +69,20 @@ def _error(outcome: Outcome) -> str:
 
 
 def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -> list[Outcome]:
-    """Carry all jobs out, with progress on stderr, and write the report.
-
-    An interrupted run says how to go on, and raises KeyboardInterrupt.
-    """
+    """Carry all jobs out, with progress on stderr, and write the report."""
     with Journal(report, jobs) as journal:
         if journal.outcomes and not arguments.quiet:
             print(f"{len(journal.outcomes)} of {len(jobs)} were done before", file=sys.stderr)
         progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr, arguments.quiet)
-        try:
-            for outcome in run(journal.todo, workers=arguments.workers, cluster=arguments.cluster):
+        outcomes = run(journal.todo, workers=arguments.workers, cluster=arguments.cluster)
+        stopping.tell(journal.told())
+        with closing(outcomes):
+            for outcome in outcomes:
                 journal.add(outcome)
+                stopping.tell(journal.told())
                 progress.show(outcome)
-        except KeyboardInterrupt:
-            progress.end()
-            done = f"{len(journal.outcomes)} of {counted(len(jobs), 'robot')} done"
-            print(f"interrupted: {done}; the same command goes on", file=sys.stderr)
-            raise
         progress.end()
+        stopping.tell("")
         journal.finish()
         return [journal.outcomes[job.number] for job in jobs]
 

@@ -29,9 +29,9 @@ def _make(arguments: argparse.Namespace, give: Callable[[bytes], None] | None = 
     config, lines = robot_or_config(arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments) as progress:
-        progress.follow(pipeline)
+        pipeline.watch(progress)
         conversion = pipeline.run()
-        conversion.progress("the page")
+        progress.at = "the page"
         page = make(conversion)
     output = arguments.output or beside(conversion.settings.output, ".html")
     found = report(conversion)

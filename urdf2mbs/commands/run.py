@@ -37,7 +37,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
     """The conversion, run; nothing is written but the dump."""
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments) as progress:
-        progress.follow(pipeline)
+        pipeline.watch(progress)
         if arguments.dump is None:
             return pipeline.run(stop_after=arguments.stop_after)
         from urdf2mbs.kit.dump import Dump

@@ -1,22 +1,20 @@
-"""One clear message for what goes wrong in a plugin: whose pass, which robot, at which link."""
+"""One clear message for what goes wrong in a plugin: whose pass, which robot, which line."""
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Segment, Step
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError, memory_full
 from urdf2mbs.engine.plugins import GROUP, Registered
-from urdf2mbs.mbs import model as mbs
-from urdf2mbs.urdf.model import Joint, Link, Robot
+from urdf2mbs.urdf.model import Robot
 
 if TYPE_CHECKING:
-    from types import FrameType, TracebackType
+    from types import TracebackType
 
 
 def pass_failed(
@@ -75,80 +73,31 @@ def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
 def _failed(
     code: str, who: str, file: str, conversion: Conversion, error: BaseException, hint: str
 ) -> ConversionError:
-    where, line, at = _at_hand(error.__traceback__, file)
+    where, line = _at_hand(error.__traceback__, file)
     text = " ".join(str(error).split())
     said = type(error).__name__ + (f": {text}" if text else "")
     robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
     return ConversionError(
-        code, f"{who} failed on robot '{robot}'{at}: {said}", file=where, line=line, hint=hint
+        code, f"{who} failed on robot '{robot}': {said}", file=where, line=line, hint=hint
     )
 
 
-def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None, str]:
+def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None]:
     """File and line of the innermost frame in a plugin's own code (its file, or its folder if
-    that is a package), and what link, joint or body its local variables hold."""
+    that is a package)."""
     import traceback
 
     own = Path(file)
-    frames = list(traceback.walk_tb(tb))
-    found = [
-        (frame, line)
-        for frame, line in frames
-        if Path(frame.f_code.co_filename) == own
-        or (own.name == "__init__.py" and Path(frame.f_code.co_filename).is_relative_to(own.parent))
+    frames: list[tuple[str, int | None]] = [
+        (frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(tb)
     ]
-    if not found:
-        if not frames:
-            return file, None, ""
-        frame, line = frames[-1]
-        return frame.f_code.co_filename, line, ""
-    frame, line = found[-1]
-    # a helper may have been given a number only: its callers in the file know of which link
-    at = next((text for one, where in reversed(found) if (text := _elements(one, where))), "")
-    return frame.f_code.co_filename, line, at
-
-
-def _elements(frame: FrameType, line: int) -> str:
-    """ " at link 'a', joint 'b'": of each kind, what the last local variable of it holds."""
-    named: dict[str, str] = {}
-    stale = _stale(frame.f_code.co_filename, line)
-    for variable, value in frame.f_locals.items():
-        if variable in stale:
-            continue
-        if isinstance(value, Link):
-            named["link"] = value.name
-        elif isinstance(value, Joint):
-            named["joint"] = value.name
-        elif isinstance(value, Step):
-            named["joint"] = value.joint.name
-        elif isinstance(value, Segment):
-            named["link"] = value.link
-        elif isinstance(value, mbs.Body):
-            named["body"] = value.name
-        elif isinstance(value, mbs.Joint):
-            named["mbs joint"] = value.name
-    return "".join(
-        f"{' at' if index == 0 else ','} {kind} '{name}'"
-        for index, (kind, name) in enumerate(named.items())
-    )
-
-
-def _stale(file: str, line: int) -> set[str]:
-    """The variables of loops that are over at a line of a function."""
-    try:
-        function: ast.AST = ast.parse(Path(file).read_text("utf-8"))
-    except (OSError, SyntaxError, ValueError):
-        return set()
-    for node in ast.walk(function):  # outer functions come before inner ones
-        if isinstance(node, ast.FunctionDef) and node.lineno <= line <= (node.end_lineno or 0):
-            function = node
-    running: set[str] = set()
-    over: set[str] = set()
-    for node in ast.walk(function):
-        if isinstance(node, ast.For):
-            names = {n.id for n in ast.walk(node.target) if isinstance(n, ast.Name)}
-            (running if node.lineno <= line <= (node.end_lineno or 0) else over).update(names)
-    return over - running
+    inside = [
+        frame
+        for frame in frames
+        if Path(frame[0]) == own
+        or (own.name == "__init__.py" and Path(frame[0]).is_relative_to(own.parent))
+    ]
+    return (inside or frames or [(file, None)])[-1]
 
 
 def _output_fault(conversion: Conversion) -> tuple[str, str] | None:

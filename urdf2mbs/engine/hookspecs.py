@@ -113,6 +113,18 @@ def urdf2mbs_before_pass(pass_: Pass, conversion: Conversion) -> None:
 
 
 @hookspec
+def urdf2mbs_progress(text: str) -> None:
+    """Called by a pass that takes long, with what it is at (``conversion.progress(text)``).
+
+    Example::
+
+        @hookimpl
+        def urdf2mbs_progress(text):
+            print("now", text)
+    """
+
+
+@hookspec
 def urdf2mbs_after_pass(pass_: Pass, conversion: Conversion, seconds: float) -> None:
     """Called after each pass, with the time that it took.
 

@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
 from time import perf_counter
 from typing import Any
 
-from urdf2mbs.collector import seldom_collected
 from urdf2mbs.conversion import Conversion, RobotChange
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, hook_failed, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order
-from urdf2mbs.engine.plugins import FAILURES, GROUP, Plugins, Registered, hooks_of, plugins_of
+from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
-from urdf2mbs.presets import PRESETS
 from urdf2mbs.urdf.changes import between, snapshot
 
 #: The hooks around every pass.
 _AROUND = ("urdf2mbs_before_pass", "urdf2mbs_after_pass")
-
-#: The passes of our own presets: found once in a process.
-_PRESETS: dict[str, list[Configured]] = {}
 
 
 class Pipeline:
@@ -49,19 +45,12 @@ class Pipeline:
                 )
         self._files = files
         self.plugins = plugins_of(files, installed=installed_plugins)
-        self._hooks: list[Any] = []
-        """Of those who watch."""
-        self.tell: Callable[[str], None] | None = None
-        """Called with what a run is at: each pass, and what it says of itself."""
-        preset = _preset(config, self.plugins)
-        kept = _PRESETS.get(preset)
-        self.passes = [*kept] if kept else self._resolved(config, lines)
+        self._hooks: list[Any] = [self.plugins.hook]
+        """Of the plugins, and of those who watch."""
+        self.passes = self._resolved(config, lines)
         self._check_levels(config, lines)
         passes = [configured.registered.pass_ for configured in self.passes]
-        if kept is None:
-            check_order(passes, lines, [one.at for one in self.passes])
-            if preset:
-                _PRESETS[preset] = [*self.passes]
+        check_order(passes, lines, [one.at for one in self.passes])
         check_output(self.settings, passes, lines)
 
     def _resolved(self, config: Config, lines: Lines) -> list[Configured]:
@@ -90,6 +79,7 @@ class Pipeline:
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
         conversion = Conversion(self.settings)
+        conversion.progress = self._progress
         conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(
@@ -109,9 +99,13 @@ class Pipeline:
         levels.judge(conversion.diagnostics)
         return conversion
 
+    def _progress(self, text: str) -> None:
+        for hooks in self._hooks:
+            hooks.urdf2mbs_progress(text=text)
+
     def _before_run(self, conversion: Conversion) -> None:
         try:
-            for hooks in (self.plugins.hook, *self._hooks):
+            for hooks in self._hooks:
                 hooks.urdf2mbs_before_run(settings=self.settings)
         except ConversionError:
             raise
@@ -123,14 +117,11 @@ class Pipeline:
 
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
         levels = self.settings.levels
-        watched = self._hooks or any(map(self.plugins.hooked, _AROUND))
+        watched = len(self._hooks) > 1 or any(map(self.plugins.hooked, _AROUND))
         ran: list[Registered] = []
         for configured in self.passes:
             found = configured.registered
             pass_ = found.pass_
-            if self.tell is not None:
-                self.tell(pass_.name)
-                conversion.progress = partial(_tell_of, self.tell, pass_.name)
             if watched:
                 self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
@@ -189,11 +180,9 @@ class Pipeline:
     def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
         """Call a hook of all plugins, and of those who watch."""
         strangers = self.plugins.hooked(hook)
-        if not strangers and not self._hooks:
-            return
         before = snapshot(conversion.robot) if strangers else None
         try:
-            for hooks in (self.plugins.hook, *self._hooks):
+            for hooks in self._hooks:
                 getattr(hooks, hook)(pass_=pass_, conversion=conversion, **more)
             if before is not None:
                 when = "before" if "before" in hook else "after"
@@ -208,20 +197,18 @@ class Pipeline:
             raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
 
 
-def _preset(config: Config, plugins: Plugins) -> str:
-    """The name of the preset of ours that a config wants just as it is; else empty."""
-    name = config.pipeline
-    changed = (
-        config.passes or config.after or config.before
-        or config.without or config.alias or config.swap
-    )  # fmt: skip
-    if changed or not isinstance(name, str) or name in plugins.presets or name not in PRESETS:
-        return ""
-    return name
+@contextmanager
+def seldom_collected() -> Iterator[None]:
+    """The collector seldom looks for cycles: a robot and its equations have hardly any.
 
-
-def _tell_of(tell: Callable[[str], None], name: str, text: str) -> None:
-    tell(f"{name}: {text}")
+    A quarter of the time of a conversion.
+    """
+    before = gc.get_threshold()
+    gc.set_threshold(500_000, 20, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 def _may_change(configured: Configured) -> bool:

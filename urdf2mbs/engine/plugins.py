@@ -34,14 +34,20 @@ FAILURES = (Exception, SystemExit)
 @cache
 def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
     """The plugins of the packages on ``path``, which is ``sys.path``, and the package of each:
-    looking costs more than converting a small robot."""
+    looking costs more than converting a small robot.
+
+    A package that lies in the working folder is not installed: it may be a stranger's.
+    """
+    path = tuple(filter(None, path))
     if not any(map(_may_name_plugins, path)) and all(map(_is_usual, sys.meta_path)):
         return ()
     from importlib import metadata
 
+    packages = {dist.name: dist for dist in reversed([*metadata.distributions(path=[*path])])}
     return tuple(
-        (entry, entry.dist.name if entry.dist else "?")
-        for entry in metadata.entry_points(group=GROUP)
+        (entry, name)
+        for name, package in reversed(packages.items())
+        for entry in package.entry_points.select(group=GROUP)
     )
 
 
@@ -49,7 +55,7 @@ def _may_name_plugins(folder: str) -> bool:
     """Whether a package in a folder of ``sys.path`` has entry points of our group, as far as can
     be seen without ``importlib.metadata``, whose import takes as long as converting a robot."""
     try:
-        names = os.listdir(folder or ".")  # noqa: PTH208
+        names = os.listdir(folder)  # noqa: PTH208
     except NotADirectoryError:
         return True  # a zip file: only importlib.metadata looks into it
     except OSError:
@@ -69,8 +75,7 @@ def _may_name_plugins(folder: str) -> bool:
 
 
 def _is_usual(finder: object) -> bool:
-    """Whether packages are found by a finder of ``sys.meta_path`` in the folders of ``sys.path``,
-    or not at all."""
+    """True if this finder cannot find a package outside ``sys.path``."""
     return finder is PathFinder or not hasattr(finder, "find_distributions")
 
 

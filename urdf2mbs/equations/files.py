@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
-from urdf2mbs.collector import seldom_collected
 from urdf2mbs.diagnostics import ConfigError, ConversionError, quoted
 from urdf2mbs.equations import c, python
 from urdf2mbs.equations.accelerations import Massless, accelerations
@@ -58,7 +57,6 @@ def not_ours(folder: Path, made: Equations) -> None:
             )
 
 
-@seldom_collected()
 def equations(
     mbs: Mbs,
     data: bytes,

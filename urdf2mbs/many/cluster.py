@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from typing import Any
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.many.convert import Job, Outcome, convert_one, died, failed, no_extra
+from urdf2mbs.many.job import Job, Outcome, convert_one, died, failed
 
 #: Seconds until a scheduler that does not answer is not there.
 PATIENCE = 10
 
 
-def on_cluster(jobs: list[Job], address: str) -> Iterator[Outcome]:
+def on_cluster(jobs: list[Job], address: str) -> Generator[Outcome]:
     """Each outcome as it comes.
 
     Dask gives the jobs of a worker that is gone to the others.  A job that is done twice by this
@@ -21,7 +21,10 @@ def on_cluster(jobs: list[Job], address: str) -> Iterator[Outcome]:
     try:
         import distributed
     except ImportError as error:
-        raise no_extra(error.name or "distributed") from None
+        raise ConfigError(
+            "extra-missing", f"a cluster needs the package '{error.name or 'distributed'}'",
+            hint="pip install 'urdf2mbs[batch]'",
+        ) from None  # fmt: skip
     dask: Any = distributed  # whose functions have no types
     try:
         client = dask.Client(address, timeout=PATIENCE, set_as_default=False)

@@ -1,7 +1,9 @@
 """What many conversions came to: a JSON report, and until it is whole, a journal of it.
 
-The journal has a line for each robot that is done.  An interrupted run leaves it there, and the
-same command then converts only what is not in it, or is not as it was.
+The journal has a line for each robot that is done.  An interrupted run leaves it there.  The same
+command then keeps a robot where all that it depends on is known and the same: the config, every
+file that was read or looked for, the environment's variables, and what is installed.  A plugin may
+depend on more, so a robot that a plugin had a part in is made anew.
 """
 
 from __future__ import annotations
@@ -12,19 +14,11 @@ from typing import IO
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.plugins import version_of
-from urdf2mbs.many.convert import Job, Outcome, digest
+from urdf2mbs.files import digest
+from urdf2mbs.many.job import Job, Outcome
 from urdf2mbs.output import write_files
-
-
-class Line(msgspec.Struct):
-    """One line of the journal."""
-
-    version: str
-    key: str
-    """The digest of what the robot's config asked for."""
-    outcome: Outcome
 
 
 class Journal:
@@ -35,7 +29,8 @@ class Journal:
         self.file = report.with_name(report.name + ".part")
         self.jobs = jobs
         self.outcomes: dict[int, Outcome] = {}
-        self._version = version_of("urdf2mbs")
+        self._keeps = False
+        """Whether another run keeps a robot of this one."""
         self._open: IO[bytes] | None = None
 
     def __enter__(self) -> Journal:
@@ -62,7 +57,13 @@ class Journal:
 
     def add(self, outcome: Outcome) -> None:
         self.outcomes[outcome.number] = outcome
+        self._keeps = self._keeps or bool(outcome.key)
         self._write(outcome)
+
+    def told(self) -> str:
+        """What is said of it where the run is stopped."""
+        done = f": {len(self.outcomes)} of {counted(len(self.jobs), 'robot')} done"
+        return done + "; the same command goes on" * self._keeps
 
     def finish(self) -> None:
         """The report in place of the journal."""
@@ -70,7 +71,7 @@ class Journal:
             self._open.close()
         ordered = [self.outcomes[job.number] for job in self.jobs]
         robots = [shown(outcome) for outcome in ordered]
-        whole = {"urdf2mbs": self._version, "code": worst(ordered), "robots": robots}
+        whole = {"urdf2mbs": version_of("urdf2mbs"), "code": worst(ordered), "robots": robots}
         write_files(
             {self.report: msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"}
         )
@@ -79,9 +80,7 @@ class Journal:
     def _write(self, outcome: Outcome) -> None:
         if self._open is None:
             raise ValueError("the journal is not open")
-        key = self.jobs[outcome.number].key
-        line = msgspec.json.encode(Line(self._version, key, outcome))
-        self._open.write(line + b"\n")
+        self._open.write(msgspec.json.encode(outcome) + b"\n")
         self._open.flush()
 
     def _take_up(self) -> None:
@@ -93,13 +92,13 @@ class Journal:
         known: dict[str, str] = {}
         for text in data.splitlines():
             with suppress(msgspec.MsgspecError):  # the last line may be cut off
-                line = msgspec.json.decode(text, type=Line)
-                job, outcome = jobs.get(line.key), line.outcome
-                if job is None or line.version != self._version or outcome.code:
+                outcome = msgspec.json.decode(text, type=Outcome)
+                job = jobs.get(outcome.key)
+                if job is None or outcome.code:
                     continue
                 for name in outcome.files:
                     if name not in known:
-                        known[name] = digest(Path(name))
+                        known[name] = digest(name)
                 if all(known[name] == was for name, was in outcome.files.items()):
                     outcome.number, outcome.kept = job.number, True
                     self.outcomes[job.number] = outcome

@@ -11,12 +11,17 @@ import msgspec
 
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.config import Config, Key, Lines, Project, Range
+from urdf2mbs.engine.settings import spelled
+from urdf2mbs.files import one_name, portable
 
 #: So many robots of one config are surely a slip.
 MOST = 1_000_000
 
 #: ``{height}`` in a path.
 _PLACE = re.compile(r"\{([^{}]*)\}")
+
+#: What a value may not bring into a name: what no name has on Windows, and what is expanded.
+_UNSAFE = re.compile(r"[<>:\"/\\|?*$~%\x00-\x1f\x7f]")
 
 
 class Member(msgspec.Struct):
@@ -73,15 +78,15 @@ def members(config: Config, lines: Lines) -> list[Member]:
         for (pass_, option), value in zip(options, combination[len(args) :], strict=True):
             passes.setdefault(pass_, {})[option] = value
         output, place = _output(config, own, lines)
-        if place in taken:
+        before = taken.setdefault(one_name(place), own)
+        if before is not own:
             raise lines.error(
                 "sweep-output",
-                f"two robots of the sweep would be written to '{place}': {told(taken[place])}, "
+                f"two robots of the sweep would be written to '{place}': {told(before)}, "
                 f"and {told(own)}",
                 ("output",),
                 f"name each by its values, such as 'output: models/{_names(keys)}.mbs'",
             )
-        taken[place] = own
         config_of_one = msgspec.structs.replace(
             config,
             output=output,
@@ -160,17 +165,25 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
                 ("output",),
                 nearest(found[1], values) or f"there are: {_names(list(values))}",
             )
-        # a value is a part of one name, and not a way to another folder
-        return re.sub(r"[/\\:\0]", "_", _word(values[found[1]]))
+        # a value is a word: it leads to no other folder, and names no variable
+        return _UNSAFE.sub("_", _word(values[found[1]]))
+
+    def named(output: str) -> str:
+        """Each name in the path that has values, as every system has it."""
+        names = re.split(r"([/\\])", spelled(output, lines, ("output",)))
+        return "".join(
+            portable(_PLACE.sub(value, name).replace("~", "_")) if _PLACE.search(name) else name
+            for name in names
+        )
 
     output = config.output
     if isinstance(output, Project):
-        place = _PLACE.sub(value, output.project)
+        place = named(output.project)
         return msgspec.structs.replace(output, project=place), place
     if output is None:
         raise lines.error(
             "sweep-output", "a sweep needs an output", ("sweep",),
             f"such as 'output: models/{_names(list(values))}.mbs'",
         )  # fmt: skip
-    place = _PLACE.sub(value, output)
+    place = named(output)
     return place, place

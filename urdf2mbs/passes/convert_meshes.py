@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -31,6 +32,8 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.urdf import model as urdf
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
+    from concurrent.futures import Future
+
     from urdf2mbs.meshes.model import Mesh
 
 #: Stands in every file that is written; a new number makes all files anew.
@@ -39,6 +42,10 @@ VERSION = 2
 #: How our files begin; then comes the sha256 of what follows.
 OURS = b"#VRML V2.0 utf8\n# made by urdf2mbs, sha256 "
 _DIGITS = 64
+
+#: So many bytes of mesh files are worth a process: they take a second or two, and so does a start
+#: on a machine that is busy.
+WORTH = 48 * 2**20
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -139,7 +146,6 @@ def run(conversion: Conversion, options: Options) -> None:
             counts["unusable"] += 1
             lost.missing[filename] = conversion.packages.looked(filename)
             continue
-        conversion.sources.add(path)
         mesh: Converted | None = None
         for look, shapes in looks.items():
             target = folder / f"{names[filename, look]}.wrl"
@@ -164,6 +170,8 @@ def run(conversion: Conversion, options: Options) -> None:
                         lost.unreadable[filename] = f"{path}: {error}"
                         break
                 told[filename], content = mesh.looks[look]
+                for name, digest in told[filename].sources.items():
+                    files.note(path.parent / name, digest)  # another process may have read it
                 conversion.files[target] = content
                 for name, image in mesh.textures.items():
                     if not files.is_file(folder / name):
@@ -248,10 +256,8 @@ def _made_anew(
             file = files_of[filename] = (os.path.realpath(path), path.name)
             first.setdefault(file, path)
             wanted.setdefault(file, {}).update(dict.fromkeys(due))
-    from urdf2mbs.meshes.cores import in_order
-
     jobs = [Job(first[file], tuple(looks), options) for file, looks in wanted.items()]
-    coming = zip(wanted, in_order(make, jobs, [files.size(job.path) for job in jobs]), strict=True)
+    coming = zip(wanted, _results(jobs), strict=True)
     asked = Counter(files_of.values())
     shared: dict[tuple[str, str], Converted] = {}
 
@@ -272,6 +278,29 @@ def _made_anew(
 def _is_due(old: Old | None) -> bool:
     """Whether a .wrl is to be made; one that is not ours is left alone."""
     return old is None or (old.made is not None and not old.current)
+
+
+def _results(jobs: list[Job]) -> Iterator[Callable[[], Converted]]:
+    """For each job in turn what gives its meshes, or raises MeshError."""
+    from urdf2mbs.processes import cores, each
+
+    count = min(len(jobs), sum(files.size(job.path) for job in jobs) // WORTH)
+    if count < 2 or (count := min(count, cores())) < 2:
+        yield from (partial(make, job) for job in jobs)
+        return
+    for job, future in each(make, jobs, count, in_order=True):
+        yield partial(_result, job, future)
+
+
+def _result(job: Job, future: Future[Converted]) -> Converted:
+    from urdf2mbs.meshes.model import MeshError
+
+    try:
+        return future.result()
+    except MeshError:
+        raise
+    except Exception:  # again here, where it can be told, or there is more memory
+        return make(job)
 
 
 def make(job: Job) -> Converted:

@@ -6,8 +6,6 @@ expanded here without any ROS installed: ``$(find)``, ``$(arg)``, includes, ``lo
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import msgspec
 
 from urdf2mbs.conversion import Conversion
@@ -27,10 +25,8 @@ def run(conversion: Conversion, options: Options) -> None:
         settings.source, conversion.packages, settings.xacro_args,
         isolate=options.isolate, cache=settings.cache,
     )  # fmt: skip
-    conversion.sources.add(settings.source)
     if expansion is not None:
         conversion.expanded = expansion.text
-        conversion.sources.update(map(Path, expansion.files))
     conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
     conversion.diagnostics += diagnostics
 

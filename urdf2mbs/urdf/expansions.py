@@ -101,7 +101,7 @@ def _version(module: str) -> tuple[str, int, int]:
 
 def _read(file: Path) -> Kept | None:
     try:
-        return msgspec.json.decode(files.read(file), type=Kept)
+        return msgspec.json.decode(file.read_bytes(), type=Kept)
     except (OSError, msgspec.MsgspecError):
         return None
 

@@ -20,6 +20,7 @@ from threading import Timer
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
+from urdf2mbs.stopping import Unfinished
 from urdf2mbs.urdf.limits import Isolate
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.xacro import Expansion, expand
@@ -65,7 +66,8 @@ def isolated(source: Path, packages: Packages, args: dict[str, str], limits: Iso
         str(packages.source), {name: str(folder) for name, folder in packages.table.items()},
         {name: str(value) for name, value in args.items()}, limits.seconds, memory,
     )  # fmt: skip
-    late, code, data = _ask(msgspec.msgpack.encode(question), limits)
+    with Unfinished():
+        late, code, data = _ask(msgspec.msgpack.encode(question), limits)
     answer = None
     with suppress(msgspec.MsgspecError):
         answer = msgspec.msgpack.decode(data, type=_Answer)

@@ -151,7 +151,10 @@ class Packages:
         """The file that a mesh or texture name means, or None where there is none."""
         try:
             path = self._path(filename)
-            return path if path is not None and path.is_file() else None
+            if path is None or path.is_file():
+                return path
+            files.note(path)
+            return None
         except (ConversionError, OSError, ValueError):
             return None
 

@@ -18,6 +18,7 @@ from xml.parsers.expat import ExpatError
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
+from urdf2mbs.files import note
 from urdf2mbs.files import read as read_file
 from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
@@ -341,6 +342,7 @@ def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
 
     def matching(pattern: str) -> list[str]:
         run.patterns = True
+        note(pattern)
         return glob(pattern)  # noqa: PTH207 just what xacro calls
 
     functions: dict[str, Any] = {

@@ -1,7 +1,8 @@
-"""Meshes on several cores: the same files, warnings and order as in one process."""
+"""Several processes: the same as one by one, in order where it counts, and none stays."""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,8 +10,7 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import convert
-from urdf2mbs.meshes import cores
+from urdf2mbs import convert, processes
 from urdf2mbs.meshes.model import MeshError
 from urdf2mbs.passes import convert_meshes
 
@@ -42,8 +42,8 @@ def made(source: Path) -> tuple[dict[str, bytes], list[str], Any]:
 
 @pytest.fixture
 def two(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cores, "WORTH", 1)
-    monkeypatch.setattr(cores, "_cores", lambda: 2)
+    monkeypatch.setattr(convert_meshes, "WORTH", 1)
+    monkeypatch.setattr(processes, "cores", lambda: 2)
 
 
 def mixed(folder: Path) -> Path:
@@ -58,22 +58,28 @@ def mixed(folder: Path) -> Path:
     return robot(folder, [*names, "./m1.obj", f"file://{folder}/m1.obj", "m6.obj"])
 
 
+def note_processes(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """The processes that are started from now on."""
+    started: list[Any] = []
+    start = processes._Pool._start
+
+    def noted(self: Any) -> Any:
+        started.append(start(self))
+        return started[-1]
+
+    monkeypatch.setattr(processes._Pool, "_start", noted)
+    return started
+
+
 def test_all_is_as_in_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = mixed(tmp_path)
     alone = made(source)
-    monkeypatch.setattr(cores, "WORTH", 1)
-    monkeypatch.setattr(cores, "_cores", lambda: 2)
-    started = []
-    begin = cores._Process.__init__
-
-    def count(self: cores._Process) -> None:
-        started.append(self)
-        begin(self)
-
-    monkeypatch.setattr(cores._Process, "__init__", count)
+    monkeypatch.setattr(convert_meshes, "WORTH", 1)
+    monkeypatch.setattr(processes, "cores", lambda: 2)
+    started = note_processes(monkeypatch)
     assert made(source) == alone
     assert len(started) == 2
-    assert all(one._process.returncode is not None for one in started)
+    assert all(process.returncode is not None for process in started)
     assert len(alone[0]) == 7
     assert any("mesh-unreadable" in line for line in alone[1])
     assert any("mesh-missing" in line for line in alone[1])
@@ -97,7 +103,7 @@ def test_each_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 def test_a_process_that_ends_is_no_loss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     source = mixed(tmp_path)
     whole = made(source)
-    monkeypatch.setattr(cores, "_START", "raise SystemExit(1)")
+    monkeypatch.setattr(processes, "_START", "raise SystemExit(1)")
     assert made(source) == whole
 
 
@@ -106,38 +112,59 @@ def double(number: int) -> int:
         raise MeshError("three")
     if number == 4:
         raise KeyError(number)
+    if number == 5:
+        os._exit(1)
     return 2 * number
 
 
-@pytest.mark.usefixtures("two")
-def test_results_come_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def work(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """``double``, of a module that another process can import."""
     monkeypatch.setattr(sys, "path", [str(Path(__file__).parent), *sys.path])
-    work = __import__("test_cores").double
-    results = list(cores.in_order(work, range(9), [1] * 9))
-    assert [result() for n, result in enumerate(results) if n not in (3, 4)] == [
-        0, 2, 4, 10, 12, 14, 16,
-    ]  # fmt: skip
-    with pytest.raises(Exception, match="three") as raised:
-        results[3]()
-    assert isinstance(raised.value, MeshError)
-    with pytest.raises(KeyError):
-        results[4]()
+    return __import__("test_processes").double
 
 
-def test_few_and_small_files_stay_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cores, "_cores", lambda: 8)
-    monkeypatch.setattr(cores, "_Process", None)
-    for sizes in ([1] * 100, [cores.WORTH * 10], [cores.WORTH, cores.WORTH - 1], []):
-        results = cores.in_order(double, range(5, 5 + len(sizes)), sizes)
-        assert [result() for result in results] == [2 * n for n in range(5, 5 + len(sizes))]
+@pytest.mark.parametrize("in_order", [True, False])
+def test_each_task_has_its_result(work: Any, in_order: bool) -> None:
+    done = list(processes.each(work, range(20), 2, in_order=in_order))
+    tasks = [task for task, _ in done]
+    assert (tasks if in_order else sorted(tasks)) == list(range(20))
+    for task, future in done:
+        if task == 3:
+            with pytest.raises(MeshError, match="three"):
+                future.result()
+        elif task == 4:
+            with pytest.raises(KeyError):
+                future.result()
+        elif task == 5:
+            with pytest.raises(processes.EndedError):
+                future.result()
+        else:
+            assert future.result() == 2 * task
+
+
+def test_who_stops_asking_leaves_no_process(work: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    started = note_processes(monkeypatch)
+    results = processes.each(work, iter(range(10, 10**9)), 2)
+    assert len({next(results)[0] for _ in range(5)}) == 5
+    results.close()
+    assert len(started) == 2
+    assert all(process.returncode is not None for process in started)
+
+
+def test_few_and_small_files_stay_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(processes, "cores", lambda: 8)
+    monkeypatch.setattr(processes, "each", None)
+    made(mixed(tmp_path))
 
 
 SCRIPT = """\
 import sys
 from pathlib import Path
 from urdf2mbs import convert
-from urdf2mbs.meshes import cores
-cores.WORTH, cores._cores = 1, lambda: 2
+from urdf2mbs import processes
+from urdf2mbs.passes import convert_meshes
+convert_meshes.WORTH, processes.cores = 1, lambda: 2
 print("once")
 convert(sys.argv[1], project=Path(sys.argv[1]).parent / "p").write()
 """

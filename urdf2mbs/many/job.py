@@ -1,0 +1,138 @@
+"""One of many conversions: what it is told, what becomes of it, and how it is carried out."""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import cache
+from hashlib import sha256
+from time import perf_counter
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.diagnostics import ConversionError, Diagnostic, render
+from urdf2mbs.engine.config import Config, Lines
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import GROUP
+from urdf2mbs.files import noting
+from urdf2mbs.output import write
+from urdf2mbs.summary import Report, report
+
+
+class Job(msgspec.Struct, frozen=True):
+    """One conversion, as it is handed to another process."""
+
+    number: int
+    """Its place among all."""
+    config: Config
+    lines: Lines
+    values: dict[str, Any] = {}
+    """What it has of its own in a sweep."""
+    installed_plugins: bool = True
+
+    @property
+    def source(self) -> str:
+        return str(self.lines.folder / self.config.source)
+
+    @property
+    def key(self) -> str:
+        """A digest of all that the robot depends on but files: the config, the environment's
+        variables, and what is installed."""
+        asked = [str(self.lines.folder), self.config, self.installed_plugins, _machine()]
+        return sha256(msgspec.json.encode(asked, order="sorted")).hexdigest()
+
+
+class Failure(msgspec.Struct):
+    """Why there is no robot."""
+
+    code: str
+    message: str
+    file: str | None = None
+    line: int | None = None
+    hint: str | None = None
+
+    def __str__(self) -> str:
+        return render("error", self.code, self.message, self.file, self.line, self.hint)
+
+
+class Outcome(msgspec.Struct):
+    """What became of one of many robots."""
+
+    number: int
+    """Its place among all: results come in the order in which they are done."""
+    source: str
+    output: str | None
+    """What was written."""
+    values: dict[str, Any]
+    """What it has of its own in a sweep."""
+    code: int
+    """As the exit code: 0 done, 1 robot, 2 config, 3 not the same robot."""
+    report: Report | None = None
+    error: Failure | None = None
+    diagnostics: list[Diagnostic] = []
+    """What was said before the error."""
+    seconds: float = 0.0
+    kept: bool = False
+    """It was done before an interruption."""
+    key: str = ""
+    """That of its job where it was carried out; empty: the robot may depend on what is not known,
+    such as a file that a plugin reads."""
+    files: dict[str, str] = {}
+    """The sha256 of every file that was read or written."""
+
+    def __str__(self) -> str:
+        return f"{self.source}: {self.error.message if self.error else self.output}"
+
+
+def convert_one(job: Job) -> Outcome:
+    """Carry one job out and write its files; what goes wrong is in the outcome."""
+    start = perf_counter()
+    try:
+        with noting() as read:
+            pipeline = Pipeline(job.config, job.lines, installed_plugins=job.installed_plugins)
+            conversion = pipeline.run()
+        write(conversion)
+    except ConversionError as error:
+        outcome = failed(job, error.code, error.message, error.exit_code)
+        outcome.error = Failure(error.code, error.message, error.file, error.line, error.hint)
+        outcome.diagnostics = error.said
+        outcome.seconds = perf_counter() - start
+        return outcome
+    output = conversion.rejected or conversion.settings.output
+    isolated = job.config.passes.get("expand", {}).get("isolate") is not None
+    known = pipeline.plugins.names() == [GROUP] and not isolated  # its process reads, too
+    files = read | {str(file): sha256(data).hexdigest() for file, data in conversion.files.items()}
+    return Outcome(
+        job.number, job.source, str(output) if output in conversion.files else None, job.values,
+        0 if conversion.rejected is None else 3, report(conversion),
+        seconds=perf_counter() - start, key=job.key if known else "", files=files,
+    )  # fmt: skip
+
+
+def failed(job: Job, code: str, message: str, exit_code: int = 1) -> Outcome:
+    """The outcome of a robot that was not converted."""
+    return Outcome(
+        job.number, job.source, None, job.values, exit_code, error=Failure(code, message)
+    )
+
+
+def died(job: Job) -> Outcome:
+    """The outcome of a job whose process ended twice without a word."""
+    return failed(
+        job, "worker-died",
+        f"the process that converts '{job.source}' was ended twice by the system: it may need "
+        "more memory than there is",
+    )  # fmt: skip
+
+
+@cache
+def _machine() -> list[Any]:
+    """The environment's variables, and the names and versions of what is installed."""
+    installed = [
+        name
+        for place in sys.path
+        for name in (os.listdir(place) if os.path.isdir(place) else ())  # noqa: PTH112, PTH208
+        if name.endswith((".dist-info", ".egg-info"))
+    ]
+    return [sys.version, dict(os.environ), sorted(installed)]
