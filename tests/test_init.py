@@ -177,7 +177,7 @@ def test_it_overwrites_nothing(here: Path, capsys: Any) -> None:
     (here / "tiny.urdf").write_text(TINY)
     (here / "tiny.yaml").write_text("mine")
     assert main(["init", "tiny.urdf"]) == 2
-    assert "error[file-exists]" in capsys.readouterr().err
+    assert "error[output-not-ours]" in capsys.readouterr().err
     assert (here / "tiny.yaml").read_text() == "mine"
     assert main(["init", "tiny.urdf", "-o", "other.txt"]) == 2
     assert "error[config-name]" in capsys.readouterr().err

@@ -168,6 +168,13 @@ def _add_telling(command: argparse.ArgumentParser) -> None:
     either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
 
 
+def _add_force(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--force", action="store_true",
+        help="replace files, too, that were edited or that urdf2mbs did not write",
+    )  # fmt: skip
+
+
 def _add_no_plugins(command: argparse.ArgumentParser) -> None:
     command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
 
@@ -265,6 +272,7 @@ def _init(commands: Commands) -> None:
         "-o", "--output", type=_path, metavar="CONFIG.yaml", help="default: the robot's name, here"
     )
     _add_telling(command)
+    _add_force(command)
     _add_base(command)
     _add_robot(command)
     _add_isolate(command)
@@ -276,6 +284,7 @@ def _run(commands: Commands) -> None:
         "config", type=_path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
     )
     _add_telling(command)
+    _add_force(command)
     _add_running(command)
     _add_steps(command)
     _add_many(command)
@@ -286,6 +295,7 @@ def _convert(commands: Commands) -> None:
         commands, "convert", "convert one robot, or a folder of them, without a config file"
     )
     _add_telling(command)
+    _add_force(command)
     _add_running(command)
     _add_steps(command)
     command.add_argument(
@@ -305,6 +315,7 @@ def _convert(commands: Commands) -> None:
 def _report(commands: Commands) -> None:
     command = _command(commands, "report", "convert, and write one HTML page to look at instead")
     _add_telling(command)
+    _add_force(command)
     _add_running(command)
     command.add_argument(
         "config", type=_path, metavar="CONFIG.yaml",
@@ -359,12 +370,14 @@ def _diagram(commands: Commands) -> None:
         help="default: beside the model; - for standard output",
     )  # fmt: skip
     _add_telling(command)
+    _add_force(command)
 
 
 def _equations(commands: Commands) -> None:
     command = _command(commands, "equations", "write Robotran's equations for an .mbs file")
     _add_model(command)
     _add_telling(command)
+    _add_force(command)
     command.add_argument(
         "-o", "--output", type=_path, metavar="DIR", help="default: symbolicR of the project"
     )
@@ -417,6 +430,7 @@ def _new_pass(commands: Commands) -> None:
         "-o", "--output", type=_path, metavar="DIR", default=".", help="default: here"
     )
     _add_telling(command)
+    _add_force(command)
 
 
 def _schema(commands: Commands) -> None:

@@ -8,7 +8,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from urdf2mbs.collector import seldom_collected
-from urdf2mbs.diagnostics import ConfigError, ConversionError, quoted
+from urdf2mbs.diagnostics import ConversionError, quoted
 from urdf2mbs.equations import c, python
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.constraints import constraints
@@ -20,7 +20,6 @@ from urdf2mbs.equations.loops import Loops, Refused, loops
 from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
-from urdf2mbs.files import beginning, is_file
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
@@ -44,18 +43,6 @@ class Equations:
 
 #: The first words of every file.
 MARK = "Written by urdf2mbs from"
-
-
-def not_ours(folder: Path, made: Equations) -> None:
-    """Raise ConfigError if a file to be written is there, and another program's."""
-    for name in made.files:
-        path = folder / name
-        if is_file(path) and MARK.encode() not in beginning(path, 100):
-            raise ConfigError(
-                "equations-not-ours",
-                f"'{path}' was not written by urdf2mbs",
-                hint="move it away, or write into another folder",
-            )
 
 
 @seldom_collected()

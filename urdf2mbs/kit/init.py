@@ -68,14 +68,16 @@ def init(
     packages: Mapping[str, str] | None = None,
     xacro_args: Mapping[str, str] | None = None,
     isolate: bool = False,
+    force: bool = False,
 ) -> tuple[Path, Findings]:
     """Write a config for a robot; gives its file, and what was found.
 
     ``isolate``: xacro runs in a process of its own, with limits, here and by the config.
+    ``force``: a config that is there is replaced, also one that was edited.
 
     The config is tried before it is written: a conversion runs, of which nothing is kept.
 
-    :raises ConfigError: ``file-exists``, ``output-unwritable``, ``config-name``
+    :raises ConfigError: ``output-not-ours``, ``output-unwritable``, ``config-name``
     :raises ConversionError: the robot cannot be converted
     """
     given = {
@@ -95,15 +97,10 @@ def init(
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
-    if os.path.lexists(config):
-        raise ConfigError(
-            "file-exists", f"'{config}' is already there, and stays as it is",
-            hint="choose another name with -o FILE.yaml",
-        )  # fmt: skip
     arguments = xacro_args or {}
     tried = _try(_text(source, config, found, arguments, conversion, None), config)
     text = _text(source, config, found, arguments, conversion, report(tried))
-    write_files({config: text.encode()})
+    write_files({config: text.encode()}, force=force)
     return config, found
 
 

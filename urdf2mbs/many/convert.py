@@ -31,6 +31,8 @@ class Job(msgspec.Struct, frozen=True):
     values: dict[str, Any] = {}
     """What it has of its own in a sweep."""
     installed_plugins: bool = True
+    force: bool = False
+    """Whether files are replaced that were edited, or that are somebody else's."""
 
     @property
     def source(self) -> str:
@@ -88,20 +90,22 @@ def convert_many(
     workers: int | None = None,
     cluster: str | None = None,
     installed_plugins: bool = True,
+    force: bool = False,
 ) -> Iterator[Outcome]:
     """Convert and write many robots; gives each result as it comes.
 
     ``configs`` are config files, or mappings with the keys of one, whose paths are relative to
     the working folder; a config with a ``sweep`` makes many robots.  ``workers`` is the number of
     processes (default: one for each core); ``cluster`` is the address of a Dask scheduler, whose
-    workers must see the same files.
+    workers must see the same files.  ``force`` replaces files that were edited, too.
 
     A robot that fails is a result, too.  What is wrong with the configs themselves raises
     ConfigError before anything is converted.  Like all that starts processes in Python, a script
     calls this below ``if __name__ == "__main__":``.
     """
     jobs = jobs_of(
-        (_read(config) for config in configs), installed_plugins=installed_plugins
+        (_read(config) for config in configs),
+        installed_plugins=installed_plugins, force=force,
     )  # before the first result, so that errors come at once
     return run(jobs, workers=workers, cluster=cluster)
 
@@ -114,7 +118,10 @@ def _read(config: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Config, L
 
 
 def jobs_of(
-    configs: Iterable[tuple[Config, Lines]], *, installed_plugins: bool = True
+    configs: Iterable[tuple[Config, Lines]],
+    *,
+    installed_plugins: bool = True,
+    force: bool = False,
 ) -> list[Job]:
     """All the robots of some configs; raises ConfigError where two have one output."""
     jobs: list[Job] = []
@@ -123,7 +130,7 @@ def jobs_of(
         # another process may have another working folder
         lines.folder = lines.folder.absolute()
         for member in members(config, lines):
-            job = Job(len(jobs), member.config, lines, member.values, installed_plugins)
+            job = Job(len(jobs), member.config, lines, member.values, installed_plugins, force)
             place = _place(job)
             if place is not None:
                 # Windows and macOS have one file for two names that differ in letter case
@@ -168,7 +175,7 @@ def convert_one(job: Job) -> Outcome:
     try:
         pipeline = Pipeline(job.config, job.lines, installed_plugins=job.installed_plugins)
         conversion = pipeline.run()
-        write(conversion)
+        write(conversion, force=job.force)
     except ConversionError as error:
         outcome = failed(job, error.code, error.message, error.exit_code)
         outcome.error = Failure(error.code, error.message, error.file, error.line, error.hint)

@@ -31,7 +31,7 @@ def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
     if options.language is None or output not in conversion.files:
         return
-    from urdf2mbs.equations import equations, not_ours  # which takes time, and is seldom asked for
+    from urdf2mbs.equations import equations  # which takes time, and is seldom asked for
 
     data = conversion.files[output]
     mbs = read(data, str(output), mechanics_only=True)
@@ -40,7 +40,6 @@ def run(conversion: Conversion, options: Options) -> None:
         made = equations(
             mbs, data, output.name, language=language, fold=options.fold, pairs=options.pairs
         )
-        not_ours(folder, made)
         for name, text in made.files.items():
             conversion.files[folder / name] = text
     report: dict[str, Any] = {
