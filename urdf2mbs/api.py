@@ -36,8 +36,8 @@ class Result:
         """Write the file, or the project; gives the path of the .mbs.
 
         One that is not the same robot is written as ``NAME.rejected.mbs``.  Raises ConfigError
-        where a file cannot be written, or was edited since urdf2mbs wrote it, or is somebody else's:
-        ``force`` replaces these files, too.
+        where a file cannot be written, and where a file that is there was edited or was not
+        written by urdf2mbs: ``force`` replaces these, too.
         """
         write(self.conversion, force=force)
         return self.conversion.rejected or self.conversion.settings.output

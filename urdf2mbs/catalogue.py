@@ -370,6 +370,17 @@ SECTIONS = [
                 level="warning",
                 todo="remove it, and it is made of the mesh",
             ),
+            "equations-stale": Code(
+                "equations in `symbolicR` are of another model: ours are removed, others stay",
+                level="warning",
+                todo="make them anew",
+            ),
+            "project-obsolete": Code(
+                "generated code of an earlier conversion fits no more (another language or name) "
+                "and is removed",
+                level="warning",
+                todo="`language: both` keeps Python and C",
+            ),
             "mesh-up-axis": Code(
                 "COLLADA meshes were turned so that z is up, as asked; RViz and Gazebo do "
                 "not: see [meshes.md](meshes.md)",

@@ -34,9 +34,7 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
             raise ConfigError("usage", f"--{flag} is for one robot, and these are many")
     if arguments.workers is not None and arguments.workers < 1:
         raise ConfigError("usage", f"--workers {arguments.workers}: give 1 or more")
-    jobs = jobs_of(
-        configs, installed_plugins=not arguments.no_plugins, force=arguments.force
-    )
+    jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
     report = arguments.report or _folder(jobs) / REPORT
     outcomes = _convert_all(jobs, report, arguments)
     if arguments.json:

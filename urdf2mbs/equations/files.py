@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from hashlib import sha256
 from pathlib import Path
 
 from urdf2mbs.collector import seldom_collected
@@ -20,6 +19,7 @@ from urdf2mbs.equations.loops import Loops, Refused, loops
 from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
+from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
@@ -82,13 +82,14 @@ def equations(
         ]  # fmt: skip
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
     writer = c.Writer(mbs, pairs=pairs) if language == "c" else python.Writer(mbs, numba=numba)
-    checksum = sha256(data).hexdigest()
+    parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
+    fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     for name in FUNCTIONS:
         made = getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
         text, out.counts[name] = writer.function(name, made)
-        head = _header(mbs, name, Path(file).name, checksum, fold, out, made)
+        head = _header(mbs, name, Path(file).name, fits, fold, out, made)
         mark = "//" if language == "c" else "#"
         lines = "".join(f"{mark} {line}".rstrip() + "\n" for line in head)
         suffix = "c" if language == "c" else "py"
@@ -97,12 +98,12 @@ def equations(
 
 
 def _header(
-    mbs: Mbs, name: str, file: str, checksum: str, fold: bool, out: Equations, made: object
+    mbs: Mbs, name: str, file: str, fits: str, fold: bool, out: Equations, made: object
 ) -> list[str]:
     count = out.counts[name]
     lines = [
         f"{MARK} {quoted(file)}. Do not edit: generate again.",
-        f"sha256 of the .mbs: {checksum}",
+        fits,
         f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
     ]
     if isinstance(made, Refused):

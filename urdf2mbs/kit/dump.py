@@ -59,9 +59,7 @@ class Dump:
     def finish(self) -> None:
         """Write the URDF that xacro made, also where it could not be read."""
         if self._conversion is not None and self._conversion.expanded is not None:
-            write_files(
-                {self._folder / EXPANDED: self._conversion.expanded}, force=self._force
-            )
+            write_files({self._folder / EXPANDED: self._conversion.expanded}, force=self._force)
 
     @hookimpl(trylast=True)
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:

@@ -105,7 +105,8 @@ def convert_many(
     """
     jobs = jobs_of(
         (_read(config) for config in configs),
-        installed_plugins=installed_plugins, force=force,
+        installed_plugins=installed_plugins,
+        force=force,
     )  # before the first result, so that errors come at once
     return run(jobs, workers=workers, cluster=cluster)
 
