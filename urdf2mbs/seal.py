@@ -16,7 +16,7 @@ _COMMENTS = {
     **dict.fromkeys((".c", ".h"), ("/* ", " */")),
 }
 _WORDS = "sealed by urdf2mbs: sha256 "
-_SEAL = re.compile(_WORDS.encode() + rb"([0-9a-f]{64})\b").search
+_SEAL = re.compile(rb"(<!-- |# |/\* )" + _WORDS.encode() + rb"([0-9a-f]{64})( -->| \*/|)\s*\Z")
 #: The longest last line that can be a seal.
 _LONGEST = 120
 
@@ -26,7 +26,7 @@ def seal(path: Path, data: bytes) -> bytes:
     around = _comment(path, data)
     if around is None or not data or intact(data):
         return data
-    if sealed(data):
+    if _SEAL.match(data, _last_line(data)):
         data = data[: _last_line(data)]
     elif not data.endswith(b"\n"):
         data += b"\n"
@@ -39,15 +39,15 @@ def can_hold(path: Path, data: bytes) -> bool:
 
 
 def sealed(data: bytes) -> bool:
-    """Whether the last line is a seal, of this text or of another."""
-    return _SEAL(data, _last_line(data)) is not None
+    """Whether there is a seal, of this text or of another."""
+    return _WORDS.encode() in data
 
 
 def intact(data: bytes) -> bool:
     """Whether the last line is the seal of this very text."""
     start = _last_line(data)
-    found = _SEAL(data, start)
-    return found is not None and found[1].decode() == checksum(data[:start])
+    found = _SEAL.match(data, start)
+    return found is not None and found[2].decode() == checksum(data[:start])
 
 
 def checksum(data: bytes) -> str:

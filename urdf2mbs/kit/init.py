@@ -227,7 +227,9 @@ def _text(
     mass = "" if made is None else f", {made.mass:.4g} kg"
     base = "floating" if conversion.floating else "fixed"
     own = conversion.inserted is None and conversion.base_reason == "own joint"
-    project, file = _flow({"project": config.stem}), _flow(f"{config.stem}.mbs")
+    holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
+    folder = f"{config.stem}_robotran" if holds_source else config.stem
+    project, file = _flow({"project": folder}), _flow(f"{config.stem}.mbs")
     output = (project, f"a whole Robotran project; or only the file: {file}")
     if found.meshes > len(found.meshes_missing) and find_spec("trimesh") is None:
         output = (file, f"or {project}, once you have: pip install 'urdf2mbs[meshes]'")
