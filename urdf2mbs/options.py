@@ -161,18 +161,13 @@ def _add_json(command: argparse._ActionsContainer) -> None:
     command.add_argument("--json", action="store_true", help="print all that is known, as JSON")
 
 
-def _add_telling(command: argparse.ArgumentParser) -> None:
+def _add_telling(command: argparse.ArgumentParser, *, writes: bool = True) -> None:
     """For what does something, and tells of it: in words, as JSON, or not at all."""
+    if writes:
+        command.add_argument("--force", action="store_true", help="replace edited files, too")
     either = command.add_mutually_exclusive_group()
     _add_json(either)
     either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
-
-
-def _add_force(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--force", action="store_true",
-        help="replace files, too, that were edited or that urdf2mbs did not write",
-    )  # fmt: skip
 
 
 def _add_no_plugins(command: argparse.ArgumentParser) -> None:
@@ -272,7 +267,6 @@ def _init(commands: Commands) -> None:
         "-o", "--output", type=_path, metavar="CONFIG.yaml", help="default: the robot's name, here"
     )
     _add_telling(command)
-    _add_force(command)
     _add_base(command)
     _add_robot(command)
     _add_isolate(command)
@@ -284,7 +278,6 @@ def _run(commands: Commands) -> None:
         "config", type=_path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
     )
     _add_telling(command)
-    _add_force(command)
     _add_running(command)
     _add_steps(command)
     _add_many(command)
@@ -295,7 +288,6 @@ def _convert(commands: Commands) -> None:
         commands, "convert", "convert one robot, or a folder of them, without a config file"
     )
     _add_telling(command)
-    _add_force(command)
     _add_running(command)
     _add_steps(command)
     command.add_argument(
@@ -315,7 +307,6 @@ def _convert(commands: Commands) -> None:
 def _report(commands: Commands) -> None:
     command = _command(commands, "report", "convert, and write one HTML page to look at instead")
     _add_telling(command)
-    _add_force(command)
     _add_running(command)
     command.add_argument(
         "config", type=_path, metavar="CONFIG.yaml",
@@ -335,7 +326,7 @@ def _verify(commands: Commands) -> None:
         help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
     )  # fmt: skip
     _add_model(command)
-    _add_telling(command)
+    _add_telling(command, writes=False)
     _add_levels(command)
     _add_robot(command)
     _add_isolate(command)
@@ -370,14 +361,12 @@ def _diagram(commands: Commands) -> None:
         help="default: beside the model; - for standard output",
     )  # fmt: skip
     _add_telling(command)
-    _add_force(command)
 
 
 def _equations(commands: Commands) -> None:
     command = _command(commands, "equations", "write Robotran's equations for an .mbs file")
     _add_model(command)
     _add_telling(command)
-    _add_force(command)
     command.add_argument(
         "-o", "--output", type=_path, metavar="DIR", help="default: symbolicR of the project"
     )
@@ -430,7 +419,6 @@ def _new_pass(commands: Commands) -> None:
         "-o", "--output", type=_path, metavar="DIR", default=".", help="default: here"
     )
     _add_telling(command)
-    _add_force(command)
 
 
 def _schema(commands: Commands) -> None:

@@ -1,4 +1,11 @@
-"""Writes what a conversion made: never half a file, and never over somebody's work."""
+"""Writes what a conversion made: never half a file, and never over somebody's work.
+
+Each file is written and synced beside its place, with the mode of the one that it replaces; then
+all are renamed into place.  Where a rename fails, those before it are undone, and so are the
+folders.  So there is never half a file, and after a crash of the machine each file is the old or
+the new one.  Only a process that is killed between two renames leaves some files new and some old;
+what it leaves beside them goes at the next run.  Two runs into one folder wait for each other.
+"""
 
 from __future__ import annotations
 
@@ -51,13 +58,6 @@ def write_files(
     ``files`` are sealed.  A file that is there is replaced if its seal is intact or it is empty;
     with ``force`` in any case.  The files of ``once`` are the user's: they are written as they
     are, where nothing is.  ``obsolete`` files are removed if their seal is intact.
-
-    Each file is written and synced beside its place, with the mode of the one that it replaces;
-    then all are renamed into place.  Where a rename fails, those before it are undone, and so are
-    the folders.  So there is never half a file, and after a crash of the machine each file is the
-    old or the new one.  Only a process that is killed between two renames leaves some files new
-    and some old; what it leaves beside them goes at the next run.  Two runs into one folder wait
-    for each other.
     A link stays, and what it leads to is replaced.  A device or pipe is written to, last of all.
 
     Raises ConfigError where a file is not ours to replace, and where a folder or file cannot be
@@ -68,30 +68,26 @@ def write_files(
     parts: dict[Path, Path] = {}
     kept: dict[Path, Path | None] = {}
     made: list[Path] = []
-    streams: list[tuple[Path, bytes]] = []
     with ExitStack() as locks:
         try:
             for path in (*folders, *(file.parent for file in (*files, *once))):
                 _make_folder(path, made)
-            places: dict[Path, bytes] = {}
-            for path, plain in files.items():
-                data = seal(path, plain)
-                if path.exists() and not path.is_file() and not path.is_dir():
-                    streams.append((path, data))
-                else:
-                    places[Path(os.path.realpath(path))] = data
+            sealed_files = {path: seal(path, data) for path, data in files.items()}
+            streams = [path for path in files if path.exists() and _is_stream(path)]
+            places = {
+                Path(os.path.realpath(path)): data
+                for path, data in sealed_files.items()
+                if path not in streams
+            }
             gone = [Path(os.path.realpath(path)) for path in obsolete if path.is_file()]
-            starters = [file for file in once if not os.path.lexists(file)]  # a link counts
-            for path in sorted({place.parent for place in (*places, *gone, *starters)}):
-                if _lock(path, locks):
-                    names = (*places, *starters, path / RECORD)
-                    _sweep(path, [place.name for place in names if place.parent == path])
+            _lock_all((*places, *gone, *once), locks)
             for path in places:
                 _check_place(path)
             if not force:
                 check_ours(places)
             places = {**_records(places), **places}
-            places |= {file: once[file] for file in starters if not os.path.lexists(file)}
+            # a link counts as well, even where it leads nowhere
+            places |= {file: once[file] for file in once if not os.path.lexists(file)}
             for path, data in places.items():
                 parts[path] = _part(path, data)
             for path, part in parts.items():
@@ -101,19 +97,13 @@ def write_files(
                 if path not in places and intact(read(path)):
                     kept[path] = _backup(path)
                     path.unlink()
-            for path, data in streams:
+            for path in streams:
                 with open_stream(path) as stream:
-                    stream.write(data)
+                    stream.write(sealed_files[path])
             for folder in {place.parent for place in kept}:
                 _sync_folder(folder)
         except BaseException as error:
-            for place, old in kept.items():
-                with suppress(OSError):
-                    _undo(place, old, parts.get(place))
-            _take_away(parts.values())
-            for folder in reversed(made):
-                with suppress(OSError):
-                    folder.rmdir()  # which does nothing where somebody has put something
+            _undo_all(kept, parts, made)
             if not isinstance(error, (OSError, ValueError)):
                 raise
             raise ConfigError(
@@ -122,6 +112,18 @@ def write_files(
             ) from None
         finally:
             _take_away([*parts.values(), *kept.values()])
+
+
+def _is_stream(path: Path) -> bool:
+    return not path.is_file() and not path.is_dir()
+
+
+def _lock_all(files: Collection[Path], locks: ExitStack) -> None:
+    """Wait until no other run writes into the folders of these files; take its litter away."""
+    for folder in sorted({file.parent for file in files}):
+        if _lock(folder, locks):
+            names = [file.name for file in files if file.parent == folder]
+            _sweep(folder, [*names, RECORD])
 
 
 def check_ours(places: Mapping[Path, bytes]) -> None:
@@ -328,6 +330,19 @@ def _backup(place: Path) -> Path | None:
 
         copy2(place, name)
     return name
+
+
+def _undo_all(
+    kept: Mapping[Path, Path | None], parts: Mapping[Path, Path], made: Sequence[Path]
+) -> None:
+    """Bring back what was there before, files and folders."""
+    for place, old in kept.items():
+        with suppress(OSError):
+            _undo(place, old, parts.get(place))
+    _take_away(parts.values())
+    for folder in reversed(made):
+        with suppress(OSError):
+            folder.rmdir()  # which does nothing where somebody has put something
 
 
 def _undo(place: Path, old: Path | None, part: Path | None) -> None:
