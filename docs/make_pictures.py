@@ -113,7 +113,7 @@ def gallery(page: Page, work: Path) -> None:
         run("report", config, "-o", html)
         (OUT / f"{name}.png").write_bytes(compressed([in_3d(page, html)], 480))
         run("convert", source, "--pipeline", "compact", "-o", model)
-        run("diagram", model, "-o", OUT / f"{name}.svg")
+        run("diagram", model, "-o", OUT / f"{name}.svg", "--force")
     (OUT / "report.png").write_bytes(compressed([page_of(page, work / "biped.html")], 960))
 
 
@@ -121,11 +121,11 @@ def how_to(page: Page, work: Path) -> None:
     """A picture for each of the pages that say how to do something."""
     # fewer joints: the arm with every link's frame kept; arm.svg is the same in `compact`
     run("convert", ROBOTS["arm"], "-o", work / "faithful.mbs")
-    run("diagram", work / "faithful.mbs", "-o", OUT / "arm-faithful.svg")
+    run("diagram", work / "faithful.mbs", "-o", OUT / "arm-faithful.svg", "--force")
     # passes: the robot of all the examples there
     (work / "tiny.urdf").write_text(TINY, "utf-8")
     run("convert", work / "tiny.urdf", "-o", work / "tiny.mbs")
-    run("diagram", work / "tiny.mbs", "-o", OUT / "tiny.svg")
+    run("diagram", work / "tiny.mbs", "-o", OUT / "tiny.svg", "--force")
     # many robots: a family from one source
     family = []
     for legs in (4, 6, 9):

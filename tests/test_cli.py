@@ -213,7 +213,7 @@ def test_new_pass_never_overwrites(there: str, robot: Path, capsys: Any) -> None
     (robot / there).write_text("mine")
     before = sorted(robot.iterdir())
     assert main(["new-pass", "count-links"]) == 2
-    assert f"error[file-exists]: '{there}' is already there" in capsys.readouterr().err
+    assert f"error[output-not-ours]: '{robot / there}' has no seal" in capsys.readouterr().err
     assert sorted(robot.iterdir()) == before
     assert (robot / there).read_text() == "mine"
 
@@ -276,7 +276,7 @@ def test_the_package_imports_what_is_asked_for() -> None:
 
 
 def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
-    heavy = {"numpy", "xacro", "pinocchio", "trimesh", "xml", "importlib.metadata", "hashlib",
+    heavy = {"numpy", "xacro", "pinocchio", "trimesh", "xml", "importlib.metadata",
              "dataclasses", "asyncio", "subprocess", "json", "html", "email", "tempfile",
              "shutil", "difflib", "traceback", "importlib.util", "urdf2mbs.catalogue",
              "urdf2mbs.meshes", "urdf2mbs.kit", "urdf2mbs.project", "urdf2mbs.api",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +28,9 @@ def test_a_project_has_the_folders_that_robotran_expects(config: Path) -> None:
     project = config.parent / "robot"
     found = {path.relative_to(project).as_posix() for path in project.rglob("*")}
     assert {path for path in found if not path.startswith("userfctR/")} == {
-        ".urdf2mbs", "animationR", "animationR/vrml", "dataR", "dataR/robot.mbs", "resultsR",
+        "animationR", "animationR/vrml", "dataR", "dataR/robot.mbs", "resultsR",
         "symbolicR", "userfctR", "workR", "workR/main.py",
     }  # fmt: skip
-    data = (project / "dataR" / "robot.mbs").read_bytes()
-    record = (project / ".urdf2mbs").read_text()
-    assert record == f"{sha256(data).hexdigest()}  dataR/robot.mbs\n"
 
 
 def test_what_is_there_stays(config: Path) -> None:

@@ -32,13 +32,14 @@ class Result:
     def __init__(self, conversion: Conversion) -> None:
         self.conversion = conversion
 
-    def write(self) -> Path:
+    def write(self, *, force: bool = False) -> Path:
         """Write the file, or the project; gives the path of the .mbs.
 
         One that is not the same robot is written as ``NAME.rejected.mbs``.  Raises ConfigError
-        where a file cannot be written.
+        where a file cannot be written, and where a file that is there was edited or was not
+        written by urdf2mbs: ``force`` replaces these, too.
         """
-        write(self.conversion)
+        write(self.conversion, force=force)
         return self.conversion.rejected or self.conversion.settings.output
 
     @property

@@ -393,6 +393,18 @@ SECTIONS = [
             "mesh-not-ours": Code(
                 "a `.wrl` that we did not write, or that was changed since, stays as it is",
                 level="warning",
+                todo="remove it, and it is made of the mesh",
+            ),
+            "equations-stale": Code(
+                "equations in `symbolicR` are of another model: ours are removed, others stay",
+                level="warning",
+                todo="make them anew",
+            ),
+            "project-obsolete": Code(
+                "generated code of an earlier conversion fits no more (another language or name) "
+                "and is removed",
+                level="warning",
+                todo="`language: both` keeps Python and C",
             ),
             "mesh-up-axis": Code(
                 "COLLADA meshes were turned so that z is up, as asked; RViz and Gazebo do "
@@ -500,14 +512,14 @@ SECTIONS = [
             "output-is-source": Code("the output would overwrite the robot"),
             "output-is-folder": Code("the output is a folder", todo="name the file"),
             "output-not-ours": Code(
-                "the .mbs in a project folder was not written by urdf2mbs, or was edited "
-                "since (in MBSysPad, say)",
-                todo="move it away, or convert into another project",
+                "a file that would be replaced was edited since urdf2mbs wrote it, or another "
+                "program wrote it (MBSysPad saves an `.mbs` without the seal; Robotran's generator "
+                "gives its files in `symbolicR` the names of ours)",
+                todo="move it away, write elsewhere, or replace it by `--force`",
             ),
-            "equations-not-ours": Code(
-                "a file in `symbolicR` was not written by urdf2mbs (Robotran's generator "
-                "gives its files the same names)",
-                todo="move it away, or write into another folder",
+            "project-in-source": Code(
+                "a new project would land in the folder that holds the robot",
+                todo="name another folder",
             ),
             "output-unwritable": Code(
                 "a file cannot be written; of several files none is", todo="look at the rights"
@@ -561,9 +573,6 @@ SECTIONS = [
             "description-unreachable": Code(
                 "the robot is not in the cache, and cannot be fetched",
                 todo="connect to the network once",
-            ),
-            "file-exists": Code(
-                "`init` and `new-pass` never overwrite", todo="another name or folder"
             ),
             "config-name": Code(
                 "the file that `init` is to write does not end in .yaml", todo="another name"

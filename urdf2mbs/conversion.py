@@ -212,6 +212,8 @@ class Conversion:
         """What will be written, once all passes are done."""
         self.starters: dict[Path, bytes] = {}
         """What is written only where there is nothing yet: it belongs to the user from then on."""
+        self.obsolete: set[Path] = set()
+        """What an earlier conversion wrote, and fits no more: removed if nobody has changed it."""
         self.simulation = Simulation()
         """What a project's code is made from."""
         self.diagnostics: list[Diagnostic] = []

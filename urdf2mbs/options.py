@@ -161,8 +161,10 @@ def _add_json(command: argparse._ActionsContainer) -> None:
     command.add_argument("--json", action="store_true", help="print all that is known, as JSON")
 
 
-def _add_telling(command: argparse.ArgumentParser) -> None:
+def _add_telling(command: argparse.ArgumentParser, *, writes: bool = True) -> None:
     """For what does something, and tells of it: in words, as JSON, or not at all."""
+    if writes:
+        command.add_argument("--force", action="store_true", help="replace edited files, too")
     either = command.add_mutually_exclusive_group()
     _add_json(either)
     either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
@@ -324,7 +326,7 @@ def _verify(commands: Commands) -> None:
         help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
     )  # fmt: skip
     _add_model(command)
-    _add_telling(command)
+    _add_telling(command, writes=False)
     _add_levels(command)
     _add_robot(command)
     _add_isolate(command)

@@ -1,141 +1,110 @@
-"""Writes what a conversion made: never half a file, and never over somebody's work."""
+"""Writes what a conversion made: never half a file, and never over somebody's work.
+
+Each file is written and synced beside its place, with the mode of the one that it replaces; then
+all are renamed into place.  Where a rename fails, those before it are undone, and so are the
+folders.  So there is never half a file, and after a crash of the machine each file is the old or
+the new one.  Only a process that is killed between two renames leaves some files new and some old;
+what it leaves beside them goes at the next run.  Two runs into one folder wait for each other.
+"""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from errno import EACCES, EDEADLK, EINVAL, EISDIR
-from functools import partial
 from pathlib import Path
 from stat import S_IMODE
 from typing import Any
 
-from urdf2mbs.conversion import Conversion, Settings
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.files import is_portable, read
+from urdf2mbs.seal import can_hold, checksum, intact, seal, sealed
 from urdf2mbs.stopping import Unfinished
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
-#: In a project folder, what we wrote there, in the form of ``sha256sum``.
+#: In a folder, what we wrote there and has no comments for a seal, in the form of ``sha256sum``.
 RECORD = ".urdf2mbs"
 
 
-def write(conversion: Conversion) -> None:
+def write(conversion: Conversion, *, force: bool = False) -> None:
     """Write what a conversion made, and for a project the folders that Robotran expects.
 
-    An .mbs in a project that was edited since (in MBSysPad, say) is not ours any more and is
-    never overwritten: that is a ConfigError.
+    What fits the robot no more is removed, of the files that nobody has changed.  ``force``
+    replaces files, too, that were edited or that are somebody else's.
     """
-    settings = conversion.settings
-    files = dict(conversion.files)
-    # links count as well, even those that lead nowhere
-    files |= {path: data for path, data in conversion.starters.items() if not os.path.lexists(path)}
-    if settings.project is None:
-        write_files(files)
-        return
-    folders = [settings.project / name for name in FOLDERS]
-    record = partial(_record, settings, files) if settings.output in files else None
-    first = {} if record is None else {settings.project / RECORD: record}
-    write_files({**first, **files}, folders)
-
-
-def _record(settings: Settings, files: Mapping[Path, bytes]) -> bytes:
-    """The checksum of the .mbs to come, and of the one that is there.
-
-    The record is put in place before the .mbs: whenever a process is killed, the .mbs is one of
-    the two.
-    """
-    assert settings.project is not None
-    record = settings.project / RECORD
-    lines = [_checksum(settings.project, settings.output, files[settings.output])]
-    if settings.output.exists():
-        there = _checksum(settings.project, settings.output, _read(settings.output))
-        known = _read(record) if record.exists() else b""
-        if there != lines[0]:
-            if there.encode() not in known.splitlines(keepends=True):
-                raise ConfigError(
-                    "output-not-ours",
-                    f"'{settings.output}' was not written by urdf2mbs, or was edited since",
-                    hint="move it away, or convert into another project",
-                )
-            lines.append(there)
-    return "".join(lines).encode()
-
-
-def _read(file: Path) -> bytes:
-    try:
-        return read(file)
-    except OSError as error:
-        raise ConfigError("file-unreadable", f"cannot read '{file}': {error.strerror}") from None
-
-
-def _checksum(folder: Path, file: Path, data: bytes) -> str:
-    from hashlib import sha256
-
-    return f"{sha256(data).hexdigest()}  {file.relative_to(folder).as_posix()}\n"
+    conversion.files = {path: seal(path, data) for path, data in conversion.files.items()}
+    project = conversion.settings.project
+    folders = [] if project is None else [project / name for name in FOLDERS]
+    write_files(
+        conversion.files, folders,
+        once=conversion.starters, obsolete=conversion.obsolete, force=force,
+    )  # fmt: skip
 
 
 def write_files(
-    files: Mapping[Path, bytes | Callable[[], bytes]], folders: Sequence[Path] = ()
+    files: Mapping[Path, bytes],
+    folders: Sequence[Path] = (),
+    *,
+    once: Mapping[Path, bytes] | None = None,
+    obsolete: Collection[Path] = (),
+    force: bool = False,
 ) -> None:
     """Write all of the files or, where one cannot be written, none; ``folders`` are made, too.
 
-    What depends on the files that are there is given by a function, which is called when no other
-    run can write.
-    Each file is written and synced beside its place, with the mode of the one that it replaces;
-    then all are renamed into place.  Where a rename fails, those before it are undone, and so are
-    the folders.  So there is never half a file, and after a crash of the machine each file is the
-    old or the new one.  Only a process that is killed between two renames leaves some files new
-    and some old; what it leaves beside them goes at the next run.  Two runs into one folder wait
-    for each other.
+    ``files`` are sealed.  A file that is there is replaced if its seal is intact or it is empty;
+    with ``force`` in any case.  The files of ``once`` are the user's: they are written as they
+    are, where nothing is.  ``obsolete`` files are removed if their seal is intact.
     A link stays, and what it leads to is replaced.  A device or pipe is written to, last of all.
 
-    Raises ConfigError where a folder or file cannot be written.
+    Raises ConfigError where a file is not ours to replace, and where a folder or file cannot be
+    written.
     """
+    once = once or {}
     path = Path()
     parts: dict[Path, Path] = {}
     kept: dict[Path, Path | None] = {}
     made: list[Path] = []
-    streams: list[tuple[Path, bytes]] = []
     with Unfinished(), ExitStack() as locks:
         try:
-            for path in (*folders, *(file.parent for file in files)):
+            for path in (*folders, *(file.parent for file in (*files, *once))):
                 _make_folder(path, made)
-            places: dict[Path, Path] = {}
-            for path, data in files.items():
-                if path.exists() and not path.is_file() and not path.is_dir():
-                    streams.append((path, data if isinstance(data, bytes) else data()))
-                else:
-                    places[path] = Path(os.path.realpath(path))
-            for path in sorted({place.parent for place in places.values()}):
-                if _lock(path, locks):
-                    _sweep(path, [p.name for p in places.values() if p.parent == path])
-            for path, place in places.items():
-                _check_place(place)
-                if place in parts:  # by another name, which is a link
-                    parts.pop(place).unlink()
-                data = files[path]
-                parts[place] = _part(place, data if isinstance(data, bytes) else data())
+            sealed_files = {path: seal(path, data) for path, data in files.items()}
+            streams = [path for path in files if path.exists() and _is_stream(path)]
+            places = {
+                Path(os.path.realpath(path)): data
+                for path, data in sealed_files.items()
+                if path not in streams
+            }
+            gone = [Path(os.path.realpath(path)) for path in obsolete if path.is_file()]
+            _lock_all((*places, *gone, *once), locks)
+            for path in places:
+                _check_place(path)
+            if not force:
+                check_ours(places)
+            places = {**_records(places), **places}
+            # a link counts as well, even where it leads nowhere
+            places |= {file: once[file] for file in once if not os.path.lexists(file)}
+            for path, data in places.items():
+                parts[path] = _part(path, data)
             for path, part in parts.items():
                 kept[path] = _backup(path)
                 part.replace(path)
-            for path, data in streams:
+            for path in gone:
+                if path not in places and intact(read(path)):
+                    kept[path] = _backup(path)
+                    path.unlink()
+            for path in streams:
                 with path.open("wb") as stream:
-                    stream.write(data)
-            for folder in {place.parent for place in parts}:
+                    stream.write(sealed_files[path])
+            for folder in {place.parent for place in kept}:
                 _sync_folder(folder)
         except BaseException as error:
-            for place, old in kept.items():
-                with suppress(OSError):
-                    _undo(place, old, parts[place])
-            _take_away(parts.values())
-            for folder in reversed(made):
-                with suppress(OSError):
-                    folder.rmdir()  # which does nothing where somebody has put something
+            _undo_all(kept, parts, made)
             if not isinstance(error, (OSError, ValueError)):
                 raise
             raise ConfigError(
@@ -144,6 +113,81 @@ def write_files(
             ) from None
         finally:
             _take_away([*parts.values(), *kept.values()])
+
+
+def _is_stream(path: Path) -> bool:
+    return not path.is_file() and not path.is_dir()
+
+
+def _lock_all(files: Collection[Path], locks: ExitStack) -> None:
+    """Wait until no other run writes into the folders of these files; take its litter away."""
+    for folder in sorted({file.parent for file in files}):
+        if _lock(folder, locks):
+            names = [file.name for file in files if file.parent == folder]
+            _sweep(folder, [*names, RECORD])
+
+
+def check_ours(places: Mapping[Path, bytes]) -> None:
+    """Raise ConfigError if a file is there that somebody has made or edited, and would be lost."""
+    lost: list[str] = []
+    for place, data in places.items():
+        if not place.exists():
+            continue
+        there = _read(place)
+        if not there or there == data or intact(there) or _line(place, there) in _recorded(place):
+            continue
+        edited = sealed(there) or f"  {place.name}\n" in "".join(_recorded(place))
+        why = (
+            "was edited since urdf2mbs wrote it"
+            if edited
+            else "has no seal of urdf2mbs: another program wrote or saved it"
+        )
+        lost.append(f"'{place}' {why}")
+    if lost:
+        raise ConfigError(
+            "output-not-ours",
+            "; ".join(lost[:3]) + (f"; and {len(lost) - 3} more" if len(lost) > 3 else ""),
+            hint="nothing is written: move it away, write elsewhere, or replace it by --force "
+            "(in Python: force=True)",
+        )
+
+
+def _records(places: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """For each folder, the checksums of its files that have no comments to hold a seal.
+
+    The record is put in place before its files: whenever a process is killed, each file is one
+    of those that are recorded.
+    """
+    records: dict[Path, set[str]] = {}
+    for place, data in places.items():
+        if can_hold(place, data):
+            continue
+        record = place.with_name(RECORD)
+        there = _line(place, _read(place)) if place.exists() else ""
+        lines = records.setdefault(record, {*_recorded(place)})
+        own = {line for line in lines if line.endswith(f"  {place.name}\n")}
+        lines -= own - {there}
+        lines.add(_line(place, data))
+    return {file: "".join(sorted(lines)).encode() for file, lines in records.items()}
+
+
+def _recorded(place: Path) -> list[str]:
+    """The record beside a file, line by line."""
+    record = place.with_name(RECORD)
+    text = _read(record).decode("utf-8", "replace") if record.is_file() else ""
+    return text.splitlines(keepends=True)
+
+
+def _line(place: Path, data: bytes) -> str:
+    """What a record says of a file."""
+    return f"{checksum(data)}  {place.name}\n"
+
+
+def _read(file: Path) -> bytes:
+    try:
+        return read(file)
+    except OSError as error:
+        raise ConfigError("file-unreadable", f"cannot read '{file}': {error.strerror}") from None
 
 
 def _take_away(files: Iterable[Path | None]) -> None:
@@ -175,7 +219,7 @@ def _lock(folder: Path, locks: ExitStack) -> bool:
     """Wait until no other run writes into a folder; False where folders cannot be locked.
 
     The system lets go of the lock when the process ends, however it ends.  The package ``filelock``
-    would double the time of a conversion (75 ms of imports), and leave a file in each folder.
+    takes 75 ms to import, and leaves a file in each folder.
     """
     try:
         if WINDOWS:
@@ -285,8 +329,21 @@ def _backup(place: Path) -> Path | None:
     return name
 
 
-def _undo(place: Path, old: Path | None, part: Path) -> None:
-    if part.exists():
+def _undo_all(
+    kept: Mapping[Path, Path | None], parts: Mapping[Path, Path], made: Sequence[Path]
+) -> None:
+    """Bring back what was there before, files and folders."""
+    for place, old in kept.items():
+        with suppress(OSError):
+            _undo(place, old, parts.get(place))
+    _take_away(parts.values())
+    for folder in reversed(made):
+        with suppress(OSError):
+            folder.rmdir()  # which does nothing where somebody has put something
+
+
+def _undo(place: Path, old: Path | None, part: Path | None) -> None:
+    if part is not None and part.exists():
         return  # it has not been renamed
     if old is None:
         place.unlink()

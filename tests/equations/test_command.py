@@ -54,7 +54,7 @@ def test_robotrans_own_files_are_not_replaced(model: Path, capsys: Any) -> None:
     file.parent.mkdir()
     file.write_text("# of another program\n")
     assert main(["equations", str(model)]) == 2
-    assert "equations-not-ours" in capsys.readouterr().err
+    assert "output-not-ours" in capsys.readouterr().err
     assert [path.name for path in file.parent.iterdir()] == [file.name]
 
 
@@ -88,5 +88,6 @@ def test_the_pass_works_where_it_is_asked_to(tmp_path: Path) -> None:
         assert len(files) == wanted
     write_files(conversion.files)
     (tmp_path / "tiny" / "symbolicR" / "mbs_link_tiny.c").write_text("mine")
-    with pytest.raises(ConfigError, match="not written by urdf2mbs"):
-        Pipeline(*parse(asked, tmp_path / "tiny.yaml")).run()
+    conversion = Pipeline(*parse(asked, tmp_path / "tiny.yaml")).run()
+    with pytest.raises(ConfigError, match="has no seal of urdf2mbs"):
+        write_files(conversion.files)

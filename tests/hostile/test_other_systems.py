@@ -18,6 +18,7 @@ from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.files import is_portable
 from urdf2mbs.meshes.model import read_beside
 from urdf2mbs.output import write_files
+from urdf2mbs.seal import seal
 from urdf2mbs.testing import TINY
 
 
@@ -72,12 +73,12 @@ def test_a_folder_is_locked_on_windows(tmp_path: Path, monkeypatch: pytest.Monke
     out = tmp_path / "out"
     out.mkdir()
     (out / ".a.mbs.abcd1234.part").touch()
-    write_files({out / "a.mbs": b"x"})
+    write_files({out / "a.mbs": b"<x/>"})
     assert len(windows.calls) == 3, "it waits until the lock is free"
     assert {mode for _, mode, _ in windows.calls} == {Windows.LK_LOCK}
     assert [file.name for file in out.iterdir()] == ["a.mbs"], "the litter of a killed run is gone"
     assert len(list((tmp_path / "temp").glob("urdf2mbs-*.lock"))) == 1
-    write_files({out / "b.mbs": b"x"})
+    write_files({out / "b.mbs": b"<x/>"})
     assert len(list((tmp_path / "temp").iterdir())) == 1, "one file for one folder"
 
 
@@ -85,8 +86,8 @@ def test_where_nothing_can_be_locked_files_are_written_still(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "fcntl", None)
-    write_files({tmp_path / "a": b"x"})
-    assert (tmp_path / "a").read_bytes() == b"x"
+    write_files({tmp_path / "a": b"<x/>"})
+    assert (tmp_path / "a").read_bytes().startswith(b"<x/>\n<!-- sealed by")
 
 
 def test_a_file_that_another_program_has_open(
@@ -100,14 +101,13 @@ def test_a_file_that_another_program_has_open(
             raise PermissionError(EACCES, "The process cannot access the file", str(target))
         return replace(self, target)
 
-    for name in ("a.mbs", "b.mbs"):
-        (tmp_path / name).write_bytes(b"old")
+    old = {name: seal(tmp_path / name, b"<old/>") for name in ("a.mbs", "b.mbs")}
+    for name, data in old.items():
+        (tmp_path / name).write_bytes(data)
     monkeypatch.setattr(Path, "replace", refused)
     with pytest.raises(ConfigError, match=r"b\.mbs.*cannot access the file"):
-        write_files({tmp_path / "a.mbs": b"new", tmp_path / "b.mbs": b"new"})
-    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == {
-        "a.mbs": b"old", "b.mbs": b"old",
-    }  # fmt: skip
+        write_files({tmp_path / "a.mbs": b"<new/>", tmp_path / "b.mbs": b"<new/>"})
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == old
 
 
 def test_outputs_that_differ_only_in_letter_case(

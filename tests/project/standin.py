@@ -81,6 +81,7 @@ class MbsData:
             for model in mbs.user_models
         }
         self.constraints: int | None = None
+        self.flag_stop, self.tsim, self.DonePart, self.nqv = 0, 0.0, 1, 1
         for name in ("q", "qd", "qdd", "q0", "Qq", "Qc"):
             setattr(self, name, from1(n))
         self.SWr = from1(len(points), 9)

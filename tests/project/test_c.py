@@ -259,3 +259,80 @@ def test_names_that_c_cannot_have(tmp_path: Path) -> None:
 def test_a_gripper(tmp_path: Path) -> None:
     pipeline = without_meshes("faithful")
     compare(make(tmp_path, GRIPPER, language="both", pipeline=pipeline), "gripper")
+
+
+#: Stands for MBsysC: a run of three steps.
+RUNTIME = """
+#include <stdlib.h>
+#include "mbs_data.h"
+#include "mbs_dirdyn.h"
+#include "mbs_part.h"
+#include "mbs_set.h"
+#include "mbs_load_xml.h"
+void user_dirdyn_loop(MbsData *mbs_data, MbsDirdyn *mbs_dd);
+MbsData* mbs_load(const char *file, const char *build)
+{
+    MbsData *data = calloc(1, sizeof(MbsData));
+    data->njoint = 5;
+    data->q = calloc(6, sizeof(double));
+    data->qd = calloc(6, sizeof(double));
+    return data;
+}
+void mbs_delete_data(MbsData *mbs_data) { }
+void mbs_set_nb_userc(MbsData *mbs_data, int count) { }
+MbsPart* mbs_new_part(MbsData *mbs_data)
+{
+    MbsPart *part = calloc(1, sizeof(MbsPart));
+    part->options = calloc(1, sizeof(MbsPartOptions));
+    return part;
+}
+int mbs_run_part(MbsPart *part, MbsData *mbs_data) { return mbs_data->DonePart = DONE; }
+void mbs_delete_part(MbsPart *part) { }
+MbsDirdyn* mbs_new_dirdyn(MbsData *mbs_data)
+{
+    MbsDirdyn *dirdyn = calloc(1, sizeof(MbsDirdyn));
+    dirdyn->options = calloc(1, sizeof(MbsDirdynOptions));
+    return dirdyn;
+}
+int mbs_run_dirdyn(MbsDirdyn *dirdyn, MbsData *mbs_data)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        mbs_data->tsim = 0.5 * k;
+        mbs_data->qd[5] = -70.0;
+        mbs_data->q[2] = k == 2 ? LAST : 0.0;
+        user_dirdyn_loop(mbs_data, dirdyn);
+    }
+    return 0;
+}
+void mbs_delete_dirdyn(MbsDirdyn *dirdyn, MbsData *mbs_data) { }
+"""
+
+
+@pytest.mark.parametrize(
+    ("done", "last", "code", "says"),
+    [
+        (1, "0.0", 0, ""),
+        (0, "0.0", 1, "there is no partition, so the loops would be open: two three cannot"),
+        (1, "0.0 / zero", 1, "at 1 s the position or speed of joint one is not a number"),
+    ],
+)
+def test_main_stops_where_robotran_cannot_go_on(
+    tmp_path: Path, done: int, last: str, code: int, says: str
+) -> None:
+    project = make(tmp_path, CHAIN, language="c", base="fixed")
+    (tmp_path / "runtime.c").write_text(f"static volatile double zero = 0.0;\n{RUNTIME}")
+    sources = [*(project / "userfctR").glob("*.c"), project / "workR" / "src" / "main.c"]
+    command = [
+        "gcc", "-w", f"-I{HEADERS}", f"-I{project / 'userfctR'}", f"-DDONE={done}",
+        f"-DLAST=({last} + zero)", '-DPROJECT_FOLDER=""', '-DBUILD_FOLDER=""',
+        "-o", str(tmp_path / "exe"), str(tmp_path / "runtime.c"), *map(str, sources), "-lm",
+    ]  # fmt: skip
+    subprocess.run(command, check=True)
+    ran = subprocess.run([tmp_path / "exe"], check=False, capture_output=True, text=True)
+    assert ran.returncode == code
+    assert says in ran.stderr
+    assert ("done: see resultsR" in ran.stdout) == (code == 0)
+    assert ran.stderr.count("error:") <= 2
+    if last != "0.0":
+        assert "joint four was the fastest, at 70 rad/s" in ran.stderr

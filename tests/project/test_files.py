@@ -14,6 +14,7 @@ from project.test_mimic import CHAIN
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.project import FOLDER
+from urdf2mbs.seal import seal
 from urdf2mbs.testing import TINY
 
 #: All twelve user functions of MBsysPy, and what is called in each file.
@@ -63,6 +64,14 @@ class MbsDirdyn(Module):
     pass
 """
 
+#: What Robotran does where it cannot go on.
+FAILURES = {
+    "partition": ("MbsPart", "self.mbs_data.DonePart, self.mbs_data.nqv = 0, 0"),
+    "nan": ("MbsDirdyn", "self.mbs_data.q[3], self.mbs_data.tsim = np.nan, 0.25"),
+    "stopped": ("MbsDirdyn", "self.mbs_data.flag_stop, self.mbs_data.tsim = 1, 0.25"),
+    "raises": ("MbsDirdyn", "raise RuntimeError('Cholesky failed')"),
+}
+
 
 def test_all_twelve_user_functions_are_there(tmp_path: Path) -> None:
     project = make(tmp_path, TINY)
@@ -82,7 +91,7 @@ def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> Non
     other = project / "workR" / "main.py"
     other.unlink()
     module = project / "userfctR" / "robot_robot.py"
-    module.write_text("old")
+    module.write_bytes(seal(module, b"old"))
     before = {
         path: path.read_bytes() for path in project.rglob("*") if path.is_file() and path != module
     }
@@ -95,7 +104,7 @@ def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> Non
         path.name for path, data in before.items() if path.exists() and path.read_bytes() != data
     ]
     # only what depends on the robot is written anew
-    assert set(changed) <= {"robot.mbs", ".urdf2mbs", "robot_robot.c"}
+    assert set(changed) <= {"robot.mbs", "robot_robot.c"}
     assert kept.read_text() == "mine = 1\n"
 
 
@@ -121,19 +130,65 @@ def test_the_same_bytes_each_time(tmp_path: Path) -> None:
     assert texts[0] == texts[1]
 
 
-@pytest.mark.parametrize("start", ["workR", ".", "/"])
-def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
-    project = make(tmp_path, CHAIN, passes={"posture": {"joints": {"one": 0.25}}})
-    library = tmp_path / "library"
+def run_main(project: Path, start: str, more: str = "") -> subprocess.CompletedProcess[str]:
+    library = project.parent / "library"
     library.mkdir()
     tests = str(Path(__file__).resolve().parents[1])
-    (library / "MBsysPy.py").write_text(MBSYSPY.format(paths=[tests]))
+    (library / "MBsysPy.py").write_text(MBSYSPY.format(paths=[tests]) + more)
     (library / "matplotlib.py").write_text("raise ImportError('none here')\n")
-    done = subprocess.run(
+    return subprocess.run(
         [sys.executable, str(project / "workR" / "main.py")],
         cwd=project / start, capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONPATH": str(library)},
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("failure", "says"),
+    [
+        ("partition", "there is no partition, so the loops would be open: two, three cannot"),
+        ("nan", "at 0.25 s the position or speed of joint two is not a number"),
+        ("stopped", "the run stopped at 0.25 s"),
+        ("raises", "Robotran stopped at 0 s: Cholesky failed"),
+    ],
+)
+def test_main_stops_where_robotran_cannot_go_on(tmp_path: Path, failure: str, says: str) -> None:
+    name, fails = FAILURES[failure]
+    more = f"""
+class {name}(Module):
+    def run(self):
+        {fails}
+        return super().run()
+"""
+    done = run_main(make(tmp_path, CHAIN, base="fixed"), ".", more)
+    assert done.returncode == 1
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+    assert "plot" not in done.stdout
+
+
+def test_a_step_that_is_not_a_number_ends_the_run(tmp_path: Path, capsys: object) -> None:
+    """It is said once, with the joint that was the fastest before."""
+    project = make(tmp_path, CHAIN, base="fixed")
+    data = MbsData(project / "dataR" / "robot.mbs")
+    with user_functions(project) as user:
+        loop = user["user_dirdyn"].user_dirdyn_loop
+        data.qd[5] = -70.0
+        loop(data, None)
+        assert data.flag_stop == 0
+        data.q[2] = float("inf")
+        for _ in range(3):
+            loop(data, None)
+        assert data.flag_stop == 1
+    (line,) = capsys.readouterr().err.splitlines()  # type: ignore[attr-defined]
+    assert "joint one is not a number" in line
+    assert "joint four was the fastest, at 70 rad/s" in line
+
+
+@pytest.mark.parametrize("start", ["workR", ".", "/"])
+def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
+    project = make(tmp_path, CHAIN, passes={"posture": {"joints": {"one": 0.25}}})
+    done = run_main(project, start)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
         "constraints 2", "MbsPart 1", "rowperm=1 verbose=1", "MbsDirdyn 3",

@@ -41,10 +41,11 @@ def _pass_on(arguments: argparse.Namespace) -> int:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
         conversion = converted(config, lines, arguments)
         found = report(conversion)
-        print(f"{found.robot}: written to standard output")
-        tell(conversion, found, arguments.verbose)
         data = conversion.files.get(conversion.settings.output)
-        if conversion.rejected is None and data is not None:
+        place = "nothing is written" if data is None else "written to standard output"
+        print(f"{found.robot}: {place}")
+        tell(conversion, found, arguments.verbose)
+        if data is not None:
             give(data)
     return 0 if conversion.rejected is None else 3
 

@@ -25,7 +25,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         with file_to_stdout(arguments) as give:
             give(picture)
         return 0
-    write_files({output: picture})
+    write_files({output: picture}, force=arguments.force)
     if arguments.json:
         print_json({"model": mbs.name, "output": str(output)})
     else:

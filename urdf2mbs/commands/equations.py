@@ -14,7 +14,7 @@ from urdf2mbs.output import write_files
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.equations import equations, not_ours
+    from urdf2mbs.equations import equations
     from urdf2mbs.mbs.reader import read
 
     if arguments.numba and arguments.language == "c":
@@ -33,8 +33,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
         keep_turns=arguments.keep_turns, numba=arguments.numba,
         pairs=not arguments.no_pairs,
     )  # fmt: skip
-    not_ours(folder, made)
-    write_files({folder / name: text for name, text in made.files.items()})
+    files = {folder / name: text for name, text in made.files.items()}
+    write_files(files, force=arguments.force)
     if arguments.json:
         counts = {name: msgspec.to_builtins(count) for name, count in made.counts.items()}
         fixed = {name: q for _, name, q in made.fixed}

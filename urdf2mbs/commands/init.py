@@ -22,6 +22,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         packages=dict(pairs(arguments.package, "=", "--package", "NAME=DIR")),
         xacro_args=dict(pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
         isolate=arguments.isolate,
+        force=arguments.force,
     )
     if arguments.json:
         more = {key: value for key, value in found._asdict().items() if key != "robot"}

@@ -37,7 +37,7 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
             raise ConfigError("usage", f"--{flag} is for one robot, and these are many")
     if arguments.workers is not None and arguments.workers < 1:
         raise ConfigError("usage", f"--workers {arguments.workers}: give 1 or more")
-    jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins)
+    jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
     report = arguments.report or _folder(jobs) / REPORT
     outcomes = _convert_all(jobs, report, arguments)
     if arguments.json:
@@ -70,7 +70,7 @@ def _error(outcome: Outcome) -> str:
 
 def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -> list[Outcome]:
     """Carry all jobs out, with progress on stderr, and write the report."""
-    with Journal(report, jobs) as journal:
+    with Journal(report, jobs, force=arguments.force) as journal:
         if journal.outcomes and not arguments.quiet:
             print(f"{len(journal.outcomes)} of {len(jobs)} were done before", file=sys.stderr)
         progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr, arguments.quiet)

@@ -37,7 +37,7 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
         print(f"  {other_way(conversion.names.flipped)}")
     if found.proof is not None:
         proof = found.proof
-        verdict = found.verdict if proof.same else "NOT THE SAME ROBOT, kept under this name"
+        verdict = found.verdict if proof.same else "NOT THE SAME ROBOT"
         print(f"  {verdict}: {proof_in_words(proof.groups, proof.positions, proof.largest)}")
         for difference in proof.differences:
             print(f"error[not-the-same]: {difference.message}", file=sys.stderr)

@@ -36,7 +36,7 @@ def _make(arguments: argparse.Namespace, give: Callable[[bytes], None] | None = 
     output = arguments.output or beside(conversion.settings.output, ".html")
     found = report(conversion)
     if give is None:
-        write_files({output: page.data})
+        write_files({output: page.data}, force=arguments.force)
     else:
         give(page.data)
     if arguments.json:

@@ -42,7 +42,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
             return pipeline.run(stop_after=arguments.stop_after)
         from urdf2mbs.kit.dump import Dump
 
-        dump = Dump(arguments.dump)
+        dump = Dump(arguments.dump, force=arguments.force)
         pipeline.watch(dump)
         try:
             return pipeline.run(stop_after=arguments.stop_after)
@@ -53,7 +53,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
     """Convert one robot, write its files, and say what became of it."""
     conversion = converted(config, lines, arguments)
-    write(conversion)
+    write(conversion, force=arguments.force)
     found = report(conversion)
     if arguments.json:
         print_json(found)

@@ -11,6 +11,7 @@ from typing import TextIO
 
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.seal import seal
 from urdf2mbs.urdf import standard_input
 
 #: What stands for standard input or output.
@@ -51,7 +52,7 @@ def file_to_stdout(arguments: argparse.Namespace) -> Iterator[Callable[[bytes], 
 
     def write(data: bytes) -> None:
         output.flush()
-        output.buffer.write(data)
+        output.buffer.write(seal(Path(), data))
         output.buffer.flush()
 
     with redirect_stdout(output if arguments.quiet else sys.stderr):

@@ -72,6 +72,17 @@ def check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> No
             f"the output would overwrite the robot '{settings.source}'",
             ("output",),
         )
+    project = settings.project
+    if project is not None and not is_folder(project / "dataR"):
+        real = Path(os.path.realpath(project))
+        if real in Path(os.path.realpath(settings.source)).parents:
+            raise lines.error(
+                "project-in-source",
+                f"the folder '{project}' holds the robot '{settings.source}', and a new project "
+                "wants a folder of its own",
+                ("output", "project"),
+                f"such as '{project.name}_robotran'",
+            )
     if is_folder(settings.output):
         raise lines.error(
             "output-is-folder",

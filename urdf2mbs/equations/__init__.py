@@ -3,6 +3,6 @@
 See ``docs/equations.md``.
 """
 
-from urdf2mbs.equations.files import FUNCTIONS, Equations, equations, not_ours
+from urdf2mbs.equations.files import FUNCTIONS, Equations, equations
 
-__all__ = ["FUNCTIONS", "Equations", "equations", "not_ours"]
+__all__ = ["FUNCTIONS", "Equations", "equations"]

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from hashlib import sha256
 from pathlib import Path
 
-from urdf2mbs.diagnostics import ConfigError, ConversionError, quoted
+from urdf2mbs.diagnostics import ConversionError, quoted
 from urdf2mbs.equations import c, python
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.constraints import constraints
@@ -19,7 +18,7 @@ from urdf2mbs.equations.loops import Loops, Refused, loops
 from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
-from urdf2mbs.files import beginning, is_file
+from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
@@ -43,18 +42,6 @@ class Equations:
 
 #: The first words of every file.
 MARK = "Written by urdf2mbs from"
-
-
-def not_ours(folder: Path, made: Equations) -> None:
-    """Raise ConfigError if a file to be written is there, and another program's."""
-    for name in made.files:
-        path = folder / name
-        if is_file(path) and MARK.encode() not in beginning(path, 100):
-            raise ConfigError(
-                "equations-not-ours",
-                f"'{path}' was not written by urdf2mbs",
-                hint="move it away, or write into another folder",
-            )
 
 
 def equations(
@@ -93,13 +80,14 @@ def equations(
         ]  # fmt: skip
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
     writer = c.Writer(mbs, pairs=pairs) if language == "c" else python.Writer(mbs, numba=numba)
-    checksum = sha256(data).hexdigest()
+    parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
+    fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     for name in FUNCTIONS:
         made = getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
         text, out.counts[name] = writer.function(name, made)
-        head = _header(mbs, name, Path(file).name, checksum, fold, out, made)
+        head = _header(mbs, name, Path(file).name, fits, fold, out, made)
         mark = "//" if language == "c" else "#"
         lines = "".join(f"{mark} {line}".rstrip() + "\n" for line in head)
         suffix = "c" if language == "c" else "py"
@@ -108,12 +96,12 @@ def equations(
 
 
 def _header(
-    mbs: Mbs, name: str, file: str, checksum: str, fold: bool, out: Equations, made: object
+    mbs: Mbs, name: str, file: str, fits: str, fold: bool, out: Equations, made: object
 ) -> list[str]:
     count = out.counts[name]
     lines = [
         f"{MARK} {quoted(file)}. Do not edit: generate again.",
-        f"sha256 of the .mbs: {checksum}",
+        fits,
         f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
     ]
     if isinstance(made, Refused):

@@ -19,9 +19,10 @@ from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.output import write_files
+from urdf2mbs.seal import intact
 from urdf2mbs.spatial import IDENTITY, Pose
 
-#: How our files begin, by which those of an earlier run are known.
+#: How our files begin.
 MARK = "# urdf2mbs, the state after pass "
 #: The URDF that xacro made.
 EXPANDED = "expanded.urdf"
@@ -35,17 +36,15 @@ _WORDS = frozenset(["y", "n", "yes", "no", "on", "off", "true", "false", "null"]
 class Dump:
     """An observer of a pipeline that writes ``NN-PASS.yaml`` after every pass."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, force: bool = False) -> None:
         self._folder = folder
+        self._force = force
         self._count = 0
         self._conversion: Conversion | None = None
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            (folder / EXPANDED).unlink(missing_ok=True)
-            for old in folder.glob("[0-9]*-*.yaml"):
-                with old.open("rb") as file:
-                    ours = file.read(len(MARK)) == MARK.encode()
-                if ours:
+            for old in (*folder.glob("[0-9]*-*.yaml"), *folder.glob(EXPANDED)):
+                if old.is_file() and intact(old.read_bytes()):
                     old.unlink()
         except (OSError, ValueError) as error:
             raise ConfigError(
@@ -60,14 +59,14 @@ class Dump:
     def finish(self) -> None:
         """Write the URDF that xacro made, also where it could not be read."""
         if self._conversion is not None and self._conversion.expanded is not None:
-            write_files({self._folder / EXPANDED: self._conversion.expanded})
+            write_files({self._folder / EXPANDED: self._conversion.expanded}, force=self._force)
 
     @hookimpl(trylast=True)
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
         self._count += 1
         file = self._folder / f"{self._count:02}-{re.sub(r'[^A-Za-z0-9_.-]', '_', pass_.name)}.yaml"
         text = f"{MARK}'{pass_.name}'\n" + to_yaml(state(conversion))
-        write_files({file: text.encode()})
+        write_files({file: text.encode()}, force=self._force)
 
 
 def state(conversion: Conversion) -> dict[str, Any]:

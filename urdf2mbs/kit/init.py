@@ -68,14 +68,16 @@ def init(
     packages: Mapping[str, str] | None = None,
     xacro_args: Mapping[str, str] | None = None,
     isolate: bool = False,
+    force: bool = False,
 ) -> tuple[Path, Findings]:
     """Write a config for a robot; gives its file, and what was found.
 
     ``isolate``: xacro runs in a process of its own, with limits, here and by the config.
+    ``force``: a config that is there is replaced, also one that was edited.
 
     The config is tried before it is written: a conversion runs, of which nothing is kept.
 
-    :raises ConfigError: ``file-exists``, ``output-unwritable``, ``config-name``
+    :raises ConfigError: ``output-not-ours``, ``output-unwritable``, ``config-name``
     :raises ConversionError: the robot cannot be converted
     """
     given = {
@@ -95,15 +97,10 @@ def init(
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
-    if os.path.lexists(config):
-        raise ConfigError(
-            "file-exists", f"'{config}' is already there, and stays as it is",
-            hint="choose another name with -o FILE.yaml",
-        )  # fmt: skip
     arguments = xacro_args or {}
     tried = _try(_text(source, config, found, arguments, conversion, None), config)
     text = _text(source, config, found, arguments, conversion, report(tried))
-    write_files({config: text.encode()})
+    write_files({config: text.encode()}, force=force)
     return config, found
 
 
@@ -230,7 +227,9 @@ def _text(
     mass = "" if made is None else f", {made.mass:.4g} kg"
     base = "floating" if conversion.floating else "fixed"
     own = conversion.inserted is None and conversion.base_reason == "own joint"
-    project, file = _flow({"project": config.stem}), _flow(f"{config.stem}.mbs")
+    holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
+    folder = f"{config.stem}_robotran" if holds_source else config.stem
+    project, file = _flow({"project": folder}), _flow(f"{config.stem}.mbs")
     output = (project, f"a whole Robotran project; or only the file: {file}")
     if found.meshes > len(found.meshes_missing) and find_spec("trimesh") is None:
         output = (file, f"or {project}, once you have: pip install 'urdf2mbs[meshes]'")

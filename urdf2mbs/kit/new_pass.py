@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from pathlib import Path
@@ -76,27 +75,22 @@ Then: urdf2mbs explain CONFIG.yaml   shows where it stands
       pytest {test}"""
 
 
-def new_pass(name: str, folder: Path) -> tuple[Path, Path]:
+def new_pass(name: str, folder: Path, *, force: bool = False) -> tuple[Path, Path]:
     """Write NAME.py and test_NAME.py; gives both files.
 
-    :raises ConfigError: ``pass-name``, ``file-exists``, ``output-unwritable``
+    :raises ConfigError: ``pass-name``, ``output-not-ours``, ``output-unwritable``
     """
     stem = _stem(name)
     files = {
         folder / f"{stem}.py": PLUGIN,
         folder / f"test_{stem}.py": TEST,
     }
-    for file in files:
-        if os.path.lexists(file):
-            raise ConfigError(
-                "file-exists", f"'{file}' is already there, and stays as it is",
-                hint="choose another name, or another folder with -o DIR",
-            )  # fmt: skip
     write_files(
         {
             file: text.replace("NAME", name).replace("FILE", stem).encode()
             for file, text in files.items()
-        }
+        },
+        force=force,
     )
     plugin, test = files
     return plugin, test

@@ -20,19 +20,22 @@ def convert_many(
     workers: int | None = None,
     cluster: str | None = None,
     installed_plugins: bool = True,
+    force: bool = False,
 ) -> Iterator[Outcome]:
     """Convert and write many robots; gives each result as it comes.
 
     ``configs`` are config files, or mappings with the keys of one, whose paths are relative to
     the working folder; a config with a ``sweep`` makes many robots.  ``workers`` is the number of
     processes (default: one for each core); ``cluster`` is the address of a Dask scheduler, whose
-    workers must see the same files.
+    workers must see the same files.  ``force`` replaces files that were edited, too.
 
     A robot that fails is a result, too.  What is wrong with the configs themselves raises
     ConfigError before anything is converted.
     """
     jobs = jobs_of(
-        (_read(config) for config in configs), installed_plugins=installed_plugins
+        (_read(config) for config in configs),
+        installed_plugins=installed_plugins,
+        force=force,
     )  # before the first result, so that errors come at once
     return run(jobs, workers=workers, cluster=cluster)
 
@@ -45,7 +48,10 @@ def _read(config: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Config, L
 
 
 def jobs_of(
-    configs: Iterable[tuple[Config, Lines]], *, installed_plugins: bool = True
+    configs: Iterable[tuple[Config, Lines]],
+    *,
+    installed_plugins: bool = True,
+    force: bool = False,
 ) -> list[Job]:
     """All the robots of some configs; raises ConfigError where two have one output."""
     jobs: list[Job] = []
@@ -54,7 +60,7 @@ def jobs_of(
         # another process may have another working folder
         lines.folder = lines.folder.absolute()
         for member in members(config, lines):
-            job = Job(len(jobs), member.config, lines, member.values, installed_plugins)
+            job = Job(len(jobs), member.config, lines, member.values, installed_plugins, force)
             place = _place(job)
             if place is not None:
                 if one_name(place) in taken:

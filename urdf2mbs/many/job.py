@@ -30,6 +30,8 @@ class Job(msgspec.Struct, frozen=True):
     values: dict[str, Any] = {}
     """What it has of its own in a sweep."""
     installed_plugins: bool = True
+    force: bool = False
+    """Whether files are replaced that were edited, or that are somebody else's."""
 
     @property
     def source(self) -> str:
@@ -92,7 +94,7 @@ def convert_one(job: Job) -> Outcome:
         with noting() as read:
             pipeline = Pipeline(job.config, job.lines, installed_plugins=job.installed_plugins)
             conversion = pipeline.run()
-        write(conversion)
+        write(conversion, force=job.force)
     except ConversionError as error:
         outcome = failed(job, error.code, error.message, error.exit_code)
         outcome.error = Failure(error.code, error.message, error.file, error.line, error.hint)

@@ -18,14 +18,15 @@ from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.plugins import version_of
 from urdf2mbs.files import digest
 from urdf2mbs.many.job import Job, Outcome
-from urdf2mbs.output import write_files
+from urdf2mbs.output import check_ours, write_files
 
 
 class Journal:
     """The outcomes of some jobs, on disk as they come."""
 
-    def __init__(self, report: Path, jobs: list[Job]) -> None:
+    def __init__(self, report: Path, jobs: list[Job], *, force: bool = False) -> None:
         self.report = report
+        self.force = force
         self.file = report.with_name(report.name + ".part")
         self.jobs = jobs
         self.outcomes: dict[int, Outcome] = {}
@@ -35,6 +36,8 @@ class Journal:
 
     def __enter__(self) -> Journal:
         """Take up what an interrupted run has left."""
+        if not self.force:
+            check_ours({self.report: b""})
         self._take_up()
         try:
             self.file.parent.mkdir(parents=True, exist_ok=True)
@@ -73,7 +76,8 @@ class Journal:
         robots = [shown(outcome) for outcome in ordered]
         whole = {"urdf2mbs": version_of("urdf2mbs"), "code": worst(ordered), "robots": robots}
         write_files(
-            {self.report: msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"}
+            {self.report: msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"},
+            force=self.force,
         )
         self.file.unlink(missing_ok=True)
 

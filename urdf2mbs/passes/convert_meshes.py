@@ -29,6 +29,7 @@ from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
+from urdf2mbs.seal import intact, seal
 from urdf2mbs.urdf import model as urdf
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
@@ -37,11 +38,10 @@ if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes
     from urdf2mbs.meshes.model import Mesh
 
 #: Stands in every file that is written; a new number makes all files anew.
-VERSION = 2
+VERSION = 3
 
-#: How our files begin; then comes the sha256 of what follows.
-OURS = b"#VRML V2.0 utf8\n# made by urdf2mbs, sha256 "
-_DIGITS = 64
+#: How our files begin; then comes what each was made from.
+BEGIN = b"#VRML V2.0 utf8\n# "
 
 #: So many bytes of mesh files are worth a process: they take a second or two, and so does a start
 #: on a machine that is busy.
@@ -67,7 +67,7 @@ class Look(msgspec.Struct, frozen=True):
 
 
 class Made(msgspec.Struct, omit_defaults=True):
-    """What a .wrl was made from: its third line."""
+    """What a .wrl was made from: its second line."""
 
     version: int
     up_axis: str
@@ -442,21 +442,17 @@ def convert(mesh: Mesh, look: Look, options: Options) -> tuple[Made, bytes]:
     )  # fmt: skip
     r, g, b = (c / 255 for c in look.color)
     out = BytesIO()  # whose value is no copy of what is written
-    out.write(OURS + bytes(_DIGITS) + b"\n# " + msgspec.json.encode(made) + b"\n")
+    out.write(BEGIN + msgspec.json.encode(made) + b"\n")
     out.writelines(vrml.write(parts, (r, g, b), look.transparency))
-    with out.getbuffer() as written:
-        digest = _sha256(written[len(OURS) + _DIGITS + 1 :])
-        written[len(OURS) : len(OURS) + _DIGITS] = digest.encode()
-    return made, out.getvalue()
+    return made, seal(Path("mesh.wrl"), out.getvalue())
 
 
 def made_from(content: bytes) -> Made | None:
     """What a .wrl was made from; None: it is not ours, or was changed by someone since."""
-    digest, _, body = content.removeprefix(OURS).partition(b"\n")
-    if not content.startswith(OURS) or digest != _sha256(body).encode():
+    if not content.startswith(BEGIN) or not intact(content):
         return None
     try:
-        return msgspec.json.decode(body[2 : body.index(b"\n")], type=Made)
+        return msgspec.json.decode(content[len(BEGIN) : content.find(b"\n", len(BEGIN))], type=Made)
     except (msgspec.MsgspecError, ValueError):
         return None
 
@@ -474,13 +470,9 @@ def is_current(made: Made, options: Options, look: Look, path: Path, folder: Pat
 
 
 def _digest(data: bytes | None) -> str | None:
-    return None if data is None else _sha256(data)
-
-
-def _sha256(data: bytes | memoryview) -> str:
     from hashlib import sha256  # its library takes as long to load as all our passes
 
-    return sha256(data).hexdigest()
+    return None if data is None else sha256(data).hexdigest()
 
 
 PASS = Pass("convert-meshes", run, Options, needs=("robot",), changes=("shapes",))

@@ -6,11 +6,13 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.seal import seal
 
 
 def run(conversion: Conversion, options: NoOptions) -> None:
     try:
-        conversion.files[conversion.settings.output] = write(conversion.mbs)
+        output = conversion.settings.output
+        conversion.files[output] = seal(output, write(conversion.mbs))
     except ValueError as error:
         raise ConversionError(
             "mbs-unwritable", f"robot '{conversion.robot.name}': {error}",

@@ -2,17 +2,23 @@
 
 In the method, Robotran's own generator is the last step, after the conversion (Figure 1): a web
 service with an account.  Here it needs none.  Only done where the config gives a language.
+Equations of an earlier model do not stay: ours are removed, Robotran's are named.
 """
 
 from __future__ import annotations
 
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
 
+from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.seal import intact
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -29,18 +35,25 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
 
 def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
-    if options.language is None or output not in conversion.files:
+    if output not in conversion.files:
         return
-    from urdf2mbs.equations import equations, not_ours  # which takes time, and is seldom asked for
-
     data = conversion.files[output]
+    if options.language is not None:
+        _write(conversion, options, data)
+    _warn_of_stale(conversion, data)
+
+
+def _write(conversion: Conversion, options: Options, data: bytes) -> None:
+    from urdf2mbs.equations import equations  # which takes time, and is seldom asked for
+
+    output = conversion.settings.output
     mbs = read(data, str(output), mechanics_only=True)
-    folder = (conversion.settings.project or output.parent) / "symbolicR"
-    for language in ("python", "c") if options.language == "both" else (options.language,):
+    folder = _folder(conversion)
+    languages = ("python", "c") if options.language == "both" else (options.language or "python",)
+    for language in languages:
         made = equations(
             mbs, data, output.name, language=language, fold=options.fold, pairs=options.pairs
         )
-        not_ours(folder, made)
         for name, text in made.files.items():
             conversion.files[folder / name] = text
     report: dict[str, Any] = {
@@ -48,6 +61,50 @@ def run(conversion: Conversion, options: Options) -> None:
         "not_generated": made.left_out,
     }
     conversion.report["equations"] = report
+
+
+def _folder(conversion: Conversion) -> Path:
+    settings = conversion.settings
+    return (settings.project or settings.output.parent) / "symbolicR"
+
+
+def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
+    """Equations that are there, and are of another model: ours go, others are named."""
+    output, folder = conversion.settings.output, _folder(conversion)
+    if not files.is_folder(folder):
+        return
+    from xml.etree.ElementTree import ParseError
+
+    from urdf2mbs.mbs.equations_fit import fingerprint, fits
+
+    name = "*" if conversion.settings.project else conversion.mbs.name
+    there = [
+        path for path in sorted(folder.glob(f"mbs_*_{name}.*")) if path not in conversion.files
+    ]
+    says = {path: fits(files.beginning(path, 2000), model) for path in there}
+    ours = [path for path, fit in says.items() if fit is False]
+    gone = [path for path in ours if intact(files.read(path))]
+    stale = [path for path in ours if path not in gone]
+    with suppress(ParseError, OSError, ValueError):
+        parts = "tree, fixed"
+        if fingerprint(files.read(output), parts) != fingerprint(model, parts):
+            stale += [path for path, fit in says.items() if fit is None]
+    if gone:
+        conversion.obsolete.update(gone)
+        conversion.warn(
+            "equations-stale",
+            f"{counted(len(gone), 'file')} of equations were of another model, and are removed: "
+            f"{some(path.name for path in gone)}",
+            hint=f"make them anew: urdf2mbs equations {output}",
+        )
+    if stale:
+        conversion.warn(
+            "equations-stale",
+            f"the model has changed, and {counted(len(stale), 'file')} of equations that urdf2mbs "
+            f"does not replace stay as they were: {some(path.name for path in stale)}",
+            hint="generate them again in MBSysPad, or move them away and make others: "
+            f"urdf2mbs equations {output}",
+        )
 
 
 PASS = Pass("equations", run, Options, needs=("mbs-file",))

@@ -9,10 +9,13 @@ belong to the user from then on.
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.seal import intact
 
 #: The generated module, where a user function loads it.
 _MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"
@@ -22,7 +25,7 @@ def run(conversion: Conversion, options: NoOptions) -> None:
     folder = conversion.settings.project
     if folder is None or conversion.rejected is not None:
         return
-    from urdf2mbs.project import starters
+    from urdf2mbs.project import EQUATIONS_FIT, starters
     from urdf2mbs.project.c import generated
     from urdf2mbs.project.python import robot_module
 
@@ -31,9 +34,11 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
             mbs, conversion.simulation
         )
+        conversion.files[folder / "userfctR" / "equations_fit.py"] = EQUATIONS_FIT.read_bytes()
     if "c" in conversion.settings.languages:
         for name, data in generated(mbs, conversion.simulation).items():
             conversion.files[folder / "userfctR" / name] = data
+    _remove_obsolete(conversion, folder / "userfctR")
     for language in conversion.settings.languages:
         for path, data in starters(language, mbs.name).items():
             conversion.starters[folder / path] = data
@@ -42,6 +47,24 @@ def run(conversion: Conversion, options: NoOptions) -> None:
         "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
     }
     _tell_renamed(conversion)
+
+
+def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
+    """What an earlier conversion has written here, and this one does not: it fits no more."""
+    there = sorted(folder.iterdir()) if files.is_folder(folder) else []
+    gone = [
+        path
+        for path in there
+        if path not in conversion.files and files.is_file(path) and intact(files.read(path))
+    ]
+    if gone:
+        conversion.obsolete.update(gone)
+        conversion.warn(
+            "project-obsolete",
+            f"{counted(len(gone), 'file')} of an earlier conversion fit the robot no more, and "
+            f"are removed: {some(path.name for path in gone)}",
+            hint="'language: both' keeps Python and C",
+        )
 
 
 def _tell_renamed(conversion: Conversion) -> None:

@@ -14,6 +14,9 @@ NAME = re.compile(r"(?<![A-Z])NAME(?![A-Z])")
 
 FOLDER = Path(__file__).parent
 
+#: Asks whether equations fit the .mbs; a project in Python gets it as it is.
+EQUATIONS_FIT = FOLDER.parent / "mbs" / "equations_fit.py"
+
 
 def starters(language: str, name: str) -> dict[str, bytes]:
     """The files that are written once, by their path in the project."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from urdf2mbs.diagnostics import quoted
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.project import FOLDER, fill
+from urdf2mbs.project.python import dependent
 from urdf2mbs.simulation import Coupling, Simulation
 from urdf2mbs.spatial import Rot
 
@@ -51,6 +52,8 @@ def _marks(mbs: Mbs, simulation: Simulation) -> dict[str, list[str]]:
         "EXTERNAL": list(_external(simulation)),
         "SPRINGS": list(_springs(simulation)),
         "SENSORS": list(_sensors(simulation)),
+        "JOINTS": [f'    "{name}",' for name in mbs.numbers()],
+        "DEPENDENT": [f'    "{name}",' for name in dependent(mbs)],
     }
 
 

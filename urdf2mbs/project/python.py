@@ -37,6 +37,8 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((c.follower.name, c.leader.name, c.multiplier, c.offset)
                  for c in simulation.driven),
             ),
+            "\n# Joints that follow from the constraints.\n",
+            _list("DEPENDENT", dependent(mbs)),
             "\n# Joints that a controller holds at the start position.\n",
             _list("HELD", (joint.name for joint in held)),
             "\n# External forces from the ground, and the URDF link of each.\n",
@@ -64,6 +66,12 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             _list("PLOTTED", plotted(mbs)),
         ]
     )  # fmt: skip
+
+
+def dependent(mbs: Mbs) -> list[str]:
+    """The joints that the partition takes for dependent ones."""
+    joints = (joint for body in mbs.bodies for joint in body.joints)
+    return [joint.name for joint in joints if joint.nature == "dependent"]
 
 
 def plotted(mbs: Mbs) -> list[str]:

@@ -25,6 +25,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.report import around
 from urdf2mbs.report.scene import Store, lookup, mbs_side, urdf_side
 from urdf2mbs.report.table import number, table, titled, vector
+from urdf2mbs.seal import seal
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
@@ -101,7 +102,8 @@ def make(conversion: Conversion) -> Page:
         "messages": _messages(conversion),
         "footer": _footer(conversion, licenses, len(viewer), len(arrays) + textures),
     }
-    page = re.sub(r"\{\{(\w+)\}\}", lambda found: fields[found[1]], _own("page.html")).encode()
+    text = re.sub(r"\{\{(\w+)\}\}", lambda found: fields[found[1]], _own("page.html"))
+    page = seal(Path("page.html"), text.encode())
     sizes = {"viewer": len(viewer), "meshes": len(arrays) + textures, "all": len(page)}
     return Page(page, sizes, list(store.missing))
 

@@ -1,0 +1,86 @@
+"""The checksum of what equations rely on: it changes when they do, and not by an edit beside."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs.equations import equations
+from urdf2mbs.mbs.equations_fit import fingerprint, fits
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY, convert_text
+
+
+@pytest.fixture(scope="module")
+def model() -> bytes:
+    return convert_text(base="fixed").data
+
+
+def code(model: bytes, **options: bool) -> tuple[str, bytes]:
+    """The code of all equations without what stands above it, and the head of a file."""
+    made = equations(read(model, "m.mbs"), model, "m.mbs", **options)  # type: ignore[arg-type]
+    texts = [re.sub(rb"(?m)^#.*\n", b"", text) for text in made.files.values()]
+    return b"".join(texts).decode(), next(iter(made.files.values()))
+
+
+@pytest.mark.parametrize("options", [{}, {"fold": True}, {"keep_turns": True}])
+def test_equations_fit_the_model_that_they_were_made_of(
+    model: bytes, options: dict[str, bool]
+) -> None:
+    assert fits(code(model, **options)[1], model) is True
+    assert fits(b"# of another program", model) is None
+
+
+def test_whatever_changes_the_equations_changes_the_checksum(model: bytes) -> None:
+    """Each number of the model in turn, made zero and made another."""
+    plain, head = code(model)
+    changed = 0
+    for match in re.finditer(rb"<(?:mass|q|x|y|z|I..)>(-?[0-9][0-9.e-]*)<", model):
+        before = model[: match.start()]
+        if before.count(b"<graphics>") > before.count(b"</graphics>"):
+            continue
+        for new in (b"0.0", b"0.7625"):
+            other = model[: match.start(1)] + new + model[match.end(1) :]
+            differs = code(other)[0] != plain
+            changed += differs
+            assert not (differs and fits(head, other)), (match, new)
+    assert changed > 10
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "same"),
+    [
+        (b"<type>R3</type>", b"<type>R2</type>", False),
+        (b"<nature>independent</nature>", b"<nature>driven</nature>", False),
+        (b"<mass>0.5</mass>", b"<mass>0.75</mass>", True),
+        (b"<mass>0.5</mass>", b"", False),
+        (b"\n", b"\r\n", True),
+    ],
+)
+def test_what_counts(model: bytes, old: bytes, new: bytes, same: bool) -> None:
+    assert old in model
+    assert (fingerprint(model.replace(old, new), "tree") == fingerprint(model, "tree")) is same
+
+
+def test_a_body_that_is_moved_in_the_diagram_counts_for_nothing(model: bytes) -> None:
+    moved = re.sub(rb"<position><x>[0-9.]+</x>", b"<position><x>77.0</x>", model)
+    moved = re.sub(rb"(?s)<!--.*?-->\n", b"", moved)
+    assert moved != model
+    assert fingerprint(moved, "tree, numbers") == fingerprint(model, "tree, numbers")
+
+
+def test_a_turn_that_never_moves_counts(model: bytes) -> None:
+    other = convert_text(TINY.replace("0 0.5 0", "0 0.6 0"), base="fixed").data
+    assert fingerprint(other, "tree") == fingerprint(model, "tree")
+    assert fingerprint(other, "tree, fixed") != fingerprint(model, "tree, fixed")
+
+
+@pytest.mark.parametrize("name", ["emecdelam-suspension", "ovankerm-Jeep"])
+def test_files_that_mbsyspad_saved(shared: Path, name: str) -> None:
+    """It reads every real file, and a session in MBSysPad is seen where the tree has changed."""
+    files = sorted((shared / "mbs-samples").glob(f"{name}*.mbs"))
+    assert files
+    for file in files:
+        assert len(fingerprint(file.read_bytes(), "tree, fixed")) == 64

@@ -1,0 +1,289 @@
+"""Only what urdf2mbs has written, and nobody has changed since, is replaced without --force."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.cli import main
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.output import RECORD, write_files
+from urdf2mbs.seal import intact, seal, sealed
+from urdf2mbs.testing import TINY
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "other.urdf").write_text(TINY.replace("0 0.5 0", "0 0.6 0"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+TEXTS = [
+    ("a.mbs", b"<?xml version='1.0'?>\n<a/>\n"), ("a.svg", b"<svg></svg>"), ("a.py", b"x = 1\n"),
+    ("a.c", b"int x;\r\nint y;\r\n"), ("a.h", b"int x;"), ("a.yaml", b"a: 1\n"),
+    ("a.txt", b"<a/>"), ("a.wrl", b"#VRML V2.0 utf8\n"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "text"), TEXTS)
+def test_a_seal_is_broken_by_any_change(name: str, text: bytes) -> None:
+    data = seal(Path(name), text)
+    assert data.startswith(text)
+    assert data.count(b"\n") == text.count(b"\n") + 1 + (not text.endswith(b"\n"))
+    assert intact(data)
+    assert seal(Path(name), data) == data
+    for k in range(len(data)):
+        if data[k : k + 1] not in b"\r\n":
+            assert not intact(data[:k] + bytes([data[k] ^ 1]) + data[k + 1 :]), k
+    assert not intact(data[: data.rindex(b"sealed")])
+    assert not intact(data + b"x\n")
+    assert sealed(data + b"x\n")
+
+
+@pytest.mark.parametrize(("name", "text"), TEXTS)
+def test_line_ends_that_git_converts_break_no_seal(name: str, text: bytes) -> None:
+    data = seal(Path(name), text)
+    plain = data.replace(b"\r\n", b"\n")
+    for other in (plain, plain.replace(b"\n", b"\r\n"), data + b"\n", data.rstrip()):
+        assert intact(other)
+
+
+def test_what_is_changed_after_the_seal_is_sealed_anew() -> None:
+    data = seal(Path("a.py"), b"x = 1\n")
+    other = seal(Path("a.py"), data.replace(b"1", b"2", 1))
+    assert intact(other)
+    assert other.count(b"sealed") == 1
+
+
+#: Commands, and the file of another that each would write.
+WRITE = [
+    (["convert", "tiny.urdf", "-o", "other.urdf"], "other.urdf"),
+    (["convert", "tiny.urdf", "-o", "thesis.txt"], "thesis.txt"),
+    (["convert", "tiny.urdf", "-o", "p/"], "p/userfctR/p_robot.py"),
+    (["convert", "tiny.urdf", "-o", "p/"], "p/dataR/p.mbs"),
+    (["convert", "tiny.urdf", "--dump", "d", "-o", "a.mbs"], "d/01-expand.yaml"),
+    (["run", "tiny.yaml"], "tiny.mbs"),
+    (["run", "tiny.yaml", "again.yaml", "--report", "thesis.json"], "thesis.json"),
+    (["run", "tiny.yaml", "again.yaml"], "tiny.mbs"),
+    (["diagram", "m.mbs", "-o", "thesis.txt"], "thesis.txt"),
+    (["equations", "m.mbs"], "symbolicR/mbs_dirdyna_m.py"),
+    (["init", "tiny.urdf", "-o", "mine.yaml"], "mine.yaml"),
+    (["new-pass", "look"], "look.py"),
+]
+
+
+@pytest.mark.parametrize(("words", "name"), WRITE)
+def test_every_command_asks_whose_a_file_is(
+    words: list[str], name: str, here: Path, capsys: Any
+) -> None:
+    (here / "m.mbs").write_bytes(convert("tiny.urdf", output="m.mbs").data)
+    for robot in ("tiny", "again"):
+        (here / f"{robot}.yaml").write_text(f"source: tiny.urdf\noutput: {robot}.mbs\n")
+    file = here / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    for mine in ("mine\n", "<mine/>\n"):
+        file.write_text(mine)
+        assert main([*words, "-q"]) == 2
+        error = capsys.readouterr().err
+        assert "error[output-not-ours]" in error
+        assert name in error.replace("\\", "/")
+        assert "--force" in error
+        assert file.read_text() == mine
+    assert main([*words, "-q", "--force"]) == 0
+    assert file.read_text() != mine
+    # what we have written ourselves is ours
+    assert main([*words, "-q"]) == 0
+    capsys.readouterr()
+    # and is not, once it is edited
+    file.write_bytes(file.read_bytes().replace(b"e", b"E", 1))
+    edited = file.read_bytes()
+    assert main([*words, "-q"]) == 2
+    assert "was edited since urdf2mbs wrote it" in capsys.readouterr().err
+    assert file.read_bytes() == edited
+
+
+def test_the_page_asks_whose_a_file_is(here: Path, capsys: Any) -> None:
+    pytest.importorskip("meshcat")
+    (here / "thesis.html").write_text("mine")
+    assert main(["report", "tiny.urdf", "-o", "thesis.html", "-q"]) == 2
+    assert "error[output-not-ours]" in capsys.readouterr().err
+    assert (here / "thesis.html").read_text() == "mine"
+    assert main(["report", "tiny.urdf", "-o", "thesis.html", "-q", "--force"]) == 0
+    assert main(["report", "tiny.urdf", "-o", "thesis.html", "-q"]) == 0
+
+
+def test_from_python(here: Path) -> None:
+    result = convert("tiny.urdf", output="a.mbs")
+    path = result.write()
+    assert path.read_bytes() == result.data, "the model is sealed before it is written"
+    assert intact(result.data)
+    path.write_text("mine")
+    with pytest.raises(ConfigError, match="has no seal") as caught:
+        result.write()
+    assert caught.value.code == "output-not-ours"
+    assert path.read_text() == "mine"
+    result.write(force=True)
+    assert path.read_bytes() == result.data
+
+
+def test_what_has_no_comments_is_recorded_beside_it(tmp_path: Path) -> None:
+    file, second = tmp_path / "a.csv", tmp_path / "b.csv"
+    write_files({file: b"1,2\n", second: b"3\n"})
+    assert file.read_bytes() == b"1,2\n"
+    write_files({file: b"4\n"})
+    write_files({second: b"5\n"})
+    assert len((tmp_path / RECORD).read_text().splitlines()) == 4, "those before are known, too"
+    write_files({file: b"6\n", second: b"6\n"})
+    file.write_bytes(b"mine\n")
+    with pytest.raises(ConfigError, match="was edited since"):
+        write_files({file: b"7\n"})
+    assert file.read_bytes() == b"mine\n"
+
+
+def test_an_empty_file_holds_nothing_to_lose(tmp_path: Path) -> None:
+    (tmp_path / "a.mbs").touch()
+    write_files({tmp_path / "a.mbs": b"<a/>"})
+    assert intact((tmp_path / "a.mbs").read_bytes())
+
+
+def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: Any) -> None:
+    source = here / "solo12" / "urdf" / "solo12.urdf"
+    source.parent.mkdir(parents=True)
+    source.write_text(TINY)
+    before = sorted(here.rglob("*"))
+    for folder in ("solo12", "solo12/urdf/", "."):
+        assert main(["convert", str(source), "-o", folder]) == 2
+        assert "error[project-in-source]" in capsys.readouterr().err
+    assert sorted(here.rglob("*")) == before
+    # init names another folder
+    assert main(["init", str(source), "-q"]) == 0
+    assert "output: {project: solo12_robotran}" in (here / "solo12.yaml").read_text()
+    assert main(["run", "solo12.yaml", "-q"]) == 0
+    # in a project that is there already, the robot may lie anywhere
+    (here / "solo12" / "dataR").mkdir()
+    assert main(["convert", str(source), "-o", "solo12", "-q"]) == 0
+
+
+def test_nothing_is_said_to_be_written_of_a_rejected_model(here: Path, capsys: Any) -> None:
+    (here / "wrong.py").write_text(
+        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "def run(conversion, options):\n"
+        "    conversion.mbs.bodies[0].mass = 99.0\n"
+        "@hookimpl\n"
+        "def urdf2mbs_passes():\n"
+        "    return [Pass('wrong', run, needs=('inertias',))]\n"
+    )
+    words = ["convert", "tiny.urdf", "-o", "-", "--plugin", "wrong.py", "--after"]
+    assert main([*words, "layout=wrong"]) == 3
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "tiny: nothing is written" in err
+    assert "written to standard output" not in err
+
+
+# --- what fits the robot no more ---
+
+
+def make(source: str, *more: str) -> int:
+    return main(["convert", source, "-o", "lamp/", "-q", *more])
+
+
+def test_equations_of_another_model_are_removed(here: Path, capsys: Any) -> None:
+    folder = here / "lamp" / "symbolicR"
+    assert make("tiny.urdf") == 0
+    assert main(["equations", "lamp/dataR/lamp.mbs", "-q"]) == 0
+    assert main(["equations", "lamp/dataR/lamp.mbs", "-q", "--language", "c"]) == 0
+    count = len(list(folder.iterdir()))
+    capsys.readouterr()
+    # the same robot, and one with another mass: they fit
+    (here / "heavy.urdf").write_text(TINY.replace('mass value="2"', 'mass value="3"'))
+    for source in ("tiny.urdf", "heavy.urdf"):
+        assert make(source) == 0
+        assert "equations-stale" not in capsys.readouterr().err
+        assert len(list(folder.iterdir())) == count
+    # another turn, which is a number in them
+    (folder / "mbs_dirdyna_lamp.c").write_text("// Fits (tree): sha256 " + 64 * "0" + "\nmine\n")
+    (folder / "mbs_user_lamp.c").write_text("/* of another program */\n")
+    assert make("other.urdf") == 0
+    error = capsys.readouterr().err
+    assert f"{count - 1} files of equations were of another model, and are removed" in error
+    assert "2 files of equations that urdf2mbs does not replace stay" in error
+    assert sorted(file.name for file in folder.iterdir()) == [
+        "mbs_dirdyna_lamp.c", "mbs_user_lamp.c"
+    ]  # fmt: skip
+
+
+def test_equations_that_are_made_again_are_not_stale(here: Path, capsys: Any) -> None:
+    for source in ("tiny.urdf", "other.urdf"):
+        assert make(source, "--set", "equations.language=python") == 0
+    assert "equations-stale" not in capsys.readouterr().err
+    assert len(list((here / "lamp" / "symbolicR").iterdir())) == 10
+
+
+def test_code_of_another_language_is_removed(here: Path, capsys: Any) -> None:
+    config = here / "lamp.yaml"
+    for language in ("c", "python"):
+        config.write_text(f"source: tiny.urdf\noutput: {{project: lamp, language: {language}}}\n")
+        capsys.readouterr()
+        assert main(["run", "lamp.yaml", "-q"]) == 0
+        if language == "c":
+            mine = here / "lamp" / "userfctR" / "user_JointForces.c"
+            mine.write_text("/* mine */\n")
+    assert "warning[project-obsolete]: 5 files of an earlier conversion" in capsys.readouterr().err
+    names = {file.name for file in (here / "lamp" / "userfctR").iterdir()}
+    assert {"lamp_robot.py", "equations_fit.py", "user_JointForces.c"} <= names
+    assert not names & {"lamp_robot.c", "lamp_robot.h", "user_model.c", "user_all_id.h"}
+    assert mine.read_text() == "/* mine */\n"
+
+
+def test_a_rename_that_fails_brings_back_what_was_removed(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = here / "old.py"
+    write_files({file: b"x = 1\n"})
+    before = file.read_bytes()
+    unlink = Path.unlink
+
+    def refused(self: Path, **options: Any) -> None:
+        unlink(self, **options)
+        if self == file:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "unlink", refused)
+    with pytest.raises(ConfigError):
+        write_files({here / "new.py": b"y = 1\n"}, obsolete=[file])
+    assert file.read_bytes() == before
+    assert not (here / "new.py").exists()
+
+
+@pytest.mark.parametrize("fits", [True, False])
+def test_main_asks_whether_the_equations_fit(here: Path, fits: bool) -> None:
+    assert make("tiny.urdf") == 0
+    assert main(["equations", "lamp/dataR/lamp.mbs", "-q"]) == 0
+    model = here / "lamp" / "dataR" / "lamp.mbs"
+    old, new = ("<mass>2.0<", "<mass>2.5<") if fits else ("<type>R3<", "<type>R2<")
+    assert old in model.read_text()
+    model.write_text(model.read_text().replace(old, new))
+    library = here / "library"
+    library.mkdir()
+    (library / "MBsysPy.py").write_text("raise SystemExit('loaded')\n")
+    script = (here / "lamp" / "workR" / "main.py").read_text()
+    assert script.index("check_equations(PROJECT") < script.index("MbsData(")
+    (library / "MBsysPy.py").write_text(
+        "class MbsData:\n    def __init__(self, path):\n        raise SystemExit('loaded')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "lamp/workR/main.py"], capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(library)},
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert ("loaded" in done.stderr) is fits
+    assert ("Make them anew: urdf2mbs equations" in done.stderr) is not fits
