@@ -17,8 +17,9 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.output import write
-from urdf2mbs.proof.compare import TOLERANCE, compare, usable
+from urdf2mbs.proof.compare import TOLERANCE, compare
 from urdf2mbs.proof.match import Match, floating_joints, match, spellings
+from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.spatial import Vec
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.model import Robot
@@ -204,10 +205,12 @@ def verify(
     URDF, as in ``convert``.  ``isolate`` runs xacro in a process with limits, such as
     ``{"seconds": 60, "memory": "2GiB"}``.  Raises ConversionError.
     """
-    try:
-        usable(tolerance)
-    except ValueError as error:
-        raise ConfigError("tolerance-invalid", str(error), hint=f"such as {TOLERANCE}") from None
+    if not 0.0 < tolerance <= LARGEST_TOLERANCE:
+        raise ConfigError(
+            "tolerance-invalid",
+            f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
+            hint=f"such as {TOLERANCE}",
+        )
     source, model = os.fspath(source), os.fspath(model)
     try:
         data = files.read(Path(model))

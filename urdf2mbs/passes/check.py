@@ -15,15 +15,13 @@ from urdf2mbs.conversion import Conversion, Proof
 from urdf2mbs.diagnostics import Difference
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.proof.compare import TOLERANCE, compare, usable
+from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.ranges import Tolerance
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
-    tolerance: float = TOLERANCE
+    tolerance: Tolerance = TOLERANCE
     """The largest deviation that is no difference, relative to the robot's size or inertia."""
-
-    def __post_init__(self) -> None:
-        usable(self.tolerance)
 
 
 def run(conversion: Conversion, options: Options) -> None:

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache, partial
-from math import atan2, dist, hypot, isfinite, log10, pi
+from math import atan2, dist, hypot, log10, pi
 from random import Random
 from typing import Any
 
@@ -74,12 +74,6 @@ POSITIONS = 4
 _RANDOM = Random(20)
 #: These positions but zero.  Each joint is compared by itself, so all can have the same ones.
 AMOUNTS = [_RANDOM.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
-
-
-def usable(tolerance: float) -> None:
-    """Raises ValueError for a tolerance with which nothing, or everything, would be the same."""
-    if not (isfinite(tolerance) and tolerance > 0.0):
-        raise ValueError(f"{tolerance} is no tolerance: such as {TOLERANCE}")
 
 
 class Comparison(msgspec.Struct):
