@@ -394,6 +394,10 @@ SECTIONS = [
             "config-unreadable": Code("the config cannot be read"),
             "config-yaml": Code("it is not YAML", todo="mend the line named"),
             "config-type": Code("a value is of the wrong type"),
+            "plugin-verdict": Code(
+                "a plugin's pass or hook sets the settings, or what `check` has found",
+                todo="these are for reading",
+            ),
             "value-range": Code(
                 "a number is outside the range of its option, infinite, or not a number",
                 todo="the message says the range; the page of the pass says the unit",

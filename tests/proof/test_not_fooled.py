@@ -436,7 +436,7 @@ def test_a_turned_sensor_frame_is_a_difference_to_who_asks(tmp_path: Path, capsy
     model = tmp_path / "turned.mbs"
     model.write_bytes(convert(turned).data)
     assert main(["verify", str(here), str(model)]) == 0
-    assert "frames that are elsewhere" in capsys.readouterr().out
+    assert "1 frame of links and points elsewhere than by the URDF" in capsys.readouterr().out
     assert main(["verify", str(here), str(model), "--frames"]) == 3
     out = capsys.readouterr().out
     assert "link 'imu': its frame is turned by 3.14159 about z" in out

@@ -11,7 +11,7 @@ from urdf2mbs.collector import seldom_collected
 from urdf2mbs.conversion import Conversion, RobotChange
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.engine.config import Config, Lines
-from urdf2mbs.engine.faults import check_left, hook_failed, pass_failed
+from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Plugins, Registered, hooks_of, plugins_of
@@ -19,6 +19,7 @@ from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
 from urdf2mbs.presets import PRESETS
+from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.urdf.changes import between, snapshot
 
 #: The hooks around every pass.
@@ -26,6 +27,10 @@ _AROUND = ("urdf2mbs_before_pass", "urdf2mbs_after_pass")
 
 #: The passes of our own presets: found once in a process.
 _PRESETS: dict[str, list[Configured]] = {}
+
+
+#: Ends an .mbs file that nobody compared with its URDF.
+_UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n".encode()
 
 
 class Pipeline:
@@ -107,6 +112,10 @@ class Pipeline:
             error.said = levels.applied([*conversion.diagnostics, *error.said])
             raise
         levels.judge(conversion.diagnostics)
+        data = conversion.files.get(self.settings.output)
+        if conversion.proof is None and data is not None and self.settings.output.suffix == ".mbs":
+            # behind the root: what stands before it is no place for a comment in every reader
+            conversion.files[self.settings.output] = data + _UNPROVEN
         return conversion
 
     def _before_run(self, conversion: Conversion) -> None:
@@ -135,11 +144,14 @@ class Pipeline:
                 self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
             before = snapshot(conversion.robot) if known and _may_change(configured) else None
+            ours = ours_alone(conversion) if found.plugin != GROUP else ""
             start = perf_counter()
             try:
                 pass_.run(conversion, configured.options)
                 seconds = perf_counter() - start
                 if found.plugin != GROUP:
+                    who = f"pass '{pass_.name}'"
+                    check_ours(conversion, ours, who, found.plugin, found.file)
                     check_left(found, conversion, known)
                 if before is not None:
                     declared = "robot" in pass_.changes
@@ -192,13 +204,16 @@ class Pipeline:
         if not strangers and not self._hooks:
             return
         before = snapshot(conversion.robot) if strangers else None
+        ours = ours_alone(conversion) if strangers else ""
         try:
             for hooks in (self.plugins.hook, *self._hooks):
                 getattr(hooks, hook)(pass_=pass_, conversion=conversion, **more)
             if before is not None:
                 when = "before" if "before" in hook else "after"
                 who = f"the hook {when} '{pass_.name}'"
-                _note_change(conversion, before, who, "' or '".join(strangers), declared=False)
+                names = "' or '".join(strangers)
+                check_ours(conversion, ours, who, names, "")
+                _note_change(conversion, before, who, names, declared=False)
         except ConversionError:
             raise
         except FAILURES as error:

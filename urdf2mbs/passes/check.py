@@ -37,6 +37,8 @@ def run(conversion: Conversion, options: Options) -> None:
         conversion.names.coordinates,
         frames=conversion.frames,
         frozen=conversion.frozen,
+        driven=[coupling.follower.name for coupling in conversion.simulation.driven],
+        models=conversion.mbs.user_models,
         gravity=conversion.settings.gravity,
         tolerance=options.tolerance,
     )
@@ -61,7 +63,8 @@ def run(conversion: Conversion, options: Options) -> None:
         comparison.groups,
         comparison.largest,
         differences,
-        dict(conversion.frozen),
+        comparison.but_for,
+        comparison.not_compared,
     )
     if differences:
         conversion.rejected = output.with_suffix(f".rejected{output.suffix}")

@@ -16,7 +16,7 @@ from fnmatch import fnmatchcase
 
 import msgspec
 
-from urdf2mbs.conversion import NOTHING_HEAVY, Conversion, Segment, Step
+from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
@@ -147,7 +147,7 @@ def _attach_frames(
         segment.parts[joint.child] = at
         holder[joint.child] = (segment, at)
         if joint.moves:
-            conversion.frozen[joint.name] = NOTHING_HEAVY
+            conversion.frozen[joint.name] = "nothing that it moves has mass"
             held.append(joint)
     _tell_held(conversion, held)
 
