@@ -85,8 +85,7 @@ FOUND: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
 SAID: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
     "a follower that is free": (
         MIMIC, "auto", lambda mbs: None,
-        "but for joint 'wrist_pitch' (free here, and by the URDF's <mimic> it follows "
-        "'wrist_roll')"),
+        "but for joint 'wrist_pitch' (free here, a follower by the URDF's <mimic>)"),
     "a follower that the user functions hold": (
         MIMIC, "auto", _held,
         "not compared: <mimic> of joint 'wrist_pitch' (the user functions hold it"),
@@ -110,7 +109,7 @@ SAID: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
         TINY, "auto", lambda mbs: setattr(joint(mbs, "shoulder"), "q", 0.3),
         "start of 1 joint (a URDF has none)"),
     "no damping": (TINY, "auto", lambda mbs: mbs.user_models.clear(),
-                   "damping of 1 joint (only the URDF has it)"),
+                   "but for damping of 1 joint, "),
 }  # fmt: skip
 
 

@@ -109,9 +109,7 @@ def _nature(
         return own.nature != "driven"
     leader = joint.mimic.joint
     if own.nature == "independent":
-        out.but_for[f"joint '{joint.name}'"] = (
-            f"free here, and by the URDF's <mimic> it follows '{leader}'"
-        )
+        out.but_for[f"joint '{joint.name}'"] = "free here, a follower by the URDF's <mimic>"
     elif own.nature == "dependent":
         out.not_compared[f"<mimic> of joint '{joint.name}'"] = (
             "the user functions hold it (user_cons_hJ)"

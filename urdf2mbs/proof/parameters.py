@@ -11,7 +11,7 @@ from urdf2mbs.urdf.model import Joint, Robot
 
 #: The user models that hold a URDF's numbers, by the names of the .mbs joints.
 STATED = (
-    "q_min", "q_max", "effort", "velocity", "damping", "friction", "soft_q_min", "soft_q_max",
+    "damping", "friction", "q_min", "q_max", "effort", "velocity", "soft_q_min", "soft_q_max",
     "k_position", "k_velocity", "calibration_rising", "calibration_falling",
 )  # fmt: skip
 
@@ -54,8 +54,9 @@ def compare_parameters(
                     )
                 )  # fmt: skip
     but_for = {
-        f"{kind} of {counted(number, 'joint')}": "only the URDF has it"
-        for kind, number in missing.items()
+        f"{kind} of {counted(missing[kind], 'joint')}": "only the URDF has it"
+        for kind in STATED
+        if kind in missing
     }
     known = [model.name for model in models or () if model in mbs.user_models]
     for model in models or ():

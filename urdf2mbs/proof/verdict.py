@@ -33,4 +33,4 @@ def _grouped(things: Mapping[str, str]) -> list[str]:
     by_reason: dict[str, list[str]] = {}
     for thing, why in things.items():
         by_reason.setdefault(why, []).append(thing)
-    return [f"{some(names)} ({why})" for why, names in by_reason.items()]
+    return [f"{some(names, 3)} ({why})" for why, names in by_reason.items()]
