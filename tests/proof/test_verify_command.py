@@ -50,6 +50,24 @@ def test_what_differs_is_told_the_largest_first(pair: Path, capsys: Any) -> None
     assert found["differences"][0]["message"].startswith("link 'body': mass is 2 in the .mbs")
 
 
+def test_the_masses_are_of_the_robots_and_not_of_what_matches(pair: Path, capsys: Any) -> None:
+    (pair / "stranger.urdf").write_text(
+        TINY.replace('"shoulder"', '"a"').replace('"wrist_roll"', '"b"').replace("wrist_pitch", "c")
+    )
+    (pair / "fixed.mbs").write_bytes(convert("tiny.urdf", base="fixed").data)
+    assert main(["verify", "stranger.urdf", "fixed.mbs"]) == 3
+    assert "0.6 kg move in the .mbs, 0.6 kg in the URDF" in capsys.readouterr().out
+
+
+def test_no_deviation_of_zero_stands_beside_a_difference(pair: Path, capsys: Any) -> None:
+    text = (pair / "tiny.mbs").read_text()
+    (pair / "floats.mbs").write_text(text.replace("-9.81", "9.81"))
+    assert main(["verify", "tiny.urdf", "floats.mbs"]) == 3
+    out = capsys.readouterr().out
+    assert "10 rigid groups at 4 positions: 1 difference\n" in out
+    assert "0.0e+00" not in out
+
+
 def test_flipped_joints_and_cuts_are_told(pair: Path, capsys: Any) -> None:
     """The second axis is minus the first one's: only a flip, or a turn, can be such an axis."""
     text = TINY.replace('rpy="0 0.5 0"', "").replace('<axis xyz="1 0 0"/>', '<axis xyz="0 0 -1"/>')

@@ -261,7 +261,8 @@ class _Comparing:
         for listed in (self.found, self.elsewhere):
             listed.sort(key=lambda difference: -difference.size)
         return Comparison(
-            self.found, self.elsewhere, self.largest, len(one.groups), one.mass(), two.mass(),
+            self.found, self.elsewhere, self.largest, len(one.groups),
+            _urdf_mass(self.robot), _mbs_mass(self.mbs),
             {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
             | found.but_for | missing,
             found.not_compared | not_compared,
@@ -541,6 +542,26 @@ class _Comparing:
                     told = f"link '{link}': point '{point.name}' of body '{body}' is "
                     told += f"{dist(ours, theirs):.3g} m off its frame"
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
+
+
+def _urdf_mass(robot: Robot) -> float:
+    """kg, of all links behind a joint that moves."""
+    moving: set[str] = set()
+    for joint in robot.depth_first():
+        if joint.moves or joint.parent in moving:
+            moving.add(joint.child)
+    return sum(
+        i.mass for name in robot.links if name in moving and (i := robot.links[name].inertial)
+    )
+
+
+def _mbs_mass(mbs: Mbs) -> float:
+    """kg, of all bodies behind a joint that is not driven."""
+    moving: set[str | None] = set()
+    for body in mbs.bodies:
+        if body.parent in moving or any(joint.nature != "driven" for joint in body.joints):
+            moving.add(body.name)
+    return sum(body.mass or 0.0 for body in mbs.bodies if body.name in moving)
 
 
 def _settle(pair: _Pair, placed: Frame, meant: Frame | None, tolerance: float) -> Frame:
