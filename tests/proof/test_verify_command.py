@@ -82,7 +82,7 @@ def test_flipped_joints_and_cuts_are_told(pair: Path, capsys: Any) -> None:
     assert main(["verify", "tiny.urdf", "tiny.mbs"]) == 0
     out = capsys.readouterr().out
     assert "the other way round (minus the URDF's)" in out
-    assert "but for cut 'tie' (rod) (the URDF does not have it)" in out.splitlines()[-1]
+    assert "but for cut 'tie' (rod) (not in the URDF)" in out.splitlines()[-1]
 
 
 def test_frames_that_a_model_may_choose_are_counted_and_not_listed(pair: Path, capsys: Any) -> None:

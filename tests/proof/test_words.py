@@ -31,7 +31,7 @@ WORLD = TINY.replace(
     '<child link="body"/></joint><link name="body">',
 )
 #: A plain TINY's user models that no URDF states.
-OURS = "; not compared: user model 'joint_forces', user model 'stop_stiffness' (only the user"
+OURS = "; not compared: user model 'joint_forces', user model 'stop_stiffness' (read by the"
 
 
 def joint(mbs: Mbs, name: str) -> Joint:
@@ -88,18 +88,18 @@ SAID: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
         "but for joint 'wrist_pitch' (free here, a follower by the URDF's <mimic>)"),
     "a follower that the user functions hold": (
         MIMIC, "auto", _held,
-        "not compared: <mimic> of joint 'wrist_pitch' (the user functions hold it"),
+        "not compared: <mimic> of joint 'wrist_pitch' (held by the user functions"),
     "a cut that the URDF does not have": (
         TINY, "fixed", _cut("rod", "dependent", "wrist_roll"),
-        "but for cut 'tie' (rod) (the URDF does not have it)"),
-    "a force": (TINY, "auto", _force, "force 'push' (the user functions say its force)"),
+        "but for cut 'tie' (rod) (not in the URDF)"),
+    "a force": (TINY, "auto", _force, "force 'push' (left to the user functions)"),
     "a link": (
         TINY, "auto",
         lambda mbs: mbs.links.append(Connection("link", "spring", ("hand", None), (None, None))),
-        "link 'spring' (link) (the user functions say its force)"),
+        "link 'spring' (link) (left to the user functions)"),
     "a user constraint": (
         TINY, "auto", lambda mbs: mbs.user_constraints.append(UserConstraint("c", ())),
-        "user constraint 'c' (the user functions hold it"),
+        "user constraint 'c' (held by the user functions"),
     "a user model": (
         TINY, "auto", lambda mbs: mbs.user_models.append(UserModel("mine")), "user model 'mine'"),
     "a user variable": (

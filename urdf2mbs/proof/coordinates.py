@@ -112,7 +112,7 @@ def _nature(
         out.but_for[f"joint '{joint.name}'"] = "free here, a follower by the URDF's <mimic>"
     elif own.nature == "dependent":
         out.not_compared[f"<mimic> of joint '{joint.name}'"] = (
-            "the user functions hold it (user_cons_hJ)"
+            "held by the user functions (user_cons_hJ)"
         )
     elif own.name in driven:
         out.but_for[f"joint '{joint.name}'"] = f"driven, so that '{leader}' does not feel it"
@@ -170,9 +170,9 @@ def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
     for cut in mbs.cuts:
         what = f"cut '{cut.name}' ({cut.kind})"
         if cut.name.removesuffix("_1").removesuffix("_2") in stated or cut.name in stated:
-            out.not_compared[what] = "the URDF has it in <gazebo>; its ends are not read there"
+            out.not_compared[what] = "in <gazebo> of the URDF, whose ends are not read here"
         else:
-            out.but_for[what] = "the URDF does not have it"
+            out.but_for[what] = "not in the URDF"
     return {name for _, _, names in groups for name in names}
 
 

@@ -54,7 +54,7 @@ def compare_parameters(
                     )
                 )  # fmt: skip
     but_for = {
-        f"{kind} of {counted(missing[kind], 'joint')}": "only the URDF has it"
+        f"{kind} of {counted(missing[kind], 'joint')}": "only in the URDF"
         for kind in STATED
         if kind in missing
     }
@@ -76,21 +76,21 @@ def _not_compared(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict
         for joint in body.joints
         if joint.nature != "driven"
     )
-    why = "only the user functions read it"
+    why = "read by the user functions alone"
     return {
         **{f"user model '{m.name}'": why for m in mbs.user_models if m.name not in known},
         **{f"user variable '{v.name}'": why for v in mbs.user_variables},
         **{
-            f"user constraint '{c.name}'": "the user functions hold it (user_cons_hJ)"
+            f"user constraint '{c.name}'": "held by the user functions (user_cons_hJ)"
             for c in mbs.user_constraints
             if followers.isdisjoint(c.joints)
         },
         **{
-            f"link '{link.name}' ({link.kind})": "the user functions say its force"
+            f"link '{link.name}' ({link.kind})": "left to the user functions"
             for link in mbs.links
         },
         **{
-            f"force '{point.extforce.name}'": "the user functions say its force"
+            f"force '{point.extforce.name}'": "left to the user functions"
             for point in points
             if point.extforce is not None
         },
