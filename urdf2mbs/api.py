@@ -247,7 +247,7 @@ def verify(
     found = match(robot, mbs)
     comparison = compare(
         robot.with_flipped(found.flipped), mbs, found.joints,
-        frames=found.frames, frozen=found.frozen, orders=found.orders,
+        frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
     inserted = next(iter(robot.joints)) if conversion.floating else ""

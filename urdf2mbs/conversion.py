@@ -193,6 +193,8 @@ class Conversion:
         self.names = Names()
         self.frozen: dict[str, str] = {}
         """Moving URDF joints that are not in the .mbs, and why; held at zero."""
+        self.weightless: set[str] = set()
+        """Those of them that are left out because nothing that they move has mass."""
         self.frames: dict[str, LinkFrame] = {}
         """Where each URDF link's frame is, by link name (filled by assign-names)."""
         self.meshes: dict[str, str] = {}

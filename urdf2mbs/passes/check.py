@@ -37,6 +37,7 @@ def run(conversion: Conversion, options: Options) -> None:
         conversion.names.coordinates,
         frames=conversion.frames,
         frozen=conversion.frozen,
+        weightless=sorted(conversion.weightless & conversion.frozen.keys()),
         driven=[coupling.follower.name for coupling in conversion.simulation.driven],
         models=conversion.mbs.user_models,
         gravity=conversion.settings.gravity,

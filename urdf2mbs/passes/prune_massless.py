@@ -148,6 +148,7 @@ def _attach_frames(
         holder[joint.child] = (segment, at)
         if joint.moves:
             conversion.frozen[joint.name] = "nothing that it moves has mass"
+            conversion.weightless.add(joint.name)
             held.append(joint)
     _tell_held(conversion, held)
 

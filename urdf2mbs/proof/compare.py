@@ -112,6 +112,7 @@ def compare(
     frames: Mapping[str, LinkFrame] | None = None,
     frozen: Mapping[str, str] | None = None,
     orders: Mapping[str, tuple[str, ...]] | None = None,
+    weightless: Collection[str] = (),
     driven: Collection[str] = (),
     models: Sequence[UserModel] | None = None,
     gravity: Vec = (0.0, 0.0, -9.81),
@@ -123,13 +124,13 @@ def compare(
     (one; three of a planar joint: two shifts and the turn; six of a floating one: T1 T2 T3 R1
     R2 R3, or as ``orders`` has them).  ``frames`` says where link frames are meant to be, as far
     as that is known; without it only the physics is compared.  ``frozen`` joints are held at
-    zero on the URDF's side; one that the .mbs does not have at all may move no mass.  ``driven``
+    zero on the URDF's side; those of them that are ``weightless`` may move no mass.  ``driven``
     are the .mbs joints that are driven on purpose, though the URDF has them follow others;
     ``models`` the user models as they should be, where that is known.
     """
     found = coordinates(robot, mbs, joints, frozen or {}, orders or {}, driven)
     return _Comparing(robot, mbs, frames, tolerance).compare(
-        found, joints, frozen or {}, orders or {}, models, gravity
+        found, joints, frozen or {}, weightless, orders or {}, models, gravity
     )
 
 
@@ -227,6 +228,7 @@ class _Comparing:
         found: Coordinates,
         joints: Mapping[str, Sequence[str]],
         frozen: Mapping[str, str],
+        weightless: Collection[str],
         orders: Mapping[str, tuple[str, ...]],
         models: Sequence[UserModel] | None,
         gravity: Vec,
@@ -237,7 +239,7 @@ class _Comparing:
         )
         self.found += [*found.differences, *more]
         self._gravity(gravity)
-        self._left_out(joints, frozen)
+        self._weightless(weightless)
         one = self.one = urdf_side(self.robot, names, held, orders)
         framed = {at.joint for at in self.frames.values() if at.joint is not None}
         two = self.two = mbs_side(self.mbs, set(names.values()), framed)
@@ -283,13 +285,12 @@ class _Comparing:
             told = f"gravity is {_short(own)}, and should be {_short(gravity)} m/s^2"
             self._differ("gravity", told, off, urdf=gravity, mbs=own)
 
-    def _left_out(self, joints: Mapping[str, Sequence[str]], frozen: Mapping[str, str]) -> None:
-        """A joint that is not in the .mbs at all may move nothing that has mass; who holds one
-        that is there, on purpose, says so by the reason."""
-        useful = carriers(self.robot) if frozen else set()
-        for name in frozen:
+    def _weightless(self, weightless: Collection[str]) -> None:
+        """What is left out as moving nothing that has mass must move nothing that has mass."""
+        useful = carriers(self.robot) if weightless else set()
+        for name in weightless:
             joint = self.robot.joints[name]
-            if joint.child in useful and not joints.get(name):
+            if joint.child in useful:
                 self._differ(
                     "joint-missing",
                     f"joint '{name}' is left out, and it moves what has mass",

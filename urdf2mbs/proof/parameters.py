@@ -85,10 +85,7 @@ def _not_compared(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict
             for c in mbs.user_constraints
             if followers.isdisjoint(c.joints)
         },
-        **{
-            f"link '{link.name}' ({link.kind})": "left to the user functions"
-            for link in mbs.links
-        },
+        **{f"link '{link.name}' ({link.kind})": "left to the user functions" for link in mbs.links},
         **{
             f"force '{point.extforce.name}'": "left to the user functions"
             for point in points
