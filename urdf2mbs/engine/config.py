@@ -226,7 +226,7 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
     except msgspec.ValidationError as error:
         what, path = _told(error, data, kind)
         where: Key = (*at, *path)
-        number = _number_at(kind, path)
+        number = _number_at(msgspec.inspect.type_info(kind), path)
         if number is not None and " got " not in what:
             raise lines.error(
                 "value-range",
@@ -305,23 +305,21 @@ def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, K
     return what, where
 
 
-def _number_at(kind: Any, path: Key) -> msgspec.inspect.FloatType | msgspec.inspect.IntType | None:
+def _number_at(at: Any, path: Key) -> msgspec.inspect.FloatType | msgspec.inspect.IntType | None:
     """The type of the number that a path of keys leads to; None where it leads to no number."""
-    at: Any = msgspec.inspect.type_info(kind)
-    for key in (*path, None):
-        choice = at.types if isinstance(at, msgspec.inspect.UnionType) else (at,)
-        at = next((t for t in choice if not isinstance(t, msgspec.inspect.NoneType)), at)
-        if key is None:
-            break
-        if isinstance(at, msgspec.inspect.DictType):
-            at = at.value_type
-        elif isinstance(at, msgspec.inspect.TupleType) and isinstance(key, int):
-            at = at.item_types[key]
-        elif isinstance(at, msgspec.inspect.ListType):
-            at = at.item_type
-        else:
-            at = next((f.type for f in getattr(at, "fields", ()) if f.encode_name == key), None)
-    return at if isinstance(at, (msgspec.inspect.FloatType, msgspec.inspect.IntType)) else None
+    if isinstance(at, msgspec.inspect.UnionType):
+        return next((found for one in at.types if (found := _number_at(one, path))), None)
+    if not path:
+        return at if isinstance(at, (msgspec.inspect.FloatType, msgspec.inspect.IntType)) else None
+    key, rest = path[0], path[1:]
+    if isinstance(at, msgspec.inspect.DictType):
+        return _number_at(at.value_type, rest)
+    if isinstance(at, msgspec.inspect.TupleType) and isinstance(key, int):
+        return _number_at(at.item_types[key], rest)
+    if isinstance(at, msgspec.inspect.ListType):
+        return _number_at(at.item_type, rest)
+    fields = (field for field in getattr(at, "fields", ()) if field.encode_name == key)
+    return next((_number_at(field.type, rest) for field in fields), None)
 
 
 def _split(error: msgspec.ValidationError) -> tuple[str, Key]:
