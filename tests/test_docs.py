@@ -348,7 +348,7 @@ def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
 TAKES_CODE = {
     "failed": 1, "choose": 2,
     "ConversionError": 0, "ConfigError": 0, "Diagnostic": 1, "warn": 0, "note": 0, "fail": 0,
-    "error": 0, "_failed": 0, "Fault": 0, "Slip": 0,
+    "error": 0, "_failed": 0, "Fault": 0, "Slip": 0, "part": 1,
 }  # fmt: skip
 
 

@@ -17,8 +17,10 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.output import write
-from urdf2mbs.proof.compare import TOLERANCE, compare, usable
-from urdf2mbs.proof.match import Match, floating_joints, match, spellings
+from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, spellings
+from urdf2mbs.proof.verdict import in_words
+from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.spatial import Vec
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.model import Robot
@@ -168,8 +170,10 @@ class Verdict(msgspec.Struct):
     """Where the two are not the same robot, the largest first."""
     frames: list[Difference]
     """Frames that are elsewhere in the .mbs: by itself a matter of convention."""
+    but_for: dict[str, str]
+    """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
     not_compared: dict[str, str]
-    """What only one of the two has or can have, and why it does not count."""
+    """What Robotran reads and nothing here compares: each thing, and why."""
     schema: list[str]
     """Where the file departs from the format."""
     flipped: list[str] = []
@@ -181,6 +185,11 @@ class Verdict(msgspec.Struct):
     def same(self) -> bool:
         return not self.differences
 
+    @property
+    def verdict(self) -> str:
+        """In words, the same as those of a conversion."""
+        return in_words(not self.same, self.but_for, self.not_compared)
+
 
 def verify(
     source: str | os.PathLike[str],
@@ -188,6 +197,7 @@ def verify(
     *,
     packages: Mapping[str, str | os.PathLike[str]] | None = None,
     xacro_args: Mapping[str, str] | None = None,
+    base: str = "auto",
     engine: str = "own",
     frames: bool = False,
     gravity: Vec = (0.0, 0.0, -9.81),
@@ -198,28 +208,31 @@ def verify(
 ) -> Verdict:
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
 
-    Whether the base floats is read off the .mbs; joints are matched by name; ``gravity`` (m/s^2)
-    is what the .mbs should have, since a URDF has none.  ``engine`` is ``own`` or ``pinocchio``,
-    which compares the equations of motion too.  ``frames``: a link's frame that is elsewhere in the
-    .mbs is a difference, too.  ``diagnostics`` and ``strict`` weigh the warnings of reading the
-    URDF, as in ``convert``.  ``isolate`` runs xacro in a process with limits, such as
-    ``{"seconds": 60, "memory": "2GiB"}``.  Raises ConversionError.
+    Whether the ``base`` should float is read off the .mbs (``auto``), since a URDF leaves it open,
+    unless it is tied to ``world``; or it is given, ``floating`` or ``fixed``. Joints are matched by
+    name; ``gravity`` (m/s^2) is what the .mbs should have, since a URDF has none.  ``engine`` is
+    ``own`` or ``pinocchio``, which compares the equations of motion too.  ``frames``: a link's
+    frame that is elsewhere in the .mbs is a difference, too.  ``diagnostics`` and ``strict`` weigh
+    the warnings of reading the URDF, as in ``convert``.  ``isolate`` runs xacro in a process with
+    limits, such as ``{"seconds": 60, "memory": "2GiB"}``. Raises ConversionError.
     """
-    try:
-        usable(tolerance)
-    except ValueError as error:
-        raise ConfigError("tolerance-invalid", str(error), hint=f"such as {TOLERANCE}") from None
+    if not 0.0 < tolerance <= LARGEST_TOLERANCE:
+        raise ConfigError(
+            "tolerance-invalid",
+            f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
+            hint=f"such as {TOLERANCE}",
+        )
     source, model = os.fspath(source), os.fspath(model)
     try:
         data = files.read(Path(model))
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
     mbs = read(data, model)
-    base = "floating" if floating_joints(mbs) else "fixed"
+    floats = "floating" if floating_joints(mbs) else "fixed"
     given = {
         "source": source,
         "output": f"{source}.mbs",  # never written
-        "base": base,
+        "base": floats if base == "auto" else base,
         "packages": {name: os.fspath(path) for name, path in (packages or {}).items()},
         "xacro_args": dict(xacro_args or {}),
         "gravity": tuple(gravity),
@@ -235,12 +248,17 @@ def verify(
     found = match(robot, mbs)
     comparison = compare(
         robot.with_flipped(found.flipped), mbs, found.joints,
-        frames=found.frames, frozen=found.frozen, orders=found.orders,
+        frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
     inserted = next(iter(robot.joints)) if conversion.floating else ""
     floating_base = found.joints.get(inserted, ())
     differences, largest = comparison.differences, comparison.largest
+    if base == "auto" and floating_base and fixed_to_world(robot, inserted):
+        said = "the robot is fixed to the world, and the base of the .mbs floats"
+        differences.append(Difference("base", said, urdf="fixed", mbs="floating"))
+    if not frames:
+        del largest["frame"]  # of matched names: where a model has its frames is its own choice
     if engine == "pinocchio":
         from urdf2mbs.proof.dynamics import compare_dynamics
 
@@ -258,7 +276,7 @@ def verify(
     moving = [joint.name for joint in robot.joints.values() if joint.moves]
     return Verdict(
         robot.name,
-        base,
+        floats,
         floating_base,
         {name: names for name, names in found.joints.items() if name != inserted},
         sum(name not in (inserted, *found.frozen) for name in moving),
@@ -269,21 +287,12 @@ def verify(
         largest,
         differences,
         elsewhere,
-        _not_compared(mbs, found.frozen) | (_unseen(robot, mbs, found) if frames else {}),
+        comparison.but_for,
+        comparison.not_compared | (_unseen(robot, mbs, found) if frames else {}),
         [str(problem) for problem in validate(data, model)],
         found.flipped,
         conversion.diagnostics,
     )
-
-
-def _not_compared(mbs: Mbs, frozen: Mapping[str, str]) -> dict[str, str]:
-    why = "a URDF has nothing of the kind"
-    return {
-        **{f"joint '{name}'": reason for name, reason in frozen.items()},
-        **{f"cut '{cut.name}' ({cut.kind})": why for cut in mbs.cuts},
-        **{f"link '{link.name}' ({link.kind})": why for link in mbs.links},
-        **{f"user constraint '{found.name}'": why for found in mbs.user_constraints},
-    }
 
 
 def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:

@@ -431,6 +431,14 @@ SECTIONS = [
             "config-unreadable": Code("the config cannot be read"),
             "config-yaml": Code("it is not YAML", todo="mend the line named"),
             "config-type": Code("a value is of the wrong type"),
+            "plugin-verdict": Code(
+                "a plugin's pass or hook sets the settings, or what `check` has found",
+                todo="these are for reading",
+            ),
+            "value-range": Code(
+                "a number is outside the range of its option, infinite, or not a number",
+                todo="the message says the range; the page of the pass says the unit",
+            ),
             "config-key-missing": Code("a key must be given"),
             "config-key-doubled": Code("a key is there twice"),
             "unknown-key": Code("there is no such key", todo="the nearest name is offered"),
@@ -458,7 +466,6 @@ SECTIONS = [
                 "posture names something that is not a joint with a position of its own",
                 todo="the nearest name is offered",
             ),
-            "posture-value": Code("a position is not a finite number"),
             "posture-srdf": Code(
                 "the SRDF file cannot be read, or has no such group state",
                 todo="those that it has are offered",
@@ -470,7 +477,6 @@ SECTIONS = [
                 todo="the message says what to do",
             ),
             "contacts-shape": Code("a link has no shape to take points of", todo="give the points"),
-            "contacts-value": Code("a number with which the force would be zero, or without bound"),
             "sensors-only": Code(
                 "sensors: `only` names no sensor of the URDF", todo="the nearest name is offered"
             ),
@@ -481,7 +487,7 @@ SECTIONS = [
             "loops-link": Code(
                 "a cut does not end at a link with a body", todo="the nearest name is offered"
             ),
-            "loops-length": Code("a length that no rod can have"),
+            "loops-length": Code("a cut that is no rod has a length"),
             "loops-dependent": Code(
                 "the joints in `dependent` cannot be solved for", todo="name more, or leave it out"
             ),
@@ -494,17 +500,13 @@ SECTIONS = [
                 todo="letters, digits and `_`, a letter first",
             ),
             "loops-name": Code("a cut is called as a link is", todo="another name"),
-            "forces-value": Code("a number of a force is not finite"),
             "forces-spring": Code("the ends of a spring coincide"),
             "stale": Code(
                 "a pass needs what is out of date: another pass changed what it was made from",
                 todo="the message names both passes: change the order",
             ),
-            "gravity-infinite": Code(
-                "gravity is not three finite numbers", todo="in m/s^2, such as `[0, 0, -9.81]`"
-            ),
             "tolerance-invalid": Code(
-                "the tolerance is not a finite number above 0", todo="such as `1e-9`"
+                "the tolerance of `verify` is not above 0 and at most 1e-3", todo="such as `1e-9`"
             ),
             "estimate-inertia": Code("its options contradict each other or the robot"),
             "package-missing": Code("`packages` names a folder that does not exist"),

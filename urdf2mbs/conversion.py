@@ -18,9 +18,6 @@ from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
 
-#: Why prune-massless leaves a moving joint out (see ``Conversion.frozen``).
-NOTHING_HEAVY = "nothing that it moves has mass"
-
 
 class Settings(msgspec.Struct, frozen=True):
     """What the user asked for, with absolute paths."""
@@ -152,8 +149,10 @@ class Proof(msgspec.Struct):
     """The largest relative deviation of each kind."""
     differences: list[Difference]
     """Why it is not the same, the largest first."""
+    but_for: dict[str, str]
+    """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
     not_compared: dict[str, str]
-    """Moving joints that are held at zero, and why."""
+    """What Robotran reads and nothing compared: each thing, and why."""
 
 
 def choose(pattern: str, names: Collection[str], code: str, what: str) -> list[str]:
@@ -204,6 +203,8 @@ class Conversion:
         self.names = Names()
         self.frozen: dict[str, str] = {}
         """Moving URDF joints that are not in the .mbs, and why; held at zero."""
+        self.weightless: set[str] = set()
+        """Those of them that are left out because nothing that they move has mass."""
         self.frames: dict[str, LinkFrame] = {}
         """Where each URDF link's frame is, by link name (filled by assign-names)."""
         self.meshes: dict[str, str] = {}

@@ -334,6 +334,7 @@ def _verify(commands: Commands) -> None:
         "--engine", choices=("own", "pinocchio"), default="own",
         help="own (the default), or pinocchio, which compares mass matrix and forces, too",
     )  # fmt: skip
+    _add_base(command)
     command.add_argument(
         "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
         help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from urdf2mbs import spatial
 from urdf2mbs.conversion import (
-    NOTHING_HEAVY,
     Conversion,
     LinkFrame,
     Names,
@@ -32,7 +31,6 @@ from urdf2mbs.urdf import model as urdf
 VERSION = 1
 
 __all__ = [
-    "NOTHING_HEAVY",
     "VERSION",
     "ConfigError",
     "Conversion",

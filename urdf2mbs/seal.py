@@ -26,11 +26,16 @@ def seal(path: Path, data: bytes) -> bytes:
     around = _comment(path, data)
     if around is None or not data or intact(data):
         return data
-    if _SEAL.match(data, _last_line(data)):
-        data = data[: _last_line(data)]
-    elif not data.endswith(b"\n"):
+    data = unsealed(data)
+    if not data.endswith(b"\n"):
         data += b"\n"
     return data + f"{around[0]}{_WORDS}{checksum(data)}{around[1]}\n".encode()
+
+
+def unsealed(data: bytes) -> bytes:
+    """The file without its seal."""
+    start = _last_line(data)
+    return data[:start] if _SEAL.match(data, start) else data
 
 
 def can_hold(path: Path, data: bytes) -> bool:

@@ -9,6 +9,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Proof, RobotChange
 from urdf2mbs.diagnostics import Diagnostic, counted
+from urdf2mbs.proof.verdict import NOT_CHECKED, in_words
 from urdf2mbs.spatial import Vec
 from urdf2mbs.urdf.changes import told
 from urdf2mbs.urdf.left_out import left_out
@@ -60,6 +61,9 @@ class Report(msgspec.Struct):
     """What passes have changed of the robot that the URDF states."""
     left_out: dict[str, dict[str, dict[str, Any]]]
     """What the URDF's joints have and an .mbs has no place for: every number by its name."""
+    verdict: str
+    """``NOT CHECKED``, ``NOT the same robot``, or ``the same robot`` with what it is but for, and
+    what was not compared."""
     proof: Proof | None
     """What ``check`` found; None: it did not run."""
     diagnostics: list[Diagnostic]
@@ -67,21 +71,20 @@ class Report(msgspec.Struct):
     """What passes have added, each under its name."""
 
     @property
-    def verdict(self) -> str:
-        """Whether it is the same robot, in words."""
-        if self.proof is None:
-            return "not checked"
-        if not self.proof.same:
-            return "NOT the same robot"
-        owned = "; ".join(f"{one.by} changed: {told(one.changes)}" for one in self.changed)
-        return "the same robot" + (f", but for what {owned}" if owned else "")
-
-    @property
     def base_in_words(self) -> str:
         """Whether the base floats, and by whose joint."""
         own = ", ".join(f"'{name}'" for name in self.floating_joints)
         why = f"free by the URDF's own joint {own}" if own else self.base_reason
         return f"{self.base} base" + (f" ({why})" if why else "")
+
+
+def verdict(conversion: Conversion) -> str:
+    """Whether the .mbs is the same robot, in words."""
+    proof = conversion.proof
+    if proof is None:
+        return NOT_CHECKED
+    changes = [f"what {one.by} changed: {told(one.changes)}" for one in conversion.changed]
+    return in_words(not proof.same, proof.but_for, proof.not_compared, changes)
 
 
 def report(conversion: Conversion) -> Report:
@@ -112,6 +115,7 @@ def report(conversion: Conversion) -> Report:
         frozen=conversion.frozen,
         changed=conversion.changed,
         left_out=left_out(robot),
+        verdict=verdict(conversion),
         proof=conversion.proof,
         diagnostics=conversion.diagnostics,
         passes=conversion.report,

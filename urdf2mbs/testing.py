@@ -137,6 +137,8 @@ def assert_same_robot(result: Result, expected: Result | None = None) -> None:
         {name: tuple(joints) for name, joints in result.names.coordinates.items()},
         frames=result.frames,
         frozen=result.frozen,
+        weightless=sorted(result.conversion.weightless & result.frozen.keys()),
+        driven=[one.follower.name for one in result.conversion.simulation.driven],
         gravity=result.conversion.settings.gravity,
     )
     found = [difference.message for difference in comparison.differences + comparison.frames]

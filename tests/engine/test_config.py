@@ -216,6 +216,7 @@ def fault(value: Any, rule: dict[str, Any], whole: dict[str, Any], at: str = "$"
             "$schema", "$defs", "$ref", "title", "description", "default", "type", "enum", "anyOf",
             "properties", "required", "additionalProperties", "propertyNames", "items",
             "prefixItems", "minItems", "maxItems", "minLength",
+            "minimum", "maximum", "exclusiveMinimum",
         }, f"the test does not know {key}"  # fmt: skip
     if "$ref" in rule:
         wrong = fault(value, whole["$defs"][rule["$ref"].removeprefix("#/$defs/")], whole, at)
@@ -229,6 +230,11 @@ def fault(value: Any, rule: dict[str, Any], whole: dict[str, Any], at: str = "$"
         return f"{at}: {value!r} is not one of {rule['enum']}"
     if isinstance(value, str) and len(value) < rule.get("minLength", 0):
         return f"{at}: it is empty"
+    if isinstance(value, (int, float)) and not (
+        rule.get("minimum", value) <= value <= rule.get("maximum", value)
+        and rule.get("exclusiveMinimum", value - 1) < value
+    ):
+        return f"{at}: {value} is out of range"
     kinds = rule.get("type", [])
     types = {
         "string": str, "number": (int, float), "integer": int, "boolean": bool, "array": list,
@@ -296,6 +302,10 @@ def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
         ("base: flying", False),
         ("gravity: [0, 0, 1]", True),
         ("gravity: [0, 0]", False),
+        ("gravity: [0, 0, 1.0e+300]", False),
+        ("passes: {check: {tolerance: 1.0e-6}}", True),
+        ("passes: {check: {tolerance: 0.8}}", False),
+        ("passes: {check: {tolerance: 0}}", False),
         ("xacro_args: {a: 1, b: true, c: x}", True),
         ("plugins: a.py", True),
         ("plugins: [a.py, 1]", False),

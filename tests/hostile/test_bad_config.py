@@ -31,7 +31,7 @@ CONFIGS = {
     "passes: {loops: {cuts: {hand: {ends: [{link: hand}, {link: body}]}}}}": "loops-name",
     "passes: {forces: {wrenches: {w: {link: nobody}}}}": "forces-link",
     "passes: {forces: {wrenches: {1w: {link: hand}}}}": "forces-name",
-    "passes: {forces: {wrenches: {w: {link: hand, force: [.nan, 0, 0]}}}}": "forces-value",
+    "passes: {forces: {wrenches: {w: {link: hand, force: [.nan, 0, 0]}}}}": "value-range",
     "passes: {forces: {springs: {s: {ends: [{link: hand}, {link: hand}], stiffness: 1}}}}":
         "forces-spring",
 }  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from math import inf, nan
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -12,9 +13,21 @@ from hypothesis import strategies as st
 from lxml import etree
 from mbs.models import everything, few, models
 
-from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor, Shape
+from urdf2mbs.mbs.model import (
+    Base,
+    Body,
+    Connection,
+    Joint,
+    Mbs,
+    Parameter,
+    Point,
+    Sensor,
+    Shape,
+    UserModel,
+)
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -401,3 +414,37 @@ def test_a_body_on_one_line_says_the_same(mbs: Mbs) -> None:
     assert len(short) <= len(indented)
     assert read(short, "short.mbs") == read(indented, "indented.mbs")
     assert validate(short, "short.mbs") == []
+
+
+@pytest.mark.parametrize(
+    ("spoil", "element"),
+    [
+        (lambda mbs: setattr(mbs.base, "gravity", (0.0, 0.0, inf)), "the base"),
+        (lambda mbs: setattr(mbs.bodies[1], "mass", nan), "body 'arm'"),
+        (lambda mbs: setattr(mbs.bodies[1].joints[0], "q", -inf), "joint 'shoulder_origin_R2'"),
+        (
+            lambda mbs: setattr(mbs.bodies[1].points[0], "coordinates", (inf, 0.0, 0.0)),
+            "body 'arm'",
+        ),
+        (
+            lambda mbs: mbs.user_models.append(
+                UserModel(
+                    "a", [Parameter("b", "scalar", ("1.0",)), Parameter("c", "scalar", ("inf",))]
+                )
+            ),
+            "parameter 'c' of user model 'a'",
+        ),
+        (
+            lambda mbs: mbs.cuts.append(Connection("rod", "tie", ("arm", None), (None, None), inf)),
+            "rod 'tie'",
+        ),
+        (lambda mbs: setattr(mbs.view, "frame", nan), "the 3D view"),
+    ],
+)
+def test_what_is_not_finite_is_refused_and_its_element_named(
+    spoil: Callable[[Mbs], None], element: str
+) -> None:
+    mbs = convert_text().mbs
+    spoil(mbs)
+    with pytest.raises(ValueError, match=f"^{element} has the number (nan|-?inf)"):
+        write(mbs)

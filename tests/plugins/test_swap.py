@@ -1,4 +1,5 @@
-"""Every built-in pass can be replaced by a plugin that gives the same thing; only if asked to."""
+"""Every built-in pass but check can be replaced by a plugin that gives the same thing; only if
+asked to."""
 
 from __future__ import annotations
 
@@ -10,14 +11,14 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import TINY, convert_text
 
 BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
-#: The nine of the method, and check.
-BUILT_IN = preset("faithful", Lines())[0]
+#: All but check: the verdict is nobody else's.
+BUILT_IN = [name for name in preset("faithful", Lines())[0] if name != "check"]
 
 STAND_IN = """
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
@@ -55,6 +56,14 @@ def test_each_built_in_pass_can_be_replaced(name: str, plain: bytes, tmp_path: P
     without = convert(BIPED, plugins=[plugin])
     assert without.data == plain
     assert "stand-in" not in [d.code for d in without.diagnostics]
+
+
+def test_a_plugin_gives_no_verdict(tmp_path: Path) -> None:
+    plugin = tmp_path / "stand_in.py"
+    plugin.write_text(STAND_IN.format(name="check"))
+    with pytest.raises(ConversionError, match="pass 'check' of plugin 'stand_in'") as refused:
+        convert(BIPED, plugins=[plugin], swap={"check": "stand_in"})
+    assert refused.value.code == "plugin-verdict"
 
 
 def test_all_of_them_at_once(plain: bytes, tmp_path: Path) -> None:

@@ -256,7 +256,7 @@ def test_corners_of_a_mesh(tmp_path: Path) -> None:
     ("options", "code"),
     [
         ({"links": ["*_fot"]}, "contacts-links"),
-        ({"links": ["tool"], "stiffness": -1.0}, "contacts-value"),
+        ({"links": ["tool"], "stiffness": -1.0}, "value-range"),
         ({"links": ["tool"]}, "contacts-shape"),
         ({"links": ["wrist"]}, "contacts-body"),
     ],

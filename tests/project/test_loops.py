@@ -20,7 +20,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
 
 ROOT = Path(__file__).resolve().parents[2]
-LENGTH = "loops-length"
+LENGTH, RANGE = "loops-length", "value-range"
 
 
 def at(x: float, y: float, z: float) -> str:
@@ -178,7 +178,7 @@ def test_the_chosen_joints_solve_the_constraints() -> None:
     [
         ({"ends": [{"link": "coupler"}, {"link": "rihgt"}]}, "loops-link"),
         ({"ends": [{"link": "coupler"}, {"link": "right"}], "length": 1.0}, LENGTH),
-        ({"kind": "rod", "ends": [{"link": "left"}, {"link": "right"}], "length": -1}, LENGTH),
+        ({"kind": "rod", "ends": [{"link": "left"}, {"link": "right"}], "length": -1}, RANGE),
     ],
 )  # fmt: skip
 def test_wrong_cuts(cut: dict[str, Any], code: str) -> None:

@@ -173,7 +173,7 @@ def test_sensors_of_the_config(tmp_path: Path) -> None:
         ("actuators", {"joints": ["tool_mount"]}, "actuators-joints"),
         ("posture", {"joints": {"shuolder": 1.0}}, "posture-joint"),
         ("posture", {"joints": {"tool_mount": 1.0}}, "posture-joint"),
-        ("posture", {"joints": {"shoulder": float("nan")}}, "posture-value"),
+        ("posture", {"joints": {"shoulder": float("nan")}}, "value-range"),
         ("posture", {"hold": {"stiffness": float("inf"), "damping": 1.0}}, "config-type"),
         ("joint-parameters", {"stop_frequency": -1.0}, "config-type"),
         ("posture", {"state": "home"}, "posture-srdf"),

@@ -110,14 +110,18 @@ def test_only_what_weighs_nothing_may_be_left_out(name: str, heavy: bool) -> Non
     text = TINY.replace("</robot>", f"{link('tip')}{joint('hand', 'tip', name='tip')}</robot>")
     result, mbs = pieces(text)
     frozen = {**result.frozen, name: result.frozen["tip"]}
-    assert ("joint-missing" in kinds(compared(result, mbs, frozen=frozen))) is heavy
+    found = compared(result, mbs, frozen=frozen, weightless=[*frozen])
+    assert ("joint-missing" in kinds(found)) is heavy
+    assert found.but_for[f"joint '{name}'"] == "held at zero: nothing that it moves has mass"
 
 
 def test_a_reason_of_ones_own_is_a_passes_business() -> None:
     result, mbs = pieces()
     own_joint(mbs, "wrist_roll").nature = "driven"
     own_joint(mbs, "wrist_roll").q = 0.0
-    assert compared(result, mbs, frozen={"wrist_roll": "locked on purpose"}).same
+    found = compared(result, mbs, frozen={"wrist_roll": "locked on purpose"})
+    assert found.same
+    assert found.but_for == {"joint 'wrist_roll'": "held at zero: locked on purpose"}
 
 
 def test_inertia_without_mass_counts() -> None:

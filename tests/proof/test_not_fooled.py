@@ -105,14 +105,12 @@ def test_the_worst_deviation_is_found_wherever_it_stands() -> None:
             assert worst(offs) > 1e300
 
 
-@pytest.mark.parametrize("tolerance", [inf, nan, 0.0, -1.0])
-def test_a_tolerance_is_a_finite_number_above_zero(tolerance: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize("tolerance", [inf, nan, 0.0, -1.0, 1e300, 1.0, 2e-3])
+def test_a_tolerance_is_above_zero_and_at_most_1e_3(tolerance: float, tmp_path: Path) -> None:
     model = tmp_path / "tiny.mbs"
     model.write_bytes(convert_text().data)
     with pytest.raises(ConfigError, match="tolerance-invalid"):
         verify("tiny.urdf", model, tolerance=tolerance)
-    with pytest.raises(ConfigError, match="no tolerance"):
-        convert_text(options={"check": {"tolerance": tolerance}})
 
 
 @pytest.mark.parametrize("part", [".inf", "-.inf", ".nan"])
@@ -121,10 +119,10 @@ def test_gravity_is_finite(part: str, tmp_path: Path, capsys: Any) -> None:
     config = tmp_path / "tiny.yaml"
     config.write_text(f"source: tiny.urdf\ngravity: [0, 0, {part}]\n")
     assert main(["run", str(config)]) == 2
-    assert "tiny.yaml:2: error[gravity-infinite]" in capsys.readouterr().err
+    assert "tiny.yaml:2: error[value-range]" in capsys.readouterr().err
     model = tmp_path / "tiny.mbs"
     model.write_bytes(convert_text().data)
-    with pytest.raises(ConfigError, match="gravity-infinite"):
+    with pytest.raises(ConfigError, match="value-range"):
         verify("tiny.urdf", model, gravity=(0.0, 0.0, float(part.replace(".", ""))))
 
 
@@ -133,7 +131,7 @@ def test_numbers_that_overflow_are_no_traceback() -> None:
         'xyz="0 0 0.3"', 'xyz="1e308 1e308 1e308"'
     )
     for pipeline in ("faithful", "compact"):
-        with pytest.raises(ConversionError, match="cannot hold the number inf") as refused:
+        with pytest.raises(ConversionError, match=r"has the number (inf|nan), which no") as refused:
             convert_text(text, pipeline=pipeline)
         assert refused.value.code == "mbs-unwritable"
 
@@ -438,7 +436,7 @@ def test_a_turned_sensor_frame_is_a_difference_to_who_asks(tmp_path: Path, capsy
     model = tmp_path / "turned.mbs"
     model.write_bytes(convert(turned).data)
     assert main(["verify", str(here), str(model)]) == 0
-    assert "frames that are elsewhere" in capsys.readouterr().out
+    assert "1 frame of links and points elsewhere than by the URDF" in capsys.readouterr().out
     assert main(["verify", str(here), str(model), "--frames"]) == 3
     out = capsys.readouterr().out
     assert "link 'imu': its frame is turned by 3.14159 about z" in out

@@ -121,6 +121,24 @@ def _axis(mbs: Mbs) -> None:
     found.type = "R1" if found.type == "R2" else "R2"
 
 
+def _driven(**values: object) -> Callable[[Mbs], None]:
+    def plant(mbs: Mbs) -> None:
+        found = next(j for j in body(mbs, "left_arm").joints if j.nature == "driven" and j.q)
+        for key, value in values.items():
+            setattr(found, key, value)
+
+    return plant
+
+
+def _parameter(model: str, name: str, factor: float) -> Callable[[Mbs], None]:
+    def plant(mbs: Mbs) -> None:
+        models = [one for one in mbs.user_models if one.name == model]
+        found = next(p for p in models[0].parameters if p.name == name)
+        found.values = (repr(factor * float(found.values[0])),)
+
+    return plant
+
+
 PLANTED: dict[str, tuple[Callable[[Mbs], None], str]] = {
     "products of inertia negated": (
         _inertia("chest", lambda xx, xy, xz, yy, yz, zz: (xx, -xy, -xz, yy, -yz, zz)), "chest"),
@@ -140,6 +158,14 @@ PLANTED: dict[str, tuple[Callable[[Mbs], None], str]] = {
     "the sign of an angle": (_turn(-2 * 0.2), "left_arm"),
     "an anchor 1e-6 m off": (_anchor(1e-6), "head"),
     "anchors swapped": (_swap_anchors, "left_arm"),
+    "q alone in the symbols of a joint that moves": (
+        _set("left_knee", symbols=("q",)), "left_shank"),
+    "no symbols of a joint that moves": (_set("left_knee", symbols=()), "left_shank"),
+    "no q in the symbols of a driven joint": (_driven(symbols=("qd",)), "left_arm"),
+    "a velocity of a driven joint": (_driven(symbols=None, qd=1.0), "left_arm"),
+    "an acceleration of a driven joint": (_driven(symbols=None, qdd=1.0), "left_arm"),
+    "damping a hundredfold": (_parameter("damping", "left_knee", 100.0), "left_shank"),
+    "a limit moved": (_parameter("q_max", "left_knee", 1.001), "left_shank"),
 }  # fmt: skip
 
 
@@ -192,7 +218,7 @@ def test_what_is_not_the_same_never_takes_the_place_of_a_good_file(
     )
     assert main(["run", str(config)]) == 3
     said = capsys.readouterr()
-    assert "NOT THE SAME ROBOT" in said.out
+    assert "NOT the same robot" in said.out
     assert "link 'head'" in said.err
     assert "mass" in said.err
     assert (tmp_path / "biped.mbs").read_bytes() == good

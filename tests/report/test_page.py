@@ -123,7 +123,7 @@ def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
     assert "NOT the same robot" in html.visible
     assert "mass is 2 <kg>" in html.visible
     conversion.proof = None
-    assert "not checked" in Html(make(conversion).data).visible
+    assert "NOT CHECKED" in Html(make(conversion).data).visible
 
 
 def test_every_message_is_there(tiny: Path, tmp_path: Path) -> None:
@@ -241,5 +241,5 @@ def test_the_command_says_when_it_is_another_robot(
     (tmp_path / "heavier.py").write_text(HEAVIER)
     file = config(tmp_path, "plugins: [heavier.py]\nafter: {reframe-inertia: heavier}\n")
     assert main(["report", str(file)]) == 3
-    assert "NOT THE SAME ROBOT" in capsys.readouterr().out
+    assert "NOT the same robot" in capsys.readouterr().out
     assert b"NOT the same robot" in (tmp_path / "out" / "robot.html").read_bytes()

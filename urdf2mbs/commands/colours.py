@@ -15,7 +15,7 @@ _RED, _YELLOW, _CYAN, _GREEN, _OFF = (f"\033[{n}m" for n in ("1;31", "1;33", "36
 _COLOURS = {"error": _RED, "warning": _YELLOW, "note": _CYAN}
 _LEVEL = r"\b(error|warning|note)(?=\[[a-z0-9-]+\])"
 _SAME = r"(?<!NOT )\bthe same robot\b"
-_OTHER = r"\bNOT (?:the same robot|THE SAME ROBOT)"
+_OTHER = r"\bNOT (?:the same robot|CHECKED)\b"
 
 
 class Shown:

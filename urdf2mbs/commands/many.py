@@ -163,7 +163,7 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
         said = f"error[{error.code}]: {error.message.splitlines()[0]}" if error else ""
         return (name, own, "-", "-", "-", "-", "-", said)
     warnings = sum(said.level == "warning" for said in found.diagnostics)
-    verdict = "" if outcome.code == 0 else "NOT the same robot: "
+    verdict = f"{found.verdict}: " if found.proof is None or not found.proof.same else ""
     output = near(Path(outcome.output)) if outcome.output else "nothing is written"
     return (
         name, own, str(found.links), str(found.bodies), str(found.joints.mbs),

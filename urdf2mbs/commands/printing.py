@@ -6,14 +6,17 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, Proof
 from urdf2mbs.diagnostics import Diagnostic, counted
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.summary import Joints, Report
+
+if TYPE_CHECKING:
+    from urdf2mbs.api import Verdict
 
 #: What the summaries of the passes call "the method".
 METHOD = (
@@ -36,11 +39,11 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     if conversion.names.flipped:
         print(f"  {other_way(conversion.names.flipped)}")
     if found.proof is not None:
-        proof = found.proof
-        verdict = found.verdict if proof.same else "NOT THE SAME ROBOT"
-        print(f"  {verdict}: {proof_in_words(proof.groups, proof.positions, proof.largest)}")
-        for difference in proof.differences:
+        print(f"  {found.verdict}\n  {proof_in_words(found.proof)}")
+        for difference in found.proof.differences:
             print(f"error[not-the-same]: {difference.message}", file=sys.stderr)
+    else:
+        print(f"  {found.verdict}: the pass 'check' is not in the pipeline")
     tell_diagnostics(conversion.diagnostics, verbose)
 
 
@@ -54,10 +57,14 @@ def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
         print(diagnostic, file=sys.stderr)
 
 
-def proof_in_words(groups: int, positions: int, largest: dict[str, float]) -> str:
-    """What the comparison looked at, and the largest relative deviation of each kind."""
-    found = ", ".join(f"{kind} {off:.1e}" for kind, off in largest.items())
-    return f"{counted(groups, 'rigid group')} at {positions} positions; largest deviations: {found}"
+def proof_in_words(proof: Proof | Verdict) -> str:
+    """What the comparison looked at, and the largest relative deviation of each kind, or how many
+    differences there are: what differs need not be a number."""
+    compared = f"{counted(proof.groups, 'rigid group')} at {proof.positions} positions"
+    if proof.differences:
+        return f"{compared}: {counted(len(proof.differences), 'difference')}"
+    found = ", ".join(f"{kind} {off:.1e}" for kind, off in proof.largest.items())
+    return f"{compared}; largest deviations: {found}"
 
 
 def joints_in_words(joints: Joints) -> str:

@@ -10,10 +10,8 @@ import msgspec
 from urdf2mbs.commands.printing import other_way, print_json, proof_in_words, tell_diagnostics
 from urdf2mbs.commands.settings import levels, pairs
 from urdf2mbs.commands.streams import STREAM
+from urdf2mbs.diagnostics import counted
 from urdf2mbs.urdf import standard_input
-
-#: So many frames that are elsewhere are told; a compact model has moved nearly all.
-SHOWN = 10
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -25,6 +23,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         arguments.model,
         packages=dict(pairs(arguments.package, "=", "--package", "NAME=DIR")),
         xacro_args=dict(pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
+        base=arguments.base or "auto",
         engine=arguments.engine,
         frames=arguments.frames,
         gravity=tuple(arguments.gravity),
@@ -34,7 +33,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     )
     code = 0 if verdict.same else 3
     if arguments.json:
-        print_json({"same": verdict.same, **msgspec.to_builtins(verdict)})
+        words = {"same": verdict.same, "verdict": verdict.verdict}
+        print_json({**words, **msgspec.to_builtins(verdict)})
         return code
     own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == len(SIX)]
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
@@ -44,21 +44,18 @@ def carry_out(arguments: argparse.Namespace) -> int:
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
     if verdict.flipped:
         print(f"  {other_way(verdict.flipped)}")
-    print(f"  {proof_in_words(verdict.groups, verdict.positions, verdict.largest)}")
+    print(f"  {proof_in_words(verdict)}")
+    if verdict.frames:
+        print(
+            f"  {counted(len(verdict.frames), 'frame')} of links and points elsewhere than by the "
+            "URDF, as a model may choose (--frames lists them, as differences)"
+        )
     if verdict.differences:
         print("not the same, by relative size:")
     for difference in verdict.differences:
         print(f"  {difference.size:8.2e}  {difference.message}")
-    if verdict.frames:
-        print("frames that are elsewhere, which by itself is no difference:")
-    for difference in verdict.frames[:SHOWN]:
-        print(f"  {difference.size:8.2e}  {difference.message}")
-    if len(verdict.frames) > SHOWN:
-        print(f"  and {len(verdict.frames) - SHOWN} more, which --json lists")
-    for what, why in verdict.not_compared.items():
-        print(f"not compared: {what}: {why}")
     for problem in verdict.schema:
         print(problem, file=sys.stderr)
     tell_diagnostics(verdict.diagnostics, arguments.verbose)
-    print("the same robot" if verdict.same else "NOT the same robot")
+    print(verdict.verdict)
     return code

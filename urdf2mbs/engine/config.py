@@ -19,12 +19,16 @@ from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.levels import Level
 from urdf2mbs.presets import PRESETS
+from urdf2mbs.ranges import Acceleration, in_words
 
 #: The most bytes of a config that are read.
 MOST = 2**20
 
 #: Where in a config a value stands: the keys (and list positions) that lead to it.
 Key = tuple[str | int, ...]
+
+#: Of a range: whole, or with a point.
+Number = Annotated[int, Meta(ge=-(10**15), le=10**15)] | Annotated[float, Meta(ge=-1e15, le=1e15)]
 
 #: A name or a path. One that is empty would stand for the folder of the config.
 Name = Annotated[str, Meta(min_length=1)]
@@ -42,10 +46,10 @@ class Project(msgspec.Struct, forbid_unknown_fields=True):
 class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """Numbers from one to another, both among them, in steps or so many."""
 
-    first: int | float = msgspec.field(name="from")
-    last: int | float = msgspec.field(name="to")
-    step: int | float | None = None
-    count: int | None = None
+    first: Number = msgspec.field(name="from")
+    last: Number = msgspec.field(name="to")
+    step: Number | None = None
+    count: Annotated[int, Meta(ge=-(10**9), le=10**9)] | None = None
 
 
 class Sweep(msgspec.Struct, forbid_unknown_fields=True):
@@ -66,7 +70,7 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     """the .mbs file (default: the source's name)"""
     base: Literal["auto", "floating", "fixed"] = "auto"
     """whether the base floats; auto: it does unless it is tied to 'world'"""
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
     """acceleration in base axes, m/s^2"""
     packages: dict[Name, Name] = {}
     """ROS package name: its directory"""
@@ -222,6 +226,13 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
     except msgspec.ValidationError as error:
         what, path = _told(error, data, kind)
         where: Key = (*at, *path)
+        number = _number_at(msgspec.inspect.type_info(kind), path)
+        if number is not None and " got " not in what:
+            raise lines.error(
+                "value-range",
+                f"'{_dotted(where)}' is {_inside(data, path)!r}: {in_words(number)} is wanted",
+                where,
+            ) from None
         field = str(path[0]) if path else ""
         raise lines.error(
             "config-type",
@@ -292,6 +303,23 @@ def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, K
                         break
         where = (*where, step)
     return what, where
+
+
+def _number_at(at: Any, path: Key) -> msgspec.inspect.FloatType | msgspec.inspect.IntType | None:
+    """The type of the number that a path of keys leads to; None where it leads to no number."""
+    if isinstance(at, msgspec.inspect.UnionType):
+        return next((found for one in at.types if (found := _number_at(one, path))), None)
+    if not path:
+        return at if isinstance(at, (msgspec.inspect.FloatType, msgspec.inspect.IntType)) else None
+    key, rest = path[0], path[1:]
+    if isinstance(at, msgspec.inspect.DictType):
+        return _number_at(at.value_type, rest)
+    if isinstance(at, msgspec.inspect.TupleType) and isinstance(key, int):
+        return _number_at(at.item_types[key], rest)
+    if isinstance(at, msgspec.inspect.ListType):
+        return _number_at(at.item_type, rest)
+    fields = (field for field in getattr(at, "fields", ()) if field.encode_name == key)
+    return next((_number_at(field.type, rest) for field in fields), None)
 
 
 def _split(error: msgspec.ValidationError) -> tuple[str, Key]:

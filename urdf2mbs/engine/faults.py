@@ -51,6 +51,32 @@ def hook_failed(
     )  # fmt: skip
 
 
+def ours_alone(conversion: Conversion) -> str:
+    """What only urdf2mbs itself sets: what was asked for, and what was found."""
+    c = conversion
+    return repr((c.settings, c.proof, c.rejected, c.changed, c.proven and hash(c.proven)))
+
+
+def check_ours(conversion: Conversion, before: str, who: str, plugin: str, file: str) -> None:
+    """Raise ConversionError if a plugin's pass or hook has set what only urdf2mbs sets, or changed
+    the file that was checked."""
+    if ours_alone(conversion) != before:
+        raise ConversionError(
+            "plugin-verdict",
+            f"{who} of plugin '{plugin}' changes what was asked for, or what 'check' has found",
+            file=file,
+            hint="conversion.settings, .proof, .proven, .rejected and .changed are for reading",
+        )
+    fault = _checked_file_fault(conversion)
+    if fault is not None:
+        raise ConversionError(
+            "plugin-output-broken",
+            f"{who} of plugin '{plugin}' changes the file: {fault[0]}",
+            file=file,
+            hint=fault[1],
+        )
+
+
 def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
     """Raise ConversionError if a plugin's pass left something that later passes, or the program,
     would stumble over, or lose in silence; ``known``: there was a robot before."""
@@ -100,13 +126,20 @@ def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None]:
     return (inside or frames or [(file, None)])[-1]
 
 
-def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
+def _checked_file_fault(conversion: Conversion) -> tuple[str, str] | None:
     made = conversion.rejected or conversion.settings.output
     if conversion.proof is not None and conversion.files.get(made) != conversion.proven:
         return (
             f"it is not the '{made.name}' that was checked",
             "put the pass before 'check', so that what it does is checked, too",
         )
+    return None
+
+
+def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
+    fault = _checked_file_fault(conversion)
+    if fault is not None:
+        return fault
     for path, data in conversion.files.items():
         if not isinstance(path, Path) or not isinstance(data, bytes):
             return (

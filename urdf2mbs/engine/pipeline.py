@@ -11,17 +11,23 @@ from typing import Any
 from urdf2mbs.conversion import Conversion, RobotChange
 from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.engine.config import Config, Lines
-from urdf2mbs.engine.faults import check_left, hook_failed, pass_failed
+from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
+from urdf2mbs.proof.verdict import NOT_CHECKED
+from urdf2mbs.seal import seal, unsealed
 from urdf2mbs.urdf.changes import between, snapshot
 
 #: The hooks around every pass.
 _AROUND = ("urdf2mbs_before_pass", "urdf2mbs_after_pass")
+
+
+#: Ends an .mbs file that nobody compared with its URDF.
+_UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n".encode()
 
 
 class Pipeline:
@@ -97,6 +103,11 @@ class Pipeline:
             error.said = levels.applied([*conversion.diagnostics, *error.said])
             raise
         levels.judge(conversion.diagnostics)
+        output = self.settings.output
+        data = conversion.files.get(output)
+        if conversion.proof is None and data is not None and output.suffix == ".mbs":
+            # behind the root: what stands before it is no place for a comment in every reader
+            conversion.files[output] = seal(output, unsealed(data) + _UNPROVEN)
         return conversion
 
     def _progress(self, text: str) -> None:
@@ -126,11 +137,14 @@ class Pipeline:
                 self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
             before = snapshot(conversion.robot) if known and _may_change(configured) else None
+            ours = ours_alone(conversion) if found.plugin != GROUP else ""
             start = perf_counter()
             try:
                 pass_.run(conversion, configured.options)
                 seconds = perf_counter() - start
                 if found.plugin != GROUP:
+                    who = f"pass '{pass_.name}'"
+                    check_ours(conversion, ours, who, found.plugin, found.file)
                     check_left(found, conversion, known)
                 if before is not None:
                     declared = "robot" in pass_.changes
@@ -181,13 +195,16 @@ class Pipeline:
         """Call a hook of all plugins, and of those who watch."""
         strangers = self.plugins.hooked(hook)
         before = snapshot(conversion.robot) if strangers else None
+        ours = ours_alone(conversion) if strangers else ""
         try:
             for hooks in self._hooks:
                 getattr(hooks, hook)(pass_=pass_, conversion=conversion, **more)
             if before is not None:
                 when = "before" if "before" in hook else "after"
                 who = f"the hook {when} '{pass_.name}'"
-                _note_change(conversion, before, who, "' or '".join(strangers), declared=False)
+                names = "' or '".join(strangers)
+                check_ours(conversion, ours, who, names, "")
+                _note_change(conversion, before, who, names, declared=False)
         except ConversionError:
             raise
         except FAILURES as error:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Sequence
-from math import isfinite
 from pathlib import Path
 
 from urdf2mbs.conversion import Settings
@@ -42,12 +41,6 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
         output = absolute(folder / spelled(config.output, lines, ("output",)))
     else:
         output = absolute(folder / f"{stem(source)}.mbs")
-    if not all(map(isfinite, config.gravity)):
-        raise lines.error(
-            "gravity-infinite",
-            f"gravity is {list(config.gravity)}: each part must be a finite number, in m/s^2",
-            ("gravity",),
-        )
     for name, directory in config.packages.items():
         packages[name] = absolute(folder / spelled(directory, lines, ("packages", name)))
         if not is_folder(packages[name]):

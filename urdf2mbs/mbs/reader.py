@@ -95,7 +95,7 @@ def read(
 ) -> Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
-    ``mechanics_only`` passes over all graphics and user models, which takes a third of the time.
+    ``mechanics_only`` passes over all graphics, which takes a third of the time.
     Of a large file then a body that says the same as one of those ``known`` is that one, so that
     it is in memory once.
 
@@ -123,7 +123,7 @@ def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Bod
     """The model of a large file, whose tree is never there as a whole: each body is read and
     taken out of it.  On any error its message and line may be wrong."""
     # one body may carry all the others: its points' graphics go before it is whole
-    tags = ["base", "body", *(["parameter", "graphics"] if mechanics_only else [])]
+    tags = ["base", "body", *(["graphics"] if mechanics_only else [])]
     parser: Any = etree.XMLPullParser(events=("end",), tag=tags, **_SAFE)
     reader = _Reader(file)
     base: Base | None = None
@@ -152,8 +152,6 @@ def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Bod
             twin = twins.get(body.name)
             bodies.append(body if twin is None or _mechanics(twin) != _mechanics(body) else twin)
             done = element
-        elif above[1:] == ["user_models", "mbsDescR7"]:
-            done = element
     root: _Element = parser.close()
     _check_entities(root, file)
     if mechanics_only:
@@ -171,7 +169,7 @@ def _mechanics(body: Body) -> tuple[Any, ...]:
 
 
 def _only_mechanics(element: _Element) -> None:
-    etree.strip_elements(element, "graphics", "user_models", "x3D", with_tail=False)
+    etree.strip_elements(element, "graphics", "x3D", with_tail=False)
 
 
 def validate(data: bytes, file: str) -> list[Diagnostic]:

@@ -44,12 +44,24 @@ from urdf2mbs.spatial import Vec
 class _Numbers(dict[float, str]):
     """Each number as text, to its last digit; minus zero is zero."""
 
+    where = ""
+    """The element that is being written."""
+
     def __missing__(self, value: float) -> str:
         number = float(value)
         if not isfinite(number):
-            raise ValueError(f"an .mbs file cannot hold the number {number}")
+            raise ValueError(f"{self.where} has the number {number}, which no .mbs file can hold")
         text = self[value] = repr(number + 0.0)
         return text
+
+    def of_text(self, text: str) -> None:
+        """Raises ValueError for a number that is text already, and not finite."""
+        try:
+            number = float(text)
+        except ValueError:
+            return
+        if not isfinite(number):
+            self[number]
 
 
 class _Texts(dict[str, str]):
@@ -165,6 +177,7 @@ class _Writer:
         yield "</mbsDescR7>\n"
 
     def base(self, base: Base) -> str:
+        self.number.where = "the base"
         for point in base.points:
             if point.sensor is not None or point.extforce is not None:
                 raise ValueError(
@@ -205,6 +218,8 @@ class _Writer:
         n, t = self.number, self.text
         if not body.joints:
             raise ValueError(f"body '{body.name}' has no joint: Robotran would lose it")
+        joints = "".join([self.joint(joint) for joint in body.joints])
+        n.where = f"body '{body.name}'"
         mass = com = inertia = x2d = ""
         if body.mass is not None:
             mass = f"      <mass>{n[body.mass]}</mass>\n"
@@ -235,8 +250,7 @@ class _Writer:
             f"        <bodyname>{BASE if body.parent is None else t[body.parent]}</bodyname>\n"
             f"        <pointname>{ORIGIN if body.point is None else t[body.point]}</pointname>\n"
             "      </parent>\n"
-            f"{''.join([self.joint(joint) for joint in body.joints])}"
-            f"{mass}{com}{inertia}"
+            f"{joints}{mass}{com}{inertia}"
             f"{self.points(body.points)}"
             f"      <graphics>\n{x2d}"
             "        <x3D>\n"
@@ -251,6 +265,7 @@ class _Writer:
 
     def joint(self, joint: Joint) -> str:
         n = self.number
+        n.where = f"joint '{joint.name}'"
         initial = symbols = x2d = ""
         if joint.q is not None:
             initial = f"          <q>{n[joint.q]}</q>\n"
@@ -393,6 +408,7 @@ class _Writer:
         )
         length = ""
         if connection.length is not None:
+            self.number.where = f"{connection.kind} '{connection.name}'"
             length = f"      <length>{self.number[connection.length]}</length>\n"
         return (
             f"    <{connection.kind}>\n"
@@ -426,6 +442,9 @@ class _Writer:
         for parameter in model.parameters:
             key = (parameter.type, parameter.values)
             if key not in after:
+                self.number.where = f"parameter '{parameter.name}' of user model '{model.name}'"
+                for value in parameter.values if parameter.type != "structure" else ():
+                    self.number.of_text(value)
                 values = "".join([f"        <value>{t[v]}</value>\n" for v in parameter.values])
                 after[key] = self.laid(
                     f"</name>\n        <type>{t[parameter.type]}</type>\n"
@@ -451,6 +470,7 @@ class _Writer:
 
     def view(self, view: View) -> str:
         n = self.number
+        n.where = "the 3D view"
         red, green, blue = view.background
         viewpoints = "".join(
             f"      <viewpoint>\n{''.join(self.fields(viewpoint, VIEWPOINT, '        '))}"

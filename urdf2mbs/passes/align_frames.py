@@ -23,12 +23,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import atan2, hypot, inf, pi
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.ranges import Tolerance
 from urdf2mbs.spatial import (
     IDENTITY,
     ROUNDING,
@@ -54,9 +55,9 @@ X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     axes: Literal["x", "y", "z", "any"] = "any"
     """The coordinate axis that joints act about or along."""
-    candidates: int = 12
+    candidates: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 12
     """How many frames, quarter turns not counted, are considered for each body."""
-    tolerance: float = ROUNDING
+    tolerance: Tolerance = ROUNDING
     """Up to this (rad) a direction off a coordinate axis or plane counts as on it.  The default
     is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off each is."""
     flip: bool = False

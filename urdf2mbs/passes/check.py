@@ -15,15 +15,13 @@ from urdf2mbs.conversion import Conversion, Proof
 from urdf2mbs.diagnostics import Difference
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.proof.compare import TOLERANCE, compare, usable
+from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.ranges import Tolerance
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
-    tolerance: float = TOLERANCE
+    tolerance: Tolerance = TOLERANCE
     """The largest deviation that is no difference, relative to the robot's size or inertia."""
-
-    def __post_init__(self) -> None:
-        usable(self.tolerance)
 
 
 def run(conversion: Conversion, options: Options) -> None:
@@ -39,6 +37,9 @@ def run(conversion: Conversion, options: Options) -> None:
         conversion.names.coordinates,
         frames=conversion.frames,
         frozen=conversion.frozen,
+        weightless=sorted(conversion.weightless & conversion.frozen.keys()),
+        driven=[coupling.follower.name for coupling in conversion.simulation.driven],
+        models=conversion.mbs.user_models,
         gravity=conversion.settings.gravity,
         tolerance=options.tolerance,
     )
@@ -63,7 +64,8 @@ def run(conversion: Conversion, options: Options) -> None:
         comparison.groups,
         comparison.largest,
         differences,
-        dict(conversion.frozen),
+        comparison.but_for,
+        comparison.not_compared,
     )
     if differences:
         conversion.rejected = output.with_suffix(f".rejected{output.suffix}")

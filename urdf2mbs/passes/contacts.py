@@ -14,8 +14,8 @@ robot at zero has its feet below the ground.
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from math import hypot, isfinite, sqrt
-from typing import Any
+from math import hypot, sqrt
+from typing import Annotated, Any
 
 import msgspec
 
@@ -24,6 +24,7 @@ from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Parameter, Point, Sensor, UserModel
+from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
 from urdf2mbs.simulation import Contact
 from urdf2mbs.spatial import (
     Pose,
@@ -47,30 +48,29 @@ TIME_STEP = 2.5e-4
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground."""
-    points: dict[str, list[Vec]] = {}
+    points: dict[str, list[Place]] = {}
     """Link: its contact points, in its frame (m), instead of those of its shapes."""
-    within: float = 0.005
+    within: Length = 0.005
     """Shapes of a link count whose lowest point is at most this (m) above the link's lowest."""
     stand: bool = True
     """Whether a floating base is shifted so that the lowest contact point is on the ground."""
-    ground: float = 0.0
+    ground: Coordinate = 0.0
     """Height of the ground (m)."""
-    depth: float = 0.001
+    depth: PositiveLength = 0.001
     """How deep (m) the robot sinks in when it stands on all points; gives the stiffness."""
-    stiffness: float | None = None
+    stiffness: Annotated[float, msgspec.Meta(gt=0.0, le=1e12)] | None = None
     """Of the ground at each point (N/m), instead of ``depth``."""
-    speed: float = 0.1
+    speed: Speed = 0.1
     """Speed (m/s) at which the ground pushes twice as hard on the way in: less damps more."""
-    friction: float = 0.8
-    """Coefficient of friction."""
-    slip_speed: float = 0.02
+    friction: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 0.8
+    """Coefficient of friction, a ratio."""
+    slip_speed: Speed = 0.02
     """Speed of slip (m/s) from which on friction is nearly full."""
 
 
 def run(conversion: Conversion, options: Options) -> None:
     if not options.links and not options.points:
         return
-    _check(options)
     mbs, simulation = conversion.mbs, conversion.simulation
     g = mbs.base.gravity
     if any(g):
@@ -96,23 +96,6 @@ def run(conversion: Conversion, options: Options) -> None:
     conversion.report["contacts"] = [
         {"link": contact.link, "point": contact.point} for contact in simulation.contacts
     ]
-
-
-def _check(options: Options) -> None:
-    """Refuse numbers that would give no force at all, or one without bounds."""
-    wrong = [
-        name
-        for name in ("depth", "stiffness", "speed", "slip_speed")
-        if (value := getattr(options, name)) is not None and not 0.0 < value < float("inf")
-    ]
-    wrong += [name for name in ("friction", "within") if not 0.0 <= getattr(options, name) < 1e9]
-    if not isfinite(options.ground):
-        wrong.append("ground")
-    if wrong:
-        raise ConfigError(
-            "contacts-value", f"contacts: {wrong[0]} is {getattr(options, wrong[0])}",
-            hint="it must be a positive number" if wrong[0] != "ground" else None,
-        )  # fmt: skip
 
 
 def _chosen(conversion: Conversion, options: Options) -> dict[str, tuple[Segment, Pose]]:

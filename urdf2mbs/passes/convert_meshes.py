@@ -53,7 +53,7 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """COLLADA's ``<up_axis>``: leave the mesh as it lies, as RViz and Gazebo do, for which robots
     are made; or turn it so that z is up."""
 
-    at_most: Annotated[int, Meta(gt=0)] = 256
+    at_most: Annotated[int, Meta(gt=0, le=1_000_000)] = 256
     """MiB of all mesh files of the robot that are read: the meshes beyond are left out."""
 
 

@@ -13,15 +13,16 @@ in which sense), and says by how much it moved.
 
 from __future__ import annotations
 
-from math import hypot, isfinite, pi, sqrt
+from math import hypot, pi, sqrt
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted, some
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.ranges import PositiveLength
 from urdf2mbs.spatial import ZERO, Pose, Sym, Vec, compose, lump, rotate_inertia, unit
 from urdf2mbs.urdf import inertia
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Inertial, Joint, Link, Mesh, Origin, Sphere
@@ -32,11 +33,11 @@ Solid = tuple[float, Vec, Sym]
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
-    density: float | None = None
+    density: Annotated[float, msgspec.Meta(gt=0.0, le=1e6)] | None = None
     """kg/m^3 of every link that has no inertia of its own."""
-    total_mass: float | None = None
+    total_mass: Annotated[float, msgspec.Meta(gt=0.0, le=1e9)] | None = None
     """kg of the whole robot: what its own inertias leave is shared out by volume."""
-    rod_radius: float = 0.05
+    rod_radius: PositiveLength = 0.05
     """m; of the rods that stand in for meshes that cannot be read."""
     repair: bool = False
     """Replace inertias that no body can have by the nearest ones."""
@@ -93,11 +94,6 @@ def _estimate(conversion: Conversion, options: Options) -> None:
     if options.density is not None and options.total_mass is not None:
         raise ConfigError(
             "estimate-inertia", "estimate-inertia has both a density and a total_mass: give one"
-        )
-    given = options.total_mass if options.density is None else options.density
-    if not (isfinite(given or 0.0) and (given or 0.0) > 0.0 and options.rod_radius > 0.0):
-        raise ConfigError(
-            "estimate-inertia", "estimate-inertia: density, total_mass and rod_radius are positive"
         )
     solids: dict[str, tuple[Solid, str]] = {}
     children = conversion.robot.children()

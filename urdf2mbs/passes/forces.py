@@ -8,7 +8,7 @@ parameters of user models, called as the springs are.
 
 from __future__ import annotations
 
-from math import dist, isfinite
+from math import dist
 
 import msgspec
 
@@ -18,6 +18,7 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Parameter, Point, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.ranges import Force, Gain, Length, Place, Time
 from urdf2mbs.simulation import Spring, Wrench
 from urdf2mbs.spatial import ZERO, Pose, Vec, compose
 
@@ -30,33 +31,33 @@ NEVER = 1e9
 class WrenchOptions(msgspec.Struct, forbid_unknown_fields=True):
     link: str
     """On which it acts."""
-    at: Vec = ZERO
+    at: Place = ZERO
     """In the link's frame (m)."""
-    force: Vec = ZERO
+    force: tuple[Force, Force, Force] = ZERO
     """N, in the axes of the base."""
-    torque: Vec = ZERO
+    torque: tuple[Force, Force, Force] = ZERO
     """N m, in the axes of the base."""
-    start: float = 0.0
-    """s."""
-    stop: float = NEVER
-    """s."""
+    start: Time = 0.0
+    """When it begins (s)."""
+    stop: Time = NEVER
+    """When it ends (s)."""
 
 
 class End(msgspec.Struct, forbid_unknown_fields=True):
     link: str
     """Where it ends."""
-    at: Vec = ZERO
+    at: Place = ZERO
     """In the link's frame (m)."""
 
 
 class SpringOptions(msgspec.Struct, forbid_unknown_fields=True):
     ends: tuple[End, End]
     """``[{link: a, at: [x, y, z]}, {link: b, at: [x, y, z]}]``"""
-    stiffness: float
+    stiffness: Gain
     """N/m."""
-    damping: float = 0.0
+    damping: Gain = 0.0
     """N s/m."""
-    length: float | None = None
+    length: Length | None = None
     """Where it is at rest (m); none: as long as it is at the start position."""
 
 
@@ -80,8 +81,6 @@ def run(conversion: Conversion, options: Options) -> None:
     # forces and links share a name space with bodies and joints, and must not take their names
     taken = conversion.robot.links.keys() | conversion.robot.joints.keys()
     for name, wrench in options.wrenches.items():
-        numbers = (*wrench.at, *wrench.force, *wrench.torque, wrench.start, wrench.stop)
-        _check(name, numbers)
         segment, point = _point(conversion, name, f"{name}_at", wrench.link, wrench.at)
         if segment.parent is None:
             raise ConfigError(
@@ -100,7 +99,6 @@ def run(conversion: Conversion, options: Options) -> None:
     for name, spring in options.springs.items():
         ends: list[tuple[str | None, str | None]] = []
         for number, end in enumerate(spring.ends, start=1):
-            _check(name, end.at)
             segment, point = _point(conversion, name, f"{name}_{number}", end.link, end.at)
             ends.append((None if segment.parent is None else segment.body.name, point.name))
         own = f"{name}_spring" if name in taken else name
@@ -108,7 +106,6 @@ def run(conversion: Conversion, options: Options) -> None:
         mbs.links.append(link)
         one, two = (placement.point(mbs, *end) for end in ends)
         length = dist(one, two) if spring.length is None else spring.length
-        _check(name, (spring.stiffness, spring.damping, length))
         if dist(one, two) == 0.0:
             raise ConfigError(
                 "forces-spring", f"forces: the ends of spring '{name}' coincide, so that its force "
@@ -136,11 +133,6 @@ def _point(
     made = Point(point, compose(pose, Pose(at)).xyz)
     segment.holder.points.append(made)
     return segment, made
-
-
-def _check(name: str, numbers: tuple[float, ...]) -> None:
-    if not all(map(isfinite, numbers)):
-        raise ConfigError("forces-value", f"forces: '{name}' has a number that is not finite")
 
 
 def _model(name: str, values: dict[str, float]) -> UserModel:

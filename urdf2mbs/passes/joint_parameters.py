@@ -17,7 +17,8 @@ it moves (``I``, at the start position, with all joints further out locked):
 from __future__ import annotations
 
 from collections.abc import Container
-from math import inf, isfinite, pi
+from math import isfinite, pi
+from typing import Annotated
 
 import msgspec
 
@@ -26,6 +27,7 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Parameter, UserModel
+from urdf2mbs.ranges import Speed
 from urdf2mbs.spatial import (
     NO_INERTIA,
     ZERO,
@@ -49,16 +51,11 @@ LONGEST, SHORTEST = 1e-3, 1e-5
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     stops: bool = True
     """Whether joints have soft stops at their limits."""
-    stop_frequency: float = 20.0
+    stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
     """How stiff the stops are: the frequency (Hz) at which what the joint moves would swing."""
-    friction_speed: float = 0.01
+    friction_speed: Speed = 0.01
     """The speed (rad/s or m/s) from which on friction is nearly constant; more for a joint that
     moves little inertia."""
-
-    def __post_init__(self) -> None:
-        for value in (self.stop_frequency, self.friction_speed):
-            if not 0.0 < value < inf:
-                raise ValueError(f"{value} is not possible: give a finite number above 0")
 
 
 def run(conversion: Conversion, options: Options) -> None:

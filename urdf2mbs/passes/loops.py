@@ -15,7 +15,7 @@ out before those nearer to the base.  A loop that is not closed there is told, w
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from math import asin, dist, isfinite
+from math import asin, dist
 from typing import Literal
 
 import msgspec
@@ -26,6 +26,7 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placed, Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
 from urdf2mbs.mbs.names import free_name
+from urdf2mbs.ranges import Place, PositiveLength
 from urdf2mbs.spatial import (
     ZERO,
     Pose,
@@ -53,7 +54,7 @@ class End(msgspec.Struct, forbid_unknown_fields=True):
 
     link: str
     """Where it ends."""
-    at: Vec = ZERO
+    at: Place = ZERO
     """In the link's frame (m)."""
 
 
@@ -65,7 +66,7 @@ class Cut(msgspec.Struct, forbid_unknown_fields=True):
     """``[{link: a, at: [x, y, z]}, {link: b, at: [x, y, z]}]``"""
     kind: CutKind = "ball"
     """``ball`` (3 constraints), ``rod`` (1) or ``solid`` (6)."""
-    length: float | None = None
+    length: PositiveLength | None = None
     """Of a rod (m); none: the distance at the start position."""
 
 
@@ -92,10 +93,10 @@ def run(conversion: Conversion, options: Options) -> None:
     for name, cut in cuts.items():
         if name in conversion.robot.links:
             raise ConfigError("loops-name", f"loops: a cut and a link are both called '{name}'")
-        if cut.length is not None and not (cut.kind == "rod" and 0 < cut.length < float("inf")):
+        if cut.length is not None and cut.kind != "rod":
             raise ConfigError(
                 "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
-                hint="only a rod has a length, a positive number of metres",
+                hint="only a rod has a length",
             )  # fmt: skip
         first, second = (_end(conversion, name, number, cut) for number in (1, 2))
         mbs.cuts.append(Connection(cut.kind, name, first, second))
@@ -138,8 +139,6 @@ def _end(conversion: Conversion, name: str, number: int, cut: Cut) -> tuple[str 
     """Body and anchor point of one end of a cut; the point is made."""
     end = cut.ends[number - 1]
     segment, pose = _holder(conversion, name, end.link)
-    if not all(map(isfinite, end.at)):
-        raise ConfigError("loops-link", f"loops: cut '{name}' ends at {end.at}")
     ground = segment.parent is None
     point = Point(f"{name}_{number}", compose(pose, Pose(end.at)).xyz)
     segment.holder.points.append(point)

@@ -22,25 +22,21 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
+from urdf2mbs.ranges import Coordinate, Gain
 from urdf2mbs.simulation import Hold
 
 
 class HoldOptions(msgspec.Struct, forbid_unknown_fields=True):
-    stiffness: float
+    stiffness: Gain
     """N m/rad or N/m."""
-    damping: float
+    damping: Gain
     """N m s/rad or N s/m."""
     joints: list[str] = []
     """Patterns of the joints that are held; none: all that move freely, without the base's."""
 
-    def __post_init__(self) -> None:
-        for value in (self.stiffness, self.damping):
-            if not 0.0 <= value < inf:
-                raise ValueError(f"{value} holds nothing: give a finite number, not below 0")
-
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
-    joints: dict[str, float] = {}
+    joints: dict[str, Coordinate] = {}
     """Pattern of joints: initial position (rad or m); a later pattern overrules."""
     srdf: str | None = None
     """An SRDF file, relative to the config."""
@@ -59,8 +55,6 @@ def run(conversion: Conversion, options: Options) -> None:
     settable, followers = _joints(conversion) if asked else ({}, set())
     given = _group_state(conversion, options, settable) if options.srdf or options.state else {}
     for pattern, value in options.joints.items():
-        if not isfinite(value):
-            raise ConfigError("posture-value", f"posture: '{pattern}' is {value}")
         names = [name for name in settable if fnmatchcase(name, pattern)]
         if not names:
             raise _unknown(conversion, pattern, settable, followers)

@@ -18,7 +18,7 @@ from fnmatch import fnmatchcase
 
 import msgspec
 
-from urdf2mbs.conversion import NOTHING_HEAVY, Conversion, Segment, Step
+from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
@@ -178,7 +178,8 @@ def _attach_frames(
         segment.parts[joint.child] = at
         holder[joint.child] = (segment, at)
         if joint.moves:
-            conversion.frozen[joint.name] = NOTHING_HEAVY
+            conversion.frozen[joint.name] = "nothing that it moves has mass"
+            conversion.weightless.add(joint.name)
             held.append(joint)
     _tell_held(conversion, held)
 

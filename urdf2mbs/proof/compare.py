@@ -25,20 +25,22 @@ mass to that mass, an inertia to that inertia.  So a finger's error counts on a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import lru_cache, partial
-from math import atan2, dist, hypot, isfinite, log10, pi
+from math import atan2, dist, hypot, log10, pi
 from random import Random
 from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import NOTHING_HEAVY, LinkFrame
+from urdf2mbs.conversion import LinkFrame
 from urdf2mbs.diagnostics import Difference
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.model import Mbs, UserModel
 from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.proof.coordinates import Coordinates, coordinates
 from urdf2mbs.proof.groups import Group
 from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.proof.parameters import compare_parameters
 from urdf2mbs.proof.rigid import (
     HERE,
     ORIGIN,
@@ -63,7 +65,7 @@ from urdf2mbs.proof.rigid import (
     spin,
     turned,
 )
-from urdf2mbs.proof.urdf_side import SIX, carriers, own_coordinates, urdf_side
+from urdf2mbs.proof.urdf_side import carriers, urdf_side
 from urdf2mbs.spatial import Vec, fewest_turns
 from urdf2mbs.urdf.model import Robot
 
@@ -74,12 +76,6 @@ POSITIONS = 4
 _RANDOM = Random(20)
 #: These positions but zero.  Each joint is compared by itself, so all can have the same ones.
 AMOUNTS = [_RANDOM.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
-
-
-def usable(tolerance: float) -> None:
-    """Raises ValueError for a tolerance with which nothing, or everything, would be the same."""
-    if not (isfinite(tolerance) and tolerance > 0.0):
-        raise ValueError(f"{tolerance} is no tolerance: such as {TOLERANCE}")
 
 
 class Comparison(msgspec.Struct):
@@ -97,6 +93,10 @@ class Comparison(msgspec.Struct):
     """kg, of all that can move."""
     mbs_mass: float
     """kg, of all that can move."""
+    but_for: dict[str, str]
+    """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
+    not_compared: dict[str, str]
+    """What Robotran reads and nothing here compares: each thing, and why."""
     positions: int = POSITIONS
 
     @property
@@ -112,6 +112,9 @@ def compare(
     frames: Mapping[str, LinkFrame] | None = None,
     frozen: Mapping[str, str] | None = None,
     orders: Mapping[str, tuple[str, ...]] | None = None,
+    weightless: Collection[str] = (),
+    driven: Collection[str] = (),
+    models: Sequence[UserModel] | None = None,
     gravity: Vec = (0.0, 0.0, -9.81),
     tolerance: float = TOLERANCE,
 ) -> Comparison:
@@ -121,10 +124,13 @@ def compare(
     (one; three of a planar joint: two shifts and the turn; six of a floating one: T1 T2 T3 R1
     R2 R3, or as ``orders`` has them).  ``frames`` says where link frames are meant to be, as far
     as that is known; without it only the physics is compared.  ``frozen`` joints are held at
-    zero on the URDF's side; nothing that they move may have mass.
+    zero on the URDF's side; those of them that are ``weightless`` may move no mass.  ``driven``
+    are the .mbs joints that are driven on purpose, though the URDF has them follow others;
+    ``models`` the user models as they should be, where that is known.
     """
+    found = coordinates(robot, mbs, joints, frozen or {}, orders or {}, driven)
     return _Comparing(robot, mbs, frames, tolerance).compare(
-        joints, frozen or {}, orders or {}, gravity
+        found, joints, frozen or {}, weightless, orders or {}, models, gravity
     )
 
 
@@ -219,14 +225,21 @@ class _Comparing:
 
     def compare(
         self,
+        found: Coordinates,
         joints: Mapping[str, Sequence[str]],
         frozen: Mapping[str, str],
+        weightless: Collection[str],
         orders: Mapping[str, tuple[str, ...]],
+        models: Sequence[UserModel] | None,
         gravity: Vec,
     ) -> Comparison:
+        names, held = found.names, found.held
+        more, missing, not_compared = compare_parameters(
+            self.robot, self.mbs, joints, frozen, models
+        )
+        self.found += [*found.differences, *more]
         self._gravity(gravity)
-        self._left_out(frozen)
-        names, held = self._coordinates(joints, frozen, orders)
+        self._weightless(weightless)
         one = self.one = urdf_side(self.robot, names, held, orders)
         framed = {at.joint for at in self.frames.values() if at.joint is not None}
         two = self.two = mbs_side(self.mbs, set(names.values()), framed)
@@ -250,8 +263,12 @@ class _Comparing:
         for listed in (self.found, self.elsewhere):
             listed.sort(key=lambda difference: -difference.size)
         return Comparison(
-            self.found, self.elsewhere, self.largest, len(one.groups), one.mass(), two.mass()
-        )
+            self.found, self.elsewhere, self.largest, len(one.groups),
+            _urdf_mass(self.robot), _mbs_mass(self.mbs),
+            {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
+            | found.but_for | missing,
+            found.not_compared | not_compared,
+        )  # fmt: skip
 
     def _differ(self, kind: str, message: str, size: float = 1.0, **more: Any) -> None:
         self.found.append(Difference(kind, message, min(size, 1.0), **more))
@@ -268,66 +285,17 @@ class _Comparing:
             told = f"gravity is {_short(own)}, and should be {_short(gravity)} m/s^2"
             self._differ("gravity", told, off, urdf=gravity, mbs=own)
 
-    def _left_out(self, frozen: Mapping[str, str]) -> None:
-        """What is left out as weighing nothing must weigh nothing; a pass that has another
-        reason for it (joints locked on purpose, say) answers for it itself."""
-        useful = carriers(self.robot) if frozen else set()
-        for name, why in frozen.items():
+    def _weightless(self, weightless: Collection[str]) -> None:
+        """What is left out as moving nothing that has mass must move nothing that has mass."""
+        useful = carriers(self.robot) if weightless else set()
+        for name in weightless:
             joint = self.robot.joints[name]
-            if why == NOTHING_HEAVY and joint.child in useful:
+            if joint.child in useful:
                 self._differ(
                     "joint-missing",
                     f"joint '{name}' is left out, and it moves what has mass",
                     link=joint.child, joint=name,
                 )  # fmt: skip
-
-    def _coordinates(
-        self,
-        joints: Mapping[str, Sequence[str]],
-        frozen: Mapping[str, str],
-        orders: Mapping[str, tuple[str, ...]],
-    ) -> tuple[dict[str, str], dict[str, float]]:
-        """The URDF's coordinates that move in the .mbs too, under its names; and those that are
-        held there, with the value.  What differs in this is told, and does not move below."""
-        known = {joint.name: joint for body in self.mbs.bodies for joint in body.joints}
-        names: dict[str, str] = {}
-        held: dict[str, float] = {}
-        taken: set[str] = set()
-        for joint in self.robot.joints.values():
-            if not joint.moves or joint.name in frozen:
-                continue
-            where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
-            ours = own_coordinates(joint, orders.get(joint.name, SIX))
-            theirs = joints.get(joint.name, ())
-            if len(theirs) != len(ours) or not known.keys() >= set(theirs):
-                told = f"joint '{joint.name}' ({joint.type}) is not in the .mbs"
-                self._differ("joint-missing", told, **where)
-                continue
-            for (own, kind), name in zip(ours, theirs, strict=True):
-                nature = known[name].nature
-                # what follows another joint, or closes a loop, moves without being independent
-                follows = joint.mimic is not None or (nature == "dependent" and self.mbs.cuts)
-                if nature != "independent" and not follows:
-                    told = f"joint '{name}' is {nature}, and should be independent"
-                    self._differ("nature", told, urdf="independent", mbs=nature, **where)
-                if name in taken:
-                    told = f"joint '{name}' is given for '{joint.name}' and for another joint"
-                    self._differ("joint-missing", told, **where)
-                elif nature == "driven" and not follows:
-                    held[own] = known[name].q or 0.0
-                elif known[name].type[0] != kind[0]:
-                    does = "shifts" if kind[0] == "R" else "turns"
-                    told = f"joint '{name}' is a {known[name].type}: it {does}, and should not"
-                    self._differ("type", told, urdf=joint.type, mbs=known[name].type, **where)
-                else:
-                    names[own] = name
-                taken.add(name)
-        for body in self.mbs.bodies:
-            for extra in body.joints:
-                if extra.nature != "driven" and extra.name not in taken:
-                    told = f"joint '{extra.name}' of body '{body.name}' moves in the .mbs only"
-                    self._differ("joint-extra", told, link=body.name, joint=extra.name)
-        return names, held
 
     # --- group by group ---
 
@@ -575,6 +543,26 @@ class _Comparing:
                     told = f"link '{link}': point '{point.name}' of body '{body}' is "
                     told += f"{dist(ours, theirs):.3g} m off its frame"
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
+
+
+def _urdf_mass(robot: Robot) -> float:
+    """kg, of all links behind a joint that moves."""
+    moving: set[str] = set()
+    for joint in robot.depth_first():
+        if joint.moves or joint.parent in moving:
+            moving.add(joint.child)
+    return sum(
+        i.mass for name in robot.links if name in moving and (i := robot.links[name].inertial)
+    )
+
+
+def _mbs_mass(mbs: Mbs) -> float:
+    """kg, of all bodies behind a joint that is not driven."""
+    moving: set[str | None] = set()
+    for body in mbs.bodies:
+        if body.parent in moving or any(joint.nature != "driven" for joint in body.joints):
+            moving.add(body.name)
+    return sum(body.mass or 0.0 for body in mbs.bodies if body.name in moving)
 
 
 def _settle(pair: _Pair, placed: Frame, meant: Frame | None, tolerance: float) -> Frame:

@@ -76,10 +76,6 @@ class Side(msgspec.Struct):
         inertia = self.inertias_known.setdefault(inertia, inertia)
         self.groups[group].inertias.append((name, inertia))
 
-    def mass(self) -> float:
-        """kg, of all groups but the ground."""
-        return sum(i[0] for group in self.groups[1:] for _, i in group.inertias)
-
     def world(self) -> list[Frame]:
         """The pose of every group at zero."""
         out = [HERE]

@@ -104,6 +104,15 @@ def floating_joints(mbs: Mbs) -> tuple[str, ...]:
     return ()
 
 
+def fixed_to_world(robot: Robot, inserted: str) -> bool:
+    """Whether a link called ``world`` is rigid with the root, but for the inserted base."""
+    rigid = {robot.root()}
+    for joint in robot.depth_first():
+        if joint.parent in rigid and (not joint.moves or joint.name == inserted):
+            rigid.add(joint.child)
+    return "world" in rigid
+
+
 def _named(
     joint: UrdfJoint, owners: Mapping[str, tuple[Body, Joint]], taken: set[str], exact: bool
 ) -> tuple[str, ...]:

@@ -47,6 +47,23 @@ def mbs_side(mbs: Mbs, moving: set[str], framed: Container[str] = ()) -> Side:
     return side
 
 
+def poses(mbs: Mbs) -> tuple[dict[str | None, Frame], dict[str, Frame]]:
+    """Where all bodies and all joints are at the start, in the base; a joint before it moves."""
+    bodies: dict[str | None, Frame] = {None: HERE}
+    joints: dict[str, Frame] = {}
+    points = {(body.name, p.name): p.coordinates for body in mbs.bodies for p in body.points}
+    points |= {(None, p.name): p.coordinates for p in mbs.base.points}  # type: ignore[misc]
+    for body in mbs.bodies:
+        at = bodies[body.parent]
+        if body.point is not None:
+            at = (*at[:9], *moved(at, points[body.parent, body.point]))  # type: ignore[index]
+        for joint in body.joints:
+            joints[joint.name] = at
+            at = _stepped(at, joint.type, joint.q or 0.0)
+        bodies[body.name] = at
+    return bodies, joints
+
+
 def _stepped(at: Frame, kind: str, q: float) -> Frame:
     """A frame after one joint: T1 T2 T3 shift along, R1 R2 R3 turn about its current axes."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33, x, y, z = at

@@ -22,11 +22,12 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.report import around
 from urdf2mbs.report.scene import Store, lookup, mbs_side, urdf_side
 from urdf2mbs.report.table import number, table, titled, vector
 from urdf2mbs.seal import seal
-from urdf2mbs.summary import report
+from urdf2mbs.summary import report, verdict
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
 
@@ -336,12 +337,13 @@ def _proof(conversion: Conversion) -> str:
     proof = conversion.proof
     if proof is None:
         return (
-            '<p class="note">Nothing is proved: the pass <code>check</code> is not in the '
+            f'<p class="note">{NOT_CHECKED}: the pass <code>check</code> is not in the '
             "pipeline. Add it after <code>emit</code>. The comparison in the 3D model is made "
             "at the position shown only.</p>"
         )
     same = (
-        "The .mbs was read back and compared with the URDF by a second route: it is the same robot."
+        "The .mbs was read back and compared with the URDF by a second route: it is "
+        f"{escape(verdict(conversion))}."
         if proof.same
         else "<b>The .mbs is not the same robot as the URDF.</b> It was written as "
         f"{escape(conversion.rejected.name if conversion.rejected else '')}."
@@ -359,7 +361,8 @@ def _proof(conversion: Conversion) -> str:
     differences = [
         ("", [escape(d.kind), f"{d.size:.2e}", escape(d.message)]) for d in proof.differences
     ]
-    not_compared = [("", [escape(n), escape(why)]) for n, why in proof.not_compared.items()]
+    known = [("", [escape(thing), escape(why)]) for thing, why in proof.but_for.items()]
+    left = [("", [escape(thing), escape(why)]) for thing, why in proof.not_compared.items()]
     changed = [
         (
             "",
@@ -374,7 +377,8 @@ def _proof(conversion: Conversion) -> str:
         facts
         + largest
         + titled("Differences", ("what", "relative size", "where"), differences, right=(1,))
-        + titled("Not compared", ("URDF joint", "why"), not_compared)
+        + titled("The same, but for", ("what", "why"), known)
+        + titled("Not compared", ("what", "why"), left)
         + titled("Changed on purpose", head, changed)
     )
 

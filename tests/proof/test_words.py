@@ -1,0 +1,264 @@
+"""What `verify` says in words of an .mbs in which something was planted: the same; the same, but
+for; not compared; NOT the same."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import pytest
+
+from urdf2mbs import convert
+from urdf2mbs.api import verify
+from urdf2mbs.cli import main
+from urdf2mbs.conversion import Proof
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.mbs.model import Connection, Joint, Mbs, UserConstraint, UserModel, UserVariable
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.report.page import make
+from urdf2mbs.testing import TINY, convert_text, run_pass
+
+MIMIC = TINY.replace(
+    '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
+)
+WORLD = TINY.replace(
+    '<link name="body">',
+    '<link name="world"/><joint name="stand" type="fixed"><parent link="world"/>'
+    '<child link="body"/></joint><link name="body">',
+)
+#: A plain TINY's user models that no URDF states.
+OURS = "; not compared: user model 'joint_forces', user model 'stop_stiffness' (read by the"
+
+
+def joint(mbs: Mbs, name: str) -> Joint:
+    return next(joint for body in mbs.bodies for joint in body.joints if joint.name == name)
+
+
+def _natures(nature: str, *names: str) -> Callable[[Mbs], None]:
+    def plant(mbs: Mbs) -> None:
+        for name in names:
+            joint(mbs, name).nature = nature
+
+    return plant
+
+
+def _cut(kind: str, nature: str = "independent", *names: str) -> Callable[[Mbs], None]:
+    def plant(mbs: Mbs) -> None:
+        _natures(nature, *names)(mbs)
+        length = 0.5 if kind == "rod" else None
+        mbs.cuts.append(Connection(kind, "tie", ("hand", "tool"), (None, None), length))
+
+    return plant
+
+
+def _held(mbs: Mbs) -> None:
+    joint(mbs, "wrist_pitch").nature = "dependent"
+    mbs.user_constraints.append(UserConstraint("follows", ("wrist_pitch", "wrist_roll")))
+
+
+def _force(mbs: Mbs) -> None:
+    from urdf2mbs.mbs.model import Sensor
+
+    mbs.bodies[0].points[0].extforce = Sensor("push", ("Pos",))
+
+
+ALL_THREE = ("shoulder", "wrist_roll", "wrist_pitch")
+#: What is planted: the URDF, the base of its .mbs, the fault; the kind of the difference.
+FOUND: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
+    "a base that floats, of a robot fixed to the world": (
+        WORLD, "floating", lambda mbs: None, "base"),
+    "a follower that is driven": (MIMIC, "auto", _natures("driven", "wrist_pitch"), "nature"),
+    "a follower that nothing moves": (
+        MIMIC, "auto", _natures("dependent", "wrist_pitch"), "nature"),
+    "a cut that welds": (TINY, "fixed", _cut("solid", "dependent", *ALL_THREE), "cut"),
+    "a cut without a dependent joint": (TINY, "fixed", _cut("rod"), "cut"),
+    "a cut with too many dependent joints": (
+        TINY, "fixed", _cut("rod", "dependent", "shoulder", "wrist_roll"), "cut"),
+    "a dependent joint that no cut moves": (
+        TINY, "fixed", _natures("dependent", "wrist_pitch"), "nature"),
+}  # fmt: skip
+#: What is planted, and what the verdict says of it.
+SAID: dict[str, tuple[str, str, Callable[[Mbs], None], str]] = {
+    "a follower that is free": (
+        MIMIC, "auto", lambda mbs: None,
+        "but for joint 'wrist_pitch' (free here, a follower by the URDF's <mimic>)"),
+    "a follower that the user functions hold": (
+        MIMIC, "auto", _held,
+        "not compared: <mimic> of joint 'wrist_pitch' (held by the user functions"),
+    "a cut that the URDF does not have": (
+        TINY, "fixed", _cut("rod", "dependent", "wrist_roll"),
+        "but for cut 'tie' (rod) (not in the URDF)"),
+    "a force": (TINY, "auto", _force, "force 'push' (left to the user functions)"),
+    "a link": (
+        TINY, "auto",
+        lambda mbs: mbs.links.append(Connection("link", "spring", ("hand", None), (None, None))),
+        "link 'spring' (link) (left to the user functions)"),
+    "a user constraint": (
+        TINY, "auto", lambda mbs: mbs.user_constraints.append(UserConstraint("c", ())),
+        "user constraint 'c' (held by the user functions"),
+    "a user model": (
+        TINY, "auto", lambda mbs: mbs.user_models.append(UserModel("mine")), "user model 'mine'"),
+    "a user variable": (
+        TINY, "auto", lambda mbs: mbs.user_variables.append(UserVariable("v", "in", "1")),
+        "user variable 'v'"),
+    "a position at start": (
+        TINY, "auto", lambda mbs: setattr(joint(mbs, "shoulder"), "q", 0.3),
+        "start of 1 joint (a URDF has none)"),
+    "no damping": (TINY, "auto", lambda mbs: mbs.user_models.clear(),
+                   "but for damping of 1 joint, "),
+}  # fmt: skip
+
+
+def planted(
+    tmp_path: Path, text: str, base: str, plant: Callable[[Mbs], None]
+) -> tuple[Path, Path]:
+    """The URDF, and its .mbs with a fault."""
+    source, model = tmp_path / "tiny.urdf", tmp_path / "tiny.mbs"
+    source.write_text(text)
+    mbs = read(convert(source, base=base).data, "tiny.mbs")
+    plant(mbs)
+    model.write_bytes(write(mbs))
+    return source, model
+
+
+@pytest.mark.parametrize("fault", FOUND)
+def test_what_is_planted_is_a_difference(fault: str, tmp_path: Path, capsys: Any) -> None:
+    text, base, plant, kind = FOUND[fault]
+    source, model = planted(tmp_path, text, base, plant)
+    found = verify(source, model)
+    assert kind in {difference.kind for difference in found.differences}
+    assert found.verdict == "NOT the same robot"
+    assert main(["verify", str(source), str(model)]) == 3
+    assert capsys.readouterr().out.endswith("NOT the same robot\n")
+
+
+@pytest.mark.parametrize("fault", SAID)
+def test_what_is_planted_is_in_the_verdict(fault: str, tmp_path: Path, capsys: Any) -> None:
+    text, base, plant, words = SAID[fault]
+    source, model = planted(tmp_path, text, base, plant)
+    found = verify(source, model)
+    assert found.same
+    assert words in found.verdict
+    assert main(["verify", str(source), str(model)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == found.verdict
+    assert main(["verify", str(source), str(model), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"] == found.verdict
+
+
+def test_what_nobody_changed_is_the_same(tmp_path: Path) -> None:
+    source, model = planted(tmp_path, TINY, "auto", lambda mbs: None)
+    found = verify(source, model)
+    assert found.verdict.startswith(f"the same robot{OURS}")
+    assert found.but_for == {}
+
+
+def test_a_base_that_floats_on_purpose_is_no_difference(tmp_path: Path) -> None:
+    source, model = planted(tmp_path, WORLD, "floating", lambda mbs: None)
+    assert verify(source, model, base="floating").same
+    assert not verify(source, model, base="fixed").same
+    fixed = tmp_path / "fixed.mbs"
+    fixed.write_bytes(convert(source).data)
+    assert verify(source, fixed).same
+    assert not verify(source, fixed, base="floating").same
+
+
+def test_a_follower_driven_by_the_config_is_named() -> None:
+    result = convert_text(MIMIC, options={"mimic": {"joints": {"wrist_pitch": "driven"}}})
+    words = "but for joint 'wrist_pitch' (driven, so that 'wrist_roll' does not feel it)"
+    assert words in result.report.verdict
+
+
+def test_a_user_model_that_is_not_as_the_passes_made_it_is_a_difference(tmp_path: Path) -> None:
+    (tmp_path / "stiff.py").write_text(
+        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "def run(conversion, options):\n"
+        "    output = conversion.settings.output\n"
+        "    old = conversion.files[output]\n"
+        "    conversion.files[output] = old.replace(b'<name>stops</name>', b'<name>stop</name>')\n"
+        "@hookimpl\n"
+        "def urdf2mbs_passes():\n"
+        "    return [Pass('stiff', run, needs=('mbs-file',))]\n"
+    )
+    result = run_pass("stiff", tmp_path / "stiff.py", after="emit")
+    assert result.report.proof is not None
+    assert [found.kind for found in result.report.proof.differences] == ["parameter"]
+
+
+# --- not checked, and by whom -------------------------------------------------------------------
+
+
+def test_not_checked_is_said_everywhere(tmp_path: Path, capsys: Any) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    config = tmp_path / "tiny.yaml"
+    config.write_text("source: tiny.urdf\nwithout: [check]\n")
+    assert main(["run", str(config)]) == 0
+    assert "  NOT CHECKED: the pass 'check' is not in the pipeline\n" in capsys.readouterr().out
+    data = (tmp_path / "tiny.mbs").read_bytes()
+    assert data.endswith(b"<!-- NOT CHECKED: the pass 'check' was not in the pipeline -->\n")
+    assert read(data, "tiny.mbs").bodies  # and it is still read
+    assert main(["run", str(config), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["verdict"], found["proof"]) == ("NOT CHECKED", None)
+    unchecked = convert_text(without=["check"])
+    assert b"NOT CHECKED" in make(unchecked.conversion).data
+    assert b"NOT CHECKED" not in convert_text().data
+    (tmp_path / "more.urdf").write_text(TINY)
+    assert main(["run", str(config), str(config)]) == 0
+    assert "NOT CHECKED: " in capsys.readouterr().out
+
+
+def test_the_words_are_alike_on_the_terminal_the_page_and_in_json(
+    tmp_path: Path, capsys: Any
+) -> None:
+    source = tmp_path / "tiny.urdf"
+    source.write_text(MIMIC)
+    result = convert(source)
+    words = result.report.verdict
+    assert words.startswith("the same robot, but for joint 'wrist_pitch'")
+    assert main(["convert", str(source), "-o", str(tmp_path / "tiny.mbs")]) == 0
+    assert f"\n  {words}\n" in capsys.readouterr().out
+    assert main(["convert", str(source), "-o", str(tmp_path / "tiny.mbs"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["verdict"] == words
+    page = make(result.conversion).data.decode()
+    assert words.replace("'", "&#x27;").replace("<", "&lt;").replace(">", "&gt;") in page
+
+
+OVERREACH = {
+    "the verdict": "conversion.proof = None",
+    "what the verdict says": "conversion.proof.largest.clear()",
+    "the settings": "conversion.settings = msgspec.structs.replace("
+    "conversion.settings, gravity=(0.0, 0.0, 0.0))",
+    "the list of changes": "conversion.changed.append(None)",
+    "where a rejected file goes": "conversion.rejected = conversion.settings.output",
+    "the bytes that were checked": "conversion.proven = b''",
+}
+
+
+@pytest.mark.parametrize("how", ["pass", "hook"])
+@pytest.mark.parametrize("what", OVERREACH)
+def test_a_plugin_cannot_set(what: str, how: str, tmp_path: Path) -> None:
+    plugin = tmp_path / "reach.py"
+    head = "import msgspec\nfrom urdf2mbs.plugin import Pass, hookimpl\n"
+    if how == "pass":
+        plugin.write_text(
+            f"{head}def run(conversion, options):\n    {OVERREACH[what]}\n"
+            "@hookimpl\ndef urdf2mbs_passes():\n    return [Pass('reach', run)]\n"
+        )
+    else:
+        plugin.write_text(
+            f"{head}@hookimpl\ndef urdf2mbs_after_pass(pass_, conversion):\n"
+            f"    if pass_.name == 'check':\n        {OVERREACH[what]}\n"
+        )
+    after: Any = {"after": {"check": "reach"}} if how == "pass" else {}
+    with pytest.raises(ConversionError, match="of plugin 'reach' changes") as refused:
+        convert_text(plugins=[plugin], **after)
+    assert refused.value.code == "plugin-verdict"
+
+
+def test_a_proof_has_no_word_of_its_own() -> None:
+    """Its words are made of what it found, in one place."""
+    assert "verdict" not in {field.name for field in msgspec.structs.fields(Proof)}

@@ -1,0 +1,247 @@
+"""Which coordinates move in the .mbs as in the URDF: the joints by name, type, nature and symbols,
+the joints that follow others, and the cuts.
+
+Robotran moves an ``independent`` joint by its equations, solves a ``dependent`` one from a
+constraint, and holds a ``driven`` one where it starts.  Its generated equations have zero for a
+q, qd or qdd that ``<symbols>`` leaves out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.diagnostics import Difference, some
+from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
+from urdf2mbs.proof.mbs_side import poses
+from urdf2mbs.proof.rigid import AXES, ORIGIN, cross, moved, turned
+from urdf2mbs.proof.urdf_side import SIX, own_coordinates
+from urdf2mbs.urdf.model import Joint as UrdfJoint
+from urdf2mbs.urdf.model import Robot
+
+#: How many constraints a cut makes.
+ROWS = {"rod": 1, "ball": 3, "solid": 6}
+#: Elements of a Jacobian up to this (relative) are rounding.
+SINGULAR = 1e-7
+
+
+class Coordinates(msgspec.Struct):
+    """What is known of the coordinates."""
+
+    names: dict[str, str] = {}
+    """The URDF's coordinates that move in the .mbs too, and their names there."""
+    held: dict[str, float] = {}
+    """The URDF's coordinates that the .mbs holds, and where (rad, m)."""
+    differences: list[Difference] = []
+    but_for: dict[str, str] = {}
+    not_compared: dict[str, str] = {}
+
+    def differ(self, kind: str, message: str, **more: Any) -> None:
+        self.differences.append(Difference(kind, message, **more))
+
+
+def coordinates(
+    robot: Robot,
+    mbs: Mbs,
+    joints: Mapping[str, Sequence[str]],
+    frozen: Collection[str],
+    orders: Mapping[str, tuple[str, ...]],
+    driven: Collection[str],
+) -> Coordinates:
+    """Match the coordinates of a URDF with those of an .mbs, and say what of them differs.
+
+    ``joints``, ``frozen`` and ``orders`` are as for ``compare``; ``driven`` are the .mbs joints
+    that are driven on purpose, though the URDF has them follow others.
+    """
+    known = {joint.name: joint for body in mbs.bodies for joint in body.joints}
+    out = Coordinates()
+    tied = _loops(robot, mbs, out)
+    taken: set[str] = set()
+    for joint in robot.joints.values():
+        if not joint.moves or joint.name in frozen:
+            continue
+        where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
+        ours = own_coordinates(joint, orders.get(joint.name, SIX))
+        theirs = joints.get(joint.name, ())
+        if len(theirs) != len(ours) or not known.keys() >= set(theirs):
+            said = f"joint '{joint.name}' ({joint.type}) is not in the .mbs"
+            out.differ("joint-missing", said, **where)
+            continue
+        for (own, kind), name in zip(ours, theirs, strict=True):
+            nature = known[name].nature
+            moves = _nature(joint, known[name], tied, driven, out)
+            if name in taken:
+                said = f"joint '{name}' is given for '{joint.name}' and for another joint"
+                out.differ("joint-missing", said, **where)
+            elif nature == "driven" and not moves:
+                out.held[own] = known[name].q or 0.0
+            elif known[name].type[0] != kind[0]:
+                does = "shifts" if kind[0] == "R" else "turns"
+                said = f"joint '{name}' is a {known[name].type}: it {does}, and should not"
+                out.differ("type", said, urdf=joint.type, mbs=known[name].type, **where)
+            else:
+                out.names[own] = name
+            taken.add(name)
+    moving = set(out.names.values())
+    for body in mbs.bodies:
+        for extra in body.joints:
+            if extra.nature != "driven" and extra.name not in taken:
+                said = f"joint '{extra.name}' of body '{body.name}' moves in the .mbs only"
+                out.differ("joint-extra", said, link=body.name, joint=extra.name)
+            _symbols(body, extra, extra.nature != "driven" or extra.name in moving, out)
+    return out
+
+
+def _nature(
+    joint: UrdfJoint, own: Joint, tied: Collection[str], driven: Collection[str], out: Coordinates
+) -> bool:
+    """Whether a joint moves as its URDF joint does; says what of its nature differs."""
+    where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
+    if own.nature == "dependent" and own.name not in tied:
+        said = f"joint '{own.name}' is dependent, and no cut or user constraint moves it"
+        out.differ("nature", said, urdf="independent", mbs=own.nature, **where)
+    if joint.mimic is None:
+        if own.nature == "driven":
+            said = f"joint '{own.name}' is driven, and should be independent"
+            out.differ("nature", said, urdf="independent", mbs=own.nature, **where)
+        return own.nature != "driven"
+    leader = joint.mimic.joint
+    if own.nature == "independent":
+        out.but_for[f"joint '{joint.name}'"] = "free here, a follower by the URDF's <mimic>"
+    elif own.nature == "dependent":
+        out.not_compared[f"<mimic> of joint '{joint.name}'"] = (
+            "held by the user functions (user_cons_hJ)"
+        )
+    elif own.name in driven:
+        out.but_for[f"joint '{joint.name}'"] = f"driven, so that '{leader}' does not feel it"
+    else:
+        said = f"joint '{own.name}' is driven, and should follow '{leader}'"
+        said += ", which then feels its inertia"
+        out.differ("nature", said, urdf="dependent", mbs=own.nature, **where)
+    return True
+
+
+def _symbols(body: Body, joint: Joint, moves: bool, out: Coordinates) -> None:
+    """Say what Robotran's equations have for a joint that the file's numbers do not."""
+    kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
+    where: dict[str, Any] = {"link": body.name, "joint": joint.name}
+    dropped = [symbol for symbol in ("q", "qd", "qdd") if symbol not in kept]
+    if moves:
+        if dropped:
+            said = f"joint '{joint.name}' moves, and its <symbols> leave out {', '.join(dropped)}"
+            out.differ("symbols", f"{said}: Robotran's equations have zero there", **where)
+        return
+    if joint.q and "q" in dropped:
+        said = f"joint '{joint.name}' is held at {joint.q:.9g}, and its <symbols> leave out q"
+        out.differ("symbols", f"{said}: Robotran's equations have zero there", **where)
+    for symbol, value in (("qd", joint.qd), ("qdd", joint.qdd)):
+        if value and symbol in kept:
+            said = f"joint '{joint.name}' is held, and its {symbol} is {value:.9g}"
+            out.differ("symbols", f"{said}: Robotran's equations have it move", **where)
+
+
+# --- loops ---
+
+
+def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
+    """The joints that cuts and user constraints tie to each other; says what of these differs."""
+    groups: list[tuple[list[Connection], list[dict[str, float]], set[str]]] = []
+    if not mbs.cuts and not mbs.user_constraints:
+        return set()
+    nature = {joint.name: joint.nature for body in mbs.bodies for joint in body.joints}
+    jacobian = _Jacobian(mbs)
+    tied = [([cut], jacobian.rows(cut)) for cut in mbs.cuts]
+    for constraint in mbs.user_constraints:
+        # the factors are in the user functions: some that no two rows share
+        row = {name: 1.0 + 0.37 * len(tied) + k for k, name in enumerate(constraint.joints)}
+        tied.append(([], [row]))
+    for cuts, rows in tied:
+        names = {name for row in rows for name in row if nature[name] != "driven"}
+        for group in [group for group in groups if not names.isdisjoint(group[2])]:
+            groups.remove(group)
+            cuts, rows, names = group[0] + cuts, group[1] + rows, group[2] | names
+        groups.append((cuts, rows, names))
+    for cuts, rows, names in groups:
+        if cuts:
+            _loop(cuts, rows, sorted(names), nature, out)
+    stated = _stated(robot)
+    for cut in mbs.cuts:
+        what = f"cut '{cut.name}' ({cut.kind})"
+        if cut.name.removesuffix("_1").removesuffix("_2") in stated or cut.name in stated:
+            out.not_compared[what] = "in <gazebo> of the URDF, whose ends are not read here"
+        else:
+            out.but_for[what] = "not in the URDF"
+    return {name for _, _, names in groups for name in names}
+
+
+def _loop(
+    cuts: list[Connection], rows: list[dict[str, float]], names: list[str],
+    nature: Mapping[str, str], out: Coordinates,
+) -> None:  # fmt: skip
+    """Compare how many joints of a loop are dependent with how many its constraints want."""
+    import numpy as np
+
+    matrix = np.array([[row.get(name, 0.0) for name in names] for row in rows])
+    rank = int(np.linalg.matrix_rank(matrix, tol=SINGULAR * np.abs(matrix).max())) if names else 0
+    who = "cut " + some(f"'{cut.name}'" for cut in cuts)
+    dependent = sum(nature[name] == "dependent" for name in names)
+    if names and rank >= len(names):
+        said = f"{who}: nothing can move at {some(names)} any more"
+        out.differ("cut", said, joint=names[0])
+    elif dependent != rank:
+        said = f"{who}: {rank} of {some(names)} must be dependent, and {dependent} are"
+        out.differ("cut", said, joint=names[0] if names else None)
+
+
+class _Jacobian:
+    """How the two ends of a cut move apart, by the velocity of each joint, at the start."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        self.bodies, self.joints = poses(mbs)
+        self.points = {
+            (body, point.name): point.coordinates
+            for body, points in (
+                (None, mbs.base.points), *((body.name, body.points) for body in mbs.bodies)
+            )
+            for point in points
+        }  # fmt: skip
+        self.above = {body.name: body for body in mbs.bodies}
+
+    def rows(self, cut: Connection) -> list[dict[str, float]]:
+        """Each constraint, by the joints that are on one of its two ways only."""
+        ends = [
+            moved(self.bodies[body], self.points[body, point] if point else ORIGIN)
+            for body, point in (cut.endpoint1, cut.endpoint2)
+        ]
+        ways = [self._way(cut.endpoint1[0]), self._way(cut.endpoint2[0])]
+        apart = tuple(a - b for a, b in zip(*ends, strict=True))
+        rows: list[dict[str, float]] = [{} for _ in range(ROWS[cut.kind])]
+        common = {joint.name for joint in ways[0]} & {joint.name for joint in ways[1]}
+        for sign, end, way in zip((1.0, -1.0), ends, ways, strict=True):
+            for joint in way:
+                if joint.name in common or joint.nature == "driven":
+                    continue
+                at = self.joints[joint.name]
+                axis = turned(at, AXES[int(joint.type[1]) - 1])
+                arm = (end[0] - at[9], end[1] - at[10], end[2] - at[11])
+                speed = cross(axis, arm) if joint.type[0] == "R" else axis
+                if cut.kind == "rod":
+                    speed = (sum(a * b for a, b in zip(speed, apart, strict=True)), 0.0, 0.0)
+                turns = axis if joint.type[0] == "R" else ORIGIN
+                for row, value in zip(rows, (*speed, *turns), strict=False):
+                    row[joint.name] = sign * value
+        return rows
+
+    def _way(self, body: str | None) -> list[Joint]:
+        way: list[Joint] = []
+        while body is not None:
+            way += self.above[body].joints
+            body = self.above[body].parent
+        return way
+
+
+def _stated(robot: Robot) -> set[str]:
+    """The names of the joints that the URDF has in ``<gazebo>``."""
+    return {joint.name for extension in robot.extensions for joint in extension.joints}

@@ -1,0 +1,47 @@
+"""The numbers that an option may be.  Each has its range in its type: the JSON schema shows it, an
+error names it, and what is infinite or not a number is in none.
+
+No range is narrower than what a robot or a crane may want: beyond it stands a slip of the unit, or
+a number with which later ones overflow.
+"""
+
+from typing import Annotated
+
+from msgspec import Meta
+from msgspec.inspect import FloatType, IntType
+
+#: How far two descriptions may be apart and still be the same, relative to what is compared.
+#: Beyond the upper end, robots that anyone can tell apart would be the same.
+LARGEST_TOLERANCE = 1e-3
+Tolerance = Annotated[float, Meta(gt=0.0, le=LARGEST_TOLERANCE)]
+
+#: A coordinate (m, or rad of a joint), and a place or direction in three.
+Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
+Place = tuple[Coordinate, Coordinate, Coordinate]
+#: m.
+Length = Annotated[float, Meta(ge=0.0, le=1e6)]
+PositiveLength = Annotated[float, Meta(gt=0.0, le=1e6)]
+#: m/s^2, along an axis of the base.
+Acceleration = Annotated[float, Meta(ge=-1e3, le=1e3)]
+#: m/s, or rad/s of a joint.
+Speed = Annotated[float, Meta(gt=0.0, le=1e3)]
+#: s.
+Time = Annotated[float, Meta(ge=-1e9, le=1e9)]
+#: N, or N m, along an axis of the base.
+Force = Annotated[float, Meta(ge=-1e9, le=1e9)]
+#: N/m or N m/rad; N s/m or N m s/rad.
+Gain = Annotated[float, Meta(ge=0.0, le=1e12)]
+
+
+def in_words(number: FloatType | IntType) -> str:
+    """The range of a number, such as "a number above 0, at most 0.001"."""
+    kind = "a number" if isinstance(number, FloatType) else "a whole number"
+    if number.ge is not None and number.le is not None:
+        return f"{kind} from {number.ge:g} to {number.le:g}"
+    bounds = (
+        ("above", number.gt),
+        ("from", number.ge),
+        ("below", number.lt),
+        ("at most", number.le),
+    )
+    return f"{kind} " + ", ".join(f"{word} {at:g}" for word, at in bounds if at is not None)
