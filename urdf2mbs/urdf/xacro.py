@@ -35,7 +35,7 @@ _UNKNOWN_MACRO = "unknown macro name: "
 
 # Python catches its warnings for all threads at once
 _lock = threading.Lock()
-_EXPRESSION = re.compile(r"when evaluating expression '(.*)'$", re.MULTILINE)
+_EVALUATING = "when evaluating expression '"
 _XACRO_ARG = re.compile(r"""xacro\.arg\(\s*['"]([^'"]+)['"]\s*\)""")
 #: What xacro's own pattern of a macro's parameter means; that takes a time that doubles with each
 #: letter before a quote that is not closed.
@@ -126,6 +126,7 @@ class _Run:
         xacro = self.xacro
         self.plain_parse, self.plain_call = xacro.parse, xacro.handle_macro_call
         self.plain_text, self.plain_parameter = xacro.eval_text, xacro.parse_macro_arg
+        self.plain_replace = xacro.replace_node
         xacro.substitution_args_context = {}
         xacro.parse = self.parse
         xacro.open = self.open
@@ -133,6 +134,7 @@ class _Run:
         xacro.glob = SimpleNamespace(glob=self.glob)
         xacro.handle_macro_call = self.handle_macro_call
         xacro.eval_text = self.eval_text
+        xacro.replace_node = self.replace_node
         xacro.re_macro_arg = _PARAMETER
         xacro.parse_macro_arg = self.parse_macro_arg
         functions: dict[str, Any] = {
@@ -183,7 +185,7 @@ class _Run:
             return str(self.guard.evaluate(text, names))
         except Exception as error:
             raise self.xacro.XacroException(
-                exc=error, suffix=f"\nwhen evaluating expression '{text}'"
+                exc=error, suffix=f"\n{_EVALUATING}{text}'"
             ) from error
 
     def find(self, package: str) -> str:
@@ -226,6 +228,9 @@ class _Run:
         given = standard_input.taken(Path(name))
         try:
             return self.plain_parse(None if given is None else io.BytesIO(given), name)
+        except ConversionError:
+            self.xacro.filestack.pop()  # the file that includes it is to be named
+            raise
         except (ExpatError, UnicodeError):
             data, slips = xml.mend(read_file(Path(name)) if given is None else given)
             document = minidom.parseString(data)
@@ -233,8 +238,7 @@ class _Run:
             return document
 
     def handle_macro_call(self, node: Any, macros: Any, symbols: Any) -> Any:
-        # minidom looks for a node among all its neighbours to put something in its place
-        self.spend(50 + len(node.parentNode.childNodes) // 200)
+        self.spend(300 if node.tagName.startswith("xacro:") else 50)
         xacro = self.xacro
         depth = len(xacro.macrostack or ())
         try:
@@ -247,11 +251,19 @@ class _Run:
             xacro.replace_node(node, by=None)
             return True
 
+    def replace_node(self, node: Any, by: Any, content_only: bool = False) -> None:
+        # minidom looks for the node among all its neighbours, once for each that takes its place
+        nodes = by if isinstance(by, list) else [by] if by is not None else []
+        moved = 1 + sum(len(part.childNodes) if content_only else 1 for part in nodes)
+        self.spend(moved * len(node.parentNode.childNodes) // 100)
+        self.plain_replace(node, by, content_only)
+
     def open(self, name: str) -> io.BytesIO:
         """A file's bytes: what is included is read up to a bound, as all else is."""
         self.check_file(name)
         data = read_file(Path(name))
-        self.spend(len(data) // 4)
+        # minidom goes through all neighbours to take a comment away
+        self.spend(len(data) // 4 + data.count(b"<!--") ** 2 // 200)
         return io.BytesIO(data)
 
     def glob(self, pattern: str) -> list[str]:
@@ -452,8 +464,9 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
     ours = next((one for one in chain if isinstance(one, ConversionError)), None)
     if ours is None:
         ours = _missing_package(f"{text} {chain[-1]}", run)
-    expression = _EXPRESSION.search(str(error))
-    undefined = _undefined_arg(chain, expression[1] if expression else "")
+    _, _, expression = str(error).partition(_EVALUATING)
+    expression = expression.partition("\n")[0].rstrip("'")
+    undefined = _undefined_arg(chain, expression)
     deep = next((one for one in chain if isinstance(one, RecursionError)), None)
     unread = next((one for one in chain if isinstance(one, OSError)), None)
     syntax = next((one for one in chain if isinstance(one, ExpatError)), None)
@@ -461,7 +474,7 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
         code, text, hint = ours.code, ours.message, ours.hint
         looked_for = _quoted(text)[:1]
         if expression and code.startswith("xacro-"):
-            looked_for = [f"${{{expression[1]}}}", expression[1], *looked_for]
+            looked_for = [f"${{{expression}}}", expression, *looked_for]
     elif undefined is not None:
         code = "xacro-arg"
         text = f"the argument '{undefined}' is not defined"
@@ -499,7 +512,7 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
         legacy = _legacy(read)
         if legacy is not None:
             return legacy
-        looked_for = [f"${{{expression[1]}}}", expression[1]] if expression else _quoted(text)
+        looked_for = [f"${{{expression}}}", expression] if expression else _quoted(text)
     macro_files = [
         macro.history[-1][-1]
         for macro in reversed(xacro.macrostack or [])
@@ -572,7 +585,7 @@ def _quoted(text: str) -> list[str]:
     """What a message of xacro's puts in quotes or names as a macro or a file."""
     return [
         part
-        for part in re.findall(r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|([\w.-]+)$", text)
+        for part in re.findall(r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$", text)
         for part in part
         if part
     ]
