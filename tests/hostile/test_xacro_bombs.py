@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs import files
-from urdf2mbs.api import convert, verify
+from urdf2mbs.api import convert
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.testing import TINY

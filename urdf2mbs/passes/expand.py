@@ -16,7 +16,9 @@ from urdf2mbs.urdf.reader import expanded, read_text
 def run(conversion: Conversion, options: NoOptions) -> None:
     settings = conversion.settings
     data, expansion = expanded(
-        settings.source, conversion.packages, settings.xacro_args,
+        settings.source,
+        conversion.packages,
+        settings.xacro_args,
         trust_xacro=settings.trust_xacro,
     )
     conversion.sources.add(settings.source)

@@ -3,8 +3,8 @@
 xacro hands each ``${...}`` to Python.  Here the tree of an expression is checked first: it may hold
 constants, names, arithmetic, comparisons, conditions, subscripts, displays, comprehensions, calls
 and attributes without an underscore, and nothing else.  Then each operation in the tree is replaced
-by a call of ``Guard``, and each function that xacro offers is replaced by one that ``Guard`` watches.
-So an expression never reaches a function, a method or an attribute that is not on the list, and
+by a call of ``Guard``, and each function that xacro offers by one that ``Guard`` watches.  So an
+expression never reaches a function, a method or an attribute that is not on the list, and
 whatever goes into an operation or comes out of it is measured.
 """
 
@@ -14,7 +14,7 @@ import ast
 import math
 import operator
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, ItemsView, Iterable, Iterator, KeysView, ValuesView
 from functools import partial, reduce, wraps
 from itertools import islice
 from string import Formatter
@@ -48,14 +48,16 @@ _NAMES = {"Lambda": "a lambda", "JoinedStr": "an f-string", "NamedExpr": "an ass
 _NUMBERS = (int, float, complex)
 #: The kinds of values that have methods and items.
 _DATA = (str, list, tuple, dict, set, frozenset, range, *_NUMBERS)
-_VIEWS = (type({}.keys()), type({}.values()), type({}.items()))
+_VIEWS = (KeysView, ValuesView, ItemsView)
 #: Functions that xacro offers and that reach beyond values.
 _WITHHELD = ("type", "vars")
 
 
 def refused(what: str) -> ConversionError:
     """The error for what no robot needs."""
-    return ConversionError("xacro-expression", f"{what} is not allowed in an expression", hint=TRUST)
+    return ConversionError(
+        "xacro-expression", f"{what} is not allowed in an expression", hint=TRUST
+    )
 
 
 def too_large(what: str) -> ConversionError:
@@ -73,7 +75,14 @@ class Guard:
         self._codes: dict[str, Any] = {}
         self._operations = {
             f"__{operation.__name__}": operation
-            for operation in (self.operate, self.attribute, self.item, self.part, self.measured, self.each)
+            for operation in (
+                self.operate,
+                self.attribute,
+                self.item,
+                self.part,
+                self.measured,
+                self.each,
+            )
         }
 
     def spend(self, work: int) -> None:
@@ -109,7 +118,7 @@ class Guard:
                 code = compile(ast.fix_missing_locations(function), "<expression>", "eval")
                 self._codes[text] = code
             dict.__setitem__(symbols, "__builtins__", {})
-            function = eval(code, symbols)  # noqa: S307 the tree has been checked
+            function = eval(code, symbols)
             return self.measured(function(*self._operations.values()))
         finally:
             self._until = until + self.work - before
@@ -135,10 +144,10 @@ class Guard:
             if (bits * right if name == "Pow" else bits + right) > MOST_BITS:
                 raise too_large("a number of so many digits")
         elif name == "Mult":
-            for size, count in zip(sizes, (right, left), strict=True):
-                if isinstance(count, int) and size * count > MOST:
-                    if not (isinstance(left, _NUMBERS) and isinstance(right, _NUMBERS)):
-                        raise too_large("so long a repetition")
+            for value, size, count in ((left, sizes[0], right), (right, sizes[1], left)):
+                repeated = isinstance(count, int) and not isinstance(value, _NUMBERS)
+                if repeated and size * count > MOST:
+                    raise too_large("so long a repetition")
         elif name == "Mod" and isinstance(left, str):
             _check_widths(left)
             _check_product(*sizes)

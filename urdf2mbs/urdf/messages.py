@@ -57,7 +57,9 @@ class Messages:
                 "the line is one of the text that xacro made: 'urdf2mbs convert --dump DIR' "
                 "writes it, as DIR/expanded.urdf"
             )
-            hint = "; ".join(filter(None, [hint, written.element(*self.owner, self.expanded), made]))
+            hint = "; ".join(
+                filter(None, [hint, written.element(*self.owner, self.expanded), made])
+            )
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def keep(self, error: ConversionError) -> None:

@@ -67,8 +67,8 @@ LARGE = 2**18
 
 #: What a text has, one of them, if there is work for xacro: ``${`` or ``$(``, an element with the
 #: prefix ``xacro``, or a namespace of xacro under another prefix.  Just to declare
-#: ``xmlns:xacro``, as what xacro has written often does, is none.  No sign goes beyond where the next
-#: one begins, so that the time grows as the text.
+#: ``xmlns:xacro``, as what xacro has written often does, is none.  No sign goes beyond the
+#: beginning of the next, so that the time grows as the text.
 _SIGNS = (
     rb"\$[{(]",
     rb"xacro(?:(?!xacro)[^\s<>='\"/])*:",

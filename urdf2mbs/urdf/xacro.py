@@ -184,9 +184,7 @@ class _Run:
         try:
             return str(self.guard.evaluate(text, names))
         except Exception as error:
-            raise self.xacro.XacroException(
-                exc=error, suffix=f"\n{_EVALUATING}{text}'"
-            ) from error
+            raise self.xacro.XacroException(exc=error, suffix=f"\n{_EVALUATING}{text}'") from error
 
     def find(self, package: str) -> str:
         try:
@@ -297,7 +295,7 @@ class _Run:
         self.spend(10 * len(data))
         xacro.filestack.append(file)
         try:
-            return xacro.YamlListWrapper.wrap(yaml.load(data, Loader))  # noqa: S506 a safe loader
+            return xacro.YamlListWrapper.wrap(yaml.load(data, Loader))
         finally:
             xacro.filestack.pop()
             xacro.all_includes.append(file)
@@ -322,7 +320,7 @@ class _Run:
             "xacro-file",
             f"'{Path(name).name}' is not read: {name} is outside the workspace "
             f"{self.packages.root} and the packages that were found",
-            hint=f"add its folder to the config, as `packages: {{NAME: {file.parent}}}`; or, {TRUST}",
+            hint=f"add its folder to the config: `packages: {{NAME: {file.parent}}}`; or, {TRUST}",
         )
 
     def diagnostics(self) -> list[Diagnostic]:
@@ -585,7 +583,9 @@ def _quoted(text: str) -> list[str]:
     """What a message of xacro's puts in quotes or names as a macro or a file."""
     return [
         part
-        for part in re.findall(r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$", text)
+        for part in re.findall(
+            r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$", text
+        )
         for part in part
         if part
     ]

@@ -176,7 +176,9 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
     if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
         plain = re.sub(
-            _COMMENT, lambda match: b"<!--" + _blanked(match[1]) + match[0][4 + len(match[1]) :], text
+            _COMMENT,
+            lambda match: b"<!--" + _blanked(match[1]) + match[0][4 + len(match[1]) :],
+            text,
         )
         if _is_utf_8(plain):
             at = next(m.start() for m in re.finditer(_COMMENT, text) if not _is_utf_8(m[1]))
