@@ -462,8 +462,9 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
     ours = next((one for one in chain if isinstance(one, ConversionError)), None)
     if ours is None:
         ours = _missing_package(f"{text} {chain[-1]}", run)
-    _, _, expression = str(error).partition(_EVALUATING)
-    expression = expression.partition("\n")[0].rstrip("'")
+    # the last one is where it was asked for
+    _, evaluated, expression = str(error).rpartition(_EVALUATING)
+    expression = expression.partition("\n")[0].rstrip("'") if evaluated else ""
     undefined = _undefined_arg(chain, expression)
     deep = next((one for one in chain if isinstance(one, RecursionError)), None)
     unread = next((one for one in chain if isinstance(one, OSError)), None)
