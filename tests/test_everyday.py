@@ -88,7 +88,7 @@ SHARED = {
     "--strict": {*CONVERTING, "explain", "verify"},
     "--verbose": {*CONVERTING, "explain", "verify"},
     "--set": {*CONVERTING, "explain"},
-    "--no-cache": {*CONVERTING, "explain"},
+    "--trust-xacro": {*CONVERTING, "explain", "init", "verify"},
     "--package": {"init", "convert", "report", "explain", "verify"},
     "--arg": {"init", "convert", "report", "explain", "verify"},
     "--base": {"init", "convert", "report", "explain"},

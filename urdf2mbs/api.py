@@ -24,7 +24,7 @@ from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.spatial import Vec
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.model import Robot
-from urdf2mbs.urdf.reader import expanded
+from urdf2mbs.urdf.reader import read_file
 from urdf2mbs.urdf.xml import mend
 
 
@@ -102,7 +102,7 @@ def convert(
     swap: Mapping[str, str] | None = None,
     diagnostics: Mapping[str, str] | None = None,
     strict: bool = False,
-    cache: bool = True,
+    trust_xacro: bool = False,
 ) -> Result:
     """Convert a URDF or xacro file; nothing is written until ``Result.write()``.
 
@@ -113,8 +113,8 @@ def convert(
     pass to those to put right beside it, ``without`` leaves passes out, ``alias`` gives a pass a
     second name, ``swap`` maps a pass to the plugin whose pass of the same name replaces it.
     ``diagnostics`` maps codes to ``error``, ``warning``, ``note`` or ``ignore``, and ``strict``
-    makes warnings errors.  ``cache``: what xacro makes is kept in the user's cache folder, for
-    another time.  Paths are relative to the working folder.  Raises ConversionError.
+    makes warnings errors.  ``trust_xacro`` lets the robot's xacro do whatever Python can, and
+    read any file.  Paths are relative to the working folder.  Raises ConversionError.
     """
     given: dict[str, Any] = {
         "source": os.fspath(source),
@@ -132,7 +132,7 @@ def convert(
         "swap": dict(swap or {}),
         "diagnostics": dict(diagnostics or {}),
         "strict": strict,
-        "cache": cache,
+        "trust_xacro": trust_xacro,
     }
     if project is not None:
         if output is not None:
@@ -204,7 +204,7 @@ def verify(
     tolerance: float = TOLERANCE,
     diagnostics: Mapping[str, str] | None = None,
     strict: bool = False,
-    isolate: Mapping[str, Any] | None = None,
+    trust_xacro: bool = False,
 ) -> Verdict:
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
 
@@ -213,8 +213,8 @@ def verify(
     name; ``gravity`` (m/s^2) is what the .mbs should have, since a URDF has none.  ``engine`` is
     ``own`` or ``pinocchio``, which compares the equations of motion too.  ``frames``: a link's
     frame that is elsewhere in the .mbs is a difference, too.  ``diagnostics`` and ``strict`` weigh
-    the warnings of reading the URDF, as in ``convert``.  ``isolate`` runs xacro in a process with
-    limits, such as ``{"seconds": 60, "memory": "2GiB"}``. Raises ConversionError.
+    the warnings of reading the URDF, and ``trust_xacro`` is as in ``convert``.
+    Raises ConversionError.
     """
     if not 0.0 < tolerance <= LARGEST_TOLERANCE:
         raise ConfigError(
@@ -237,8 +237,7 @@ def verify(
         "xacro_args": dict(xacro_args or {}),
         "gravity": tuple(gravity),
         "pipeline": ["expand", "insert-base"],
-        "passes": {} if isolate is None else {"expand": {"isolate": dict(isolate)}},
-        "cache": False,  # a proof takes nothing on trust
+        "trust_xacro": trust_xacro,
         "diagnostics": dict(diagnostics or {}),
         "strict": strict,
     }
@@ -314,4 +313,4 @@ def _text(conversion: Conversion) -> bytes:
     if conversion.expanded is not None:
         return conversion.expanded
     settings = conversion.settings
-    return mend(expanded(settings.source, conversion.packages, settings.xacro_args)[0])[0]
+    return mend(read_file(settings.source))[0]

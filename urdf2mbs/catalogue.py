@@ -106,9 +106,18 @@ SECTIONS = [
                 "xacro cannot expand the file",
                 todo="the message is xacro's, with file and includes",
             ),
-            "xacro-isolated": Code(
-                "xacro was stopped, as it took more time or memory than `isolate` gives it",
-                todo="look for macros that call themselves, or give more",
+            "xacro-expression": Code(
+                "an expression of xacro has what no robot needs: a lambda, an f-string, an "
+                "attribute that begins with an underscore",
+                todo="write it in another way, or `trust_xacro: true` if you trust the author",
+            ),
+            "xacro-file": Code(
+                "xacro includes or loads a file outside of the workspace and the packages",
+                todo="`packages: {NAME: DIR}`, or `trust_xacro: true` if you trust the author",
+            ),
+            "xacro-too-large": Code(
+                "an expression or the expansion takes more work than any robot needs",
+                todo="look for macros that call themselves, and for powers and repetitions",
             ),
             "xacro-arg": Code(
                 "a xacro argument has no value", todo="`xacro_args`, or `--arg NAME:=VALUE`"
@@ -422,10 +431,6 @@ SECTIONS = [
         codes={
             "path-invalid": Code(
                 "a path is too long, or has a character that none can have", todo="another path"
-            ),
-            "isolate-unsupported": Code(
-                "`isolate` cannot limit the memory on this operating system",
-                todo="leave `memory` out",
             ),
             "usage": Code("an argument does not read as it should", todo="the message says how"),
             "config-unreadable": Code("the config cannot be read"),

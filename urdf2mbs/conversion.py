@@ -36,8 +36,8 @@ class Settings(msgspec.Struct, frozen=True):
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
     """That of the config, to which the paths in it are relative."""
-    cache: bool = False
-    """Whether what xacro makes is kept for another time."""
+    trust_xacro: bool = False
+    """Whether expressions of xacro may do whatever Python can."""
 
 
 class Step(msgspec.Struct, gc=False):

@@ -198,19 +198,16 @@ def _add_running(command: argparse.ArgumentParser) -> None:
     """For what runs passes, by a config or by what stands for one."""
     _add_no_plugins(command)
     _add_levels(command)
-    _add_isolate(command)
-    command.add_argument(
-        "--no-cache", action="store_true", help="expand xacro anew, and do not keep it"
-    )
+    _add_trust(command)
     command.add_argument(
         "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
     )
 
 
-def _add_isolate(command: argparse.ArgumentParser) -> None:
+def _add_trust(command: argparse.ArgumentParser) -> None:
     command.add_argument(
-        "--isolate", action="store_true",
-        help="expand xacro in a process with limits: 60 s, 2 GiB, an empty environment",
+        "--trust-xacro", action="store_true",
+        help="let the robot's xacro do whatever Python can, and read any file",
     )  # fmt: skip
 
 
@@ -269,7 +266,7 @@ def _init(commands: Commands) -> None:
     _add_telling(command)
     _add_base(command)
     _add_robot(command)
-    _add_isolate(command)
+    _add_trust(command)
 
 
 def _run(commands: Commands) -> None:
@@ -329,7 +326,7 @@ def _verify(commands: Commands) -> None:
     _add_telling(command, writes=False)
     _add_levels(command)
     _add_robot(command)
-    _add_isolate(command)
+    _add_trust(command)
     command.add_argument(
         "--engine", choices=("own", "pinocchio"), default="own",
         help="own (the default), or pinocchio, which compares mass matrix and forces, too",

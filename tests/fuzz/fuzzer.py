@@ -118,7 +118,7 @@ passes:
   posture: {joints: {shoulder: 0.5}, srdf: r.srdf, state: home,
             hold: {joints: ["*"], stiffness: 1, damping: 2}}
   contacts: {links: [hand], stiffness: 1.0e+5, points: {hand: [[0, 0, 1]]}}
-  expand: {isolate: null}
+  expand: {}
   forces:
     wrenches: {push: {link: hand, at: [0, 0, 1], force: [1, 0, 0], start: 0.1}}
     springs: {s: {ends: [{link: hand}, {link: body, at: [0, 0, 1]}], stiffness: 10}}

@@ -1,21 +1,17 @@
-"""xacro is code: whatever it does ends in a clear error, through every command that runs it."""
+"""xacro is data: whatever it does ends in a clear error, through every command that runs it."""
 
 from __future__ import annotations
 
-import re
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from urdf2mbs import files
-from urdf2mbs.api import convert, verify
+from urdf2mbs.api import convert
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
-
-posix = pytest.mark.skipif(sys.platform == "win32", reason="limits and pipes of POSIX")
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 #: What needs no limits: it ends by itself.
@@ -29,7 +25,11 @@ ENDLESS = {
     "deep expression": f'<link name="${{{"(" * 5000}{")" * 5000}}}"/>',
     "long expression": f'<link name="${{{"-" * 50_000}1}}"/>',
 }  # fmt: skip
-MEMORY = "<link name=\"${len('a' * 10**13)}\"/>"
+#: A file is made by Python's ``os``, which xacro's own check of names does not see.
+ATTACK = (
+    "${(lambda: [k for k in ().__class__.__base__.__subclasses__() if k.__name__ == '_wrap_close']"
+    "[0].__init__.__globals__['system']('touch attacked') and 'a' or 'a')()}"
+)
 
 #: Every command that runs xacro.
 COMMANDS = (
@@ -57,16 +57,16 @@ def write(inside: str) -> None:
     Path("r.xacro").write_text(f"{HEAD}{inside}\n</robot>\n")
 
 
-@posix
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_memory_bomb_through_every_command(command: str, here: Path, capsys: Any) -> None:
-    write(MEMORY)
+def test_an_attack_through_every_command(command: str, here: Path, capsys: Any) -> None:
+    """Refused; with --trust-xacro it does what it says, and the robot is converted."""
+    write(f'<link name="{ATTACK}"/>')
     before = sorted(here.iterdir())
-    assert main([*command.split(), "--isolate"]) == 1
-    assert "error[xacro-isolated]: xacro was stopped: it took more than 2GiB" in (
-        capsys.readouterr().err
-    )
+    assert main(command.split()) == 1
+    assert "r.xacro:2: error[xacro-expression]: a lambda is not allowed" in capsys.readouterr().err
     assert sorted(here.iterdir()) == before
+    main([*command.split(), "--trust-xacro"])
+    assert (here / "attacked").exists()
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -85,30 +85,15 @@ def test_endless_recursion_through_every_command(
 def test_what_has_no_end(kind: str, here: Path) -> None:
     write(ENDLESS[kind])
     with pytest.raises(ConversionError) as caught:
-        convert("r.xacro", cache=False)
+        convert("r.xacro")
     assert caught.value.code in ("xacro", "memory-full")
     assert len(str(caught.value)) < 5000
 
 
-@posix
-def test_the_limits_of_a_config_stay(here: Path, capsys: Any) -> None:
-    write('<link name="${(7**(10**8)) % 10}"/>')
-    (here / "r.yaml").write_text("source: r.xacro\npasses: {expand: {isolate: {seconds: 0.5}}}\n")
-    assert main(["run", "r.yaml", "--isolate"]) == 1
-    assert "took more than 0.5 seconds" in capsys.readouterr().err
-    with pytest.raises(ConversionError, match=r"took more than 0\.5 seconds"):
-        verify("r.xacro", here / "tiny.mbs", isolate={"seconds": 0.5})
-
-
-@posix
-def test_init_writes_the_limits_down(here: Path, capsys: Any) -> None:
+def test_init_writes_trust_down(here: Path) -> None:
     Path("r.xacro").write_text(TINY.replace("<robot ", '<robot xmlns:xacro="x" ', 1))
-    assert main(["init", "r.xacro", "-o", "new.yaml", "--isolate"]) == 0
-    assert "\npasses:\n  expand: {isolate: {}}" in (here / "new.yaml").read_text()
-    text = (here / "new.yaml").read_text()
-    (here / "new.yaml").write_text(re.sub(r"#   (contacts|posture):", r"  \1:", text))
-    assert main(["explain", "new.yaml"]) == 0
-    assert "isolate" in capsys.readouterr().out
+    assert main(["init", "r.xacro", "-o", "new.yaml", "--trust-xacro"]) == 0
+    assert "\ntrust_xacro: true" in (here / "new.yaml").read_text()
 
 
 @pytest.mark.parametrize(
@@ -126,7 +111,7 @@ def test_included_files_are_bounded(
     Path("large.xacro").write_text("<robot>" + " " * 5000 + "</robot>")
     monkeypatch.setattr(files, "MOST", 4000)
     with pytest.raises(ConversionError) as caught:
-        convert("r.xacro", cache=False)
+        convert("r.xacro")
     assert caught.value.code == "xacro"
     assert "larger than 4000 bytes" in str(caught.value)
     assert "large.xacro" in str(caught.value)
@@ -142,7 +127,7 @@ def test_the_chain_of_includes_and_macros(here: Path) -> None:
         '<link name="${side + 1}"/></xacro:macro></robot>'
     )
     with pytest.raises(ConversionError) as caught:
-        convert("r.xacro", cache=False)
+        convert("r.xacro")
     said = str(caught.value)
     assert caught.value.file == str(here / "b.xacro")
     assert caught.value.line == 4
@@ -150,7 +135,7 @@ def test_the_chain_of_includes_and_macros(here: Path) -> None:
     write('\n\n<xacro:include filename="a.xacro"/>')
     Path("b.xacro").write_text(f'{HEAD}\n<link name="${{nothing_of_the_kind}}"/></robot>')
     with pytest.raises(ConversionError) as caught:
-        convert("r.xacro", cache=False)
+        convert("r.xacro")
     said = str(caught.value)
     assert said.startswith(f"{here / 'b.xacro'}:3: error[xacro]: ")
     assert "nothing_of_the_kind" in said

@@ -6,17 +6,17 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import Any
 
 import pytest
 import xacro
+import yaml
 from xacro import substitution_args
 
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import read_robot
-from urdf2mbs.urdf.xacro import Expansion, _lock, expand
+from urdf2mbs.urdf.xacro import Expansion, expand
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
 
@@ -448,36 +448,28 @@ def test_an_empty_file(tmp_path: Path) -> None:
 
 
 def state() -> list[object]:
-    return [
-        xacro.filestack,
-        xacro.macrostack,
-        xacro.all_includes,
-        xacro.substitution_args_context,
-        xacro.verbosity,
-        xacro.root_dir,
-        xacro.warning,
-        xacro.error,
-        xacro.message,
-        xacro.print_location,
-        xacro._empty_text_node,
-        xacro.parse,
-        xacro.handle_macro_call,
-        substitution_args._eval_find,
-        substitution_args._eval_dict["find"],
-        dict(xacro._global_symbols["xacro"]),
-    ]
+    modules = (xacro, substitution_args)
+    tables = (xacro._global_symbols["xacro"], substitution_args._eval_dict)
+    return [{**vars(module)} for module in modules] + [{**table} for table in tables]
 
 
 def test_nothing_is_left_behind(tmp_path: Path) -> None:
+    """xacro's module, which other programs use, stays as it was; so does PyYAML's loader."""
     before = state()
-    good = write(tmp_path, '<xacro:arg name="a" default="1"/><link name="a$(arg a)"/>')
+    constructors = {**yaml.SafeLoader.yaml_constructors}
+    good = write(
+        tmp_path,
+        '<xacro:arg name="a" default="1"/><link name="a$(arg a)$(eval 1 + a)"/>'
+        "<link name=\"${xacro.load_yaml('good.yaml')['a']}\"/>",
+        good_yaml="a: !degrees 90",
+    )
     expected = run(good)
     for main, *_ in BAD.values():
         (tmp_path / "bad").mkdir(exist_ok=True)
         failure(write(tmp_path / "bad", main, deep='<xacro:include filename="no"/>', bad="<a></b>"))
-        assert state() == before
         assert run(good) == expected
     assert state() == before
+    assert yaml.SafeLoader.yaml_constructors == constructors
 
 
 def test_macros_and_properties_do_not_leak(tmp_path: Path) -> None:
@@ -522,26 +514,3 @@ def test_two_at_once(tmp_path: Path) -> None:
     finally:
         sys.setswitchinterval(interval)
     assert found == {name: [[f"{name}_{name}"]] * 20 for name in found}
-
-
-def test_only_one_thread_expands_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """xacro keeps what it is at in its module."""
-    free: list[bool] = []
-    real = xacro.process_file
-
-    def try_to_enter() -> None:
-        free.append(_lock.acquire(blocking=False))
-
-    def process(*args: Any, **more: Any) -> Any:
-        other = threading.Thread(target=try_to_enter)
-        other.start()
-        other.join()
-        return real(*args, **more)
-
-    monkeypatch.setattr(xacro, "process_file", process)
-    source = tmp_path / "r.xacro"
-    source.write_text('<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"/>')
-    expand(source, Packages({}, source), {})
-    assert free == [False]
-    assert _lock.acquire(blocking=False)
-    _lock.release()

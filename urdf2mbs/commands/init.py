@@ -21,8 +21,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
         base=arguments.base or "auto",
         packages=dict(pairs(arguments.package, "=", "--package", "NAME=DIR")),
         xacro_args=dict(pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
-        isolate=arguments.isolate,
         force=arguments.force,
+        trust_xacro=arguments.trust_xacro,
     )
     if arguments.json:
         more = {key: value for key, value in found._asdict().items() if key != "robot"}

@@ -18,10 +18,8 @@ def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines
     given = typed(Config, {"source": config.source, **levels(arguments)}, Lines())
     config.diagnostics = {**config.diagnostics, **given.diagnostics}
     config.strict = config.strict or given.strict
-    config.cache = config.cache and not arguments.no_cache
+    config.trust_xacro = config.trust_xacro or arguments.trust_xacro
     passes = dict(config.passes)
-    if arguments.isolate and "isolate" not in passes.get("expand", {}):
-        passes["expand"] = {**passes.get("expand", {}), "isolate": {}}
     for name, options in _options(arguments).items():
         passes[name] = {**(passes.get(name) or {}), **options}
     config.passes = passes
@@ -47,11 +45,6 @@ def _options(arguments: argparse.Namespace) -> dict[str, dict[str, Any]]:
     return options
 
 
-def isolated(arguments: argparse.Namespace) -> dict[str, dict[str, Any]]:
-    """What ``--isolate`` says, by passes."""
-    return {"expand": {"isolate": {}}} if arguments.isolate else {}
-
-
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config that the command line stands for."""
     if robot == "-":
@@ -68,8 +61,8 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
         "pipeline": arguments.pipeline or "faithful",
         "plugins": arguments.plugin,
         "after": after,
-        "passes": isolated(arguments) | _options(arguments),
-        "cache": not arguments.no_cache,
+        "passes": _options(arguments),
+        "trust_xacro": arguments.trust_xacro,
         **levels(arguments),
     }
     lines = Lines()

@@ -28,7 +28,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         frames=arguments.frames,
         gravity=tuple(arguments.gravity),
         tolerance=arguments.tolerance,
-        isolate={} if arguments.isolate else None,
+        trust_xacro=arguments.trust_xacro,
         **levels(arguments),
     )
     code = 0 if verdict.same else 3

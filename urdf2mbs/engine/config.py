@@ -96,8 +96,8 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     """code of a warning, say: how much it weighs"""
     strict: bool = False
     """warnings are errors"""
-    cache: bool = True
-    """keep what xacro makes in the user's cache folder"""
+    trust_xacro: bool = False
+    """let the robot's xacro do whatever Python can, and read any file"""
     sweep: Sweep | None = None
     """make a family of robots, one for each combination"""
 

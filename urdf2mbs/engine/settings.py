@@ -51,7 +51,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
             )
     return Settings(
         source, output, config.base, packages, xacro_args, config.gravity, project,
-        Levels(config.diagnostics, config.strict), languages, absolute(folder), config.cache,
+        Levels(config.diagnostics, config.strict), languages, absolute(folder), config.trust_xacro,
     )  # fmt: skip
 
 

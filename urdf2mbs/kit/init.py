@@ -23,7 +23,6 @@ from urdf2mbs.spatial import Pose, compose
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.gazebo import MOTION
-from urdf2mbs.urdf.limits import Isolate
 from urdf2mbs.urdf.model import Link, Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import expanded, read_text, stem
@@ -47,8 +46,6 @@ class Findings(NamedTuple):
     """What can be found out about a robot before it is converted."""
 
     robot: Robot
-    isolate: bool
-    """Whether xacro runs with limits."""
     packages: dict[str, Path]
     """Those whose files the robot uses."""
     packages_missing: list[str]
@@ -67,12 +64,12 @@ def init(
     base: str = "auto",
     packages: Mapping[str, str] | None = None,
     xacro_args: Mapping[str, str] | None = None,
-    isolate: bool = False,
+    trust_xacro: bool = False,
     force: bool = False,
 ) -> tuple[Path, Findings]:
     """Write a config for a robot; gives its file, and what was found.
 
-    ``isolate``: xacro runs in a process of its own, with limits, here and by the config.
+    ``trust_xacro``: the robot's xacro may do whatever Python can, here and by the config.
     ``force``: a config that is there is replaced, also one that was edited.
 
     The config is tried before it is written: a conversion runs, of which nothing is kept.
@@ -85,12 +82,12 @@ def init(
         "base": base,
         "packages": dict(packages or {}),
         "xacro_args": dict(xacro_args or {}),
-        "passes": {"expand": {"isolate": {}}} if isolate else {},
+        "trust_xacro": trust_xacro,
     }
     lines = Lines()
     pipeline = Pipeline(typed(Config, given, lines), lines, installed_plugins=False)
     conversion = pipeline.run(stop_after="insert-base")
-    found = find(conversion, isolate=isolate)
+    found = find(conversion)
     name = stem(pipeline.settings.source)
     config = Path(f"{name}.yaml") if config is None else config
     if config.suffix.lower() not in (".yaml", ".yml"):
@@ -104,12 +101,13 @@ def init(
     return config, found
 
 
-def find(conversion: Conversion, *, isolate: bool = False) -> Findings:
+def find(conversion: Conversion) -> Findings:
     """What there is to know of the robot of a conversion that has run ``insert-base``."""
     settings = conversion.settings
     packages = Packages(settings.packages, settings.source)
-    limits = Isolate() if isolate else None
-    data, expansion = expanded(settings.source, packages, settings.xacro_args, isolate=limits)
+    data, expansion = expanded(
+        settings.source, packages, settings.xacro_args, trust_xacro=settings.trust_xacro
+    )
     robot, _ = read_text(settings.source, data, expansion, settings.xacro_args)
     shapes = [
         shape
@@ -123,7 +121,7 @@ def find(conversion: Conversion, *, isolate: bool = False) -> Findings:
         found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
     }
     return Findings(
-        robot, isolate, known, sorted(named - known.keys()),
+        robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
         len(meshes), missing,
         _feet(robot) if conversion.floating or conversion.base_reason == "own joint" else [],
@@ -239,6 +237,8 @@ def _text(
         ("base", "auto" if own else base, _why(conversion)),
         ("pipeline", "compact", "the fewest joints; or faithful: every link's frame is a body's"),
     ]
+    if conversion.settings.trust_xacro:
+        settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
     width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
     lines = [
         f"# {_line(robot.name)}: {counted(len(robot.links), 'link')}, "
@@ -336,7 +336,7 @@ def _meshes(found: Findings) -> list[str]:
 
 def _passes(found: Findings) -> list[str]:
     """What a first simulation wants: offered, not switched on."""
-    lines = ["", "passes:", "  expand: {isolate: {}}   # xacro with limits"] * found.isolate
+    lines: list[str] = []
     if found.sensors:
         lines += [
             "",
@@ -348,7 +348,7 @@ def _passes(found: Findings) -> list[str]:
         lines += [
             "",
             "# Uncomment to let the robot stand on the ground, held by a controller:",
-            *([] if found.isolate else ["# passes:"]),
+            "# passes:",
             f"#   contacts: {{links: {feet}}}",
             "#   posture: {hold: {stiffness: 300, damping: 4}}   # N m/rad, N m s/rad",
         ]

@@ -13,7 +13,7 @@ from urdf2mbs.files import is_file, read
 from urdf2mbs.urdf.reader import stem
 
 #: The root of a robot.  That of a file with nothing but macros has no name.
-_ROBOT = re.compile(rb"<robot\s[^>]*?\bname\s*=")
+_ROBOT = re.compile(rb"<robot\s[^<>]*?\bname\s*=")
 
 
 def robots_in(folder: Path) -> dict[Path, Path]:

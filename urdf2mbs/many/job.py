@@ -102,8 +102,7 @@ def convert_one(job: Job) -> Outcome:
         outcome.seconds = perf_counter() - start
         return outcome
     output = conversion.rejected or conversion.settings.output
-    isolated = job.config.passes.get("expand", {}).get("isolate") is not None
-    known = pipeline.plugins.names() == [GROUP] and not isolated  # its process reads, too
+    known = pipeline.plugins.names() == [GROUP]
     files = read | {str(file): sha256(data).hexdigest() for file, data in conversion.files.items()}
     return Outcome(
         job.number, job.source, str(output) if output in conversion.files else None, job.values,

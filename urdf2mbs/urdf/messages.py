@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.urdf import written
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -52,13 +53,13 @@ class Messages:
     ) -> NoReturn:
         line = element if element is None or isinstance(element, int) else element.sourceline
         if self.expanded:
-            from urdf2mbs.urdf.xacro import written_in
-
             made = (
                 "the line is one of the text that xacro made: 'urdf2mbs convert --dump DIR' "
                 "writes it, as DIR/expanded.urdf"
             )
-            hint = "; ".join(filter(None, [hint, written_in(*self.owner, self.expanded), made]))
+            hint = "; ".join(
+                filter(None, [hint, written.element(*self.owner, self.expanded), made])
+            )
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
     def keep(self, error: ConversionError) -> None:

@@ -17,8 +17,8 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-_NAME = rb"<name[^>]*>\s*([^<]*?)\s*</name>"
-_COMMENT = rb"(?s)<!--.*?-->"
+_NAME = rb"<name(?:\s[^<>]*)?>([^<>]*)</name>"
+_COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 _SCHEME = r"(?i)(package|model|file):/*"
 _LOCALHOST = r"(?i)^//localhost(?=/)"
 #: The most that is read of a package.xml.
@@ -294,7 +294,7 @@ def _package_name(folder: Path) -> str | None:
     except (OSError, ValueError):
         return None
     match = re.search(_NAME, text)
-    return match[1].decode("utf-8", "replace") if match else None
+    return match[1].strip().decode("utf-8", "replace") if match else None
 
 
 def _subfolders(folder: Path) -> list[Path]:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from urdf2mbs.urdf.limits import Isolate
     from urdf2mbs.urdf.model import Robot
     from urdf2mbs.urdf.packages import Packages
     from urdf2mbs.urdf.xacro import Expansion
@@ -48,28 +47,18 @@ def expanded(
     packages: Packages,
     xacro_args: Mapping[str, str],
     *,
-    isolate: Isolate | None = None,
-    cache: bool = False,
+    trust_xacro: bool = False,
 ) -> tuple[bytes, Expansion | None]:
     """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
 
-    ``isolate``: xacro runs in a process of its own, with these limits.  ``cache``: or what it
-    made of them before, where nothing has changed.
+    ``trust_xacro``: its expressions may do whatever Python can.
     """
     data = read_file(source)
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
         return data, None
-    if isolate is not None:
-        from urdf2mbs.urdf.isolated import isolated
-
-        return data, isolated(source, packages, dict(xacro_args), isolate)
-    if cache:
-        from urdf2mbs.urdf import expansions
-
-        return data, expansions.expand(source, packages, xacro_args)
     from urdf2mbs.urdf.xacro import expand
 
-    return data, expand(source, packages, xacro_args)
+    return data, expand(source, packages, xacro_args, trust=trust_xacro)
 
 
 #: So many bytes are read piece by piece: each piece takes the memory of the one before, where a
@@ -78,11 +67,12 @@ LARGE = 2**18
 
 #: What a text has, one of them, if there is work for xacro: ``${`` or ``$(``, an element with the
 #: prefix ``xacro``, or a namespace of xacro under another prefix.  Just to declare
-#: ``xmlns:xacro``, as what xacro has written often does, is none.
+#: ``xmlns:xacro``, as what xacro has written often does, is none.  No sign goes beyond the
+#: beginning of the next, so that the time grows as the text.
 _SIGNS = (
     rb"\$[{(]",
-    rb"xacro[^\s<>='\"/]*:",
-    rb"""xmlns(?!:xacro[\s=])[^<>=]*=\s*(?:"[^"]*xacro|'[^']*xacro)""",
+    rb"xacro(?:(?!xacro)[^\s<>='\"/])*:",
+    rb"""xmlns(?!:xacro[\s=])(?:(?!xmlns)[^<>=])*=\s*(?:"[^"]*xacro|'[^']*xacro)""",
 )
 
 

@@ -1,4 +1,7 @@
-"""xacro without ROS: the ``xacro`` package, its packages found by us, its globals put back."""
+"""xacro without ROS: a copy of the ``xacro`` package's module for each run, with parts of our own.
+
+xacro keeps its state in its module.  The copy is nobody else's, so nothing is put back.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,9 @@ import os
 import re
 import threading
 import warnings
-from contextlib import contextmanager
 from functools import partial
 from glob import glob
-from itertools import islice
+from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
@@ -20,22 +22,28 @@ from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.files import note
 from urdf2mbs.files import read as read_file
-from urdf2mbs.urdf import standard_input, xml
+from urdf2mbs.urdf import standard_input, written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
-from urdf2mbs.urdf.packages import absolute
+from urdf2mbs.urdf.expressions import MOST, TRUST, Guard, too_large
+from urdf2mbs.urdf.packages import absolute, workspace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
     from urdf2mbs.urdf.packages import Packages
 
 _UNKNOWN_MACRO = "unknown macro name: "
 
-# xacro keeps its state in module globals: one run at a time.
-_lock = threading.RLock()
-_EXPRESSION = re.compile(r"when evaluating expression '(.*)'$", re.MULTILINE)
+# Python catches its warnings for all threads at once
+_lock = threading.Lock()
+_EVALUATING = "when evaluating expression '"
 _XACRO_ARG = re.compile(r"""xacro\.arg\(\s*['"]([^'"]+)['"]\s*\)""")
-_DECLARED = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
+#: What xacro's own pattern of a macro's parameter means; that takes a time that doubles with each
+#: letter before a quote that is not closed.
+_PARAMETER = re.compile(
+    r"""^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?"""
+    r"""(\$\{.*?\}|\$\(.*?\)|(?:'[^']*'|"[^"]*"|[^\s'"])+|)(?:\s+|$)(.*)"""
+)
 #: Longer stacks of includes and macros are cut in the middle.
 _SHOWN = 8
 
@@ -47,63 +55,16 @@ _ANY = "0"
 #: What ``$(find NAME)`` gives for a package that was not found.
 _NOWHERE = "package://"
 _NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
-#: So many files, in so many folders, at most are searched for a macro's definition.
-_SEARCHED = 500
-
-
-class Asked(NamedTuple):
-    """All that an expansion depends on, beside its arguments."""
-
-    files: list[str]
-    """Those that were read or looked for."""
-    packages: dict[str, str]
-    """The folder of each."""
-    environment: dict[str, str | None]
-    """The variables; None: not set."""
 
 
 class Expansion(NamedTuple):
-    """What xacro made of a file, and what that depends on."""
+    """What xacro made of a file."""
 
     text: bytes
     """What the ``xacro`` command prints, in UTF-8."""
     files: list[str]
     """All that was read, the source first."""
     warnings: list[Diagnostic]
-    asked: Asked | None = None
-    """None: it depends on more, such as which files match a pattern."""
-
-
-class _Environment(dict[str, str]):
-    """The environment's variables, which notes those that the robot asks for."""
-
-    def __init__(self) -> None:
-        super().__init__(os.environ)
-        self.asked: dict[str, str | None] = {}
-
-    def __contains__(self, name: object) -> bool:
-        self.asked[str(name)] = self.get(str(name))
-        return super().__contains__(name)
-
-    def __getitem__(self, name: str) -> str:
-        self.asked[name] = self.get(name)
-        return super().__getitem__(name)
-
-
-class _Context(dict[str, Any]):
-    """Substitution arguments; ``filename``, for ``$(dirname)``, is the file being processed."""
-
-    def __init__(self, module: Any, args: _Args) -> None:
-        super().__init__(arg=args)
-        self.module = module
-
-    def __getitem__(self, key: str) -> Any:
-        if key == "filename":
-            return absolute(self.module.filestack[-1])
-        return super().__getitem__(key)
-
-    def get(self, key: str, default: Any = None) -> Any:
-        return self[key] if key == "filename" or key in self else default
 
 
 class _Args(dict[str, str]):
@@ -129,39 +90,240 @@ class _Args(dict[str, str]):
 class _Run:
     """One run of xacro on one file: what it says, and what it does not find."""
 
-    def __init__(self, file: str, packages: Packages, args: Mapping[str, str]) -> None:
+    def __init__(self, file: str, packages: Packages, args: Mapping[str, str], trust: bool) -> None:
         self.file = file
         self.packages = packages
+        self.trust = trust
         self.args = _Args(args)
         self.said: list[_Said] = []
         self.slips: dict[tuple[str, xml.Slip], None] = {}
         self.macros: dict[tuple[str, str], None] = {}
         """Macros that are called and not defined, and the file that calls each."""
         self.packages_missing: dict[str, ConversionError] = {}
-        self.packages_found: dict[str, str] = {}
-        self.environment = _Environment()
-        self.patterns = False
-        """Whether files are included by a pattern."""
         self.text = b""
         self.read: list[str] = []
+        self.guard = Guard()
+        self.xacro = _copy("xacro")
 
     def __call__(self) -> None:
-        import xacro
-
-        with _lock, _borrowed(xacro, self):
+        xacro = self.xacro
+        self._replace()
+        with _lock, warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
             try:
-                with warnings.catch_warnings(record=True) as caught:
-                    warnings.simplefilter("always")
-                    document = xacro.process_file(self.file, mappings=self.args, verbosity=1)
-                    self.text = document.toprettyxml(indent="  ").encode()
+                document = xacro.process_file(self.file, mappings=self.args, verbosity=1)
+                self.text = document.toprettyxml(indent="  ").encode()
             except Exception as error:
                 failure = _explain(xacro, error, self)
                 failure.said = self.diagnostics()
                 raise failure from error
-            self.read = [absolute(name) for name in (self.file, *xacro.all_includes)]
+        self.read = [absolute(name) for name in (self.file, *xacro.all_includes)]
         self.said += [
             ("warning", f"{one.category.__name__}: {one.message}", None) for one in caught
         ]
+
+    def _replace(self) -> None:
+        """Give our copy of xacro its parts of our own."""
+        xacro = self.xacro
+        self.plain_parse, self.plain_call = xacro.parse, xacro.handle_macro_call
+        self.plain_text, self.plain_parameter = xacro.eval_text, xacro.parse_macro_arg
+        self.plain_replace = xacro.replace_node
+        xacro.substitution_args_context = {}
+        xacro.parse = self.parse
+        xacro.open = self.open
+        xacro.load_yaml = self.load_yaml
+        xacro.glob = SimpleNamespace(glob=self.glob)
+        xacro.handle_macro_call = self.handle_macro_call
+        xacro.eval_text = self.eval_text
+        xacro.replace_node = self.replace_node
+        xacro.re_macro_arg = _PARAMETER
+        xacro.parse_macro_arg = self.parse_macro_arg
+        functions: dict[str, Any] = {
+            "message": partial(self.say, "note"),
+            "warning": partial(self.say, "warning"),
+            "error": partial(self.say, "warning"),
+            "print_location": lambda *_, **__: "",
+        }
+        xacro._global_symbols = xacro.create_global_symbols()
+        vars(xacro).update(functions)
+        xacro._global_symbols["xacro"].update(functions)
+        substitution = _copy("xacro.substitution_args")
+        substitution._eval_find = substitution._eval_dict["find"] = self.find
+
+        def extension(text: str) -> Any:
+            filename = absolute(xacro.filestack[-1])
+            if text == "$(cwd)":
+                return str(Path.cwd())
+            return substitution.resolve_args(text, {"arg": self.args, "filename": filename})
+
+        xacro.eval_extension = extension
+        if not self.trust:
+            substitution._eval = partial(self.evaluate, substitution)
+            xacro.safe_eval = self.guard.evaluate
+            self.guard.offer(xacro._global_symbols)
+
+    def spend(self, work: int) -> None:
+        if not self.trust:
+            self.guard.spend_beside(work)
+
+    def evaluate(self, substitution: Any, text: str, context: Mapping[str, Any]) -> str:
+        """``$(eval ...)`` by the rules of ``${...}``."""
+
+        class Names(dict[str, Any]):
+            def __missing__(self, name: str) -> Any:
+                return substitution.convert_value(context["arg"][name], "auto")
+
+        names = Names(substitution._eval_dict["__builtins__"])
+        names.update(
+            (name, value)
+            for name, value in substitution._eval_dict.items()
+            if not name.startswith("_")
+        )
+        names["arg"] = lambda name: names.__missing__(name)
+        names["dirname"] = lambda: str(Path(context["filename"]).parent)
+        self.guard.offer(names)
+        try:
+            return str(self.guard.evaluate(text, names))
+        except Exception as error:
+            raise self.xacro.XacroException(exc=error, suffix=f"\n{_EVALUATING}{text}'") from error
+
+    def find(self, package: str) -> str:
+        try:
+            return str(self.packages.find(package))
+        except ConfigError:
+            raise
+        except ConversionError as error:
+            # no error yet: the path may never be used
+            self.packages_missing[package] = error
+            return f"{_NOWHERE}{package}"
+
+    def say(self, level: Literal["warning", "note"], *message: Any, **_: Any) -> str:
+        where = self.xacro.filestack[-1] if self.xacro.filestack else None
+        text = " ".join(str(part) for part in message)
+        missing = _missing_package(text, self)
+        if missing is not None:  # an include by a pattern, which matches nothing
+            raise missing
+        self.said.append((level, text, where))
+        return ""
+
+    def eval_text(self, text: Any, symbols: Any) -> Any:
+        # most texts are only themselves; to find that out, xacro takes a fifth of its time
+        if not isinstance(text, str) or "$" not in text:
+            return text
+        # xacro copies what is left of a text for each expression in it
+        self.spend(10 + len(text) * text.count("$") // 1000)
+        result = self.plain_text(text, symbols)
+        if isinstance(result, str) and len(result) > MOST and not self.trust:
+            raise too_large(f"a text of over {MOST:,} letters")
+        return result
+
+    def parse_macro_arg(self, text: str) -> Any:
+        self.spend(1 + len(text) // 50)  # xacro copies what is left for each parameter
+        return self.plain_parameter(text)
+
+    def parse(self, _: Any, name: str) -> Any:
+        import xml.dom.minidom as minidom
+
+        given = standard_input.taken(Path(name))
+        try:
+            return self.plain_parse(None if given is None else io.BytesIO(given), name)
+        except ConversionError:
+            self.xacro.filestack.pop()  # the file that includes it is to be named
+            raise
+        except (ExpatError, UnicodeError):
+            data, slips = xml.mend(read_file(Path(name)) if given is None else given)
+            document = minidom.parseString(data)
+            self.slips.update(((absolute(name), slip), None) for slip in slips)
+            return document
+
+    def handle_macro_call(self, node: Any, macros: Any, symbols: Any) -> Any:
+        self.spend(300 if node.tagName.startswith("xacro:") else 50)
+        xacro = self.xacro
+        depth = len(xacro.macrostack or ())
+        try:
+            return self.plain_call(node, macros, symbols)
+        except xacro.XacroException as error:
+            if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
+                raise
+            self.macros[node.tagName.partition(":")[2], absolute(xacro.filestack[-1])] = None
+            xacro.remove_previous_comments(node)
+            xacro.replace_node(node, by=None)
+            return True
+
+    def replace_node(self, node: Any, by: Any, content_only: bool = False) -> None:
+        # minidom looks for the node among all its neighbours, once for each that takes its place
+        nodes = by if isinstance(by, list) else [by] if by is not None else []
+        moved = 1 + sum(len(part.childNodes) if content_only else 1 for part in nodes)
+        self.spend(moved * len(node.parentNode.childNodes) // 100)
+        self.plain_replace(node, by, content_only)
+
+    def open(self, name: str) -> io.BytesIO:
+        """A file's bytes: what is included is read up to a bound, as all else is."""
+        self.check_file(name)
+        data = read_file(Path(name))
+        # minidom goes through all neighbours to take a comment away
+        self.spend(len(data) // 4 + data.count(b"<!--") ** 2 // 200)
+        return io.BytesIO(data)
+
+    def glob(self, pattern: str) -> list[str]:
+        """The files that match a pattern."""
+        fixed, _, rest = pattern.partition(re.findall(r"[*?[]", pattern)[0])
+        self.check_file(str(Path(fixed + "x").parent) if ".." not in rest else "/")
+        note(pattern)
+        return glob(pattern)  # noqa: PTH207 just what xacro calls
+
+    def load_yaml(self, name: str) -> Any:
+        import yaml
+
+        xacro = self.xacro
+
+        class Loader(yaml.SafeLoader):
+            """xacro's own adds its tags to the loader that all programs share."""
+
+            def flatten_mapping(loader, node: Any) -> None:  # noqa: N805
+                for key, merged in node.value:
+                    if key.tag == "tag:yaml.org,2002:merge":  # <<, which may double what << made
+                        several = isinstance(merged, yaml.SequenceNode)
+                        for part in merged.value if several else [merged]:
+                            if isinstance(part, yaml.MappingNode):
+                                loader.flatten_mapping(part)
+                                self.spend(300 * len(part.value))
+                super().flatten_mapping(node)
+
+        for unit in xacro.ConstructUnits:
+            Loader.add_constructor(unit.value.tag, unit.constructor)
+        file = xacro.abs_filename_spec(name)
+        data = self.open(file).getvalue()
+        self.spend(10 * len(data))
+        xacro.filestack.append(file)
+        try:
+            return xacro.YamlListWrapper.wrap(yaml.load(data, Loader))
+        finally:
+            xacro.filestack.pop()
+            xacro.all_includes.append(file)
+
+    def check_file(self, name: str) -> None:
+        """Raise ConversionError for a file outside of what the robot may read."""
+        file = Path(os.path.realpath(name))
+        given = {os.path.realpath(value) for value in self.args.given.values()}
+        if self.trust or str(file) in given or not file.exists():
+            return
+        source = Path(os.path.realpath(self.file))
+        roots = [self.packages.root, workspace(source)]
+        for folder in self.packages.found().values():
+            # of a workspace with links, the files are where its package.xml leads
+            described = Path(os.path.realpath(folder / "package.xml"))
+            roots += [folder, described.parent if described.name == "package.xml" else folder]
+        for root in map(os.path.realpath, roots):
+            inside = file.relative_to(root).parts if file.is_relative_to(root) else (".",)
+            if not any(part.startswith(".") for part in inside):
+                return
+        raise ConversionError(
+            "xacro-file",
+            f"'{Path(name).name}' is not read: {name} is outside the workspace "
+            f"{self.packages.root} and the packages that were found",
+            hint=f"add its folder to the config: `packages: {{NAME: {file.parent}}}`; or, {TRUST}",
+        )
 
     def diagnostics(self) -> list[Diagnostic]:
         diagnostics = [
@@ -169,7 +331,7 @@ class _Run:
             for file, slip in self.slips
         ]
         for name, caller in self.macros:
-            where = _locate([f"xacro:{name}"], [caller])
+            where = written.locate([f"xacro:{name}"], [caller])
             diagnostics.append(
                 Diagnostic(
                     "error",
@@ -208,14 +370,30 @@ class _Run:
 _LOWERED = "xacro-macro-unknown=warning"
 
 
-def expand(source: Path, packages: Packages, args: Mapping[str, str]) -> Expansion:
+def _copy(name: str) -> Any:
+    """A module of xacro's that nobody else has."""
+    spec = find_spec(name)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def expand(
+    source: Path, packages: Packages, args: Mapping[str, str], *, trust: bool = False
+) -> Expansion:
     """Run xacro on a file; ``args`` are those of ``NAME:=VALUE``.
+
+    Without ``trust`` its expressions are data, and it reads no files outside of its workspace and
+    packages.
 
     A macro that is not defined is left out, which is an error among the diagnostics.
 
-    :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``
+    :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``,
+        ``xacro-expression``, ``xacro-too-large``, ``xacro-file``
     """
-    run = _Run(absolute(source), packages, args)
+    run = _Run(absolute(source), packages, args, trust)
     undefined = None
     try:
         run()
@@ -240,9 +418,7 @@ def expand(source: Path, packages: Packages, args: Mapping[str, str]) -> Expansi
                 )
             )
     files = [name for name in dict.fromkeys(run.read) if Path(name).is_file()]
-    depends = Asked(list(dict.fromkeys(run.read)), run.packages_found, run.environment.asked)
-    whole = not (run.patterns or run.packages_missing or run.macros)
-    return Expansion(run.text, files, diagnostics, depends if whole else None)
+    return Expansion(run.text, files, diagnostics)
 
 
 class UndefinedArgumentError(ConversionError):
@@ -257,7 +433,7 @@ def _list_undefined(error: UndefinedArgumentError, first: _Run) -> None:
     while len(missing) < 50:
         given = {**first.args.given, **dict.fromkeys(missing, _ANY)}
         try:
-            _Run(first.file, first.packages, given)()
+            _Run(first.file, first.packages, given, first.trust)()
         except UndefinedArgumentError as other:
             if other.name in missing:
                 break
@@ -275,121 +451,6 @@ def _list_undefined(error: UndefinedArgumentError, first: _Run) -> None:
         error.hint = f"give each a value: `xacro_args: {{{keys}}}` or `{words}`"
 
 
-@contextmanager
-def _borrowed(xacro: Any, run: _Run) -> Iterator[None]:
-    """xacro's globals fresh, its ``find``, its messages and its reading of files ours; all put
-    back at the end."""
-    import xml.dom.minidom as minidom
-
-    from xacro import substitution_args as substitution
-
-    def find(package: str) -> str:
-        try:
-            found = run.packages_found[package] = str(run.packages.find(package))
-            return found
-        except ConfigError:
-            raise
-        except ConversionError as error:
-            # no error yet: the path may never be used
-            run.packages_missing[package] = error
-            return f"{_NOWHERE}{package}"
-
-    def say(level: Literal["warning", "note"], *message: Any, **_: Any) -> str:
-        where = xacro.filestack[-1] if xacro.filestack else None
-        text = " ".join(str(part) for part in message)
-        missing = _missing_package(text, run)
-        if missing is not None:  # an include by a pattern, which matches nothing
-            raise missing
-        run.said.append((level, text, where))
-        return ""
-
-    plain_parse, plain_call = xacro.parse, xacro.handle_macro_call
-    plain_eval = xacro.eval_text
-
-    def eval_text(text: Any, symbols: Any) -> Any:
-        # most texts are only themselves; to find that out, xacro takes a fifth of its time
-        return text if isinstance(text, str) and "$" not in text else plain_eval(text, symbols)
-
-    def parse(inp: Any, filename: str | None = None) -> Any:
-        given = standard_input.taken(Path(filename)) if filename else None
-        if inp is None and given is not None:
-            inp = io.BytesIO(given)
-        try:
-            return plain_parse(inp, filename)
-        except (ExpatError, UnicodeError):
-            if inp is not None or filename is None:
-                raise
-            data, slips = xml.mend(read_file(Path(xacro.root_dir, filename)))
-            document = minidom.parseString(data)
-            run.slips.update(((absolute(filename), slip), None) for slip in slips)
-            return document
-
-    def handle_macro_call(node: Any, macros: Any, symbols: Any) -> Any:
-        depth = len(xacro.macrostack or ())
-        try:
-            return plain_call(node, macros, symbols)
-        except xacro.XacroException as error:
-            if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
-                raise
-            run.macros[node.tagName.partition(":")[2], absolute(xacro.filestack[-1])] = None
-            xacro.remove_previous_comments(node)
-            xacro.replace_node(node, by=None)
-            return True
-
-    def bounded(name: str) -> io.BytesIO:
-        """A file's bytes: what is included is read up to a bound, as all else is."""
-        return io.BytesIO(read_file(Path(name)))
-
-    def matching(pattern: str) -> list[str]:
-        run.patterns = True
-        note(pattern)
-        return glob(pattern)  # noqa: PTH207 just what xacro calls
-
-    functions: dict[str, Any] = {
-        "message": partial(say, "note"),
-        "warning": partial(say, "warning"),
-        "error": partial(say, "warning"),
-        "print_location": lambda *_, **__: "",
-    }
-    fresh: dict[str, Any] = {
-        "filestack": None,
-        "macrostack": None,
-        "all_includes": [],
-        "substitution_args_context": _Context(xacro, run.args),
-        "parse": parse,
-        "open": bounded,
-        "handle_macro_call": handle_macro_call,
-        "eval_text": eval_text,
-        "verbosity": 1,
-        "root_dir": os.curdir,
-        "glob": SimpleNamespace(glob=matching),
-        "_empty_text_node": minidom.Document().createTextNode("\n\n"),
-        **functions,
-    }
-    borrowed: list[tuple[dict[str, Any], dict[str, Any]]] = [
-        (vars(xacro), fresh),
-        (
-            vars(substitution),
-            {"_eval_find": find, "os": SimpleNamespace(environ=run.environment, path=os.path)},
-        ),
-        (substitution._eval_dict, {"find": find}),
-        (xacro._global_symbols["xacro"], functions),
-    ]
-    kept = [
-        (owner, {key: dict.__getitem__(owner, key) for key in new if dict.__contains__(owner, key)})
-        for owner, new in borrowed
-    ]
-    try:
-        for owner, new in borrowed:
-            dict.update(owner, new)
-        yield
-    finally:
-        for (owner, new), (_, old) in zip(borrowed, kept, strict=True):
-            for key in new:
-                dict.__delitem__(owner, key)
-            dict.update(owner, old)
-
-
 def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
     """The one error to show for anything that went wrong inside xacro."""
     source = run.file
@@ -403,18 +464,22 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
     ours = next((one for one in chain if isinstance(one, ConversionError)), None)
     if ours is None:
         ours = _missing_package(f"{text} {chain[-1]}", run)
-    expression = _EXPRESSION.search(str(error))
-    undefined = _undefined_arg(chain, expression[1] if expression else "")
+    # the last one is where it was asked for
+    _, evaluated, expression = str(error).rpartition(_EVALUATING)
+    expression = expression.partition("\n")[0].rstrip("'") if evaluated else ""
+    undefined = _undefined_arg(chain, expression)
     deep = next((one for one in chain if isinstance(one, RecursionError)), None)
     unread = next((one for one in chain if isinstance(one, OSError)), None)
     syntax = next((one for one in chain if isinstance(one, ExpatError)), None)
     if ours is not None:
         code, text, hint = ours.code, ours.message, ours.hint
         looked_for = _quoted(text)[:1]
+        if expression and code.startswith("xacro-"):
+            looked_for = [f"${{{expression}}}", expression, *looked_for]
     elif undefined is not None:
         code = "xacro-arg"
         text = f"the argument '{undefined}' is not defined"
-        declared = _declared(read)
+        declared = written.arguments(read)
         close = nearest(undefined, declared)
         hint = (
             f"give it a value: `xacro_args: {{{undefined}: VALUE}}` or "
@@ -448,7 +513,7 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
         legacy = _legacy(read)
         if legacy is not None:
             return legacy
-        looked_for = [f"${{{expression[1]}}}", expression[1]] if expression else _quoted(text)
+        looked_for = [f"${{{expression}}}", expression] if expression else _quoted(text)
     macro_files = [
         macro.history[-1][-1]
         for macro in reversed(xacro.macrostack or [])
@@ -456,7 +521,7 @@ def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
     ]
     if line is None:
         places = dict.fromkeys([*map(absolute, filter(None, macro_files[:1])), *read])
-        file, line = _locate(looked_for, list(places)) or (file, None)
+        file, line = written.locate(looked_for, list(places)) or (file, None)
     kind = ConversionError if undefined is None else UndefinedArgumentError
     exception = kind(code, text + _stack(xacro, files, file), file=file, line=line, hint=hint)
     if isinstance(exception, UndefinedArgumentError):
@@ -474,32 +539,10 @@ def _missing_package(text: str, run: _Run) -> ConversionError | None:
 
 def _defined_in(macro: str, packages: Packages) -> str | None:
     """A hint that names the .xacro file, around the source or in the packages, of a macro."""
-    wanted = re.compile(rf"""<xacro:macro\s[^>]*\bname\s*=\s*["']{re.escape(macro)}["']""")
-    folders = dict.fromkeys([packages.source.parent, *packages.table.values()])
-    files = (file for folder in folders for file in _below(folder))
-    for file in islice(files, _SEARCHED):
-        if wanted.search(_text(file)):
-            return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
-    return None
-
-
-def written_in(kind: str, name: str, files: Sequence[str]) -> str | None:
-    """A hint that names the file and line of a link, say, where only one place has it."""
-    begin = re.compile(rf"""<{kind}\s(?:[^<>]*\s)?name\s*=\s*["']{re.escape(name)}["']""")
-    texts = ((file, _text(file)) for file in files if name)
-    places = [
-        f"{file}:{text.count(chr(10), 0, found.start()) + 1}"
-        for file, text in texts
-        for found in begin.finditer(text)
-    ]
-    return f"{kind} '{name}' is in {places[0]}" if len(places) == 1 else None
-
-
-def _below(folder: Path) -> Iterator[str]:
-    """The .xacro files in a folder and, as far as it is not too large, below it."""
-    for above, folders, names in islice(os.walk(folder), _SEARCHED):
-        folders.sort()
-        yield from (str(Path(above, name)) for name in sorted(names) if name.endswith(".xacro"))
+    file = written.macro(macro, dict.fromkeys([packages.source.parent, *packages.table.values()]))
+    if file is None:
+        return None
+    return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
 
 
 def _sentence(error: BaseException) -> str:
@@ -534,17 +577,6 @@ def _undefined_arg(chain: list[BaseException], expression: str) -> str | None:
     return None
 
 
-def _text(file: str) -> str:
-    try:
-        return read_file(Path(file)).decode("utf-8", "replace")
-    except (OSError, ValueError):
-        return ""
-
-
-def _declared(files: list[str]) -> list[str]:
-    return list(dict.fromkeys(name for file in files for name in _DECLARED.findall(_text(file))))
-
-
 def _declares(names: Iterable[str]) -> str:
     shown = ", ".join(names)
     return f"the arguments declared are: {shown}" if shown else "no file declares an argument"
@@ -554,24 +586,12 @@ def _quoted(text: str) -> list[str]:
     """What a message of xacro's puts in quotes or names as a macro or a file."""
     return [
         part
-        for part in re.findall(r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|([\w.-]+)$", text)
+        for part in re.findall(
+            r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$", text
+        )
         for part in part
         if part
     ]
-
-
-def _locate(texts: list[str], files: list[str]) -> tuple[str, int] | None:
-    """The file and line of a text, if only one line has it: xacro gives no line numbers."""
-    for text in texts:
-        for file in files:
-            lines = [
-                number for number, line in enumerate(_text(file).splitlines(), 1) if text in line
-            ]
-            if len(lines) == 1:
-                return file, lines[0]
-            if lines:
-                break
-    return None
 
 
 def _stack(xacro: Any, files: list[str], shown: str) -> str:
@@ -601,7 +621,7 @@ def _legacy(files: list[str]) -> ConversionError | None:
     parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True)
     for file in files:
         try:
-            root = xml_lines.parse(_text(file).encode(), parser)
+            root = xml_lines.parse(written.text(file).encode(), parser)
         except (etree.XMLSyntaxError, ValueError):
             continue
         children: Any = () if root is None else root.iterchildren(*LEGACY)

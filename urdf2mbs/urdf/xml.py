@@ -6,6 +6,7 @@ Lines stay where they are: what is mended away is replaced by blanks.
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
@@ -31,10 +32,10 @@ _SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dt
 #: Longer comments are not read by libxml2.
 _LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
-_DECLARATION = rb"<\?xml(?=[\s?])([^>]*?)\?>"
+_DECLARATION = rb"<\?xml(?=[\s?])([^<>]*)\?>"
 _VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
 _ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
-_COMMENT = rb"(?s)<!--(.*?)-->"
+_COMMENT = rb"(?s)<!--(.*?)(?:-->|(\Z))"  # the second group: it is not closed
 _CONFLICT = rb"(?m)^(<{7} |>{7} |={7}\s*$)"
 _SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
 #: libxml2's first complaint about a file that is cut off.
@@ -125,23 +126,28 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     slips: list[Slip] = []
 
     def slip(message: str, at: int) -> None:
-        slips.append(Slip("xml-mended", message, data.count(b"\n", 0, at) + 1))
+        if not lines:
+            lines.extend([-1, *(match.start() for match in re.finditer(b"\n", data))])
+        slips.append(Slip("xml-mended", message, bisect_left(lines, at)))
 
+    lines: list[int] = []
+    """The place before each line, once one is asked for."""
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
+    first = len(data) - len(data[start:].lstrip())
     comments = [match.span() for match in re.finditer(_COMMENT, data)]
 
     def declaration(match: re.Match[bytes]) -> bytes:
         nonlocal encoding
         at = match.start()
-        if any(first < at < last for first, last in comments):
+        before = bisect_left(comments, (at, 0))
+        if before and at < comments[before - 1][1]:
             return match[0]
         version, named = re.search(_VERSION, match[1]), re.search(_ENCODING, match[1])
         if at != start:
-            before = data[start:at].strip()
             slip(
                 "<?xml ...?> is not at the very beginning of the file: "
-                + ("something stands" if before else "there are blanks")
+                + ("something stands" if first < at else "there are blanks")
                 + " before it",
                 at,
             )
@@ -155,6 +161,8 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         return _blanked(match[0])
 
     def comment(match: re.Match[bytes]) -> bytes:
+        if match[2] is not None:
+            return match[0]
         if len(match[1]) > _LONG:
             slip("a comment has more than 10,000,000 letters", match.start())
             return b"<!--" + b"\n" * match[1].count(b"\n") + b"-->"
@@ -167,7 +175,11 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     if encoding is not None:
         text = text[:start] + b'<?xml version="1.0" encoding="' + encoding + b'"?>' + text[start:]
     if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
-        plain = re.sub(_COMMENT, lambda match: b"<!--" + _blanked(match[1]) + b"-->", text)
+        plain = re.sub(
+            _COMMENT,
+            lambda match: b"<!--" + _blanked(match[1]) + match[0][4 + len(match[1]) :],
+            text,
+        )
         if _is_utf_8(plain):
             at = next(m.start() for m in re.finditer(_COMMENT, text) if not _is_utf_8(m[1]))
             slip("there are letters within a comment that are not UTF-8", at)

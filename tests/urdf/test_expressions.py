@@ -1,0 +1,417 @@
+"""Expressions of xacro are data: what robots use has its value, all else is an error at once."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import pytest
+
+from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.urdf.expressions import Guard
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import read_robot
+from urdf2mbs.urdf.xacro import expand
+
+#: What xacro evaluates to the same value, with trust and without.
+HARMLESS = (
+    "1 + 2 * 3 - 4 / 5 // 6 % 7",
+    "2**10 + (1 << 4) | 3 & ~5 ^ 6 >> 1",
+    "-pi * radians(180) + sin(1)",
+    "math.atan2(1, 2)",
+    "1 < 2 <= 2 != 3",
+    "'a' in 'abc' and not False or True",
+    "'left' if 1 is None else 'right'",
+    "[1, 2.5, 'a'][1:]",
+    "'abcdef'[::-2]",
+    "(1, 2)[-1]",
+    "[x * y for x in [1, 2] for y in [3, 4] if x != y]",
+    "[[x + y for x in [1]] for y in [2]]",
+    "python.sum(x for x in python.range(5))",
+    "dict([(k, len(k)) for k in ['a', 'bb']])['bb']",
+    "dict(a=1, b=[1, dict(c=2)])['b'][1]['c']",
+    "xacro.dotify(dict(a=dict(b=2))).a.b",
+    "'a_b'.split('_')[1].upper().replace('B', 'C').join(['1', '2'])",
+    "'a'.ljust(5) + 'b'.zfill(4)",
+    "'%s_%03d %.3f %5s' % ('a', 7, 1.5, 'b')",
+    "'x_%s' % 1",
+    "max(1, 2, min(3, 4))",
+    "round(1.23456, 2) + round(7) + round(12.5)",
+    "python.sorted([3, 1, 2], reverse=True)",
+    "python.max([1, -7], key=python.abs)",
+    "list(map(str, [1, 2]))",
+    "python.isinstance(1, python.int)",
+    "python.isinstance([1], (python.str, python.list))",
+    "python.any([x > 1 for x in [1, 2]])",
+    "[*[1, 2], *(3, 4)]",
+    "dict(**dict(a=1))",
+    "max(*[1, 2])",
+    "python.enumerate(['a']) and 1",
+    "[i for i, (a, *b) in python.list(python.enumerate([(1, 2, 3)]))]",
+    "xacro.tokenize('a,b; c')",
+    "python.set([1, 2, 2]) == python.set([2, 1])",
+    "math.factorial(5) + math.comb(5, 2)",
+    "math.prod([1.5, 2]) + math.lcm(4, 6) + math.perm(4, 2)",
+    "1.5.is_integer()",
+    "(1 + 2j).real",
+    "int('7') + float('1e3') + len('abc') + bool('')",
+    "xacro.arg('side') + '$(arg side)'",
+    "a.link.mass * a['link']['mass']",
+    "a.link.keys()",
+    "b[0].c",
+    "inner.x + inner.y",
+    "a.angle",
+    "inner.math.pi",
+    "1e-3j",
+    "{1, 2} - {2}",
+    "f(4)",
+)
+ROBOT = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:arg name="side" default="left"/>
+<xacro:property name="a" value="${{xacro.load_yaml('values.yaml')}}"/>
+<xacro:property name="b" value="${{a.several}}"/>
+<xacro:property name="f" value="${{sqrt}}"/>
+<xacro:include filename="inner.xacro" ns="inner"/>
+{}
+</robot>
+"""
+INNER = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:property name="x" value="1"/><xacro:property name="y" value="${x + 1}"/></robot>"""
+YAML = "link: {mass: 2.5}\nseveral: [{c: 3}]\nangle: !degrees 45*2\n"
+
+#: What is no data.
+REFUSED = (
+    "(lambda: 1)()",
+    "(lambda: ().__class__)()",
+    "().__class__",
+    "a.__class__",
+    "inner._resolve_",
+    "inner.__dict__",
+    "math.__loader__",
+    "xacro.load_yaml.__globals__",
+    "sin.__self__",
+    "a.link._x",
+    "'{0.__class__}'.format(1)",
+    "'{a.b}'.format_map(dict(a=1))",
+    "str.format('{0.real}', 1)",
+    "list(map('{0.__class__}'.format, [1]))",
+    "f'{1}'",
+    "f'{().__class__}'",
+    "(x := 5)",
+    "...",
+    "b'a'",
+    "[0 for python.x in [1]]",
+    "[0 for math['sin'] in [1]]",
+    "inner['__builtins__']",
+    "python['__builtins__']",
+    "__builtins__",
+    "__operate('Add', 1, 2)",
+    "__import__('os')",
+    "python.type('X', (), dict())",
+    "python.vars()",
+    "python.vars(math)",
+    "sin.real",
+    "str.join",
+    "xacro.tokenize('a' + 'x' * 60, 'a](x+x+)+y[b')",
+    "python.slice(1).indices",
+    "[().__class__ for x in [1]]",
+    "[x async for x in a]",
+)
+#: What takes more than any robot needs.
+TOO_LARGE = (
+    "7**(10**7)",
+    "10**10**10",
+    "2**a_lot",
+    "1 << 10**10",
+    "-1 << a_lot",
+    "'x' * 10**10",
+    "a_lot * 'x'",
+    "[0] * 10**9",
+    "([0] * 1000,) * 1000 * 1000",
+    "len('a' * 10**13)",
+    "python.range(10**10)",
+    "list(python.range(10**9))",
+    "[x for x in python.range(10**6 - 1)]",
+    "[x for x in python.range(9999) for y in python.range(9999)]",
+    "python.sum(x * y for x in python.range(9999) for y in python.range(9999))",
+    "list(map(list, map(python.range, [99999] * 9999)))",
+    "[[x] * 999 for x in [[[['a' * 999] * 999]]]]",
+    "[[l.extend(l) for i in python.range(60)] for l in [[1]]]",
+    "[l == l for l in [[]] if l.append(l) is None]",
+    "[[*l] for l in [[1] * 9999] for x in l]",
+    "[l[:] for l in [[1] * 9999] for x in l]",
+    "math.factorial(10**7)",
+    "math.comb(10**7, 10**6)",
+    "math.perm(10**7)",
+    "math.prod([10**2000] * 9999)",
+    "math.lcm(*[10**2000 + i for i in python.range(999)])",
+    "round(5, -10**9)",
+    "'a'.ljust(10**10)",
+    "'\\t'.expandtabs(10**10)",
+    "('a' * 9999).replace('a', 'b' * 9999)",
+    "('a' * 9999).join(['b'] * 9999)",
+    "('a' * 9999).translate(dict([(97, 'b' * 9999)]))",
+    "'%1000000000d' % 1",
+    "'%*d' % (10**9, 1)",
+    "'%.1000000000f' % 1.5",
+    "(1).to_bytes(10**10, 'big')",
+    "python.hash(((((((1,) * 9,) * 9,) * 9,) * 9,) * 9,) * 99)",
+    "[1] * 999 in [[1] * 999] * 999",
+    "str([['a' * 999] * 999] * 99)",
+    "max(*[python.range(9999)] * 9999)",
+)
+
+
+def robot(folder: Path, inside: str) -> Path:
+    (folder / "inner.xacro").write_text(INNER)
+    (folder / "values.yaml").write_text(YAML)
+    source = folder / "r.urdf.xacro"
+    source.write_text(ROBOT.format(inside))
+    return source
+
+
+def link(expression: str) -> str:
+    return f"<link name={quoteattr('${' + expression + '}')}/>"
+
+
+def failure(folder: Path, inside: str) -> ConversionError:
+    source = robot(folder, inside)
+    with pytest.raises(ConversionError) as caught:
+        expand(source, Packages({}, source), {})
+    return caught.value
+
+
+@pytest.mark.parametrize("expression", HARMLESS)
+def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, expression: str) -> None:
+    if "}" in expression:  # at which xacro takes an expression to end
+        assert Guard().evaluate(expression, {}) == eval(expression)
+        return
+    source = robot(tmp_path, link(expression))
+    here = expand(source, Packages({}, source), {})
+    there = expand(source, Packages({}, source), {}, trust=True)
+    assert here == there
+
+
+def test_a_format_and_a_mapping() -> None:
+    names = {"x": 1.5}
+    assert Guard().evaluate("'{0[1]} {a:>5} {0}'.format([1, 2], a='b')", names) == "2     b [1, 2]"
+    assert Guard().evaluate("{'a': x, **{'b': 2}}", names) == {"a": 1.5, "b": 2}
+    assert Guard().evaluate("{k: v for k, v in {'a': x}.items()}", names) == {"a": 1.5}
+
+
+@pytest.mark.parametrize("expression", REFUSED)
+def test_what_is_no_data_is_refused(tmp_path: Path, expression: str) -> None:
+    if "}" in expression:
+        guard = Guard()
+        names = {"map": map, "list": list, "dict": dict, "str": str}
+        guard.offer(names)
+        with pytest.raises(ConversionError) as caught:
+            guard.evaluate(expression, names)
+        error = caught.value
+    else:
+        error = failure(tmp_path, "\n" + link(expression))
+        assert (error.file, error.line) == (str(tmp_path / "r.urdf.xacro"), 8)
+    assert error.code == "xacro-expression"
+    assert "trust_xacro: true" in (error.hint or "")
+
+
+@pytest.mark.parametrize("expression", TOO_LARGE)
+def test_what_is_too_large_ends_at_once(tmp_path: Path, expression: str) -> None:
+    error = failure(tmp_path, '<xacro:property name="a_lot" value="${10**9}"/>' + link(expression))
+    assert error.code == "xacro-too-large"
+
+
+EVIL = "''.__class__"
+#: Wherever xacro evaluates something.
+PLACES = {
+    "text": "<link>${%s}</link>",
+    "attribute": '<link name="a${%s}"/>',
+    "property": '<xacro:property name="p" value="${%s}"/><link name="${p}"/>',
+    "greedy property": '<xacro:property name="p" value="${%s}" lazy_eval="false"/>',
+    "name of a property": '<xacro:property name="${%s}" value="1"/>',
+    "default of a property": '<xacro:property name="p" default="${%s}"/>${p}',
+    "scope": '<xacro:property name="p" value="${%s}" scope="global"/>',
+    "condition": '<xacro:if value="${%s}"/>',
+    "unless": '<xacro:unless value="${%s}"/>',
+    "parameter": '<xacro:macro name="m" params="x"/><xacro:m x="${%s}"/>',
+    "default": '<xacro:macro name="m" params="x:=${%s}"/><xacro:m/>',
+    "forwarded default": '<xacro:macro name="m" params="x:=^|${%s}"/><xacro:m/>',
+    "block": '<xacro:macro name="m" params="*b"><xacro:insert_block name="b"/></xacro:macro>'
+    "<xacro:m><link>${%s}</link></xacro:m>",
+    "call": '<xacro:call macro="${%s}"/>',
+    "element": '<xacro:element xacro:name="${%s}"/>',
+    "name of an attribute": '<xacro:attribute name="${%s}" value="1"/>',
+    "value of an attribute": '<xacro:attribute name="x" value="${%s}"/>',
+    "default of an argument": '<xacro:arg name="x" default="${%s}"/>',
+    "include": '<xacro:include filename="${%s}"/>',
+    "namespace": '<xacro:include filename="inner.xacro" ns="${%s}"/>',
+    "comment": "<!-- xacro:eval-comments --><!-- ${%s} -->",
+    "within a substitution": '<link name="$(find ${%s})"/>',
+    "text of an argument": '<xacro:arg name="e" default="%s"/><link name="${$(arg e)}"/>',
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_wherever_xacro_evaluates(tmp_path: Path, place: str) -> None:
+    assert failure(tmp_path, PLACES[place] % EVIL).code == "xacro-expression"
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("lambda: 1", "xacro-expression"),
+        ("side.real.__class__", "xacro-expression"),
+        ("7**9**9", "xacro-too-large"),
+        ("cos.__self__", "xacro-expression"),
+    ],
+)
+def test_substitutions_too(tmp_path: Path, text: str, code: str) -> None:
+    error = failure(tmp_path, f'\n<link name="$(eval {text})"/>')
+    assert (error.code, error.line) == (code, 8)
+
+
+def test_a_substitution_computes(tmp_path: Path) -> None:
+    source = robot(
+        tmp_path,
+        '<xacro:arg name="n" default="3"/><link name="$(eval n * 2 + pi)$(eval side)"/>'
+        "<link name=\"$(eval 'a' if true else [x for x in [n]])\"/>",
+    )
+    text = expand(source, Packages({}, source), {"n": "4"}).text
+    assert b'"11.141592653589793left"' in text
+    assert b'"a"' in text
+    assert text == expand(source, Packages({}, source), {"n": "4"}, trust=True).text
+
+
+def test_a_unit_in_yaml_is_an_expression(tmp_path: Path) -> None:
+    (tmp_path / "evil.yaml").write_text(f'a: !degrees "{EVIL}"\n')
+    error = failure(tmp_path, link("xacro.load_yaml('evil.yaml')"))
+    assert error.code == "xacro-expression"
+
+
+def test_a_plain_urdf_is_as_safe(tmp_path: Path) -> None:
+    source = tmp_path / "r.urdf"
+    source.write_text(f'<robot name="r"><link name="a${{{EVIL}}}"/></robot>')
+    with pytest.raises(ConversionError) as caught:
+        read_robot(source, Packages({}, source), {})
+    assert caught.value.code == "xacro-expression"
+
+
+#: YAML that is small and becomes large, or is a program.
+BAD_YAML = {
+    "alias": "a0: &a0 [1, 2, 3, 4, 5, 6, 7, 8, 9]\n"
+    + "".join(f"a{i + 1}: &a{i + 1} [{','.join([f'*a{i}'] * 9)}]\n" for i in range(30)),
+    "merge": "a0: &a0 {x: 1, y: 2}\n"
+    + "".join(f"a{i + 1}: &a{i + 1} {{<<: [{','.join([f'*a{i}'] * 9)}]}}\n" for i in range(30)),
+    "object": "!!python/object/apply:os.system ['exit 1']",
+    "merge of itself": "a: &a {<<: *a}",
+}
+
+
+@pytest.mark.parametrize("name", BAD_YAML)
+def test_yaml_is_data(tmp_path: Path, name: str) -> None:
+    (tmp_path / "bad.yaml").write_text(BAD_YAML[name])
+    error = failure(tmp_path, link("xacro.load_yaml('bad.yaml')"))
+    assert error.code == ("xacro-too-large" if name in ("alias", "merge") else "xacro")
+
+
+#: What grows outside of any expression.
+BOMBS = {
+    "laughs": '<xacro:property name="p0" value="aaaaaaaa"/>'
+    + "".join(f'<xacro:property name="p{i + 1}" value="{f"${{p{i}}}" * 16}"/>' for i in range(9))
+    + '<link name="${p9}"/>',
+    "macros": '<xacro:macro name="m" params="n"><xacro:if value="${n}">'
+    '<xacro:m n="${n - 1}"/><xacro:m n="${n - 1}"/></xacro:if></xacro:macro><xacro:m n="50"/>',
+    "elements": '<xacro:macro name="m0"><a/><a/><a/><a/><a/><a/><a/></xacro:macro>'
+    + "".join(
+        f'<xacro:macro name="m{i + 1}">{f"<xacro:m{i}/>" * 8}</xacro:macro>' for i in range(9)
+    )
+    + "<xacro:m9/>",
+    "parameters": '<xacro:macro name="m" params="' + "x:=${ " * 30_000 + '"/>',
+    "expressions": "<link>" + "${1}" * 99_999 + "</link>",
+    "comments": "<!---->" * 150_000,
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_work_has_an_end(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10**5)  # a thousandth
+    assert failure(tmp_path, BOMBS[name]).code == "xacro-too-large"
+
+
+def test_a_quote_that_is_not_closed_in_parameters(tmp_path: Path) -> None:
+    """xacro's own pattern takes a time that doubles with each letter."""
+    robot_of = '<xacro:macro name="m" params="x:={}\'"/>'.format("a" * 60)
+    assert failure(tmp_path, robot_of + "<xacro:m/>").code == "xacro"
+
+
+def test_a_file_outside(tmp_path: Path) -> None:
+    """By a path, a link, a pattern, an entity, a hidden folder: read by nobody."""
+    (tmp_path / "r").mkdir()
+    (tmp_path / "secret.yaml").write_text("word: hush")
+    (tmp_path / "secret.xacro").write_text('<robot><link name="hush"/></robot>')
+    (tmp_path / "r" / ".hidden").mkdir()
+    (tmp_path / "r" / ".hidden" / "x.yaml").write_text("word: hush")
+    ways = [
+        link("xacro.load_yaml('../secret.yaml')['word']"),
+        link(f"xacro.load_yaml('{tmp_path}/secret.yaml')['word']"),
+        link("xacro.load_yaml('.hidden/x.yaml')['word']"),
+        '<xacro:include filename="../secret.xacro"/>',
+        '<xacro:include filename="$(dirname)/../secret.xacro"/>',
+        '<xacro:include filename="../secret.x*"/>',
+        '<xacro:include filename="*/../../secret.x*"/>',
+        '<xacro:include filename="../secret.xacro" optional="true"/>',
+    ]
+    if sys.platform != "win32":
+        (tmp_path / "r" / "link.xacro").symlink_to(tmp_path / "secret.xacro")
+        ways += ['<xacro:include filename="link.xacro"/>', '<xacro:include filename="li*.xacro"/>']
+    for way in ways:
+        error = failure(tmp_path / "r", "\n" + way)
+        assert error.code == "xacro-file", way
+        assert error.file == str(tmp_path / "r" / "r.urdf.xacro"), way
+        assert "packages: {NAME:" in (error.hint or "")
+        assert "trust_xacro: true" in (error.hint or "")
+
+
+def test_what_allows_a_file_outside(tmp_path: Path) -> None:
+    (tmp_path / "r").mkdir()
+    (tmp_path / "more").mkdir()
+    (tmp_path / "more" / "values.yaml").write_text("word: open")
+    inside = (
+        '<xacro:arg name="file" default="../more/values.yaml"/>'
+        '<xacro:property name="f" value="$(arg file)"/>' + link("xacro.load_yaml(f)['word']")
+    )
+    source = robot(tmp_path / "r", inside)
+    with pytest.raises(ConversionError, match="xacro-file"):
+        expand(source, Packages({}, source), {})
+    given = {"file": str(tmp_path / "more" / "values.yaml")}
+    for packages, args, trust in (
+        ({"more": tmp_path / "more"}, {}, False), ({}, given, False), ({}, {}, True),
+    ):  # fmt: skip
+        made = expand(source, Packages(packages, source), args, trust=trust)
+        assert b'"open"' in made.text
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links of POSIX")
+def test_a_workspace_of_links(tmp_path: Path) -> None:
+    """colcon build --symlink-install: what is installed are links to the files of the sources."""
+    sources, installed = tmp_path / "ws/src/arm", tmp_path / "ws/install/arm/share/arm"
+    for folder in (sources, installed):
+        folder.mkdir(parents=True)
+    (sources / "package.xml").write_text("<package><name>arm</name></package>")
+    robot(sources, '<link name="${a.link.mass}"/>')
+    for file in sources.iterdir():
+        (installed / file.name).symlink_to(file)
+    main = tmp_path / "main.urdf.xacro"
+    main.write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:include filename="$(find arm)/r.urdf.xacro"/></robot>'
+    )
+    for source in (installed / "r.urdf.xacro", main):
+        made = expand(source, Packages({"arm": installed}, source), {})
+        assert b'"2.5"' in made.text
+
+
+def test_trust_allows_all(tmp_path: Path) -> None:
+    source = robot(tmp_path, link("(lambda x: x * (7**30000 % 10))('a')"))
+    assert b'"a"' in expand(source, Packages({}, source), {}, trust=True).text

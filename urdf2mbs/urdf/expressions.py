@@ -1,0 +1,430 @@
+"""Expressions of xacro are data: checked over their syntax tree, and evaluated within bounds.
+
+xacro hands each ``${...}`` to Python.  Here the tree of an expression is checked first: it may hold
+constants, names, arithmetic, comparisons, conditions, subscripts, displays, comprehensions, calls
+and attributes without an underscore, and nothing else.  Then each operation in the tree is replaced
+by a call of ``Guard``, and each function that xacro offers by one that ``Guard`` watches.  So an
+expression never reaches a function, a method or an attribute that is not on the list, and
+whatever goes into an operation or comes out of it is measured.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, ItemsView, Iterable, Iterator, KeysView, ValuesView
+from functools import partial, reduce, wraps
+from itertools import islice
+from string import Formatter
+from typing import Any
+
+from urdf2mbs.diagnostics import ConversionError
+
+#: The letters, items and steps of one expression.
+MOST = 10**6
+#: The bits of a whole number: about 3,000 digits.
+MOST_BITS = 10_000
+#: The work for one robot, in units of about a microsecond.
+MOST_WORK = 10**8
+
+TRUST = "if you trust the robot's author: `trust_xacro: true` in the config, or --trust-xacro"
+
+_OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
+    "Add": operator.add, "Sub": operator.sub, "Mult": operator.mul, "Div": operator.truediv,
+    "FloorDiv": operator.floordiv, "Mod": operator.mod, "Pow": operator.pow,
+    "LShift": operator.lshift, "RShift": operator.rshift, "BitAnd": operator.and_,
+    "BitOr": operator.or_, "BitXor": operator.xor,
+}  # fmt: skip
+_NODES: tuple[type[ast.AST], ...] = (
+    ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Starred,
+    ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.keyword,
+    ast.List, ast.Tuple, ast.Set, ast.Dict,
+    ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp, ast.comprehension,
+    ast.expr_context, ast.operator, ast.unaryop, ast.boolop, ast.cmpop,
+)  # fmt: skip
+_NAMES = {"Lambda": "a lambda", "JoinedStr": "an f-string", "NamedExpr": "an assignment"}
+_NUMBERS = (int, float, complex)
+#: The kinds of values that have methods and items.
+_DATA = (str, list, tuple, dict, set, frozenset, range, *_NUMBERS)
+_VIEWS = (KeysView, ValuesView, ItemsView)
+#: Functions that xacro offers and that reach beyond values.
+_WITHHELD = ("type", "vars")
+
+
+def refused(what: str) -> ConversionError:
+    """The error for what no robot needs."""
+    return ConversionError(
+        "xacro-expression", f"{what} is not allowed in an expression", hint=TRUST
+    )
+
+
+def too_large(what: str) -> ConversionError:
+    """The error for what takes more than the bounds."""
+    return ConversionError("xacro-too-large", f"{what} is more than is allowed", hint=TRUST)
+
+
+class Guard:
+    """The expressions of one robot, and the work that has been done for it."""
+
+    def __init__(self) -> None:
+        self.work = 0
+        self._until = math.inf
+        """The work at which the expression being evaluated has had enough."""
+        self._codes: dict[str, Any] = {}
+        self._operations = {
+            f"__{operation.__name__}": operation
+            for operation in (
+                self.operate,
+                self.attribute,
+                self.item,
+                self.part,
+                self.measured,
+                self.each,
+            )
+        }
+
+    def spend(self, work: int) -> None:
+        """Count the work of an expression; raises ConversionError where a bound is passed."""
+        self.work += work
+        if self.work > MOST_WORK:
+            raise too_large("the work for this robot")
+        if self.work > self._until:
+            raise too_large(f"an expression with over {MOST:,} letters, items and steps")
+
+    def spend_beside(self, work: int) -> None:
+        """Count work that is not the expression's, but the robot's only."""
+        self._until += work
+        self.spend(work)
+
+    def evaluate(self, text: str, symbols: dict[str, Any]) -> Any:
+        """The value of an expression, as ``xacro.safe_eval`` gives it.
+
+        :raises ConversionError: ``xacro-expression``, ``xacro-too-large``
+        :raises Exception: whatever Python raises for an expression that has no value
+        """
+        text = text.strip()
+        before, until = self.work, self._until
+        self._until = self.work + MOST
+        try:
+            code = self._codes.get(text)
+            if code is None:
+                self.spend(10 * len(text))
+                tree = _Checked().visit(ast.parse(text, "<expression>", "eval"))
+                # the operations are parameters of a function: names are looked up in the symbols
+                function = ast.parse(f"lambda {', '.join(self._operations)}: 0", mode="eval")
+                function.body.body = tree.body  # type: ignore[attr-defined]
+                code = compile(ast.fix_missing_locations(function), "<expression>", "eval")
+                self._codes[text] = code
+            dict.__setitem__(symbols, "__builtins__", {})
+            function = eval(code, symbols)
+            return self.measured(function(*self._operations.values()))
+        finally:
+            self._until = until + self.work - before
+
+    def offer(self, names: dict[str, Any]) -> None:
+        """Replace the functions of a table, and of the tables in it, by watched ones."""
+        for name, value in list(dict.items(names)):
+            if isinstance(value, dict):
+                self.offer(value)
+            elif name in _WITHHELD:
+                dict.__setitem__(names, name, partial(self._withhold, name))
+            elif callable(value):
+                dict.__setitem__(names, name, self._watched(getattr(self, f"safe_{name}", value)))
+
+    # what the tree of an expression calls
+
+    def operate(self, name: str, left: Any, right: Any) -> Any:
+        """``left + right``, say."""
+        self.spend(10)
+        sizes = self._take(left), self._take(right)
+        if name in ("Pow", "LShift") and isinstance(left, int) and isinstance(right, int):
+            bits = left.bit_length()
+            if (bits * right if name == "Pow" else bits + right) > MOST_BITS:
+                raise too_large("a number of so many digits")
+        elif name == "Mult":
+            for value, size, count in ((left, sizes[0], right), (right, sizes[1], left)):
+                repeated = isinstance(count, int) and not isinstance(value, _NUMBERS)
+                if repeated and size * count > MOST:
+                    raise too_large("so long a repetition")
+        elif name == "Mod" and isinstance(left, str):
+            _check_widths(left)
+            _check_product(*sizes)
+        return self.measured(_OPERATORS[name](left, right))
+
+    def attribute(self, value: Any, name: str) -> Any:
+        """``value.name``: an entry of a namespace or of YAML, or a method of a text or list."""
+        if str(name).startswith("_"):
+            raise refused(f"the attribute '{name}'")
+        if hasattr(type(value), "_resolve_"):  # a namespace of xacro
+            try:
+                return value[name]
+            except KeyError:
+                raise NameError(f"name '{name}' is not defined") from None
+        if isinstance(value, _DATA):
+            method = getattr(type(value), name, None)
+            if callable(method):
+                return self._method(value, name)
+            return getattr(value, name)
+        raise refused(f"the attribute '{name}' of a {type(value).__name__}")
+
+    def item(self, value: Any, key: Any) -> Any:
+        """``value[key]``."""
+        self._take(key)
+        if hasattr(type(value), "_resolve_"):
+            return self.attribute(value, key)
+        if not isinstance(value, _DATA):
+            raise TypeError(f"'{type(value).__name__}' object is not subscriptable")
+        found = value[key]  # type: ignore[index]
+        return self.measured(found) if isinstance(key, slice) else found
+
+    def part(self, value: Any, first: Any, last: Any, step: Any) -> Any:
+        """``value[first:last:step]``."""
+        return self.item(value, slice(first, last, step))
+
+    def measured(self, value: Any) -> Any:
+        """The same value, where it is within the bounds."""
+        self._take(value)
+        return value
+
+    def each(self, items: Iterable[Any]) -> Iterator[Any]:
+        """The items of a loop."""
+        for item in items:
+            self.spend(5)
+            yield item
+
+    def _take(self, value: Any) -> int:
+        """Count what is in a value, as often as it can be reached; gives how much that is."""
+        if type(value) is float:
+            self.spend(1)
+            return 1
+        size, todo = 0, [value]
+        while todo:
+            value = todo.pop()
+            size += 1
+            if isinstance(value, (str, bytes)):
+                size += len(value)
+            elif isinstance(value, int):
+                if value.bit_length() > MOST_BITS:
+                    raise too_large("a number of so many digits")
+            elif isinstance(value, range):
+                size += abs(value.stop - value.start) // abs(value.step)
+            elif isinstance(value, (list, tuple, set, frozenset, dict, *_VIEWS)):
+                size += len(value)
+                if size <= MOST:
+                    # not by the iterators of YAML's lists and mappings, which wrap each item
+                    plain: Any = list.__iter__ if isinstance(value, list) else iter
+                    todo += dict.values(value) if isinstance(value, dict) else ()
+                    todo += plain(value)
+            if size > MOST:
+                size = MOST + 1
+                break
+        self.spend(size)
+        return size
+
+    # what an expression calls
+
+    def _withhold(self, name: str, *_: Any) -> None:
+        raise refused(f"the function '{name}'")
+
+    def _watched(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """A function whose arguments and results are measured; an iterator becomes a list."""
+
+        @wraps(function, updated=())
+        def watched(*args: Any, **more: Any) -> Any:
+            self.spend(10)
+            for value in (*args, *more.values()):
+                self._take(value)
+            result = function(*args, **more)
+            if isinstance(result, Iterator):
+                result = list(islice(result, MOST + 1))
+            return self.measured(result)
+
+        return watched
+
+    def _method(self, value: Any, name: str) -> Callable[..., Any]:
+        method = getattr(value, name)
+        if isinstance(value, str) and name == "format":
+            method = lambda *args, **more: _Format().vformat(value, args, more)  # noqa: E731
+        elif isinstance(value, str) and name == "format_map":
+            method = lambda names: _Format().vformat(value, (), names)  # noqa: E731
+
+        def bounded(*args: Any, **more: Any) -> Any:
+            size = self._take(value)
+            for given in (*args, *more.values()):
+                if isinstance(value, (str, int)):  # 'a'.ljust(10**9), 'aa'.replace('a', ...)
+                    _check_product(
+                        size, abs(given) if isinstance(given, int) else self._take(given)
+                    )
+            return method(*args, **more)
+
+        return self._watched(bounded)
+
+    def safe_isinstance(self, value: Any, kinds: Any) -> bool:
+        kinds = kinds if isinstance(kinds, tuple) else (kinds,)
+        return isinstance(value, tuple(kind.__wrapped__ for kind in kinds))
+
+    def safe_issubclass(self, kind: Any, kinds: Any) -> bool:
+        kinds = kinds if isinstance(kinds, tuple) else (kinds,)
+        return issubclass(kind.__wrapped__, tuple(kind.__wrapped__ for kind in kinds))
+
+    def safe_sum(self, items: Iterable[Any], start: Any = 0) -> Any:
+        return reduce(lambda left, right: self.operate("Add", left, right), items, start)
+
+    def safe_prod(self, items: Iterable[Any], start: Any = 1) -> Any:
+        return reduce(lambda left, right: self.operate("Mult", left, right), items, start)
+
+    def safe_lcm(self, *numbers: int) -> int:
+        return reduce(lambda left, right: self.measured(math.lcm(left, right)), numbers, 1)
+
+    def safe_round(self, number: Any, digits: int | None = None) -> Any:
+        _check_steep(digits or 0)
+        return round(number, digits)
+
+    def safe_factorial(self, number: int) -> int:
+        _check_steep(number)
+        return math.factorial(number)
+
+    def safe_comb(self, number: int, chosen: int) -> int:
+        _check_steep(number)
+        return math.comb(number, chosen)
+
+    def safe_perm(self, number: int, chosen: int | None = None) -> int:
+        _check_steep(number)
+        return math.perm(number, chosen)
+
+    def safe_tokenize(self, text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
+        if "]" in sep:  # it is a set of letters in a pattern
+            raise refused("']' among the letters of tokenize")
+        words = re.split(f"[{sep}]", text)
+        return [word for word in words if word] if skip_empty else words
+
+
+class _Format(Formatter):
+    """``str.format`` without attributes."""
+
+    def get_field(self, field_name: str, args: Any, kwargs: Any) -> Any:
+        if "." in field_name:
+            raise refused("an attribute in a format field")
+        return super().get_field(field_name, args, kwargs)
+
+    def format_field(self, value: Any, format_spec: str) -> Any:
+        _check_widths(format_spec)
+        return super().format_field(value, format_spec)
+
+
+def _check_widths(form: str) -> None:
+    if re.search(r"\d{4}|%[^a-zA-Z%]*\*", form):
+        raise too_large("so wide a field")
+
+
+def _check_product(size: int, more: int) -> None:
+    if size * more > 10 * MOST:
+        raise too_large("so long a text")
+
+
+def _check_steep(number: int) -> None:
+    if abs(number) > MOST_BITS:
+        raise too_large("a number of so many digits")
+
+
+class _Checked(ast.NodeTransformer):
+    """A tree with nothing but the nodes that are allowed, whose operations are ``Guard``'s."""
+
+    def visit(self, node: ast.AST) -> Any:
+        if not isinstance(node, _NODES):
+            name = type(node).__name__
+            raise refused(_NAMES.get(name, f"'{name}' of Python"))
+        return super().visit(node)
+
+    def visit_Constant(self, node: ast.Constant) -> Any:
+        if not isinstance(node.value, (str, *_NUMBERS, type(None))):
+            raise refused(f"the constant {node.value!r}")
+        return node
+
+    def visit_Name(self, node: ast.Name) -> Any:
+        if node.id.startswith("__"):
+            raise refused(f"the name '{node.id}'")
+        return node
+
+    def visit_Attribute(self, node: ast.Attribute) -> Any:
+        if node.attr.startswith("_"):
+            raise refused(f"the attribute '{node.attr}'")
+        return self._call(node, "__attribute", node.value, ast.Constant(node.attr))
+
+    def visit_Subscript(self, node: ast.Subscript) -> Any:
+        key = node.slice
+        if not isinstance(key, ast.Slice):
+            return self._call(node, "__item", node.value, key)
+        ends = [end or ast.Constant(None) for end in (key.lower, key.upper, key.step)]
+        return self._call(node, "__part", node.value, *ends)
+
+    def visit_BinOp(self, node: ast.BinOp) -> Any:
+        name = ast.Constant(type(node.op).__name__)
+        return self._call(node, "__operate", name, node.left, node.right)
+
+    def visit_Compare(self, node: ast.Compare) -> Any:
+        self.generic_visit(node)
+        node.left = _measured(node.left)
+        node.comparators = list(map(_measured, node.comparators))
+        return node
+
+    def visit_Starred(self, node: ast.Starred) -> Any:
+        self.generic_visit(node)
+        if isinstance(node.ctx, ast.Load):
+            node.value = _measured(node.value)
+        return node
+
+    def visit_Dict(self, node: ast.Dict) -> Any:
+        for at, (key, value) in enumerate(zip(node.keys, node.values, strict=True)):
+            node.values[at] = self.visit(value)
+            if key is None:  # **value
+                node.values[at] = _measured(node.values[at])
+            else:
+                node.keys[at] = _measured(self.visit(key))
+        return node
+
+    def visit_Set(self, node: ast.Set) -> Any:
+        self.generic_visit(node)
+        node.elts = list(map(_measured, node.elts))
+        return node
+
+    def visit_SetComp(self, node: ast.SetComp) -> Any:
+        self.generic_visit(node)
+        node.elt = _measured(node.elt)
+        return node
+
+    def visit_DictComp(self, node: ast.DictComp) -> Any:
+        self.generic_visit(node)
+        node.key = _measured(node.key)
+        return node
+
+    def visit_GeneratorExp(self, node: ast.GeneratorExp) -> Any:
+        self.generic_visit(node)
+        return ast.ListComp(node.elt, node.generators)
+
+    def visit_comprehension(self, node: ast.comprehension) -> Any:
+        self.generic_visit(node)
+        if node.is_async:
+            raise refused("'async'")
+        node.iter = ast.Call(ast.Name("__each", ast.Load()), [node.iter], [])
+        return node
+
+    def visit_keyword(self, node: ast.keyword) -> Any:
+        self.generic_visit(node)
+        if node.arg is None:
+            node.value = _measured(node.value)
+        return node
+
+    def _call(self, node: ast.AST, name: str, *args: ast.expr) -> ast.expr:
+        if not isinstance(getattr(node, "ctx", ast.Load()), ast.Load):
+            raise refused("a change of a value")
+        return ast.Call(ast.Name(name, ast.Load()), [self.visit(arg) for arg in args], [])
+
+
+def _measured(node: ast.expr) -> ast.expr:
+    # Python warns of some comparisons of constants
+    if isinstance(node, (ast.Constant, ast.Starred)):
+        return node
+    return ast.Call(ast.Name("__measured", ast.Load()), [node], [])
