@@ -155,8 +155,12 @@ def test_unknown_elements_in_one_of_several_alike_are_passed_over() -> None:
 @pytest.mark.parametrize(
     ("data", "code", "line", "words"),
     [
-        (b"", "not-xml", 1, ""),
-        (b"<mbsDescR7>\n<base>", "not-xml", 2, ""),
+        (b"<mbsDescR7>\n<base>", "xml-truncated", 2, ""),
+        (b"<mbsDescR7>\n<base></bases></mbsDescR7>", "xml-syntax", 2, "</bases>"),
+        (b"<mbsDescR7>\n<<<<<<< HEAD\n<base/>", "merge-conflict", 2, ""),
+        (b"<mbsDescR7>\n<base/>\n>>>>>>> theirs\n</mbsDescR7>", "merge-conflict", 3, ""),
+        (b"<mbsDescR7>\n\xff\xfe</mbsDescR7>", "xml-syntax", 2, "encoding"),
+        (b"\x89PNG\r\n\x1a\n\0\0", "not-xml", 1, ""),
         (b"MBsysPad", "not-xml", 1, ""),
         (b"<robot/>", "not-mbs", 1, "<robot>"),
         (b"<mbsDescR7><bodytree/></mbsDescR7>", "mbs-incomplete", 1, "<base>"),
@@ -167,6 +171,13 @@ def test_unknown_elements_in_one_of_several_alike_are_passed_over() -> None:
 )
 def test_files_that_are_no_mbs(data: bytes, code: str, line: int, words: str) -> None:
     fails(data, code, line, words)
+
+
+@pytest.mark.parametrize("data", [b"", b" \r\n", b"\xef\xbb\xbf\n"])
+def test_an_empty_file(data: bytes) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(data, "m.mbs")
+    assert (caught.value.code, caught.value.file) == ("file-empty", "m.mbs")
 
 
 @pytest.mark.parametrize(
@@ -271,7 +282,7 @@ def test_validate_says_what_and_where() -> None:
     assert {(each.file, each.line, each.code) for each in found} == {("m.mbs", line, "mbs-schema")}
     assert "mass" in "".join(each.message for each in found)
     assert str(found[0]).startswith(f"m.mbs:{line}: warning[mbs-schema]: ")
-    with pytest.raises(ConversionError, match="not XML"):
+    with pytest.raises(ConversionError, match="xml-truncated"):
         validate(b"<", "m.mbs")
 
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from lxml import etree
 from mbs.models import everything, few, models
 
-from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.mbs import reader
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT
@@ -23,14 +22,7 @@ FILE = write(everything()).decode()
 
 
 def problems(data: bytes) -> list[Diagnostic]:
-    """What is wrong with a file; a large one is looked at body by body, to the same end."""
-    found = validate(data, "m.mbs")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(xml_lines, "LARGE", 0)
-        if not found:
-            patch.setattr(reader, "_parse", None)  # the whole tree is not made
-        assert validate(data, "m.mbs") == found
-    return found
+    return validate(data, "m.mbs")
 
 
 def test_a_model_with_everything_is_valid() -> None:
@@ -281,9 +273,7 @@ def test_a_body_elsewhere() -> None:
     rejected(FILE.replace("<bodytree>", f"<bodytree><more>{body}</more>"))
 
 
-@pytest.mark.parametrize("large", [0, 2**21])
-def test_entities_are_refused(large: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(xml_lines, "LARGE", large)
+def test_entities_are_refused() -> None:
     text = FILE.replace("<mbsDescR7>", '<!DOCTYPE mbsDescR7 [<!ENTITY a "b">]><mbsDescR7>')
     with pytest.raises(ConversionError, match="xml-entity"):
         validate(text.encode(), "m.mbs")

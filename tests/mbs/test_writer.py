@@ -13,7 +13,6 @@ from lxml import etree
 from mbs.models import everything, few, models
 
 from urdf2mbs.mbs.model import Base, Body, Connection, Joint, Mbs, Point, Sensor, Shape
-from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
 
 if TYPE_CHECKING:
@@ -368,36 +367,3 @@ def test_minus_zero_is_written_as_zero() -> None:
         data = write(Mbs("m", base=Base(gravity=(first, -0.0, -9.81)), bodies=[body]))
         assert b"-0.0" not in data
         assert b"<q>0.0</q>" in data
-
-
-def test_a_huge_tree_has_each_body_on_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    inertia = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
-    bodies = [
-        Body(
-            f"b{n}", parent=f"b{n - 1}" if n else None, joints=[Joint(f"j{n}", "R2")],
-            mass=1.5, com=(0.1, 0.2, 0.3), inertia=inertia, point="p",
-            points=[Point("p", (0.0, 0.0, 1.0))],
-        )
-        for n in range(8)
-    ]  # fmt: skip
-    mbs = Mbs("chain", base=Base(points=[Point("p", (0.0, 0.0, 0.0))]), bodies=bodies)
-    indented = write(mbs)
-    monkeypatch.setattr("urdf2mbs.mbs.writer.INDENTED", 3)
-    compact = write(mbs)
-    tree = compact.partition(b"<bodytree>\n")[2].partition(b"  </bodytree>")[0].splitlines()
-    assert len(tree) == 8
-    assert all(line.startswith(b"<body>") and line.endswith(b"</body>") for line in tree)
-    assert len(compact) < 0.7 * len(indented)
-    assert read(compact, "compact.mbs") == read(indented, "indented.mbs")
-
-
-@few
-@given(models(drawn=True))
-def test_a_body_on_one_line_says_the_same(mbs: Mbs) -> None:
-    indented = write(mbs)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("urdf2mbs.mbs.writer.INDENTED", -1)
-        short = write(mbs)
-    assert len(short) <= len(indented)
-    assert read(short, "short.mbs") == read(indented, "indented.mbs")
-    assert validate(short, "short.mbs") == []

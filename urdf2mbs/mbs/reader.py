@@ -7,8 +7,7 @@ What makes Robotran itself go wrong, mostly without a word, is an error here.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Sequence, Set
-from contextlib import suppress
+from collections.abc import Callable, Container, Set
 from functools import cache
 from math import isinf
 from operator import attrgetter
@@ -50,6 +49,7 @@ from urdf2mbs.mbs.model import (
     Viewpoint,
 )
 from urdf2mbs.spatial import ZERO, Vec
+from urdf2mbs.xml_errors import BLANK, check_conflict, check_entities, explain
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -90,88 +90,16 @@ _TAG = attrgetter("tag")
 _RGB = r"\s*[0-9]{1,3}\s*"
 
 
-def read(
-    data: bytes, file: str, *, mechanics_only: bool = False, known: Sequence[Body] = ()
-) -> Mbs:
+def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
     ``mechanics_only`` passes over all graphics and user models, which takes a third of the time.
-    Of a large file then a body that says the same as one of those ``known`` is that one, so that
-    it is in memory once.
 
     Raises ConversionError, with the line: not XML, another root, no base or body tree, a
     body without a joint, an unknown parent, point or joint or one that stands later in the
     file, an unknown word, a number that is none, a name that is taken.
     """
-    with suppress(ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
-        if len(data) >= xml_lines.LARGE:
-            return _in_pieces(data, file, mechanics_only, known)
-        root = etree.fromstring(data, etree.XMLParser(**_SAFE))
-        _check_entities(root, file)
-        return _whole(root, file, mechanics_only)
-    # something is wrong with it: the whole tree and its true lines, which take long, say what
-    return _whole(_parse(data, file), file, mechanics_only)
-
-
-def _whole(root: _Element, file: str, mechanics_only: bool) -> Mbs:
-    if mechanics_only:
-        _only_mechanics(root)
-    return _Reader(file).mbs(root)
-
-
-def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Body]) -> Mbs:
-    """The model of a large file, whose tree is never there as a whole: each body is read and
-    taken out of it.  On any error its message and line may be wrong."""
-    # one body may carry all the others: its points' graphics go before it is whole
-    tags = ["base", "body", *(["parameter", "graphics"] if mechanics_only else [])]
-    parser: Any = etree.XMLPullParser(events=("end",), tag=tags, **_SAFE)
-    reader = _Reader(file)
-    base: Base | None = None
-    bodies: list[Body] = []
-    done: Any = None
-    twins = {body.name: body for body in known} if mechanics_only else {}
-    for element in xml_lines.ends(data, parser):
-        # what is done stays until now: the text after it may not have been whole
-        if done is not None and done.getparent() is not None:
-            done.getparent().remove(done)
-        done = None
-        if element.tag == "graphics":
-            done = element
-            continue
-        above = [one.tag for one in element.iterancestors()]
-        if len(above) == 1 and element.tag == "base":
-            if mechanics_only:
-                _only_mechanics(element)
-            base = reader.base(element)
-        elif above == ["bodytree", "mbsDescR7"] and element.tag == "body":
-            if base is None:
-                raise xml_lines.NotPieceByPieceError
-            if mechanics_only:
-                _only_mechanics(element)
-            body = reader.body(element)
-            twin = twins.get(body.name)
-            bodies.append(body if twin is None or _mechanics(twin) != _mechanics(body) else twin)
-            done = element
-        elif above[1:] == ["user_models", "mbsDescR7"]:
-            done = element
-    root: _Element = parser.close()
-    _check_entities(root, file)
-    if mechanics_only:
-        _only_mechanics(root)
-    return reader.mbs(root, base, bodies)
-
-
-def _mechanics(body: Body) -> tuple[Any, ...]:
-    """All that a body is but its graphics, to compare."""
-    return (
-        body.name, body.parent, body.point, body.mass, body.com, body.inertia,
-        [(j.name, j.type, j.nature, j.q, j.qd, j.qdd, j.symbols) for j in body.joints],
-        [(p.name, p.coordinates, p.sensor, p.extforce) for p in body.points],
-    )  # fmt: skip
-
-
-def _only_mechanics(element: _Element) -> None:
-    etree.strip_elements(element, "graphics", "user_models", "x3D", with_tail=False)
+    return _Reader(data, file, mechanics_only=mechanics_only).mbs(_parse(data, file))
 
 
 def validate(data: bytes, file: str) -> list[Diagnostic]:
@@ -180,8 +108,6 @@ def validate(data: bytes, file: str) -> list[Diagnostic]:
 
     Raises ConversionError if it is not XML at all.
     """
-    if len(data) >= xml_lines.LARGE and _valid_in_pieces(data, file):
-        return []
     schema = _schema()
     if schema.validate(_parse(data, file)):
         return []
@@ -191,37 +117,9 @@ def validate(data: bytes, file: str) -> list[Diagnostic]:
     ]
 
 
-def _valid_in_pieces(data: bytes, file: str) -> bool:
-    """Whether a large file is as the schema has it; its tree is never there as a whole."""
-    parser: Any = etree.XMLPullParser(events=("end",), tag="body", **_SAFE)
-    schema = _schema("body")
-    before: Any = None
-    with suppress(etree.XMLSyntaxError):
-        for element in xml_lines.ends(data, parser):
-            if [one.tag for one in element.iterancestors()] != ["bodytree", "mbsDescR7"]:
-                continue
-            if not schema.validate(element):
-                return False
-            if before is not None:
-                if (before.tail or "").strip():
-                    return False
-                before.getparent().remove(before)
-            before = element
-        root = parser.close()
-        _check_entities(root, file)
-        valid: bool = _schema().validate(root)
-        return valid
-    return False
-
-
 @cache
-def _schema(start: str | None = None) -> etree.RelaxNG:
-    """The schema of a file, or of the elements of one name."""
-    tree: Any = etree.parse(str(Path(__file__).with_name("mbs.rng")))
-    if start is not None:
-        place = tree.find("{*}start")
-        place[:] = [place.makeelement(place.tag.replace("start", "ref"), name=start)]
-    return etree.RelaxNG(tree)
+def _schema() -> etree.RelaxNG:
+    return etree.RelaxNG(etree.parse(str(Path(__file__).with_name("mbs.rng"))))
 
 
 #: How files are parsed that may come from anywhere, less what the model has no place for.
@@ -232,39 +130,29 @@ _SAFE: dict[str, Any] = {
 
 
 def _parse(data: bytes, file: str) -> _Element:
+    if not data.strip(BLANK):
+        raise ConversionError("file-empty", "the file is empty", file=file)
+    parser = etree.XMLParser(**_SAFE)
     try:
-        root: _Element = xml_lines.parse(data, etree.XMLParser(**_SAFE))
+        root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        raise ConversionError(
-            "not-xml", f"this is not XML: {error.msg}", file=file, line=error.lineno or 1,
-            hint="the file is damaged, or cut off",
-        ) from None  # fmt: skip
-    _check_entities(root, file)
+        entries: Any = parser.error_log
+        explain(data, file, error, list(entries), "an .mbs file begins with <?xml ...?>")
+    check_conflict(data, file)  # Robotran reads what stands between the lines, from both versions
+    check_entities(root, file)
     return root
 
 
-def _check_entities(root: _Element, file: str) -> None:
-    dtd: Any = root.getroottree().docinfo.internalDTD
-    if dtd is not None and next(dtd.iterentities(), None) is not None:
-        raise ConversionError(
-            "xml-entity", "the file declares XML entities, which Robotran's readers do not know",
-            file=file, line=1, hint="write out what they stand for",
-        )  # fmt: skip
-
-
 class _Reader:
-    def __init__(self, file: str) -> None:
-        self.file = file
+    def __init__(self, data: bytes, file: str, *, mechanics_only: bool = False) -> None:
+        self.data, self.file, self.mechanics_only = data, file, mechanics_only
         self.numbers: dict[str | None, float] = {}
         self.names: dict[str, str] = {BASE: BASE, ORIGIN: ORIGIN}
         """What each name of the one name space belongs to."""
         self.points: dict[str | None, Set[str]] = {}
         """The points of each body read so far."""
 
-    def mbs(
-        self, root: _Element, base: Base | None = None, bodies: list[Body] | None = None
-    ) -> Mbs:
-        """The whole model; ``base`` and ``bodies`` where these are read already."""
+    def mbs(self, root: _Element) -> Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
         kids = self.children(root, ROOT)
@@ -274,8 +162,8 @@ class _Reader:
         mbs = Mbs(
             name=_text(kids.get("mbsname")),
             version=_text(kids.get("mbsyspad_version")),
-            base=self.base(kids["base"]) if base is None else base,
-            bodies=self.bodies(kids["bodytree"]) if bodies is None else bodies,
+            base=self.base(kids["base"]),
+            bodies=[self.body(element) for element in self.listed(kids["bodytree"], "body")],
         )
         mbs.cuts = self.connections(kids.get("cuts"), CUTS)
         mbs.links = self.connections(kids.get("links"), LINKS)
@@ -284,13 +172,15 @@ class _Reader:
             self.user_constraint(element, joints)
             for element in self.listed(kids.get("user_constraints"), "user_constraint")
         ]
-        mbs.user_models = [
-            self.user_model(element)
-            for element in self.listed(kids.get("user_models"), "user_model")
-        ]
         mbs.user_variables = [
             self.user_variable(element)
             for element in self.listed(kids.get("user_variables"), "user_variable")
+        ]
+        if self.mechanics_only:
+            return mbs
+        mbs.user_models = [
+            self.user_model(element)
+            for element in self.listed(kids.get("user_models"), "user_model")
         ]
         if "x3D" in kids:
             mbs.view = self.view(kids["x3D"])
@@ -306,21 +196,16 @@ class _Reader:
         )
         self.names.setdefault(base.name, "baseBodyName")
         base.points = self.points_of(None, points)
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            parts = self.children(graphics, GRAPHICS)
-            if "x2D" in parts:
-                x2d = self.children(parts["x2D"], BASE_X2D)
-                if "position" in x2d:
-                    base.position = self.xy(x2d["position"])
-                if "base_body" in x2d:
-                    base.drawing = self.drawing(x2d["base_body"])
-            if "x3D" in parts:
-                base.shapes = self.shapes(parts["x3D"])
+        parts = self.graphics(kids)
+        if "x2D" in parts:
+            x2d = self.children(parts["x2D"], BASE_X2D)
+            if "position" in x2d:
+                base.position = self.xy(x2d["position"])
+            if "base_body" in x2d:
+                base.drawing = self.drawing(x2d["base_body"])
+        if "x3D" in parts:
+            base.shapes = self.shapes(parts["x3D"])
         return base
-
-    def bodies(self, tree: _Element) -> list[Body]:
-        return [self.body(element) for element in self.listed(tree, "body")]
 
     def body(self, element: _Element) -> Body:
         joints: list[_Element] = []
@@ -347,13 +232,11 @@ class _Reader:
             ]
             body.inertia = (xx, xy, xz, yy, yz, zz)
         body.points = self.points_of(name, points)
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            parts = self.children(graphics, GRAPHICS)
-            if "x2D" in parts and len(parts["x2D"]):
-                body.drawing = self.drawing(parts["x2D"])
-            if "x3D" in parts:
-                body.shapes = self.shapes(parts["x3D"])
+        graphics = self.graphics(kids)
+        if "x2D" in graphics and len(graphics["x2D"]):
+            body.drawing = self.drawing(graphics["x2D"])
+        if "x3D" in graphics:
+            body.shapes = self.shapes(graphics["x3D"])
         return body
 
     def place(
@@ -414,9 +297,7 @@ class _Reader:
         if "symbols" in kids:
             listed = self.children(kids["symbols"], SYMBOLS)
             joint.symbols = tuple(tag for tag in listed if tag in SYMBOLS)
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            joint.position = self.position(graphics)
+        joint.position = self.position(kids)
         return joint
 
     def points_of(self, body: str | None, elements: list[_Element]) -> list[Point]:
@@ -437,9 +318,7 @@ class _Reader:
         point = Point(self.own_name(element, kids, "pointname", "point"))
         if "coordinates" in kids:
             point.coordinates = self.xyz(kids["coordinates"])
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            point.position = self.position(graphics)
+        point.position = self.position(kids)
         if "sensor" in kids:
             point.sensor = self.sensor(kids["sensor"], SENSOR_MEASURES)
         if "extforce" in kids:
@@ -464,11 +343,17 @@ class _Reader:
             measures.append(measure)
         return Sensor(name, tuple(measures))
 
-    def position(self, graphics: _Element) -> XY | None:
-        kids = self.children(graphics, GRAPHICS)
-        if "x2D" not in kids:
+    def graphics(self, kids: Children) -> Children:
+        """``x2D`` and ``x3D``, if they are there and wanted."""
+        if self.mechanics_only or "graphics" not in kids:
+            return {}
+        return self.children(kids["graphics"], GRAPHICS)
+
+    def position(self, kids: Children) -> XY | None:
+        graphics = self.graphics(kids)
+        if "x2D" not in graphics:
             return None
-        parts = self.children(kids["x2D"], X2D)
+        parts = self.children(graphics["x2D"], X2D)
         return self.xy(parts["position"]) if "position" in parts else None
 
     def drawing(self, element: _Element) -> Drawing:
@@ -696,7 +581,7 @@ class _Reader:
         return kids
 
     def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
-        line: Any = element.sourceline
+        line = xml_lines.line(element, self.data)
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
 

@@ -7,9 +7,7 @@ would cost several times as much.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
-from io import BytesIO
-from itertools import islice
+from collections.abc import Iterable, Iterator
 from math import isfinite
 
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
@@ -80,71 +78,27 @@ _PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
 _NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
-#: A tree of more bodies than this (some 10 MB) is not for the eye: each body is on one line,
-#: in as few letters as the readers take, which makes the file half as large.
-INDENTED = 2000
-
-#: What a body on one line leaves out, of which nothing is lost: elements that hold nothing, and
-#: numbers that are zero by default.
-_LEFT_OUT = (
-    "<x3D_joint/><x3D_frame/>",
-    "<x3D_com/><x3D_points/><x3D_lines/>",
-    "<x3D_shapes/>",
-    "<position><x>0</x><y>0</y><z>0</z></position>",
-    "<rotation><x>0</x><y>0</y><z>0</z></rotation>",
-    "<Ixy>0</Ixy>",
-    "<Ixz>0</Ixz>",
-    "<Iyz>0</Iyz>",
-)
-
-
-class _ShortNumbers(_Numbers):
-    """Each number as text, to its last digit; a whole one without a point."""
-
-    def __missing__(self, value: float) -> str:
-        text = self[value] = super().__missing__(value).removesuffix(".0")
-        return text
-
-
-def _on_one_line(text: str) -> str:
-    """Elements without what stands between them, and without those of which nothing is lost.
-
-    Text has no line end and no '<' of its own, so none of it is touched.
-    """
-    line = re.sub("\n *", "", text.lstrip(" "))
-    for element in _LEFT_OUT:
-        line = line.replace(element, "")
-    return line.replace("<x3D></x3D>", "<x3D/>") + "\n"
-
-
 def write(mbs: Mbs) -> bytes:
     """The file as bytes: the same bytes for the same model.
 
     Bodies, joints and points are written in the order of the model.  Numbers are written to
     the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
-    3D viewer wants ``view``.  A tree of more than ``INDENTED`` bodies has each on one line.
+    3D viewer wants ``view``.
 
     Raises ValueError for what no .mbs can hold: a number that is not finite, a character
     that is not XML's, a word that the format does not have, a body without a joint, a sensor
     or force on a point of the base.
     """
-    # of a large file there are never two whole texts
-    out = BytesIO()
-    parts = _Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs)
-    while text := "".join(islice(parts, 100)):
-        out.write(text.encode())
-    return out.getvalue()
+    return "".join(_Writer().mbs(mbs)).encode()
 
 
 class _Writer:
-    def __init__(self, *, short: bool) -> None:
-        self.number = _ShortNumbers() if short else _Numbers()
+    def __init__(self) -> None:
+        self.number = _Numbers()
         self.text = _Texts()
-        self.laid: Callable[[str], str] = _on_one_line if short else str
-        """How a body, or a part of what there are many of, is put on lines."""
 
     def mbs(self, mbs: Mbs) -> Iterator[str]:
-        t, laid = self.text, self.laid
+        t = self.text
         _only([cut.kind for cut in mbs.cuts], CUTS, "a cut")
         _only([link.kind for link in mbs.links], LINKS, "a link")
         name = f"  <mbsname>{t[mbs.name]}</mbsname>\n" if mbs.name else ""
@@ -154,7 +108,7 @@ class _Writer:
         yield '<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n'
         yield f"{name}{version}{self.base(mbs.base)}  <bodytree>\n"
         for body in mbs.bodies:
-            yield laid(self.body(body))
+            yield self.body(body)
         yield "  </bodytree>\n"
         yield from _block("cuts", map(self.connection, mbs.cuts))
         yield from _block("links", map(self.connection, mbs.links))
@@ -420,20 +374,17 @@ class _Writer:
 
     def user_model(self, model: UserModel) -> str:
         t = self.text
-        before = self.laid("      <parameter>\n        <name>").removesuffix("\n")
-        after: dict[tuple[str, tuple[str, ...]], str] = {}  # many have the same values
-        out = [f"    <user_model>\n      <name>{t[model.name]}</name>\n"]
-        for parameter in model.parameters:
-            key = (parameter.type, parameter.values)
-            if key not in after:
-                values = "".join([f"        <value>{t[v]}</value>\n" for v in parameter.values])
-                after[key] = self.laid(
-                    f"</name>\n        <type>{t[parameter.type]}</type>\n"
-                    f"{values}      </parameter>\n"
-                )
-            out.append(f"{before}{t[parameter.name]}{after[key]}")
-        out.append("    </user_model>\n")
-        return "".join(out)
+        parameters = "".join(
+            "      <parameter>\n"
+            f"        <name>{t[parameter.name]}</name>\n"
+            f"        <type>{t[parameter.type]}</type>\n"
+            + "".join([f"        <value>{t[v]}</value>\n" for v in parameter.values])
+            + "      </parameter>\n"
+            for parameter in model.parameters
+        )
+        return (
+            f"    <user_model>\n      <name>{t[model.name]}</name>\n{parameters}    </user_model>\n"
+        )
 
     def user_variables(self, mbs: Mbs) -> Iterator[str]:
         t = self.text
