@@ -83,7 +83,7 @@ def test_a_real_file(shared: Path) -> None:
 TINY = b"""<?xml version='1.0'?>
 <mbsDescR7>
  <base>
-  <gravity><!-- g --><coordinates><x>0</x><y>0.</y><z>-9.81E0</z></coordinates></gravity>
+  <gravity><coordinates><!-- g --><x>0</x><y>0.</y><z>-9.81E0</z></coordinates></gravity>
   <baseBodyName>ground</baseBodyName>
   <point><pointname>rail</pointname></point>
  </base>
@@ -186,11 +186,14 @@ def test_an_empty_file(data: bytes) -> None:
         ("<bodyname> a </bodyname>", "", "name-missing", 9, "body"),
         ("<jointname>j</jointname>", "<jointname/>", "name-missing", 12, "joint"),
         ("<jointname>k</jointname>", "<jointname>j</jointname>", "name-doubled", 19, "'j'"),
-        ("<jointname>k</jointname>", "<jointname>a</jointname>", "name-doubled", 19, "body"),
-        ("<bodyname>b<", "<bodyname>j<", "name-doubled", 16, "joint"),
+        ("<bodyname>b<", "<bodyname> a <", "name-doubled", 16, "a body before"),
         ("<bodyname>b<", "<bodyname>ground<", "name-doubled", 16, "base"),
         ("<bodyname>b<", "<bodyname>base<", "name-doubled", 16, "ground"),
-        ("<pointname>p</pointname><", "<pointname>origin</pointname><", "name-doubled", 14, ""),
+        ("<pointname>p</pointname><", "<pointname>origin</pointname><", "origin-moved", 14, "'a'"),
+        ("<pointname>rail</pointname></point>", "<pointname>origin</pointname></point>",
+         "name-doubled", 6, "base"),
+        ("</pointname></point>", '</pointname><sensor name="s"/></point>', "base-sensor", 6,
+         "rail"),
         ("</point>\n  </body>", "</point><point><pointname>p</pointname></point>\n  </body>",
          "name-doubled", 14, "'p'"),
         ("<bodyname>a</", "<bodyname>aa</", "parent-unknown", 18, "'aa'"),
@@ -219,8 +222,21 @@ def test_an_empty_file(data: bytes) -> None:
         ("</mass>", "</mass><mass>1</mass>", "doubled-element", 13, "<mass>"),
         ("</mass>", "</mass><com/>", "mbs-incomplete", 13, "<com>"),
         ("</coordinates></point>", "</coordinates><sensor/></point>", "name-missing", 14, ""),
-        ("</coordinates></point>", '</coordinates><sensor name="j"/></point>', "name-doubled",
-         14, "sensor"),
+        ("</coordinates></point>", '</coordinates><sensor name="s"/></point><point><pointname>t'
+         '</pointname><sensor name="s"/></point>', "name-doubled", 14, "sensor"),
+        ("</mass>",
+         "</mass><com><!-- x --><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
+         "mbs-not-first", 13, "comment"),
+        ("</mass>", "</mass><com><u/><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
+         "mbs-not-first", 13, "<u>"),
+        ("<gravity>", "<gravity><?p?>", "mbs-not-first", 4, "<gravity>"),
+        ("<bodyname> a ", "<!-- a --><bodyname> a ", "mbs-not-first", 10, "<body>"),
+        ("<joint><jointname>k</jointname><type>T2</type>",
+         "<joint><type>T2</type><jointname>k</jointname>", "mbs-not-first", 19, "<type>"),
+        ("<point><pointname>p</pointname>", "<point><sensor name='s'/><pointname>p</pointname>",
+         "mbs-not-first", 14, "<sensor>"),
+        (" +.5e1 ", "5<!-- kg -->0", "number-invalid", 13, "<mass>"),
+        ("<jointname>k", "<jointname>k<!-- -->l", "mbs-not-plain", 19, "<jointname>"),
         ("</coordinates></point>", '</coordinates><extforce name="s" Pos="1"/></point>',
          "value-unknown", 14, "Pos"),
     ],

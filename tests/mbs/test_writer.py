@@ -318,7 +318,6 @@ def test_names_are_escaped() -> None:
         (lambda body: setattr(body.joints[0], "type", "R4"), "joint 'j'"),
         (lambda body: setattr(body.joints[0], "nature", "forced driven"), "joint 'j'"),
         (lambda body: setattr(body.joints[0], "symbols", ("q", "u")), "joint 'j'.*'u'"),
-        (lambda body: setattr(body.points[0], "extforce", Sensor("s", ("Jac",))), "'Jac'"),
         (lambda body: setattr(body.points[0], "sensor", Sensor("s", ("jac",))), "'jac'"),
         (lambda body: body.shapes.append(Shape("capsule", "s")), "'capsule'"),
     ],
