@@ -71,11 +71,12 @@ def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
         place = expected.findall("bodytree/body")[-1].find("joint/graphics/x2D/position")
         assert place is not None
         place[0].text, place[1].text = "1.5", "2.0"
-        heavy = next(body for body in mbs.bodies if body.mass is not None)
-        heavy.mass = 12345.0
-        mass = expected.find("bodytree/body/mass")
-        assert mass is not None
-        mass.text = "12345.0"
+        for heavy, mass in zip(
+            [body for body in mbs.bodies if body.mass is not None][:1],
+            expected.findall("bodytree/body/mass")[:1], strict=True,
+        ):  # fmt: skip
+            heavy.mass = 12345.0
+            mass.text = "12345.0"
     mbs.name = "other"
     texts(expected, expected.findtext("mbsname") or "", "other", "mbsname")
     again = write(mbs)
@@ -165,8 +166,8 @@ def start(mbs: Mbs, root: Any) -> None:
 
 
 def joint_name(mbs: Mbs, root: Any) -> None:
-    mbs.bodies[1].joints[0].name = "swung"
-    root.findall("bodytree/body")[1].find("joint/jointname").text = "swung"
+    mbs.bodies[0].joints[0].name = "rise"
+    root.find("bodytree/body/joint/jointname").text = "rise"
 
 
 def shape_kind(mbs: Mbs, root: Any) -> None:
@@ -293,7 +294,7 @@ def test_what_is_new_stands_in_its_place_indented_as_the_rest() -> None:
 
 
 def test_a_copy_of_an_object_is_a_new_one() -> None:
-    data = OWN.replace(b"<bodyname>leg</bodyname>", b"<bodyname>leg</bodyname><mine/>")
+    data = OWN.replace(b"<bodyname>leg</bodyname>", b"<bodyname>leg</bodyname><mine/>", 1)
     mbs = read(data, "m.mbs")
     copy = deepcopy(mbs.bodies[2])
     copy.name, copy.joints[0].name = "other_leg", "other_kick"
@@ -325,11 +326,11 @@ def test_graphics_that_were_not_read_are_not_kept() -> None:
     assert b"<box>" not in write(mbs)
 
 
-def test_ten_thousand_bodies_are_changed_in_a_file() -> None:
-    bodies = [Body(f"b{k}", joints=[Joint(f"j{k}", "R1")], mass=1.0) for k in range(10_000)]
+def test_two_thousand_bodies_are_changed_in_a_file() -> None:
+    bodies = [Body(f"b{k}", joints=[Joint(f"j{k}", "R1")], mass=1.0) for k in range(2000)]
     mbs = read(write(Mbs("m", bodies=bodies)), "m.mbs")
-    for body in mbs.bodies[::2]:
+    for body in mbs.bodies[::20]:
         body.mass = 2.0
     del mbs.bodies[1::4]
-    mbs.bodies.reverse()
+    mbs.bodies.insert(0, mbs.bodies.pop())
     assert read(write(mbs), "m.mbs") == mbs

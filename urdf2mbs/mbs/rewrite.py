@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 from lxml import etree
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from lxml.etree import _Element
 
     Key = int | tuple[str, int]
@@ -32,6 +34,7 @@ def rewrite(elements: list[_Element], was: _Element, now: _Element) -> None:
 class _Rewriter:
     def __init__(self, elements: list[_Element], was: _Element, now: _Element) -> None:
         self.elements = elements
+        self.objects = set(elements)
         self.was = _marked(was)
         self.now = _marked(now)
 
@@ -52,14 +55,16 @@ class _Rewriter:
             self.children(kept, was, now)
 
     def children(self, kept: _Element, was: _Element, now: _Element) -> None:
-        before, after, there = _keyed(was), _keyed(now), _keyed(kept, marked=False)
+        before, after = _keyed(was), _keyed(now)
+        there = _keyed((child for child in kept if child not in self.objects), marked=False)
         order: list[_Element] = []
         for key, child in after.items():
             same = self.elements[key] if isinstance(key, int) else there.get(key)
             if key not in before and isinstance(key, int):
                 order.append(self.made(child))  # from another parent
             elif same is not None:
-                self.change(same, before.get(key, etree.Element(child.tag)), child)
+                if key not in before or _text(before[key]) != _text(child):
+                    self.change(same, before.get(key, etree.Element(child.tag)), child)
                 order.append(same)
             elif key not in before or _text(before[key]) != _text(child):
                 order.append(self.made(child))
@@ -100,20 +105,18 @@ def _marked(tree: _Element) -> dict[int, _Element]:
     return marked
 
 
-def _keyed(parent: _Element, *, marked: bool = True) -> dict[Key, _Element]:
-    """The children by the number of their origin, else by tag and their number among its like."""
+def _keyed(children: Iterable[_Element], *, marked: bool = True) -> dict[Key, _Element]:
+    """Elements by the number of their origin, else by tag and their number among their like."""
     counts: dict[str, int] = {}
     keyed: dict[Key, _Element] = {}
-    for child in parent:
+    for child in children:
         tag = child.tag
-        if not isinstance(tag, str):
-            continue
         at = child.get(AT) if marked else None
-        if at is None:
+        if at is not None:
+            keyed[int(at)] = child
+        elif isinstance(tag, str):
             counts[tag] = counts.get(tag, 0) + 1
             keyed[tag, counts[tag]] = child
-        else:
-            keyed[int(at)] = child
     return keyed
 
 
