@@ -114,7 +114,7 @@ def _spelled(root: _Element, source: bytes) -> bytes:
     tree = root.getroottree()
     text = etree.tostring(tree, encoding="unicode") + source[len(source.rstrip()) :].decode()
     if b" />" in source:  # as MBSysPad has it
-        text = re.sub(r"(?s)(<!--.*?-->)|/>", lambda found: found[1] or " />", text)
+        text = re.sub(r"(?s)(<!--.*?-->|<\?.*?\?>)|/>", lambda found: found[1] or " />", text)
     if b"\r\n" in source:
         text = text.replace("\r\n", "\n")
         text = text.replace("\n", "\r\n")
