@@ -1,12 +1,11 @@
 """How time, memory and the file grow with the robot: chains, trees and stars of many links, and
 trees of which no two links are alike.
 
-    python benchmarks/linear.py [--links 1000 10000 100000] [--shapes chain tree star mixed]
+    python benchmarks/linear.py [--links 1000 10000] [--shapes chain tree star mixed]
 
 Each conversion, and each floor, is a process of its own: what it takes at the most is its peak
 memory.  Times are of the processor (s), ``check`` included.  The floor is lxml that reads the URDF
-and the .mbs and writes both again; the last columns are what a conversion takes above it, and how
-large the file is beside one that is indented throughout.
+and the .mbs and writes both again.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ SHAPES = ("chain", "tree", "star", "mixed")
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--links", type=int, nargs="+", default=[1000, 10_000, 100_000])
+    parser.add_argument("--links", type=int, nargs="+", default=[1000, 10_000])
     parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=SHAPES)
     parser.add_argument("--pipeline", default="faithful")
     parser.add_argument("--one", nargs=2, help=argparse.SUPPRESS)
@@ -36,21 +35,19 @@ def main() -> None:
         kind, source = arguments.one
         print(*(floor if kind == "floor" else conversion)(Path(source), arguments.pipeline))
         return
-    print(
-        "| shape | links | s | floor s | above it | µs a link | peak MB | .mbs MB | of indented |"
-    )
-    print("|---|---|---|---|---|---|---|---|---|")
+    print("| shape | links | s | floor s | above it | µs a link | peak MB | .mbs MB |")
+    print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder) / "robot.urdf"
         for shape in arguments.shapes:
             for links in arguments.links:
                 source.write_bytes(generated(shape, links))
-                seconds, peak, size, ratio = measured("convert", source, arguments.pipeline)
+                seconds, peak, size = measured("convert", source, arguments.pipeline)
                 (least,) = measured("floor", source, arguments.pipeline)
                 above = seconds - least
                 print(
                     f"| {shape} | {links:,} | {seconds:.1f} | {least:.1f} | {above:.1f} "
-                    f"| {1e6 * seconds / links:.0f} | {peak:.0f} | {size:.1f} | {ratio:.2f} |",
+                    f"| {1e6 * seconds / links:.0f} | {peak:.0f} | {size:.1f} |",
                     flush=True,
                 )
 
@@ -62,10 +59,9 @@ def measured(kind: str, source: Path, pipeline: str) -> list[float]:
     return [float(word) for word in done.stdout.split()]
 
 
-def conversion(source: Path, pipeline: str) -> tuple[float, float, float, float]:
-    """Seconds, peak memory (MB), size of the file (MB), and beside an indented one."""
+def conversion(source: Path, pipeline: str) -> tuple[float, float, float]:
+    """Seconds, peak memory (MB), size of the file (MB)."""
     from urdf2mbs import convert
-    from urdf2mbs.mbs import writer
 
     start = process_time()
     result = convert(source, output=source.with_suffix(".mbs"), pipeline=pipeline)
@@ -74,9 +70,7 @@ def conversion(source: Path, pipeline: str) -> tuple[float, float, float, float]
     peak = peak_memory() / 1e6
     if result.conversion.rejected:
         raise SystemExit("not the same robot")
-    writer.INDENTED = len(result.mbs.bodies)
-    indented = len(writer.write(result.mbs))
-    return seconds, peak, len(result.data) / 1e6, len(result.data) / indented
+    return seconds, peak, len(result.data) / 1e6
 
 
 def peak_memory() -> int:

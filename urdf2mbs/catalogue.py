@@ -650,6 +650,21 @@ SECTIONS = [
                 "a joint's nature is none of `independent`, `dependent`, `driven`"
             ),
             "value-unknown": Code("a measure of a sensor is not `true`"),
+            "mbs-not-first": Code(
+                "a comment or an element stands before a name or before `coordinates`: Robotran's "
+                "C library takes the first child, whatever it is",
+                todo="move it behind",
+            ),
+            "mbs-not-plain": Code(
+                "a comment or an element stands within a name", todo="take it away"
+            ),
+            "origin-moved": Code(
+                "a point called `origin`, which is the body's own frame, is not at 0 0 0",
+                todo="give it another name",
+            ),
+            "base-sensor": Code(
+                "a sensor or an external force sits on the base", todo="put it on a body"
+            ),
             "no-drawing": Code("the file has no 2D diagram to draw"),
         },
     ),

@@ -83,7 +83,7 @@ def test_a_real_file(shared: Path) -> None:
 TINY = b"""<?xml version='1.0'?>
 <mbsDescR7>
  <base>
-  <gravity><!-- g --><coordinates><x>0</x><y>0.</y><z>-9.81E0</z></coordinates></gravity>
+  <gravity><coordinates><!-- g --><x>0</x><y>0.</y><z>-9.81E0</z></coordinates></gravity>
   <baseBodyName>ground</baseBodyName>
   <point><pointname>rail</pointname></point>
  </base>
@@ -155,8 +155,12 @@ def test_unknown_elements_in_one_of_several_alike_are_passed_over() -> None:
 @pytest.mark.parametrize(
     ("data", "code", "line", "words"),
     [
-        (b"", "not-xml", 1, ""),
-        (b"<mbsDescR7>\n<base>", "not-xml", 2, ""),
+        (b"<mbsDescR7>\n<base>", "xml-truncated", 2, ""),
+        (b"<mbsDescR7>\n<base></bases></mbsDescR7>", "xml-syntax", 2, "</bases>"),
+        (b"<mbsDescR7>\n<<<<<<< HEAD\n<base/>", "merge-conflict", 2, ""),
+        (b"<mbsDescR7>\n<base/>\n>>>>>>> theirs\n</mbsDescR7>", "merge-conflict", 3, ""),
+        (b"<mbsDescR7>\n\xff\xfe</mbsDescR7>", "xml-syntax", 2, "encoding"),
+        (b"\x89PNG\r\n\x1a\n\0\0", "not-xml", 1, ""),
         (b"MBsysPad", "not-xml", 1, ""),
         (b"<robot/>", "not-mbs", 1, "<robot>"),
         (b"<mbsDescR7><bodytree/></mbsDescR7>", "mbs-incomplete", 1, "<base>"),
@@ -169,17 +173,27 @@ def test_files_that_are_no_mbs(data: bytes, code: str, line: int, words: str) ->
     fails(data, code, line, words)
 
 
+@pytest.mark.parametrize("data", [b"", b" \r\n", b"\xef\xbb\xbf\n"])
+def test_an_empty_file(data: bytes) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(data, "m.mbs")
+    assert (caught.value.code, caught.value.file) == ("file-empty", "m.mbs")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "code", "line", "words"),
     [
         ("<bodyname> a </bodyname>", "", "name-missing", 9, "body"),
         ("<jointname>j</jointname>", "<jointname/>", "name-missing", 12, "joint"),
         ("<jointname>k</jointname>", "<jointname>j</jointname>", "name-doubled", 19, "'j'"),
-        ("<jointname>k</jointname>", "<jointname>a</jointname>", "name-doubled", 19, "body"),
-        ("<bodyname>b<", "<bodyname>j<", "name-doubled", 16, "joint"),
+        ("<bodyname>b<", "<bodyname> a <", "name-doubled", 16, "a body before"),
         ("<bodyname>b<", "<bodyname>ground<", "name-doubled", 16, "base"),
         ("<bodyname>b<", "<bodyname>base<", "name-doubled", 16, "ground"),
-        ("<pointname>p</pointname><", "<pointname>origin</pointname><", "name-doubled", 14, ""),
+        ("<pointname>p</pointname><", "<pointname>origin</pointname><", "origin-moved", 14, "'a'"),
+        ("<pointname>rail</pointname></point>", "<pointname>origin</pointname></point>",
+         "name-doubled", 6, "base"),
+        ("</pointname></point>", '</pointname><sensor name="s"/></point>', "base-sensor", 6,
+         "rail"),
         ("</point>\n  </body>", "</point><point><pointname>p</pointname></point>\n  </body>",
          "name-doubled", 14, "'p'"),
         ("<bodyname>a</", "<bodyname>aa</", "parent-unknown", 18, "'aa'"),
@@ -208,8 +222,21 @@ def test_files_that_are_no_mbs(data: bytes, code: str, line: int, words: str) ->
         ("</mass>", "</mass><mass>1</mass>", "doubled-element", 13, "<mass>"),
         ("</mass>", "</mass><com/>", "mbs-incomplete", 13, "<com>"),
         ("</coordinates></point>", "</coordinates><sensor/></point>", "name-missing", 14, ""),
-        ("</coordinates></point>", '</coordinates><sensor name="j"/></point>', "name-doubled",
-         14, "sensor"),
+        ("</coordinates></point>", '</coordinates><sensor name="s"/></point><point><pointname>t'
+         '</pointname><sensor name="s"/></point>', "name-doubled", 14, "sensor"),
+        ("</mass>",
+         "</mass><com><!-- x --><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
+         "mbs-not-first", 13, "comment"),
+        ("</mass>", "</mass><com><u/><coordinates><x>1</x><y>0</y><z>0</z></coordinates></com>",
+         "mbs-not-first", 13, "<u>"),
+        ("<gravity>", "<gravity><?p?>", "mbs-not-first", 4, "<gravity>"),
+        ("<bodyname> a ", "<!-- a --><bodyname> a ", "mbs-not-first", 10, "<body>"),
+        ("<joint><jointname>k</jointname><type>T2</type>",
+         "<joint><type>T2</type><jointname>k</jointname>", "mbs-not-first", 19, "<type>"),
+        ("<point><pointname>p</pointname>", "<point><sensor name='s'/><pointname>p</pointname>",
+         "mbs-not-first", 14, "<sensor>"),
+        (" +.5e1 ", "5<!-- kg -->0", "number-invalid", 13, "<mass>"),
+        ("<jointname>k", "<jointname>k<!-- -->l", "mbs-not-plain", 19, "<jointname>"),
         ("</coordinates></point>", '</coordinates><extforce name="s" Pos="1"/></point>',
          "value-unknown", 14, "Pos"),
     ],
@@ -271,7 +298,7 @@ def test_validate_says_what_and_where() -> None:
     assert {(each.file, each.line, each.code) for each in found} == {("m.mbs", line, "mbs-schema")}
     assert "mass" in "".join(each.message for each in found)
     assert str(found[0]).startswith(f"m.mbs:{line}: warning[mbs-schema]: ")
-    with pytest.raises(ConversionError, match="not XML"):
+    with pytest.raises(ConversionError, match="xml-truncated"):
         validate(b"<", "m.mbs")
 
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from lxml import etree
 from mbs.models import everything, few, models
 
-from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.mbs import reader
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT
@@ -23,14 +22,7 @@ FILE = write(everything()).decode()
 
 
 def problems(data: bytes) -> list[Diagnostic]:
-    """What is wrong with a file; a large one is looked at body by body, to the same end."""
-    found = validate(data, "m.mbs")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(xml_lines, "LARGE", 0)
-        if not found:
-            patch.setattr(reader, "_parse", None)  # the whole tree is not made
-        assert validate(data, "m.mbs") == found
-    return found
+    return validate(data, "m.mbs")
 
 
 def test_a_model_with_everything_is_valid() -> None:
@@ -123,7 +115,7 @@ def at(place: str) -> tuple[etree._Element, etree._Element]:
 OPTIONAL = {
     "mbsDescR7": "mbsname mbsyspad_version cuts links user_constraints user_models user_variables "
     "x3D",
-    "base": "graphics",
+    "base": "baseBodyName graphics",
     "body": "mass com inertia",
     "inertia": "Ixx Ixy Ixz Iyy Iyz Izz",
     "joint": "initialvalue actuated symbols graphics",
@@ -131,7 +123,7 @@ OPTIONAL = {
     "symbols": "q qd qdd",
     "point": "graphics sensor extforce",
     "x2D": "position base_body",
-    "x3D": "x3D_joint x3D_frame x3D_com x3D_points x3D_lines x3D_shapes",
+    "x3D": "x3D_joint x3D_frame x3D_com x3D_points x3D_lines x3D_shapes viewpoints",
     "directionalLight": "active",
     **dict.fromkeys(("box", "cylinder", "cone", "sphere", "inline"), "position rotation"),
 }
@@ -170,6 +162,8 @@ def test_text_stands_where_it_belongs_and_numbers_are_numbers(place: str) -> Non
         return
     text = (found.text or "").strip()
     wrong = [""] if text else ["text"]
+    if place.endswith(("viewpoint/name", "directionalLight/name")):
+        return  # MBSysPad leaves them empty
     if re.fullmatch(r"[-\d.e]+", text) and place not in FREE and found.tag != "value":
         wrong.append("one")
     for value in wrong:
@@ -204,7 +198,6 @@ def test_attributes_have_their_words(place: str) -> None:
         ('Pos="true"', 'Position="true"'),
         ('<sensor name="imu"', "<sensor"),
         ('<sensor name="imu"', '<sensor name=""'),
-        ('<extforce name="push"', '<extforce name="push" Jac="true"'),
         ('Jac="true"/>', 'Jac="true">x</sensor>'),
         ('R="1"', 'R="256"'),
         ('R="1"', 'R="-1"'),
@@ -281,9 +274,7 @@ def test_a_body_elsewhere() -> None:
     rejected(FILE.replace("<bodytree>", f"<bodytree><more>{body}</more>"))
 
 
-@pytest.mark.parametrize("large", [0, 2**21])
-def test_entities_are_refused(large: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(xml_lines, "LARGE", large)
+def test_entities_are_refused() -> None:
     text = FILE.replace("<mbsDescR7>", '<!DOCTYPE mbsDescR7 [<!ENTITY a "b">]><mbsDescR7>')
     with pytest.raises(ConversionError, match="xml-entity"):
         validate(text.encode(), "m.mbs")

@@ -11,7 +11,7 @@ from html import escape
 from math import hypot
 
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.mbs.model import XY, Body, Connection, Drawing, Joint, Mbs, Point
+from urdf2mbs.mbs.model import ORIGIN, XY, Body, Connection, Drawing, Joint, Mbs, Point
 
 #: Round everything that is drawn (px).
 MARGIN = 20.0
@@ -78,7 +78,9 @@ class _Picture:
             self.frames[body.name] = _at(body.joints[-1].position)
         for owner, points in self._owners():
             for point in points:
-                self.points[owner, point.name] = _at(point.position)
+                own_frame = point.name == ORIGIN and point.position is None
+                at = self.frames[owner] if own_frame else _at(point.position)
+                self.points[owner, point.name] = at
 
     def _owners(self) -> Iterator[tuple[str | None, list[Point]]]:
         yield None, self.mbs.base.points
@@ -178,6 +180,8 @@ class _Picture:
     def connections(self) -> Iterator[str]:
         kinds = [("cut", cut) for cut in self.mbs.cuts] + [("link", ln) for ln in self.mbs.links]
         for kind, connection in kinds:
+            if connection.is_draft:
+                continue
             a, b = self._place(*connection.endpoint1), self._place(*connection.endpoint2)
             x, y = (a[0] + b[0]) / 2, (a[1] + b[1]) / 2
             about = _about_connection(connection)
@@ -218,13 +222,17 @@ class _Picture:
 
 
 def _require_drawings(mbs: Mbs) -> None:
-    missing = [] if mbs.base.position and mbs.base.drawing else ["the base"]
+    missing = [] if mbs.base.position else ["the base"]
     missing += [f"point '{point.name}'" for point in mbs.base.points if point.position is None]
     for body in mbs.bodies:
         if body.drawing is None:
             missing.append(f"body '{body.name}'")
         missing += [f"joint '{joint.name}'" for joint in body.joints if joint.position is None]
-        missing += [f"point '{point.name}'" for point in body.points if point.position is None]
+        missing += [
+            f"point '{point.name}'"
+            for point in body.points
+            if point.position is None and point.name != ORIGIN
+        ]
     if missing:
         more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
         raise ConversionError(

@@ -19,7 +19,7 @@ from urdf2mbs.equations.mirror import mirrored
 from urdf2mbs.equations.routine import Cases, Count, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
 from urdf2mbs.mbs.equations_fit import fingerprint
-from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
+from urdf2mbs.mbs.model import LINKS, SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
 FUNCTIONS = (
@@ -83,6 +83,9 @@ def equations(
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     for name in FUNCTIONS:
+        if why := _draft(mbs, name):
+            out.left_out[name] = why
+            continue
         made = getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
@@ -93,6 +96,17 @@ def equations(
         suffix = "c" if language == "c" else "py"
         out.files[f"mbs_{name}_{mbs.name}.{suffix}"] = (lines + "\n" + text).encode()
     return out
+
+
+def _draft(mbs: Mbs, function: str) -> str:
+    """Why a function cannot be generated: an end of a cut or a link is not placed yet."""
+    of_links = {kind: [link for link in mbs.links if link.kind == kind] for kind in LINKS}
+    of_cuts = dict.fromkeys(("cons_hJ", "cons_jdqd", "accelred"), mbs.cuts)
+    for connection in {**of_cuts, **of_links}.get(function, ()):
+        if connection.is_draft:
+            name = quoted(connection.name)
+            return f"{connection.kind} '{name}' is a draft: an end of it is on no body or point"
+    return ""
 
 
 def _header(

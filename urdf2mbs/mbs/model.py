@@ -15,8 +15,7 @@ ORIGIN = "origin"
 JOINT_TYPES = frozenset(["T1", "T2", "T3", "R1", "R2", "R3"])
 NATURES = frozenset(["independent", "dependent", "driven"])
 SYMBOLS = frozenset(["q", "qd", "qdd"])
-FORCE_MEASURES = frozenset(["Pos", "Rot", "Vit", "Om", "Acc", "Omp"])
-SENSOR_MEASURES = FORCE_MEASURES | {"Jac"}
+SENSOR_MEASURES = frozenset(["Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac"])
 SHAPES = frozenset(["box", "cylinder", "cone", "sphere", "inline"])
 CUTS = frozenset(["ball", "rod", "solid"])
 LINKS = frozenset(["link", "link3D"])
@@ -28,7 +27,37 @@ RGB = tuple[int, int, int]
 GREY: RGB = (128, 128, 128)
 
 
-class Joint(msgspec.Struct, gc=False):
+class Origin:
+    """The element of a file from which an object was read.
+
+    The writer gives that element the object's changes, and leaves the rest of it as it stands.
+    The origin is no part of what an object says: any two are equal.
+    """
+
+    __slots__ = ("number", "source")
+
+    def __init__(self, source: bytes, number: int) -> None:
+        self.source = source
+        """The whole file."""
+        self.number = number
+        """Which of the file's objects it is, in the order of reading; the file itself is 0."""
+
+    def __eq__(self, other: object) -> bool:
+        return other is None or isinstance(other, Origin)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"Origin({self.number})"
+
+
+class Part(msgspec.Struct, kw_only=True, gc=False):
+    """What a file has an element of its own for."""
+
+    origin: Origin | None = None
+
+
+class Joint(Part, gc=False):
     """One degree of freedom: a turn (R1 R2 R3) or a shift (T1 T2 T3) along a current axis."""
 
     name: str
@@ -45,15 +74,18 @@ class Joint(msgspec.Struct, gc=False):
     position: XY | None = None
 
 
-class Sensor(msgspec.Struct, gc=False):
+class Sensor(Part, gc=False):
     """A sensor or an external force: what it measures (``Pos Rot Vit Om Acc Omp Jac``)."""
 
     name: str
     measures: tuple[str, ...] = ()
 
 
-class Point(msgspec.Struct, gc=False):
-    """An anchor point: a translation (m) in the body frame; it has no rotation."""
+class Point(Part, gc=False):
+    """An anchor point: a translation (m) in the body frame; it has no rotation.
+
+    A point called ``origin`` is the body's own frame, with a sensor or a force on it.
+    """
 
     name: str
     coordinates: Vec = ZERO
@@ -62,7 +94,7 @@ class Point(msgspec.Struct, gc=False):
     extforce: Sensor | None = None
 
 
-class Shape(msgspec.Struct, gc=False):
+class Shape(Part, gc=False):
     """A 3D shape: ``T Rx Ry Rz S`` in the body frame; cylinders and cones have axis y."""
 
     kind: str
@@ -93,7 +125,7 @@ class Drawing(msgspec.Struct, gc=False):
     angle: float = 0.0
 
 
-class Body(msgspec.Struct, gc=False):
+class Body(Part, gc=False):
     """A rigid body, its frame being the one after its last joint."""
 
     name: str
@@ -123,7 +155,7 @@ class Base(msgspec.Struct, gc=False):
     drawing: Drawing | None = None
 
 
-class Viewpoint(msgspec.Struct, gc=False):
+class Viewpoint(Part, gc=False):
     """A camera: position and target in m, clip distances in m, field of view in rad."""
 
     name: str
@@ -138,7 +170,7 @@ class Viewpoint(msgspec.Struct, gc=False):
     back_clip: float = 50.0
 
 
-class Light(msgspec.Struct, gc=False):
+class Light(Part, gc=False):
     """A light of the 3D viewer; ``direction`` in the axes behind ``joint``."""
 
     name: str
@@ -159,9 +191,10 @@ class View(msgspec.Struct, gc=False):
     lights: list[Light] = []
 
 
-class Connection(msgspec.Struct, gc=False):
+class Connection(Part, gc=False):
     """A cut (``ball``, ``rod``, ``solid``) or a force link (``link``, ``link3D``) between
-    two points, each given as (body, point), None being the ground and the body's own frame."""
+    two points, each given as (body, point), None being the ground and the body's own frame.
+    In a draft of MBSysPad a body or point may be empty: not chosen yet."""
 
     kind: str
     name: str
@@ -169,15 +202,20 @@ class Connection(msgspec.Struct, gc=False):
     endpoint2: tuple[str | None, str | None]
     length: float | None = None
 
+    @property
+    def is_draft(self) -> bool:
+        """True if an end is not placed yet."""
+        return "" in self.endpoint1 or "" in self.endpoint2
 
-class UserConstraint(msgspec.Struct, gc=False):
+
+class UserConstraint(Part, gc=False):
     """A constraint that the user's functions state, and the joints that it concerns."""
 
     name: str
     joints: tuple[str, ...] = ()
 
 
-class Parameter(msgspec.Struct, gc=False):
+class Parameter(Part, gc=False):
     """A value, or several, of a user model."""
 
     name: str
@@ -185,14 +223,14 @@ class Parameter(msgspec.Struct, gc=False):
     values: tuple[str, ...] = ()
 
 
-class UserModel(msgspec.Struct, gc=False):
+class UserModel(Part, gc=False):
     """Parameters that the user's functions read by their names."""
 
     name: str
     parameters: list[Parameter] = []
 
 
-class UserVariable(msgspec.Struct, gc=False):
+class UserVariable(Part, gc=False):
     """A variable that the user's functions share."""
 
     name: str
@@ -200,7 +238,7 @@ class UserVariable(msgspec.Struct, gc=False):
     size: str
 
 
-class Mbs(msgspec.Struct):
+class Mbs(Part, gc=True):
     """The whole file. ``bodies`` stand in the order of the file: parents before children."""
 
     name: str

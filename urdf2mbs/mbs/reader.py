@@ -1,14 +1,14 @@
 """Read any .mbs file into the model, and check one against the format's schema.
 
-Elements and attributes that the model has no place for are passed over, as Robotran does.
-What makes Robotran itself go wrong, mostly without a word, is an error here.
+Elements and attributes that the model has no place for are passed over, as Robotran does; each
+object knows its element, so that the writer keeps them.  What makes Robotran itself go wrong,
+mostly without a word, is an error here.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Sequence, Set
-from contextlib import suppress
+from collections.abc import Callable, Container, Set
 from functools import cache
 from math import isinf
 from operator import attrgetter
@@ -23,7 +23,6 @@ from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields, Kind
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
-    FORCE_MEASURES,
     JOINT_TYPES,
     LINKS,
     NATURES,
@@ -39,6 +38,7 @@ from urdf2mbs.mbs.model import (
     Joint,
     Light,
     Mbs,
+    Origin,
     Parameter,
     Point,
     Sensor,
@@ -50,6 +50,7 @@ from urdf2mbs.mbs.model import (
     Viewpoint,
 )
 from urdf2mbs.spatial import ZERO, Vec
+from urdf2mbs.xml_errors import BLANK, check_conflict, check_entities, explain
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -80,8 +81,8 @@ COORDINATES, GRAPHICS = frozenset(["coordinates"]), frozenset(["x2D", "x3D"])
 X2D, BASE_X2D = frozenset(["position"]), frozenset(["position", "base_body"])
 NOTHING: frozenset[str] = frozenset()
 NO_LISTS: Lists = {}
-#: What has a name that is taken from the beginning.
-_TAKEN = {BASE: "the ground", ORIGIN: "a body's own frame", "baseBodyName": "the base"}
+#: What must be the first child of an element: Robotran takes the first, whatever it is.
+_FIRST = frozenset(["bodyname", "jointname", "pointname", "coordinates"])
 #: Words that each joint has, to keep each of them once.
 _WORDS = {word: word for word in (*JOINT_TYPES, *NATURES)}
 
@@ -90,86 +91,23 @@ _TAG = attrgetter("tag")
 _RGB = r"\s*[0-9]{1,3}\s*"
 
 
-def read(
-    data: bytes, file: str, *, mechanics_only: bool = False, known: Sequence[Body] = ()
-) -> Mbs:
+def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
     ``mechanics_only`` passes over all graphics, which takes a third of the time.
-    Of a large file then a body that says the same as one of those ``known`` is that one, so that
-    it is in memory once.
 
     Raises ConversionError, with the line: not XML, another root, no base or body tree, a
     body without a joint, an unknown parent, point or joint or one that stands later in the
     file, an unknown word, a number that is none, a name that is taken.
     """
-    with suppress(ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
-        if len(data) >= xml_lines.LARGE:
-            return _in_pieces(data, file, mechanics_only, known)
-        root = etree.fromstring(data, etree.XMLParser(**_SAFE))
-        _check_entities(root, file)
-        return _whole(root, file, mechanics_only)
-    # something is wrong with it: the whole tree and its true lines, which take long, say what
-    return _whole(_parse(data, file), file, mechanics_only)
+    return _Reader(data, file, mechanics_only=mechanics_only).mbs(_parse(data, file))
 
 
-def _whole(root: _Element, file: str, mechanics_only: bool) -> Mbs:
-    if mechanics_only:
-        _only_mechanics(root)
-    return _Reader(file).mbs(root)
-
-
-def _in_pieces(data: bytes, file: str, mechanics_only: bool, known: Sequence[Body]) -> Mbs:
-    """The model of a large file, whose tree is never there as a whole: each body is read and
-    taken out of it.  On any error its message and line may be wrong."""
-    # one body may carry all the others: its points' graphics go before it is whole
-    tags = ["base", "body", *(["graphics"] if mechanics_only else [])]
-    parser: Any = etree.XMLPullParser(events=("end",), tag=tags, **_SAFE)
-    reader = _Reader(file)
-    base: Base | None = None
-    bodies: list[Body] = []
-    done: Any = None
-    twins = {body.name: body for body in known} if mechanics_only else {}
-    for element in xml_lines.ends(data, parser):
-        # what is done stays until now: the text after it may not have been whole
-        if done is not None and done.getparent() is not None:
-            done.getparent().remove(done)
-        done = None
-        if element.tag == "graphics":
-            done = element
-            continue
-        above = [one.tag for one in element.iterancestors()]
-        if len(above) == 1 and element.tag == "base":
-            if mechanics_only:
-                _only_mechanics(element)
-            base = reader.base(element)
-        elif above == ["bodytree", "mbsDescR7"] and element.tag == "body":
-            if base is None:
-                raise xml_lines.NotPieceByPieceError
-            if mechanics_only:
-                _only_mechanics(element)
-            body = reader.body(element)
-            twin = twins.get(body.name)
-            bodies.append(body if twin is None or _mechanics(twin) != _mechanics(body) else twin)
-            done = element
-    root: _Element = parser.close()
-    _check_entities(root, file)
-    if mechanics_only:
-        _only_mechanics(root)
-    return reader.mbs(root, base, bodies)
-
-
-def _mechanics(body: Body) -> tuple[Any, ...]:
-    """All that a body is but its graphics, to compare."""
-    return (
-        body.name, body.parent, body.point, body.mass, body.com, body.inertia,
-        [(j.name, j.type, j.nature, j.q, j.qd, j.qdd, j.symbols) for j in body.joints],
-        [(p.name, p.coordinates, p.sensor, p.extforce) for p in body.points],
-    )  # fmt: skip
-
-
-def _only_mechanics(element: _Element) -> None:
-    etree.strip_elements(element, "graphics", "x3D", with_tail=False)
+def read_again(source: bytes) -> tuple[Mbs, list[_Element]]:
+    """The model of a file that was read before, and the elements of its objects by the numbers of
+    their origins; their tree has all that stands in the file."""
+    reader = _Reader(source, "")
+    return reader.mbs(_parse(source, "", remove_blank_text=False)), reader.elements
 
 
 def validate(data: bytes, file: str) -> list[Diagnostic]:
@@ -178,8 +116,6 @@ def validate(data: bytes, file: str) -> list[Diagnostic]:
 
     Raises ConversionError if it is not XML at all.
     """
-    if len(data) >= xml_lines.LARGE and _valid_in_pieces(data, file):
-        return []
     schema = _schema()
     if schema.validate(_parse(data, file)):
         return []
@@ -189,80 +125,42 @@ def validate(data: bytes, file: str) -> list[Diagnostic]:
     ]
 
 
-def _valid_in_pieces(data: bytes, file: str) -> bool:
-    """Whether a large file is as the schema has it; its tree is never there as a whole."""
-    parser: Any = etree.XMLPullParser(events=("end",), tag="body", **_SAFE)
-    schema = _schema("body")
-    before: Any = None
-    with suppress(etree.XMLSyntaxError):
-        for element in xml_lines.ends(data, parser):
-            if [one.tag for one in element.iterancestors()] != ["bodytree", "mbsDescR7"]:
-                continue
-            if not schema.validate(element):
-                return False
-            if before is not None:
-                if (before.tail or "").strip():
-                    return False
-                before.getparent().remove(before)
-            before = element
-        root = parser.close()
-        _check_entities(root, file)
-        valid: bool = _schema().validate(root)
-        return valid
-    return False
-
-
 @cache
-def _schema(start: str | None = None) -> etree.RelaxNG:
-    """The schema of a file, or of the elements of one name."""
-    tree: Any = etree.parse(str(Path(__file__).with_name("mbs.rng")))
-    if start is not None:
-        place = tree.find("{*}start")
-        place[:] = [place.makeelement(place.tag.replace("start", "ref"), name=start)]
-    return etree.RelaxNG(tree)
+def _schema() -> etree.RelaxNG:
+    return etree.RelaxNG(etree.parse(str(Path(__file__).with_name("mbs.rng"))))
 
 
-#: How files are parsed that may come from anywhere, less what the model has no place for.
-_SAFE: dict[str, Any] = {
-    "resolve_entities": False, "no_network": True, "collect_ids": False,
-    "remove_blank_text": True, "remove_comments": True, "remove_pis": True,
-}  # fmt: skip
-
-
-def _parse(data: bytes, file: str) -> _Element:
+def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Element:
+    if not data.strip(BLANK):
+        raise ConversionError("file-empty", "the file is empty", file=file)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, collect_ids=False,
+        remove_blank_text=remove_blank_text,
+    )  # fmt: skip
     try:
-        root: _Element = xml_lines.parse(data, etree.XMLParser(**_SAFE))
+        root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
-        raise ConversionError(
-            "not-xml", f"this is not XML: {error.msg}", file=file, line=error.lineno or 1,
-            hint="the file is damaged, or cut off",
-        ) from None  # fmt: skip
-    _check_entities(root, file)
+        entries: Any = parser.error_log
+        explain(data, file, error, list(entries), "an .mbs file begins with <?xml ...?>")
+    check_conflict(data, file)  # Robotran reads what stands between the lines, from both versions
+    check_entities(root, file)
     return root
 
 
-def _check_entities(root: _Element, file: str) -> None:
-    dtd: Any = root.getroottree().docinfo.internalDTD
-    if dtd is not None and next(dtd.iterentities(), None) is not None:
-        raise ConversionError(
-            "xml-entity", "the file declares XML entities, which Robotran's readers do not know",
-            file=file, line=1, hint="write out what they stand for",
-        )  # fmt: skip
-
-
 class _Reader:
-    def __init__(self, file: str) -> None:
-        self.file = file
+    def __init__(self, data: bytes, file: str, *, mechanics_only: bool = False) -> None:
+        self.data, self.file, self.mechanics_only = data, file, mechanics_only
         self.numbers: dict[str | None, float] = {}
-        self.names: dict[str, str] = {BASE: BASE, ORIGIN: ORIGIN}
-        """What each name of the one name space belongs to."""
+        self.names: dict[tuple[str, str], str] = {
+            ("body", BASE): "the ground", ("body", ORIGIN): "a body's own frame",
+        }  # fmt: skip
+        """What is called so, by kind and name."""
+        self.elements: list[_Element] = []
+        """Those of the objects, by the numbers of their origins."""
         self.points: dict[str | None, Set[str]] = {}
         """The points of each body read so far."""
 
-    def mbs(
-        self, root: _Element, base: Base | None = None, bodies: list[Body] | None = None
-    ) -> Mbs:
-        """The whole model; ``base`` and ``bodies`` where these are read already."""
+    def mbs(self, root: _Element) -> Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
         kids = self.children(root, ROOT)
@@ -270,10 +168,11 @@ class _Reader:
             if tag not in kids:
                 self.fail(root, "mbs-incomplete", f"the file has no <{tag}>")
         mbs = Mbs(
-            name=_text(kids.get("mbsname")),
-            version=_text(kids.get("mbsyspad_version")),
-            base=self.base(kids["base"]) if base is None else base,
-            bodies=self.bodies(kids["bodytree"]) if bodies is None else bodies,
+            name=self.text(kids.get("mbsname")),
+            version=self.text(kids.get("mbsyspad_version")),
+            origin=self.origin(root),
+            base=self.base(kids["base"]),
+            bodies=[self.body(element) for element in self.listed(kids["bodytree"], "body")],
         )
         mbs.cuts = self.connections(kids.get("cuts"), CUTS)
         mbs.links = self.connections(kids.get("links"), LINKS)
@@ -282,15 +181,15 @@ class _Reader:
             self.user_constraint(element, joints)
             for element in self.listed(kids.get("user_constraints"), "user_constraint")
         ]
-        mbs.user_models = [
-            self.user_model(element)
-            for element in self.listed(kids.get("user_models"), "user_model")
-        ]
         mbs.user_variables = [
             self.user_variable(element)
             for element in self.listed(kids.get("user_variables"), "user_variable")
         ]
-        if "x3D" in kids:
+        mbs.user_models = [
+            self.user_model(element)
+            for element in self.listed(kids.get("user_models"), "user_model")
+        ]
+        if "x3D" in kids and not self.mechanics_only:
             mbs.view = self.view(kids["x3D"])
         return mbs
 
@@ -300,35 +199,33 @@ class _Reader:
         if "gravity" not in kids:
             self.fail(element, "mbs-incomplete", "the base has no <gravity>")
         base = Base(
-            name=_text(kids.get("baseBodyName")) or BASE, gravity=self.vector(kids["gravity"])
+            name=self.text(kids.get("baseBodyName")) or BASE, gravity=self.vector(kids["gravity"])
         )
-        self.names.setdefault(base.name, "baseBodyName")
+        self.names.setdefault(("body", base.name), "the base")
         base.points = self.points_of(None, points)
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            parts = self.children(graphics, GRAPHICS)
-            if "x2D" in parts:
-                x2d = self.children(parts["x2D"], BASE_X2D)
-                if "position" in x2d:
-                    base.position = self.xy(x2d["position"])
-                if "base_body" in x2d:
-                    base.drawing = self.drawing(x2d["base_body"])
-            if "x3D" in parts:
-                base.shapes = self.shapes(parts["x3D"])
+        parts = self.graphics(kids)
+        if "x2D" in parts:
+            x2d = self.children(parts["x2D"], BASE_X2D)
+            if "position" in x2d:
+                base.position = self.xy(x2d["position"])
+            if "base_body" in x2d:
+                base.drawing = self.drawing(x2d["base_body"])
+        if "x3D" in parts:
+            base.shapes = self.shapes(parts["x3D"])
         return base
-
-    def bodies(self, tree: _Element) -> list[Body]:
-        return [self.body(element) for element in self.listed(tree, "body")]
 
     def body(self, element: _Element) -> Body:
         joints: list[_Element] = []
         points: list[_Element] = []
         kids = self.children(element, BODY, {"joint": joints, "point": points})
         name = self.name(element, kids, "bodyname", "body")
+        origin = self.origin(element)
         if "parent" not in kids:
             self.fail(element, "parent-missing", f"body '{name}' has no <parent>")
         parent, point = self.place(kids["parent"], f"the parent of body '{name}'", name)
-        body = Body(name, parent, point, [self.joint(child) for child in joints])
+        body = Body(
+            name, parent, point, [self.joint(child) for child in joints], origin=origin
+        )  # fmt: skip
         if not joints:
             self.fail(
                 element, "body-without-joint", f"body '{name}' has no joint",
@@ -345,13 +242,11 @@ class _Reader:
             ]
             body.inertia = (xx, xy, xz, yy, yz, zz)
         body.points = self.points_of(name, points)
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            parts = self.children(graphics, GRAPHICS)
-            if "x2D" in parts and len(parts["x2D"]):
-                body.drawing = self.drawing(parts["x2D"])
-            if "x3D" in parts:
-                body.shapes = self.shapes(parts["x3D"])
+        graphics = self.graphics(kids)
+        if "x2D" in graphics and len(graphics["x2D"]):
+            body.drawing = self.drawing(graphics["x2D"])
+        if "x3D" in graphics:
+            body.shapes = self.shapes(graphics["x3D"])
         return body
 
     def place(
@@ -359,15 +254,17 @@ class _Reader:
     ) -> tuple[str | None, str | None]:
         """A body and one of its points, both known by now; ``of`` is the body that hangs on it."""
         parts = self.children(element, ENDPOINT)
-        body: str | None = _text(parts.get("bodyname"))
-        point: str | None = _text(parts.get("pointname"))
+        body: str | None = self.text(parts.get("bodyname"))
+        point: str | None = self.text(parts.get("pointname"))
+        if of is None and "" in (body, point):
+            return body, point  # a draft: who drew it has not chosen yet
         if body == BASE:
             body = None
         elif body not in self.points:
             if body == of:
                 self.fail(element, "parent-unknown", f"body '{of}' is its own parent")
             later = [
-                _text(name) for name in element.getroottree().iterfind("bodytree/body/bodyname")
+                self.text(name) for name in element.getroottree().iterfind("bodytree/body/bodyname")
             ]
             if body in later:
                 self.fail(
@@ -391,7 +288,7 @@ class _Reader:
     def joint(self, element: _Element) -> Joint:
         kids = self.children(element, JOINT)
         name = self.name(element, kids, "jointname", "joint")
-        kind, nature = _text(kids.get("type")), _text(kids.get("nature"))
+        kind, nature = self.text(kids.get("type")), self.text(kids.get("nature"))
         kind, nature = _WORDS.get(kind, kind), _WORDS.get(nature, nature)
         if kind not in JOINT_TYPES:
             self.fail(
@@ -404,7 +301,9 @@ class _Reader:
                 f"joint '{name}' is of nature '{nature}'",
                 "the natures are independent, dependent and driven",
             )  # fmt: skip
-        joint = Joint(name, kind, nature, actuated="actuated" in kids)
+        joint = Joint(
+            name, kind, nature, actuated="actuated" in kids, origin=self.origin(element)
+        )  # fmt: skip
         if "initialvalue" in kids:
             for tag, value in self.children(kids["initialvalue"], SYMBOLS).items():
                 if tag in SYMBOLS:
@@ -412,9 +311,7 @@ class _Reader:
         if "symbols" in kids:
             listed = self.children(kids["symbols"], SYMBOLS)
             joint.symbols = tuple(tag for tag in listed if tag in SYMBOLS)
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            joint.position = self.position(graphics)
+        joint.position = self.position(kids)
         return joint
 
     def points_of(self, body: str | None, elements: list[_Element]) -> list[Point]:
@@ -422,9 +319,20 @@ class _Reader:
         points = []
         for child in elements:
             point = self.point(child)
-            if point.name in names or point.name == ORIGIN:
+            if point.name in names or (body is None and point.name == ORIGIN):
                 where = "the base" if body is None else f"body '{body}'"
                 self.fail(child, "name-doubled", f"{where} has two points '{point.name}'")
+            if point.name == ORIGIN and point.coordinates != ZERO:
+                self.fail(
+                    child, "origin-moved", f"the point 'origin' of body '{body}' is not at 0 0 0",
+                    "'origin' is the body's own frame: give the point another name",
+                )  # fmt: skip
+            if body is None and (point.sensor is not None or point.extforce is not None):
+                self.fail(
+                    child, "base-sensor",
+                    f"point '{point.name}' of the base has a sensor or an external force",
+                    "Robotran's C library overruns its memory: put it on a body",
+                )  # fmt: skip
             names.add(point.name)
             points.append(point)
         self.points[body] = names or NOTHING  # most bodies of a large file have none
@@ -432,19 +340,18 @@ class _Reader:
 
     def point(self, element: _Element) -> Point:
         kids = self.children(element, POINT)
-        point = Point(self.own_name(element, kids, "pointname", "point"))
+        name = self.own_name(element, kids, "pointname", "point")
+        point = Point(name, origin=self.origin(element))
         if "coordinates" in kids:
             point.coordinates = self.xyz(kids["coordinates"])
-        graphics = kids.get("graphics")
-        if graphics is not None:
-            point.position = self.position(graphics)
+        point.position = self.position(kids)
         if "sensor" in kids:
-            point.sensor = self.sensor(kids["sensor"], SENSOR_MEASURES)
+            point.sensor = self.sensor(kids["sensor"])
         if "extforce" in kids:
-            point.extforce = self.sensor(kids["extforce"], FORCE_MEASURES)
+            point.extforce = self.sensor(kids["extforce"])
         return point
 
-    def sensor(self, element: _Element, known: frozenset[str]) -> Sensor:
+    def sensor(self, element: _Element) -> Sensor:
         name = element.get("name", "").strip()
         if not name:
             self.fail(element, "name-missing", f"this <{element.tag}> has no name")
@@ -452,7 +359,7 @@ class _Reader:
         measures = []
         attributes: Any = element.items()
         for measure, value in attributes:
-            if measure not in known:
+            if measure not in SENSOR_MEASURES:
                 continue
             if value != "true":
                 self.fail(
@@ -460,13 +367,19 @@ class _Reader:
                     'it can be "true" or left out',
                 )  # fmt: skip
             measures.append(measure)
-        return Sensor(name, tuple(measures))
+        return Sensor(name, tuple(measures), origin=self.origin(element))
 
-    def position(self, graphics: _Element) -> XY | None:
-        kids = self.children(graphics, GRAPHICS)
-        if "x2D" not in kids:
+    def graphics(self, kids: Children) -> Children:
+        """``x2D`` and ``x3D``, if they are there and wanted."""
+        if self.mechanics_only or "graphics" not in kids:
+            return {}
+        return self.children(kids["graphics"], GRAPHICS)
+
+    def position(self, kids: Children) -> XY | None:
+        graphics = self.graphics(kids)
+        if "x2D" not in graphics:
             return None
-        parts = self.children(kids["x2D"], X2D)
+        parts = self.children(graphics["x2D"], X2D)
         return self.xy(parts["position"]) if "position" in parts else None
 
     def drawing(self, element: _Element) -> Drawing:
@@ -479,7 +392,7 @@ class _Reader:
         if "size" in kids:
             drawing.size = self.xy(kids["size"])
         if "shape" in kids:
-            drawing.shape = _text(kids["shape"])
+            drawing.shape = self.text(kids["shape"])
         if "angle" in kids:
             drawing.angle = self.number(kids["angle"])
         drawing.control_points = tuple(
@@ -494,7 +407,7 @@ class _Reader:
         return [self.shape(child) for child in kids["x3D_shapes"] if child.tag in SHAPES]
 
     def shape(self, element: _Element) -> Shape:
-        shape = Shape(element.tag, "")
+        shape = Shape(element.tag, "", origin=self.origin(element))
         self.fill(shape, element, SHAPE)
         return shape
 
@@ -522,7 +435,7 @@ class _Reader:
                 if tag not in kids:
                     self.fail(child, "mbs-incomplete", f"{child.tag} '{name}' has no <{tag}>")
                 ends.append(self.place(kids[tag], f"{tag} of {child.tag} '{name}'"))
-            connection = Connection(child.tag, name, ends[0], ends[1])
+            connection = Connection(child.tag, name, ends[0], ends[1], origin=self.origin(child))
             if "length" in kids:
                 connection.length = self.number(kids["length"])
             connections.append(connection)
@@ -533,13 +446,14 @@ class _Reader:
         name = self.own_name(element, kids, "name", "user constraint")
         constrained = self.listed(kids.get("joints"), "jointname")
         for child in constrained:
-            if _text(child) not in joints:
+            joint = self.text(child)
+            if joint not in joints:
                 self.fail(
                     child, "joint-unknown",
-                    f"user constraint '{name}' is on '{_text(child)}', and there is no such joint",
-                    nearest(_text(child), joints),
+                    f"user constraint '{name}' is on '{joint}', and there is no such joint",
+                    nearest(joint, joints),
                 )  # fmt: skip
-        return UserConstraint(name, tuple(_text(child) for child in constrained))
+        return UserConstraint(name, tuple(map(self.text, constrained)), origin=self.origin(element))
 
     def user_model(self, element: _Element) -> UserModel:
         parameters: list[_Element] = []
@@ -547,6 +461,7 @@ class _Reader:
         return UserModel(
             self.own_name(element, kids, "name", "user model"),
             [self.parameter(child) for child in parameters],
+            origin=self.origin(element),
         )
 
     def parameter(self, element: _Element) -> Parameter:
@@ -554,16 +469,18 @@ class _Reader:
         kids = self.children(element, frozenset(["name", "type"]), {"value": values})
         return Parameter(
             self.own_name(element, kids, "name", "parameter"),
-            _text(kids.get("type")),
-            tuple(_text(value) for value in values),
+            self.text(kids.get("type")),
+            tuple(self.text(value) for value in values),
+            origin=self.origin(element),
         )
 
     def user_variable(self, element: _Element) -> UserVariable:
         kids = self.children(element, frozenset(["varname", "type", "size"]))
         return UserVariable(
             self.own_name(element, kids, "varname", "user variable"),
-            _text(kids.get("type")),
-            _text(kids.get("size")),
+            self.text(kids.get("type")),
+            self.text(kids.get("size")),
+            origin=self.origin(element),
         )
 
     def view(self, element: _Element) -> View:
@@ -586,12 +503,12 @@ class _Reader:
         return view
 
     def viewpoint(self, element: _Element) -> Viewpoint:
-        viewpoint = Viewpoint("", ZERO, ZERO)
+        viewpoint = Viewpoint("", ZERO, ZERO, origin=self.origin(element))
         self.fill(viewpoint, element, VIEWPOINT)
         return viewpoint
 
     def light(self, element: _Element) -> Light:
-        light = Light("", ZERO, active=False)
+        light = Light("", ZERO, active=False, origin=self.origin(element))
         self.fill(light, element, LIGHT)
         return light
 
@@ -609,6 +526,7 @@ class _Reader:
                 element, "mbs-incomplete", f"<{element.tag}> has no <coordinates>",
                 "Robotran's C library cannot read it: give x, y and z, or leave the element out",
             )  # fmt: skip
+        self.is_first(element, parts["coordinates"])
         return self.xyz(parts["coordinates"])
 
     def xyz(self, element: _Element) -> Vec:
@@ -635,7 +553,7 @@ class _Reader:
         text = element.text
         value = self.numbers.get(text)
         if value is None:
-            if text is None or not _NUMBER(text):
+            if text is None or not _NUMBER(text) or len(element):
                 self.fail(
                     element, "number-invalid", f"'{text or ''}' in <{element.tag}> is no number",
                     "write it as 0.5 or 5e-1",
@@ -656,20 +574,50 @@ class _Reader:
         return name
 
     def own_name(self, element: _Element, kids: Children, tag: str, kind: str) -> str:
-        name = _text(kids.get(tag))
+        name = self.text(kids.get(tag))
         if not name:
             self.fail(element, "name-missing", f"this {kind} has no name")
+        if tag in _FIRST:
+            self.is_first(element, kids[tag])
         return name
 
     def take(self, element: _Element, name: str, kind: str) -> None:
-        if name in self.names:
+        """A name of its kind: Robotran's own CoMan has joints and bodies of one name."""
+        if (kind, name) in self.names:
             self.fail(
                 element, "name-doubled",
                 f"the name '{name}' of this {kind} is taken: it is that of "
-                f"{_TAKEN.get(self.names[name]) or f'a {self.names[name]} before'}",
+                f"{self.names[kind, name]}",
                 "Robotran drops the second of two in silence: rename one",
             )  # fmt: skip
-        self.names[name] = kind
+        self.names[kind, name] = f"a {kind} before"
+
+    def origin(self, element: _Element) -> Origin | None:
+        """None without graphics: what is not read cannot be kept."""
+        if self.mechanics_only:
+            return None
+        self.elements.append(element)
+        return Origin(self.data, len(self.elements) - 1)
+
+    def is_first(self, parent: _Element, child: _Element) -> None:
+        if parent[0] is not child:
+            before = parent[0].tag
+            what = f"<{before}>" if isinstance(before, str) else "a comment"
+            self.fail(
+                child, "mbs-not-first", f"{what} stands before <{child.tag}> in <{parent.tag}>",
+                "Robotran's C library takes the first for it, and reads zeros or no name: "
+                f"<{child.tag}> must be the first",
+            )  # fmt: skip
+
+    def text(self, element: _Element | None) -> str:
+        if element is None:
+            return ""
+        if len(element):
+            self.fail(
+                element, "mbs-not-plain", f"<{element.tag}> holds more than a text",
+                "comments and elements do not belong within a name or a number",
+            )  # fmt: skip
+        return (element.text or "").strip()
 
     def listed(self, element: _Element | None, tag: str) -> list[_Element]:
         """The children of a list of one kind of element."""
@@ -694,19 +642,15 @@ class _Reader:
         return kids
 
     def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
-        line: Any = element.sourceline
+        line = xml_lines.line(element, self.data)
         raise ConversionError(code, message, file=self.file, line=line, hint=hint)
 
 
 #: What reads each kind of value.
 _KINDS: dict[Kind, Callable[[_Reader, _Element], Any]] = {
-    "text": lambda _, element: _text(element),
+    "text": _Reader.text,
     "number": _Reader.number,
     "xyz": _Reader.xyz,
     "color": _Reader.color,
     "flag": lambda *_: True,
 }
-
-
-def _text(element: _Element | None) -> str:
-    return "" if element is None else (element.text or "").strip()

@@ -7,16 +7,16 @@ would cost several times as much.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
-from io import BytesIO
-from itertools import islice
+from collections.abc import Iterable, Iterator
 from math import isfinite
+from typing import TYPE_CHECKING
+
+from lxml import etree
 
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
-    FORCE_MEASURES,
     JOINT_TYPES,
     LINKS,
     NATURES,
@@ -31,6 +31,7 @@ from urdf2mbs.mbs.model import (
     Joint,
     Light,
     Mbs,
+    Part,
     Point,
     Sensor,
     Shape,
@@ -38,7 +39,12 @@ from urdf2mbs.mbs.model import (
     View,
     Viewpoint,
 )
+from urdf2mbs.mbs.reader import read_again
+from urdf2mbs.mbs.rewrite import AT, rewrite
 from urdf2mbs.spatial import Vec
+
+if TYPE_CHECKING:
+    from lxml.etree import _Element
 
 
 class _Numbers(dict[float, str]):
@@ -92,71 +98,53 @@ _PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
 _NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
-#: A tree of more bodies than this (some 10 MB) is not for the eye: each body is on one line,
-#: in as few letters as the readers take, which makes the file half as large.
-INDENTED = 2000
-
-#: What a body on one line leaves out, of which nothing is lost: elements that hold nothing, and
-#: numbers that are zero by default.
-_LEFT_OUT = (
-    "<x3D_joint/><x3D_frame/>",
-    "<x3D_com/><x3D_points/><x3D_lines/>",
-    "<x3D_shapes/>",
-    "<position><x>0</x><y>0</y><z>0</z></position>",
-    "<rotation><x>0</x><y>0</y><z>0</z></rotation>",
-    "<Ixy>0</Ixy>",
-    "<Ixz>0</Ixz>",
-    "<Iyz>0</Iyz>",
-)
-
-
-class _ShortNumbers(_Numbers):
-    """Each number as text, to its last digit; a whole one without a point."""
-
-    def __missing__(self, value: float) -> str:
-        text = self[value] = super().__missing__(value).removesuffix(".0")
-        return text
-
-
-def _on_one_line(text: str) -> str:
-    """Elements without what stands between them, and without those of which nothing is lost.
-
-    Text has no line end and no '<' of its own, so none of it is touched.
-    """
-    line = re.sub("\n *", "", text.lstrip(" "))
-    for element in _LEFT_OUT:
-        line = line.replace(element, "")
-    return line.replace("<x3D></x3D>", "<x3D/>") + "\n"
-
-
 def write(mbs: Mbs) -> bytes:
     """The file as bytes: the same bytes for the same model.
 
     Bodies, joints and points are written in the order of the model.  Numbers are written to
     the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
-    3D viewer wants ``view``.  A tree of more than ``INDENTED`` bodies has each on one line.
+    3D viewer wants ``view``.  A model that was read is written into its file: only what has
+    changed in the model changes there.
 
     Raises ValueError for what no .mbs can hold: a number that is not finite, a character
     that is not XML's, a word that the format does not have, a body without a joint, a sensor
     or force on a point of the base.
     """
-    # of a large file there are never two whole texts
-    out = BytesIO()
-    parts = _Writer(short=len(mbs.bodies) > INDENTED).mbs(mbs)
-    while text := "".join(islice(parts, 100)):
-        out.write(text.encode())
-    return out.getvalue()
+    if mbs.origin is None:
+        return "".join(_Writer().mbs(mbs)).encode()
+    source = mbs.origin.source
+    before, elements = read_again(source)
+    was, now = ("".join(_Writer(source).mbs(model)).encode() for model in (before, mbs))
+    if was == now:
+        return source
+    rewrite(elements, etree.fromstring(was), etree.fromstring(now))
+    return _spelled(elements[0], source)
+
+
+def _spelled(root: _Element, source: bytes) -> bytes:
+    """A tree as bytes, with the encoding, the first line and the line ends of its file."""
+    tree = root.getroottree()
+    text = etree.tostring(tree, encoding="unicode") + source[len(source.rstrip()) :].decode()
+    if b" />" in source:  # as MBSysPad has it
+        text = re.sub(r"(?s)(<!--.*?-->|<\?.*?\?>)|/>", lambda found: found[1] or " />", text)
+    if b"\r\n" in source:
+        text = text.replace("\r\n", "\n")
+        text = text.replace("\n", "\r\n")
+    head = re.match(rb"(\xef\xbb\xbf)?<\?xml[^>]*\?>\s*", source)
+    data = text.encode(tree.docinfo.encoding or "UTF-8", "xmlcharrefreplace")
+    return (head[0] if head else b"") + data
 
 
 class _Writer:
-    def __init__(self, *, short: bool) -> None:
-        self.number = _ShortNumbers() if short else _Numbers()
+    def __init__(self, source: bytes | None = None) -> None:
+        self.source = source
+        """The file to which the origins belong that are marked."""
+        self.marked: set[int] = set()
+        self.number = _Numbers()
         self.text = _Texts()
-        self.laid: Callable[[str], str] = _on_one_line if short else str
-        """How a body, or a part of what there are many of, is put on lines."""
 
     def mbs(self, mbs: Mbs) -> Iterator[str]:
-        t, laid = self.text, self.laid
+        t = self.text
         _only([cut.kind for cut in mbs.cuts], CUTS, "a cut")
         _only([link.kind for link in mbs.links], LINKS, "a link")
         name = f"  <mbsname>{t[mbs.name]}</mbsname>\n" if mbs.name else ""
@@ -166,7 +154,7 @@ class _Writer:
         yield '<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n'
         yield f"{name}{version}{self.base(mbs.base)}  <bodytree>\n"
         for body in mbs.bodies:
-            yield laid(self.body(body))
+            yield self.body(body)
         yield "  </bodytree>\n"
         yield from _block("cuts", map(self.connection, mbs.cuts))
         yield from _block("links", map(self.connection, mbs.links))
@@ -175,6 +163,16 @@ class _Writer:
         yield from self.user_variables(mbs)
         yield "" if mbs.view is None else self.view(mbs.view)
         yield "</mbsDescR7>\n"
+
+    def at(self, part: Part) -> str:
+        """The mark of an object that was read; a copy of one is new."""
+        origin = part.origin
+        if self.source is None or origin is None or origin.source is not self.source:
+            return ""
+        if origin.number in self.marked:
+            return ""
+        self.marked.add(origin.number)
+        return f' {AT}="{origin.number}"'
 
     def base(self, base: Base) -> str:
         self.number.where = "the base"
@@ -244,7 +242,7 @@ class _Writer:
             drawing = self.drawing(body.drawing)
             x2d = f"        <x2D>\n{drawing}        </x2D>\n"
         return (
-            "    <body>\n"
+            f"    <body{self.at(body)}>\n"
             f"      <bodyname>{t[body.name]}</bodyname>\n"
             "      <parent>\n"
             f"        <bodyname>{BASE if body.parent is None else t[body.parent]}</bodyname>\n"
@@ -294,7 +292,7 @@ class _Writer:
                 f"joint '{joint.name}' is '{joint.type}', '{joint.nature}': .mbs has no such joint"
             )
         return (
-            "      <joint>\n"
+            f"      <joint{self.at(joint)}>\n"
             f"        <jointname>{self.text[joint.name]}</jointname>\n"
             f"        <type>{joint.type}</type>\n"
             f"        <nature>{joint.nature}</nature>\n"
@@ -314,7 +312,7 @@ class _Writer:
         out: list[str] = []
         for point in points:
             x, y, z = point.coordinates
-            x2d = more = ""
+            x2d = more = graphics = ""
             if point.position is not None:
                 u, v = point.position
                 x2d = (
@@ -323,31 +321,30 @@ class _Writer:
                     "            </position>\n          </x2D>\n"
                 )
             if point.sensor is not None:
-                sensor = self.sensor("sensor", point.sensor, SENSOR_MEASURES)
+                sensor = self.sensor("sensor", point.sensor)
                 more = f"        {sensor}\n"
             if point.extforce is not None:
-                force = self.sensor("extforce", point.extforce, FORCE_MEASURES)
+                force = self.sensor("extforce", point.extforce)
                 more += f"        {force}\n"
+            if point.name != ORIGIN:
+                graphics = f"        <graphics>\n{x2d}          <x3D/>\n        </graphics>\n"
             out.append(
-                "      <point>\n"
+                f"      <point{self.at(point)}>\n"
                 f"        <pointname>{t[point.name]}</pointname>\n"
                 "        <coordinates>\n"
                 f"          <x>{n[x]}</x>\n"
                 f"          <y>{n[y]}</y>\n"
                 f"          <z>{n[z]}</z>\n"
                 "        </coordinates>\n"
-                f"        <graphics>\n{x2d}"
-                "          <x3D/>\n"
-                "        </graphics>\n"
-                f"{more}"
+                f"{graphics}{more}"
                 "      </point>\n"
             )
         return "".join(out)
 
-    def sensor(self, tag: str, sensor: Sensor, known: frozenset[str]) -> str:
-        _only(sensor.measures, known, f"{tag} '{sensor.name}'")
+    def sensor(self, tag: str, sensor: Sensor) -> str:
+        _only(sensor.measures, SENSOR_MEASURES, f"{tag} '{sensor.name}'")
         measures = "".join([f' {measure}="true"' for measure in sensor.measures])
-        return f'<{tag} name="{self.text[sensor.name]}"{measures}/>'
+        return f'<{tag}{self.at(sensor)} name="{self.text[sensor.name]}"{measures}/>'
 
     def shapes(self, shapes: list[Shape]) -> str:
         """The shapes of a body."""
@@ -356,7 +353,7 @@ class _Writer:
         out = ["          <x3D_shapes>\n"]
         _only([shape.kind for shape in shapes], SHAPES, "a shape")
         for shape in shapes:
-            out.append(f"            <{shape.kind}>\n")
+            out.append(f"            <{shape.kind}{self.at(shape)}>\n")
             out += self.fields(shape, SHAPE, "              ")
             out.append(f"            </{shape.kind}>\n")
         out.append("          </x3D_shapes>\n")
@@ -411,7 +408,7 @@ class _Writer:
             self.number.where = f"{connection.kind} '{connection.name}'"
             length = f"      <length>{self.number[connection.length]}</length>\n"
         return (
-            f"    <{connection.kind}>\n"
+            f"    <{connection.kind}{self.at(connection)}>\n"
             f"      <name>{t[connection.name]}</name>\n"
             f"{ends}{length}"
             f"    </{connection.kind}>\n"
@@ -422,7 +419,7 @@ class _Writer:
         return _block(
             "user_constraints",
             (
-                "    <user_constraint>\n"
+                f"    <user_constraint{self.at(constraint)}>\n"
                 f"      <name>{t[constraint.name]}</name>\n"
                 "      <joints>\n"
                 + "".join(
@@ -436,30 +433,29 @@ class _Writer:
 
     def user_model(self, model: UserModel) -> str:
         t = self.text
-        before = self.laid("      <parameter>\n        <name>").removesuffix("\n")
-        after: dict[tuple[str, tuple[str, ...]], str] = {}  # many have the same values
-        out = [f"    <user_model>\n      <name>{t[model.name]}</name>\n"]
         for parameter in model.parameters:
-            key = (parameter.type, parameter.values)
-            if key not in after:
-                self.number.where = f"parameter '{parameter.name}' of user model '{model.name}'"
-                for value in parameter.values if parameter.type != "structure" else ():
-                    self.number.of_text(value)
-                values = "".join([f"        <value>{t[v]}</value>\n" for v in parameter.values])
-                after[key] = self.laid(
-                    f"</name>\n        <type>{t[parameter.type]}</type>\n"
-                    f"{values}      </parameter>\n"
-                )
-            out.append(f"{before}{t[parameter.name]}{after[key]}")
-        out.append("    </user_model>\n")
-        return "".join(out)
+            self.number.where = f"parameter '{parameter.name}' of user model '{model.name}'"
+            for value in parameter.values if parameter.type != "structure" else ():
+                self.number.of_text(value)
+        parameters = "".join(
+            f"      <parameter{self.at(parameter)}>\n"
+            f"        <name>{t[parameter.name]}</name>\n"
+            f"        <type>{t[parameter.type]}</type>\n"
+            + "".join([f"        <value>{t[v]}</value>\n" for v in parameter.values])
+            + "      </parameter>\n"
+            for parameter in model.parameters
+        )
+        return (
+            f"    <user_model{self.at(model)}>\n      <name>{t[model.name]}</name>\n{parameters}"
+            "    </user_model>\n"
+        )
 
     def user_variables(self, mbs: Mbs) -> Iterator[str]:
         t = self.text
         return _block(
             "user_variables",
             (
-                "    <user_variable>\n"
+                f"    <user_variable{self.at(variable)}>\n"
                 f"      <varname>{t[variable.name]}</varname>\n"
                 f"      <type>{t[variable.type]}</type>\n"
                 f"      <size>{t[variable.size]}</size>\n"
@@ -473,12 +469,14 @@ class _Writer:
         n.where = "the 3D view"
         red, green, blue = view.background
         viewpoints = "".join(
-            f"      <viewpoint>\n{''.join(self.fields(viewpoint, VIEWPOINT, '        '))}"
+            f"      <viewpoint{self.at(viewpoint)}>\n"
+            f"{''.join(self.fields(viewpoint, VIEWPOINT, '        '))}"
             "      </viewpoint>\n"
             for viewpoint in view.viewpoints
         )
         lights = "".join(
-            f"      <directionalLight>\n{''.join(self.fields(light, LIGHT, '        '))}"
+            f"      <directionalLight{self.at(light)}>\n"
+            f"{''.join(self.fields(light, LIGHT, '        '))}"
             "      </directionalLight>\n"
             for light in view.lights
         )

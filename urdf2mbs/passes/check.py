@@ -28,7 +28,7 @@ def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
     data = conversion.files[output]
     if output.suffix.lower() == ".mbs":
-        mbs = read(data, str(output), mechanics_only=True, known=conversion.mbs.bodies)
+        mbs = read(data, str(output), mechanics_only=True)
     else:
         mbs = conversion.mbs
     comparison = compare(

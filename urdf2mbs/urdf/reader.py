@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from urdf2mbs import files, xml_lines
+from urdf2mbs import files
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import is_xacro
@@ -60,10 +60,6 @@ def expanded(
 
     return data, expand(source, packages, xacro_args, trust=trust_xacro)
 
-
-#: So many bytes are read piece by piece: each piece takes the memory of the one before, where a
-#: whole tree would get it from the system and give it back.
-LARGE = 2**18
 
 #: What a text has, one of them, if there is work for xacro: ``${`` or ``$(``, an element with the
 #: prefix ``xacro``, or a namespace of xacro under another prefix.  Just to declare
@@ -144,26 +140,13 @@ def parse(
     :raises ConversionError: the last of the errors, with the others in its ``said``
     """
     name = f"{file} (expanded)" if expanded else file
-    if len(data) >= LARGE:
-        robot = _read_pieces(Reading(name, expanded), data)
-        if robot is not None:
-            return robot
     reading = Reading(name, expanded)
     try:
         root = reading.xml(data)
-        return read_root(reading, root, root)
+        return read_root(reading, root)
     except ConversionError as error:
         error.said = [*reading.diagnostics(), *reading.errors]
         raise
-
-
-def _read_pieces(reading: Reading, data: bytes) -> tuple[Robot, list[Diagnostic]] | None:
-    """Read a large URDF text piece by piece; None where it must be read as a whole, since
-    something is wrong with it."""
-    try:
-        return read_root(reading, *xml.pieces(data))
-    except (ConversionError, etree.XMLSyntaxError, xml_lines.NotPieceByPieceError):
-        return None
 
 
 def read_file(source: Path) -> bytes:

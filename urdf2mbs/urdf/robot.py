@@ -16,8 +16,6 @@ from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.tree import check_tree
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from urdf2mbs.diagnostics import Diagnostic
     from urdf2mbs.urdf.values import Reading
 
@@ -37,18 +35,13 @@ OTHER_ROOTS = {
 }
 
 
-def read_root(
-    reading: Reading, root: Any, children: Iterable[Any]
-) -> tuple[Robot, list[Diagnostic]]:
-    """The robot of a URDF's root element, and what is odd about it; raises ConversionError.
-
-    ``children``: those of the root, which may be there one at a time.
-    """
+def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
+    """The robot of a URDF's root element, and what is odd about it; raises ConversionError."""
     _check_root(reading, root)
     reading.quaternions = root.get("version") in ("1.1", "1.2")
     robot = Robot("", file=reading.file)
     links, joints, extensions = robot.links, robot.joints, robot.extensions
-    for child in children:
+    for child in root:
         tag = child.tag
         if tag in ("link", "joint"):
             try:

@@ -13,7 +13,6 @@ from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.spatial import ZERO, from_quaternion, to_xyz_angles, transpose
 from urdf2mbs.urdf.elements import Elements
 from urdf2mbs.urdf.model import Origin
-from urdf2mbs.xml_lines import NotPieceByPieceError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -80,10 +79,7 @@ class Reading(Elements):
         if not self.firsts:
             for one in element.getparent().iterchildren("link", "joint"):
                 self.firsts.setdefault((one.tag, one.get("name")), one)
-        first = self.firsts.get((kind, name), element)
-        if first is element:
-            raise NotPieceByPieceError  # the first one is gone by now
-        return first
+        return self.firsts[kind, name]
 
     def text(self, element: Any, attribute: str, text: str) -> str:
         if "${" in text or "$(" in text:

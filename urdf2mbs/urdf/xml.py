@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from collections.abc import Iterator
-from typing import Any, NoReturn
+from typing import Any
 
 import msgspec
 from lxml import etree
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.xml_errors import BLANK, check_entities, explain
 
 
 class Slip(msgspec.Struct, frozen=True):
@@ -25,8 +25,7 @@ class Slip(msgspec.Struct, frozen=True):
     line: int | None
 
 
-#: Blanks and byte order marks, in any encoding.
-BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
+_BEGINS = "a URDF file begins with <?xml ...?> or <robot name=...>"
 #: How files are parsed that may come from anywhere.
 _SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False}
 #: Longer comments are not read by libxml2.
@@ -34,53 +33,8 @@ _LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
 _DECLARATION = rb"<\?xml(?=[\s?])([^<>]*)\?>"
 _VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
-_ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
 _COMMENT = rb"(?s)<!--(.*?)(?:-->|(\Z))"  # the second group: it is not closed
-_CONFLICT = rb"(?m)^(<{7} |>{7} |={7}\s*$)"
-_SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
-#: libxml2's first complaint about a file that is cut off.
-_UNFINISHED = frozenset(
-    f"ERR_{what}"
-    for what in (
-        "TAG_NOT_FINISHED", "COMMENT_NOT_FINISHED", "CDATA_NOT_FINISHED", "PI_NOT_FINISHED",
-        "XMLDECL_NOT_FINISHED", "DOCUMENT_EMPTY",
-    )
-)  # fmt: skip
-
-#: libxml2's complaints: what its message tells, what we say of that, and what to do.
-_REASONS: dict[str, tuple[str, str, str | None]] = {
-    "ERR_TAG_NAME_MISMATCH": (
-        r"mismatch: (\S+) line (\d+) and (\S+)",
-        "</{2}> stands where <{0}> of line {1} must be closed first", None,
-    ),
-    "ERR_NAME_REQUIRED": ("", "there is a '<' or '&' that begins no element or entity",
-                          "write &lt; and &amp; for < and &"),
-    "ERR_UNDECLARED_ENTITY": (r"Entity '(.*?)'", "'&{0};' is not known in XML",
-                              "write &amp; for an ampersand"),
-    "ERR_ENTITYREF_SEMICOL_MISSING": ("", "there is an '&' that begins no entity",
-                                      "write &amp; for an ampersand"),
-    "ERR_DOCUMENT_END": ("", "something stands after the end of the outermost element",
-                         "an XML file has one outermost element"),
-    "ERR_ATTRIBUTE_NOT_STARTED": ("", "the value of an attribute has no quotes around it",
-                                  'write name="value"'),
-    "ERR_ATTRIBUTE_WITHOUT_VALUE": (r"attribute (\S+)", "the attribute '{0}' has no value",
-                                    'write name="value"'),
-    "ERR_ATTRIBUTE_REDEFINED": (r"Attribute (\S+)", "the attribute '{0}' is there twice",
-                                "take one of the two away"),
-    "ERR_LT_IN_ATTRIBUTE": ("", "there is a '<' within the value of an attribute",
-                            "write &lt;, or close the quotes before it"),
-    "ERR_SPACE_REQUIRED": ("", "a blank is missing between two attributes",
-                           "look for quotes that are not closed"),
-    "ERR_GT_REQUIRED": ("", "a tag is not closed by '>'", None),
-    "ERR_INVALID_CHAR": (r"[Vv]alue (0x[0-9A-Fa-f]+|\d+)",
-                         "there is a character that XML does not allow (number {0})",
-                         "take it away"),
-    "ERR_INVALID_ENCODING": ("", "its letters are not in the encoding that it claims",
-                             _SAVE_UTF_8),
-    "ERR_UNSUPPORTED_ENCODING": ("", "the encoding that it names is not known", _SAVE_UTF_8),
-    "ERR_RESERVED_XML_NAME": ("", "<?xml ...?> stands where it may not",
-                              "it may only stand at the very beginning"),
-}  # fmt: skip
+_ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
 
 
 def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
@@ -99,26 +53,14 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
             root, log, error = _attempt(data)
     if error is not None:
         if not _only_prefixes(log):
-            explain(data, file, error, log)
+            explain(data, file, error, log, _BEGINS)
         # old files use prefixes that they do not declare
         slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
         root = xml_lines.parse(data, _parser(recover=True))
     if root is None:
         raise ConversionError("xml-syntax", "there is no XML element in the file", file=file)
-    dtd: Any = root.getroottree().docinfo.internalDTD
-    if dtd is not None and next(dtd.iterentities(), None) is not None:
-        _bad_entities(file, 1)
+    check_entities(root, file)
     return root, slips
-
-
-def pieces(data: bytes) -> tuple[Any, Iterator[Any]]:
-    """The root element of a large URDF text without any slip, and each of its children in turn;
-    see ``xml_lines.pieces``, which says what it raises."""
-    found = xml_lines.pieces(data, "robot", **_SAFE)
-    root = next(found)
-    if root.getroottree().docinfo.internalDTD is not None or root.tag != "robot":
-        raise xml_lines.NotPieceByPieceError
-    return root, found
 
 
 def mend(data: bytes) -> tuple[bytes, list[Slip]]:
@@ -187,70 +129,12 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     return text, slips
 
 
-def explain(data: bytes, file: str, error: etree.XMLSyntaxError, log: list[Any]) -> NoReturn:
-    """Raise the one error for a text that is no XML."""
-
-    def fail(code: str, message: str, line: int | None, hint: str | None) -> NoReturn:
-        raise ConversionError(code, message, file=file, line=line, hint=hint)
-
-    line = error.lineno or None
-    text = data.strip(BLANK)
-    conflict = re.search(_CONFLICT, data)
-    if conflict:
-        fail(
-            "merge-conflict", "a merge conflict was left in the file",
-            data.count(b"\n", 0, conflict.start()) + 1,
-            "choose one of the two versions, and take the lines <<<<<<<, ======= and >>>>>>> away",
-        )  # fmt: skip
-    if not text.startswith(b"<"):
-        begin = " ".join(text[:60].replace(b"\0", b"").decode("utf-8", "replace").split())[:30]
-        fail(
-            "not-xml", f"not an XML file: it begins with {begin!r}", line,
-            "a URDF file begins with <?xml ...?> or <robot name=...>",
-        )  # fmt: skip
-    first = log[0].type_name if log else ""
-    pattern, reason, hint = _REASONS.get(first, ("", "it cannot be read here", None))
-    told = re.search(pattern, log[0].message) if pattern else None
-    if told:
-        reason = reason.format(*told.groups())
-    elif pattern:
-        reason = "it cannot be read here"
-    _check_size(log, file, line)
-    at_end = line is not None and line > data.rstrip(BLANK).count(b"\n")
-    if first in _UNFINISHED or (at_end and not text.endswith(b">")):
-        fail(
-            "xml-truncated", "the file ends before its elements are closed", line,
-            "it seems to be cut off: get it again, or close the elements",
-        )  # fmt: skip
-    if b"<!ENTITY" in data:
-        _bad_entities(file, line)
-    fail("xml-syntax", f"not well-formed XML: {reason}", line, hint)
-
-
-def _check_size(log: list[Any], file: str, line: int | None) -> None:
-    """Raise the error for what is larger than libxml2 reads."""
-    said = log[0].message if log else ""
-    depth = re.search(r"depth in document: (\d+)", said)
-    if depth:
-        what = f"elements are nested more than {depth[1]} deep"
-    elif "Name too long" in said:
-        what = "a name of an element or attribute has more than 50,000 letters"
-    elif "too big found" in said or "Resource limit" in said:
-        what = "one text, comment or value of an attribute has more than 10,000,000 letters"
-    else:
-        return
-    raise ConversionError(
-        "xml-too-large", f"the file is more than can be read: {what}", file=file, line=line,
-        hint="no robot needs that: look at the program that has made the file",
-    )  # fmt: skip
-
-
 def explain_text(data: bytes, file: str) -> None:
     """Raise the error for a text that another parser has refused, if ours refuses it, too."""
     data, _ = mend(data)
     _, log, error = _attempt(data)
     if error is not None and not _only_prefixes(log):
-        explain(data, file, error, log)
+        explain(data, file, error, log, _BEGINS)
 
 
 def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
@@ -265,13 +149,6 @@ def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
 
 def _only_prefixes(log: list[Any]) -> bool:
     return bool(log) and all(entry.domain_name == "NAMESPACE" for entry in log)
-
-
-def _bad_entities(file: str, line: int | None) -> NoReturn:
-    raise ConversionError(
-        "xml-entity", "the file declares XML entities, which are not read", file=file, line=line,
-        hint="write out what the entities stand for, and take the DOCTYPE away",
-    )  # fmt: skip
 
 
 def _parser(recover: bool = False) -> etree.XMLParser:

@@ -1,0 +1,336 @@
+"""What the model does not know of a file is kept as it stands, and so is what was not changed."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from lxml import etree
+from mbs.models import everything, few
+
+from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
+from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.mbs.writer import write
+
+SHARED = Path(__file__).resolve().parents[3] / "shared"
+SAMPLES = sorted([*SHARED.glob("mbs-samples/*.mbs"), *SHARED.glob("mbs-samples/saved/*.mbs")])
+#: Of the samples: a ball with an end on no body; spring meshes that are no .wrl.
+NOT_VALID = {"MaxenceVL-Piston_Engine.draft", "Theophile-Schwaiger-Complete_Vehicle_New_Dimensions"}
+
+
+def canonical(element: etree._Element) -> object:
+    """All that an element says, comments included, without white space."""
+    tag = element.tag if isinstance(element.tag, str) else "?"
+    return (
+        tag, (element.text or "").strip(), (element.tail or "").strip(), sorted(element.items()),
+        [canonical(child) for child in element],
+    )  # fmt: skip
+
+
+def sample(name: str) -> bytes:
+    if not SAMPLES:
+        pytest.skip(f"the real files are not here: {SHARED} does not exist")
+    return (SHARED / "mbs-samples" / name).read_bytes()
+
+
+def texts(root: etree._Element, old: str, new: str, *tags: str) -> None:
+    for element in root.iter(*tags):
+        if element.text == old:
+            element.text = new
+
+
+# --- the real files ---
+
+
+@pytest.mark.skipif(not SAMPLES, reason=f"the real files are not here: {SHARED} does not exist")
+@pytest.mark.parametrize("file", SAMPLES, ids=lambda file: file.stem)
+def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
+    data = file.read_bytes()
+    mbs = read(data, file.name)
+    assert write(mbs) == data
+    assert (validate(data, file.name) == []) is (file.stem not in NOT_VALID)
+
+    expected = etree.fromstring(data)
+    if mbs.bodies:
+        body = mbs.bodies[-1]
+        old, body.name = body.name, "renamed"
+        for other in mbs.bodies:
+            other.parent = "renamed" if other.parent == old else other.parent
+        for connection in (*mbs.cuts, *mbs.links):
+            for end in ("endpoint1", "endpoint2"):
+                name, point = getattr(connection, end)
+                setattr(connection, end, ("renamed" if name == old else name, point))
+        texts(expected, old, "renamed", "bodyname")
+        body.joints[0].position = (1.5, 2.0)
+        place = expected.findall("bodytree/body")[-1].find("joint/graphics/x2D/position")
+        assert place is not None
+        place[0].text, place[1].text = "1.5", "2.0"
+        for heavy, mass in zip(
+            [body for body in mbs.bodies if body.mass is not None][:1],
+            expected.findall("bodytree/body/mass")[:1], strict=True,
+        ):  # fmt: skip
+            heavy.mass = 12345.0
+            mass.text = "12345.0"
+    mbs.name = "other"
+    texts(expected, expected.findtext("mbsname") or "", "other", "mbsname")
+    again = write(mbs)
+    assert canonical(etree.fromstring(again)) == canonical(expected)
+    # line by line, too: only the lines that hold the changes differ
+    changed = sum(a != b for a, b in zip(data.splitlines(), again.splitlines(), strict=True))
+    assert changed <= 5 + data.count(f">{old}<".encode() if mbs.bodies else b"!")
+    assert read(again, file.name) == mbs
+
+
+def test_a_force_that_goes_to_another_point_takes_its_arrows_along() -> None:
+    mbs = read(sample("emecdelam-Jpp.mbs"), "m.mbs")
+    body = next(b for b in mbs.bodies for p in b.points if p.extforce and p.name == "origin")
+    point = next(point for point in body.points if point.name == "origin")
+    target = Point("elsewhere", (1.0, 2.0, 3.0), (0.0, 0.0), extforce=point.extforce)
+    body.points = [p for p in body.points if p is not point] + [target]
+    root = etree.fromstring(write(mbs))
+    [force] = root.xpath("//point[pointname='elsewhere']/extforce")
+    assert [child.tag for child in force.find("x3D")] == ["force", "torque"]
+    assert target.extforce is not None
+    assert len(root.xpath(f"//extforce[@name='{target.extforce.name}']")) == 1
+    assert validate(write(mbs), "m.mbs") == []
+
+
+def test_line_ends_and_the_first_line_are_those_of_the_file() -> None:
+    data = b"\xef\xbb\xbf" + write(everything()).replace(b"\n", b"\r\n").rstrip()
+    mbs = read(data, "m.mbs")
+    mbs.bodies[0].mass = 77.0
+    again = write(mbs)
+    assert again.startswith(b"\xef\xbb\xbf<?xml")
+    assert again.count(b"\r\n") == again.count(b"\n") == data.count(b"\n")
+    assert not again.endswith(b"\n")
+    latin = write(everything()).replace(b"UTF-8", b"ISO-8859-1").replace(b"machine", b"m\xfcller")
+    mbs = read(latin, "m.mbs")
+    assert mbs.name == "müller"
+    mbs.bodies[0].mass = 77.0
+    assert b"m\xfcller" in write(mbs)
+    assert read(write(mbs), "m.mbs") == mbs
+
+
+# --- our own files, with anything in them ---
+
+OWN = write(everything())
+#: In these, something must stand first.
+FIRST = {"bodyname", "jointname", "pointname", "coordinates"}
+NUMBERS = {"x", "y", "z", "mass", "Ixx", "Iyy", "Izz", "q", "radius", "length", "angle", "frame"}
+
+
+@st.composite
+def sprinkled(draw: st.DrawFn) -> bytes:
+    """Our own file with unknown elements, comments and attributes, and other spellings."""
+    root = etree.fromstring(OWN)
+    elements = [element for element in root.iter("*") if len(element)]
+    for _ in range(draw(st.integers(1, 12))):
+        place = draw(st.sampled_from(elements))
+        kind = draw(st.sampled_from(["mine", "at", "mass", "comment", "attribute", "text"]))
+        if kind == "attribute":
+            name = draw(st.sampled_from(["note", "at", "Pos2"]))
+            place.set(name, draw(st.text("ab<&\"'", max_size=4)))
+            continue
+        if kind == "text":
+            place[-1].tail = f"{place[-1].tail} stray"
+            continue
+        if kind == "mass" and place.tag not in ("joint", "point", "cuts", "mbsDescR7", "lights"):
+            kind = "mine"
+        made: Any = etree.Comment(" why ") if kind == "comment" else etree.Element(kind, at="3")
+        if kind != "comment" and draw(st.booleans()):
+            etree.SubElement(made, "body").text = " 1.50 "
+        least = 1 if place[0].tag in FIRST else 0
+        place.insert(draw(st.integers(least, len(place))), made)
+    known = [element for element in root.iter(*NUMBERS) if element.text and not len(element)]
+    for element in draw(st.lists(st.sampled_from(known), max_size=8)):
+        value = float(element.text or "")
+        spelled = draw(st.sampled_from(["{:.17E}", " {!r}\n", "+{!r}", "{!r}"]))
+        element.text = spelled.format(value)
+    return etree.tostring(root)
+
+
+def mass(mbs: Mbs, root: Any) -> None:
+    mbs.bodies[0].mass = 99.0
+    root.find("bodytree/body/mass").text = "99.0"
+
+
+def start(mbs: Mbs, root: Any) -> None:
+    mbs.bodies[0].joints[1].q = -1e-9
+    root.findall("bodytree/body/joint")[1].find("initialvalue/q").text = "-1e-09"
+
+
+def joint_name(mbs: Mbs, root: Any) -> None:
+    mbs.bodies[0].joints[0].name = "rise"
+    root.find("bodytree/body/joint/jointname").text = "rise"
+
+
+def shape_kind(mbs: Mbs, root: Any) -> None:
+    mbs.bodies[0].shapes[1].kind = "cone"
+    root.find("bodytree/body/graphics/x3D/x3D_shapes/cylinder").tag = "cone"
+
+
+def measures(mbs: Mbs, root: Any) -> None:
+    sensor = mbs.bodies[0].points[1].extforce
+    assert sensor is not None
+    sensor.measures = ("Pos",)
+    force = root.find(".//extforce")
+    for name in ("Rot", "Vit", "Om", "Acc", "Omp"):
+        del force.attrib[name]
+
+
+def no_link(mbs: Mbs, root: Any) -> None:
+    del mbs.links[0]
+    remove(root.find("links/link"))
+
+
+def no_cuts(mbs: Mbs, root: Any) -> None:
+    """A list keeps what the model does not know of it."""
+    mbs.cuts = []
+    cuts = root.find("cuts")
+    for tag in ("ball", "rod", "solid"):
+        remove(cuts.find(tag))
+    if not len(cuts):
+        remove(cuts)
+
+
+def no_com(mbs: Mbs, root: Any) -> None:
+    mbs.bodies[0].com = None
+    remove(root.find("bodytree/body/com"))
+
+
+def a_point(mbs: Mbs, root: Any) -> None:
+    body = mbs.bodies[2]
+    body.points.append(Point("new", (1.0, 2.0, 3.0)))
+    point = etree.fromstring(
+        "<point><pointname>new</pointname><coordinates><x>1.0</x><y>2.0</y><z>3.0</z>"
+        "</coordinates><graphics><x3D/></graphics></point>"
+    )
+    after = root.findall("bodytree/body")[2].find("joint")
+    after.addnext(point)
+
+
+def remove(element: Any) -> None:
+    """Take an element away; text after it stays."""
+    before, tail = element.getprevious(), element.tail or ""
+    if before is not None:
+        before.tail = (before.tail or "") + tail
+    else:
+        element.getparent().text = (element.getparent().text or "") + tail
+    element.getparent().remove(element)
+
+
+EDITS: list[Callable[[Mbs, Any], None]] = [
+    mass, start, joint_name, shape_kind, measures, no_link, no_cuts, no_com, a_point,
+]  # fmt: skip
+
+
+@few
+@given(sprinkled(), st.lists(st.sampled_from(EDITS), unique=True))
+def test_whatever_else_stands_in_a_file_stays(
+    data: bytes, edits: list[Callable[[Mbs, Any], None]]
+) -> None:
+    mbs = read(data, "m.mbs")
+    assert mbs == everything()
+    assert write(mbs) == data
+    expected = etree.fromstring(data)
+    for edit in edits:
+        edit(mbs, expected)
+    again = write(mbs)
+    assert said(etree.fromstring(again)) == said(expected)
+    assert read(again, "m.mbs") == mbs
+    assert write(read(again, "m.mbs")) == again
+
+
+def said(element: etree._Element) -> object:
+    """``canonical``, with all stray text of an element in one: after what, is of no meaning."""
+    tag = element.tag if isinstance(element.tag, str) else "?"
+    stray = [element.text, *(child.tail for child in element)]
+    return (
+        tag, "".join("".join(text or "" for text in stray).split()), sorted(element.items()),
+        [said(child) for child in element],
+    )  # fmt: skip
+
+
+# --- changes one by one ---
+
+
+def test_an_order_that_changes_moves_the_elements_with_all_that_is_in_them() -> None:
+    data = OWN.replace(b"<parameter>", b"<parameter><!-- mine --><unit/>")
+    mbs = read(data, "m.mbs")
+    mbs.user_models[0].parameters.reverse()
+    root = etree.fromstring(write(mbs))
+    parameters = root.findall("user_models/user_model/parameter")
+    assert [p.findtext("name") for p in parameters] == ["empty", "table", "gain"]
+    assert all(p.find("unit") is not None and p[0].text == " mine " for p in parameters)
+
+
+def test_a_joint_that_moves_to_another_body_keeps_what_it_has() -> None:
+    data = OWN.replace(b"<jointname>tilt</jointname>", b"<jointname>tilt</jointname><brake/>")
+    mbs = read(data, "m.mbs")
+    mbs.bodies[1].joints.append(mbs.bodies[0].joints.pop(2))
+    root = etree.fromstring(write(mbs))
+    first, second = root.findall("bodytree/body")[:2]
+    assert [j.findtext("jointname") for j in first.findall("joint")] == ["lift", "turn", "still"]
+    assert [j.findtext("jointname") for j in second.findall("joint")] == ["swing", "tilt"]
+    assert second.findall("joint")[1].find("brake") is not None
+    assert read(write(mbs), "m.mbs") == mbs
+
+
+def test_what_is_new_stands_in_its_place_indented_as_the_rest() -> None:
+    mbs = read(write(Mbs("m", bodies=[Body("a", joints=[Joint("j", "R1")])])), "m.mbs")
+    mbs.bodies[0].mass = 1.0
+    mbs.bodies[0].points.append(Point("p", sensor=Sensor("s")))
+    mbs.bodies.append(Body("b", "a", "p", [Joint("k", "T1")]))
+    mbs.user_models = read(OWN, "own.mbs").user_models  # of another file: new here
+    fresh = deepcopy(mbs)
+    fresh.origin = None
+    assert write(mbs) == write(fresh)
+
+
+def test_a_copy_of_an_object_is_a_new_one() -> None:
+    data = OWN.replace(b"<bodyname>leg</bodyname>", b"<bodyname>leg</bodyname><mine/>", 1)
+    mbs = read(data, "m.mbs")
+    copy = deepcopy(mbs.bodies[2])
+    copy.name, copy.joints[0].name = "other_leg", "other_kick"
+    mbs.bodies.append(copy)
+    again = write(mbs)
+    assert again.count(b"<mine/>") == 1
+    assert read(again, "m.mbs") == mbs
+
+
+def test_a_model_that_was_read_may_go_to_another_process() -> None:
+    data = OWN.replace(b"<base>", b"<base><!-- mine -->")
+    mbs = pickle.loads(pickle.dumps(read(data, "m.mbs")))
+    assert write(mbs) == data
+    mbs.bodies[0].mass = 5.0
+    assert b"<!-- mine -->" in write(mbs)
+
+
+def test_a_parameter_of_a_type_that_the_model_does_not_know() -> None:
+    structure = b"<type>structure</type><structure>RwtMain</structure><header>r.h</header>"
+    data = OWN.replace(b"<type>state</type>", structure)
+    mbs = read(data, "m.mbs")
+    assert mbs.user_models[0].parameters[2] == Parameter("empty", "structure")
+    mbs.user_models[0].parameters[2].name = "main"
+    assert write(mbs) == data.replace(b"<name>empty</name>", b"<name>main</name>")
+
+
+def test_graphics_that_were_not_read_are_not_kept() -> None:
+    mbs = read(OWN, "m.mbs", mechanics_only=True)
+    assert b"<box>" not in write(mbs)
+
+
+def test_two_thousand_bodies_are_changed_in_a_file() -> None:
+    bodies = [Body(f"b{k}", joints=[Joint(f"j{k}", "R1")], mass=1.0) for k in range(2000)]
+    mbs = read(write(Mbs("m", bodies=bodies)), "m.mbs")
+    for body in mbs.bodies[::20]:
+        body.mass = 2.0
+    del mbs.bodies[1::4]
+    mbs.bodies.insert(0, mbs.bodies.pop())
+    assert read(write(mbs), "m.mbs") == mbs

@@ -1,0 +1,181 @@
+"""Make in a file that was read the changes of its model, and leave all else as it stands.
+
+The writer's text of the model as it was read, and as it is now, are compared as trees.  What is
+alike in both is not touched in the file: its numbers keep their text, and what the model does not
+know keeps its place, comments and white space included.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lxml import etree
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from lxml.etree import _Element
+
+    Key = int | tuple[str, int]
+
+#: The attribute by which the writer marks the element of an object: the number of its origin.
+AT = "at"
+
+
+def rewrite(elements: list[_Element], was: _Element, now: _Element) -> None:
+    """Change a file's tree.
+
+    ``elements`` are those of the objects in the file by the numbers of their origins, the root
+    first; ``was`` and ``now`` are what the writer writes of the model before and after.
+    """
+    _Rewriter(elements, was, now).change(elements[0], was, now)
+
+
+class _Rewriter:
+    def __init__(self, elements: list[_Element], was: _Element, now: _Element) -> None:
+        self.elements = elements
+        self.objects = set(elements)
+        self.was = _marked(was)
+        self.now = _marked(now)
+
+    def change(self, kept: _Element, was: _Element, now: _Element) -> None:
+        """Change one element of the file, and what is in it."""
+        if was.tag != now.tag:
+            kept.tag = now.tag
+        if (was.text or "").strip() != (now.text or "").strip():
+            kept.text = now.text
+        for name in dict.fromkeys([*was.keys(), *now.keys()]):
+            value = now.get(name)
+            if name != AT and value != was.get(name):
+                if value is None and name in kept.attrib:
+                    del kept.attrib[name]
+                elif value is not None:
+                    kept.set(name, value)
+        if len(was) or len(now):
+            self.children(kept, was, now)
+
+    def children(self, kept: _Element, was: _Element, now: _Element) -> None:
+        before, after = _keyed(was), _keyed(now)
+        there = _keyed((child for child in kept if child not in self.objects), marked=False)
+        order: list[_Element] = []
+        for key, child in after.items():
+            same = self.elements[key] if isinstance(key, int) else there.get(key)
+            if key not in before and isinstance(key, int):
+                order.append(self.made(child))  # from another parent
+            elif same is not None:
+                if key not in before or _text(before[key]) != _text(child):
+                    self.change(same, before.get(key, etree.Element(child.tag)), child)
+                order.append(same)
+            elif key not in before or _text(before[key]) != _text(child):
+                order.append(self.made(child))
+        for key, child in before.items():
+            gone = self.elements[key] if isinstance(key, int) else there.get(key)
+            if key in after or key in self.now or gone is None:
+                continue
+            if kept is self.elements[0]:  # a list of the file may have more than the model knows
+                self.change(gone, child, etree.Element(child.tag))
+            if kept is not self.elements[0] or not len(gone):
+                _detach(gone)
+        _arrange(kept, order)
+
+    def made(self, now: _Element) -> _Element:
+        """A new element; what comes from elsewhere in the file is taken from there."""
+        at = now.get(AT)
+        if at is not None:
+            kept = self.elements[int(at)]
+            self.change(kept, self.was[int(at)], now)
+            _detach(kept)
+            return kept
+        made = etree.Element(now.tag)
+        for name, value in now.items():
+            made.set(name, value)
+        made.text = now.text
+        for child in now:
+            part = self.made(child)
+            made.append(part)
+            part.tail = child.tail
+        return made
+
+
+def _marked(tree: _Element) -> dict[int, _Element]:
+    marked: dict[int, _Element] = {}
+    for element in tree.iter():
+        if element.get(AT) is not None:
+            marked[int(element.get(AT, ""))] = element
+    return marked
+
+
+def _keyed(children: Iterable[_Element], *, marked: bool = True) -> dict[Key, _Element]:
+    """Elements by the number of their origin, else by tag and their number among their like."""
+    counts: dict[str, int] = {}
+    keyed: dict[Key, _Element] = {}
+    for child in children:
+        tag = child.tag
+        at = child.get(AT) if marked else None
+        if at is not None:
+            keyed[int(at)] = child
+        elif isinstance(tag, str):
+            counts[tag] = counts.get(tag, 0) + 1
+            keyed[tag, counts[tag]] = child
+    return keyed
+
+
+def _text(element: _Element) -> str:
+    return etree.tostring(element, encoding="unicode", with_tail=False)
+
+
+def _arrange(parent: _Element, order: list[_Element]) -> None:
+    """Bring children into an order; what the order does not name stays where it is."""
+    places = {child: place for place, child in enumerate(parent)}
+    first = next((child for child in order if child in places), None)
+    last, previous = -1, None
+    for child in order:
+        place = places.get(child, -1)
+        if place > last:
+            last = place
+        else:
+            _detach(child)
+            if previous is not None:
+                index = parent.index(previous) + 1
+            else:
+                index = len(parent) if first is None else parent.index(first)
+            _insert(parent, index, child)
+        previous = child
+
+
+def _insert(parent: _Element, index: int, child: _Element) -> None:
+    """Insert an element, indented as its siblings are."""
+    depth = sum(1 for _ in parent.iterancestors())
+    closing, between = "\n" + "  " * depth, "\n" + "  " * (depth + 1)
+    if len(parent):
+        between = _blank(parent.text, between)
+    else:
+        parent.text = (parent.text or "").strip() + between
+    if index < len(parent):
+        child.tail = between
+    else:
+        child.tail = closing
+        if index:
+            child.tail = _blank(parent[-1].tail, closing)
+            parent[-1].tail = (parent[-1].tail or "").strip() + between
+    parent.insert(index, child)
+
+
+def _detach(child: _Element) -> None:
+    """Take an element away, and the line on which it stood; text after it stays."""
+    parent, previous = child.getparent(), child.getprevious()
+    if parent is None:
+        return
+    tail, child.tail = child.tail or "", None
+    if tail.strip() or child.getnext() is None:
+        if previous is not None:
+            previous.tail = (previous.tail or "").rstrip() + tail
+        else:
+            parent.text = (parent.text or "").rstrip() + tail
+    parent.remove(child)
+    if not len(parent) and not (parent.text or "").strip():
+        parent.text = None
+
+
+def _blank(text: str | None, otherwise: str) -> str:
+    return text if text and not text.strip() else otherwise

@@ -1,0 +1,142 @@
+"""What is wrong with a text that is no XML, with its line: for URDFs and for .mbs files."""
+
+from __future__ import annotations
+
+import re
+from typing import Any, NoReturn
+
+from lxml import etree
+
+from urdf2mbs.diagnostics import ConversionError
+
+#: Blanks and byte order marks, in any encoding.
+BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
+_CONFLICT = rb"(?m)^(<{7} |>{7} |={7}\s*$)"
+_SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
+#: libxml2's first complaint about a file that is cut off.
+_UNFINISHED = frozenset(
+    f"ERR_{what}"
+    for what in (
+        "TAG_NOT_FINISHED", "COMMENT_NOT_FINISHED", "CDATA_NOT_FINISHED", "PI_NOT_FINISHED",
+        "XMLDECL_NOT_FINISHED", "DOCUMENT_EMPTY",
+    )
+)  # fmt: skip
+
+#: libxml2's complaints: what its message tells, what we say of that, and what to do.
+_REASONS: dict[str, tuple[str, str, str | None]] = {
+    "ERR_TAG_NAME_MISMATCH": (
+        r"mismatch: (\S+) line (\d+) and (\S+)",
+        "</{2}> stands where <{0}> of line {1} must be closed first", None,
+    ),
+    "ERR_NAME_REQUIRED": ("", "there is a '<' or '&' that begins no element or entity",
+                          "write &lt; and &amp; for < and &"),
+    "ERR_UNDECLARED_ENTITY": (r"Entity '(.*?)'", "'&{0};' is not known in XML",
+                              "write &amp; for an ampersand"),
+    "ERR_ENTITYREF_SEMICOL_MISSING": ("", "there is an '&' that begins no entity",
+                                      "write &amp; for an ampersand"),
+    "ERR_DOCUMENT_END": ("", "something stands after the end of the outermost element",
+                         "an XML file has one outermost element"),
+    "ERR_ATTRIBUTE_NOT_STARTED": ("", "the value of an attribute has no quotes around it",
+                                  'write name="value"'),
+    "ERR_ATTRIBUTE_WITHOUT_VALUE": (r"attribute (\S+)", "the attribute '{0}' has no value",
+                                    'write name="value"'),
+    "ERR_ATTRIBUTE_REDEFINED": (r"Attribute (\S+)", "the attribute '{0}' is there twice",
+                                "take one of the two away"),
+    "ERR_LT_IN_ATTRIBUTE": ("", "there is a '<' within the value of an attribute",
+                            "write &lt;, or close the quotes before it"),
+    "ERR_SPACE_REQUIRED": ("", "a blank is missing between two attributes",
+                           "look for quotes that are not closed"),
+    "ERR_GT_REQUIRED": ("", "a tag is not closed by '>'", None),
+    "ERR_INVALID_CHAR": (r"[Vv]alue (0x[0-9A-Fa-f]+|\d+)",
+                         "there is a character that XML does not allow (number {0})",
+                         "take it away"),
+    "ERR_INVALID_ENCODING": ("", "its letters are not in the encoding that it claims",
+                             _SAVE_UTF_8),
+    "ERR_UNSUPPORTED_ENCODING": ("", "the encoding that it names is not known", _SAVE_UTF_8),
+    "ERR_RESERVED_XML_NAME": ("", "<?xml ...?> stands where it may not",
+                              "it may only stand at the very beginning"),
+}  # fmt: skip
+
+
+def explain(
+    data: bytes, file: str, error: etree.XMLSyntaxError, log: list[Any], begins: str
+) -> NoReturn:
+    """Raise the one error for a text that is no XML; ``begins`` says how such a file begins.
+
+    :raises ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
+        ``xml-truncated``, ``xml-entity``, ``xml-too-large``
+    """
+
+    def fail(code: str, message: str, line: int | None, hint: str | None) -> NoReturn:
+        raise ConversionError(code, message, file=file, line=line, hint=hint)
+
+    line = error.lineno or None
+    text = data.strip(BLANK)
+    check_conflict(data, file)
+    if not text.startswith(b"<"):
+        begin = " ".join(text[:60].replace(b"\0", b"").decode("utf-8", "replace").split())[:30]
+        fail(
+            "not-xml", f"not an XML file: it begins with {begin!r}", line,
+            begins,
+        )  # fmt: skip
+    first = log[0].type_name if log else ""
+    pattern, reason, hint = _REASONS.get(first, ("", "it cannot be read here", None))
+    told = re.search(pattern, log[0].message) if pattern else None
+    if told:
+        reason = reason.format(*told.groups())
+    elif pattern:
+        reason = "it cannot be read here"
+    _check_size(log, file, line)
+    at_end = line is not None and line > data.rstrip(BLANK).count(b"\n")
+    if first in _UNFINISHED or (at_end and not text.endswith(b">")):
+        fail(
+            "xml-truncated", "the file ends before its elements are closed", line,
+            "it seems to be cut off: get it again, or close the elements",
+        )  # fmt: skip
+    if b"<!ENTITY" in data:
+        _bad_entities(file, line)
+    fail("xml-syntax", f"not well-formed XML: {reason}", line, hint)
+
+
+def _check_size(log: list[Any], file: str, line: int | None) -> None:
+    """Raise the error for what is larger than libxml2 reads."""
+    said = log[0].message if log else ""
+    depth = re.search(r"depth in document: (\d+)", said)
+    if depth:
+        what = f"elements are nested more than {depth[1]} deep"
+    elif "Name too long" in said:
+        what = "a name of an element or attribute has more than 50,000 letters"
+    elif "too big found" in said or "Resource limit" in said:
+        what = "one text, comment or value of an attribute has more than 10,000,000 letters"
+    else:
+        return
+    raise ConversionError(
+        "xml-too-large", f"the file is more than can be read: {what}", file=file, line=line,
+        hint="no robot needs that: look at the program that has made the file",
+    )  # fmt: skip
+
+
+def check_conflict(data: bytes, file: str) -> None:
+    """Raise the error for a text in which a merge has left both versions."""
+    conflict = re.search(_CONFLICT, data)
+    if conflict:
+        raise ConversionError(
+            "merge-conflict", "a merge conflict was left in the file", file=file,
+            line=data.count(b"\n", 0, conflict.start()) + 1,
+            hint="choose one of the two versions, and take the lines <<<<<<<, ======= and "
+            ">>>>>>> away",
+        )  # fmt: skip
+
+
+def check_entities(root: Any, file: str) -> None:
+    """Raise the error for a file that declares entities."""
+    dtd = root.getroottree().docinfo.internalDTD
+    if dtd is not None and next(dtd.iterentities(), None) is not None:
+        _bad_entities(file, 1)
+
+
+def _bad_entities(file: str, line: int | None) -> NoReturn:
+    raise ConversionError(
+        "xml-entity", "the file declares XML entities, which are not read", file=file, line=line,
+        hint="write out what the entities stand for, and take the DOCTYPE away",
+    )  # fmt: skip
