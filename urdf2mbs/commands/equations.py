@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import msgspec
@@ -14,7 +15,7 @@ from urdf2mbs.output import write_files
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.equations import equations, not_ours
+    from urdf2mbs.equations import generate, refuse_others
     from urdf2mbs.mbs.reader import read
 
     if arguments.numba and arguments.language == "c":
@@ -28,19 +29,21 @@ def carry_out(arguments: argparse.Namespace) -> int:
     mbs = read(data, str(model), mechanics_only=True)
     project = model.parent.parent if model.parent.name == "dataR" else model.parent
     folder: Path = arguments.output or project / "symbolicR"
-    made = equations(
+    made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
         keep_turns=arguments.keep_turns, numba=arguments.numba,
         pairs=not arguments.no_pairs,
     )  # fmt: skip
-    not_ours(folder, made)
+    refuse_others(folder, made)
+    for warning in made.warnings:
+        print(warning, file=sys.stderr)
     write_files({folder / name: text for name, text in made.files.items()})
     if arguments.json:
         counts = {name: msgspec.to_builtins(count) for name, count in made.counts.items()}
         fixed = {name: q for _, name, q in made.fixed}
         print_json(
             {"model": mbs.name, "output": str(folder), "counts": counts, "fixed": fixed,
-             "not_generated": made.left_out}
+             "not_generated": made.left_out, "warnings": msgspec.to_builtins(made.warnings)}
         )  # fmt: skip
         return 0
     print(f"{mbs.name}: equations of {len(mbs.numbers())} joints written to {folder}")

@@ -3,6 +3,15 @@
 See ``docs/equations.md``.
 """
 
-from urdf2mbs.equations.files import FUNCTIONS, Equations, equations, not_ours
+from urdf2mbs.equations.constraints import constant_gaps
+from urdf2mbs.equations.files import (
+    FUNCTIONS,
+    NEVER_CLOSES,
+    Equations,
+    generate,
+    refuse_others,
+)
 
-__all__ = ["FUNCTIONS", "Equations", "equations", "not_ours"]
+__all__ = [
+    "FUNCTIONS", "NEVER_CLOSES", "Equations", "constant_gaps", "generate", "refuse_others",
+]  # fmt: skip

@@ -23,7 +23,7 @@ from urdf2mbs.equations.tree import (
 )
 
 
-def forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
+def joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
     """The joint forces by joint number (index 0 is 0), for q, qd and the qdd of some joints."""
     graph, frames = tree.graph, tree.frames
     add, mul = graph.add, graph.mul

@@ -8,26 +8,29 @@ from hashlib import sha256
 from pathlib import Path
 
 from urdf2mbs.collector import seldom_collected
-from urdf2mbs.diagnostics import ConfigError, ConversionError, quoted
-from urdf2mbs.equations import c, python
+from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, quoted
 from urdf2mbs.equations.accelerations import Massless, accelerations
-from urdf2mbs.equations.constraints import constraints
-from urdf2mbs.equations.dynamics import forces, mass_matrix
-from urdf2mbs.equations.forces import extforces, links, links3d
+from urdf2mbs.equations.c import CWriter
+from urdf2mbs.equations.constraints import constant_gaps, constraints
+from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.equations.kinematics import Motion, motion
-from urdf2mbs.equations.loops import Loops, Refused, loops
+from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.mirror import mirrored
-from urdf2mbs.equations.routine import Cases, Count, Routine
+from urdf2mbs.equations.python import PythonWriter
+from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
+from urdf2mbs.equations.writer import Writer
 from urdf2mbs.files import beginning, is_file
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
 FUNCTIONS = (
-    "dirdyna", "invdyna", "accelred", "cons_hJ", "cons_jdqd", "link", "link3D", "extforces",
-    "sensor", "gensensor",
+    "dirdyna", "invdyna", "accelred", "invdynared", "cons_hJ", "cons_jdqd", "link", "link3D",
+    "extforces", "sensor", "gensensor",
 )  # fmt: skip
+#: Functions that Robotran has in C only.
+ONLY_C = frozenset(["invdynared"])
 
 
 @dataclass
@@ -40,15 +43,22 @@ class Equations:
     """Functions that are not generated, and why."""
     fixed: list[tuple[int, str, float]] = field(default_factory=list)
     """Joints that never move: number, name, and the position (rad, m) taken for constant."""
+    warnings: list[Diagnostic] = field(default_factory=list)
 
 
 #: The first words of every file.
 MARK = "Written by urdf2mbs from"
 
 
-def not_ours(folder: Path, made: Equations) -> None:
+#: What to do about a cut that can never close.
+NEVER_CLOSES = (
+    "Robotran leaves this equation out and says nothing: let the ends of the cut be at one place"
+)
+
+
+def refuse_others(folder: Path, equations: Equations) -> None:
     """Raise ConfigError if a file to be written is there, and another program's."""
-    for name in made.files:
+    for name in equations.files:
         path = folder / name
         if is_file(path) and MARK.encode() not in beginning(path, 100):
             raise ConfigError(
@@ -59,7 +69,7 @@ def not_ours(folder: Path, made: Equations) -> None:
 
 
 @seldom_collected()
-def equations(
+def generate(
     mbs: Mbs,
     data: bytes,
     file: str,
@@ -87,6 +97,10 @@ def equations(
             hint="give it a name of letters, digits and '_' in <mbsname>",
         )
     out = Equations()
+    out.warnings = [
+        Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
+        for _, message in constant_gaps(mbs)
+    ]
     if not keep_turns:
         numbers = mbs.numbers()
         out.fixed = [
@@ -94,44 +108,47 @@ def equations(
             for body in mbs.bodies for joint in body.joints if is_fixed(joint)
         ]  # fmt: skip
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
-    writer = c.Writer(mbs, pairs=pairs) if language == "c" else python.Writer(mbs, numba=numba)
+    in_c = language == "c"
+    writer: Writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs, numba=numba)
     checksum = sha256(data).hexdigest()
     for name in FUNCTIONS:
-        made = getattr(maker, name.lower())()
+        if name in ONLY_C and not in_c:
+            continue
+        made: Made = getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
         text, out.counts[name] = writer.function(name, made)
-        head = _header(mbs, name, Path(file).name, checksum, fold, out, made)
-        mark = "//" if language == "c" else "#"
-        lines = "".join(f"{mark} {line}".rstrip() + "\n" for line in head)
-        suffix = "c" if language == "c" else "py"
-        out.files[f"mbs_{name}_{mbs.name}.{suffix}"] = (lines + "\n" + text).encode()
+        head = [
+            f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
+            f"sha256 of the .mbs: {checksum}",
+            f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
+            *_remarks(made, out.counts[name], out.fixed, fold=fold),
+        ]
+        lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
+        out.files[f"mbs_{name}_{mbs.name}.{writer.suffix}"] = (lines + "\n" + text).encode()
     return out
 
 
-def _header(
-    mbs: Mbs, name: str, file: str, checksum: str, fold: bool, out: Equations, made: object
+def _remarks(
+    made: Made, count: Count, fixed: list[tuple[int, str, float]], *, fold: bool
 ) -> list[str]:
-    count = out.counts[name]
-    lines = [
-        f"{MARK} {quoted(file)}. Do not edit: generate again.",
-        f"sha256 of the .mbs: {checksum}",
-        f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
-    ]
+    """What the head of a file says of its function."""
     if isinstance(made, Refused):
-        return [*lines, f"Not generated: {made.why}."]
+        return [f"Not generated: {made.why}."]
+    if isinstance(made, Absent):
+        return [f"The model has no {made.what}: this is not to be called."]
     if isinstance(made, Loops):
-        lines.append("Loops are closed by Newton's method; M and c are those of dirdyna.")
+        lines = ["Loops are closed by Newton's method; M, c and phi are other functions'."]
         if made.user:
             lines.append(
                 "The user's constraints are asked of user_cons_hJ and user_cons_jdqd; "
                 "user_cons_J_accelred is not called."
             )
         return lines
-    lines.append(
+    lines = [
         f"{count.operations} operations: {count.products} products, {count.sums} sums, "
         f"{count.functions} functions, {count.divisions} divisions, {count.signs} signs"
-    )
+    ]
     if count.paired:
         lines.append(f"{count.paired} of them are done two at a time, for two mirrored limbs.")
     if fold:
@@ -141,17 +158,20 @@ def _header(
             "What is zero in the .mbs, or a rounding of it, stays zero; other masses, centres, "
             "inertias and points are read from the data."
         )
-    if out.fixed:
+    if fixed:
         lines.append("These joints never move, and their positions are numbers:")
-        lines += [f"  {number} {quoted(joint)} at {q!r}" for number, joint, q in out.fixed]
+        lines += [f"  {number} {quoted(joint)} at {q!r}" for number, joint, q in fixed]
     return lines
 
 
 class Maker:
-    """The routines of one model, or why there is none."""
+    """The functions of one model, or why there is none."""
 
     def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
         self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
+        points = [point for body in mbs.bodies for point in body.points]
+        self.sensors = sum(point.sensor is not None for point in points)
+        self.extforces_count = sum(point.extforce is not None for point in points)
 
     def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
         return Tree(
@@ -161,7 +181,7 @@ class Maker:
     def dirdyna(self) -> Routine:
         twin, labels = mirrored(self.tree())
         tree = self.tree(labels=labels)
-        c = forces(tree, ())
+        c = joint_forces(tree, ())
         matrix = mass_matrix(self.tree(tree.graph, labels))
         routine = Routine(tree.graph)
         for i, k in _order(matrix, twin):
@@ -175,7 +195,7 @@ class Maker:
     def invdyna(self) -> Routine:
         twin, labels = mirrored(self.tree())
         tree = self.tree(labels=labels)
-        phi = forces(tree, range(len(tree.frames)))
+        phi = joint_forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
         self._store_forces(routine, "phi", phi, twin)
         return routine
@@ -190,18 +210,33 @@ class Maker:
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
         if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
-            return loops(tree)
+            return self.invdynared()
         try:
-            found = accelerations(tree, self.tree(tree.graph))
+            qdd = accelerations(tree, self.tree(tree.graph))
         except Massless as error:
             joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
         routine = Routine(tree.graph)
-        for k, value in found.items():
+        for k, value in qdd.items():
             routine.store(f"s.qdd[{k}]", value)
         return routine
 
-    def cons_hj(self) -> Routine:
+    def invdynared(self) -> Loops | Refused:
+        tree = self.tree()
+        numbers: dict[str, list[int]] = {"dependent": [], "independent": [], "driven": []}
+        for frame in tree.frames[1:]:
+            numbers[frame.joint.nature].append(frame.number)
+        cuts, dependent = len(constraints(tree)), len(numbers["dependent"])
+        if dependent < cuts:
+            return Refused(
+                f"the cuts make {cuts} equations, and {dependent} joints are dependent: "
+                "it takes one joint for each equation"
+            )
+        return Loops(**numbers, cuts=cuts, user=dependent - cuts)
+
+    def cons_hj(self) -> Routine | Absent:
+        if not self.mbs.cuts:
+            return Absent("cuts")
         tree = self.tree()
         routine = Routine(tree.graph)
         for number, constraint in enumerate(constraints(tree), start=1):
@@ -211,23 +246,31 @@ class Maker:
                     routine.store(f"Jac[{number}][{k}]", value)
         return routine
 
-    def cons_jdqd(self) -> Routine:
+    def cons_jdqd(self) -> Routine | Absent:
+        if not self.mbs.cuts:
+            return Absent("cuts")
         tree = self.tree()
         routine = Routine(tree.graph)
         for number, constraint in enumerate(constraints(tree), start=1):
             routine.store(f"Jdqd[{number}]", constraint.jdqd)
         return routine
 
-    def link(self) -> Routine:
-        return links(self.tree())
+    def link(self) -> Routine | Absent:
+        is_there = any(link.kind == "link" for link in self.mbs.links)
+        return links(self.tree()) if is_there else Absent("links")
 
-    def link3d(self) -> Routine:
-        return links3d(self.tree())
+    def link3d(self) -> Routine | Absent:
+        is_there = any(link.kind == "link3D" for link in self.mbs.links)
+        return links3d(self.tree()) if is_there else Absent("3D links")
 
-    def extforces(self) -> Routine:
+    def extforces(self) -> Routine | Absent:
+        if not self.extforces_count and not self.sensors:
+            return Absent("external forces and no sensors")
         return extforces(self.tree())
 
-    def sensor(self) -> Cases:
+    def sensor(self) -> Cases | Absent:
+        if not self.extforces_count and not self.sensors:
+            return Absent("sensors and no external forces")
         routines: dict[int, Routine] = {}
         for body in self.mbs.bodies:
             for point in body.points:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
+from urdf2mbs.mbs.model import Connection
 
 
 @dataclass
@@ -102,6 +103,53 @@ def motion(
     return Motion(
         axes, position, velocity, spin, acceleration, spin_rate,
         dict(sorted(linear.items())), dict(sorted(angular.items())),
+    )  # fmt: skip
+
+
+#: The number of a body's last joint, and a point in the frame behind this joint (m).
+End = tuple[int, Vector]
+
+
+def ends(tree: Tree, connection: Connection) -> tuple[End, End]:
+    """Both ends of a cut or a link."""
+    (body1, point1), (body2, point2) = connection.endpoint1, connection.endpoint2
+    return (
+        (tree.last[body1], tree.point(body1, point1)),
+        (tree.last[body2], tree.point(body2, point2)),
+    )
+
+
+def common(tree: Tree, a: int, b: int) -> int:
+    """The number of the frame from which the ways to two frames part."""
+    inwards = {0}
+    while a:
+        inwards.add(a)
+        a = tree.frames[a].parent
+    while b not in inwards:
+        b = tree.frames[b].parent
+    return b
+
+
+def relative(tree: Tree, one: End, two: End) -> Motion:
+    """The motion of the second point in the axes of the first body, as seen from there."""
+    start = common(tree, one[0], two[0])
+    a = motion(tree, *one, start=start)
+    b = motion(tree, *two, start=start)
+    p = tree.minus(b.position, a.position)
+    across = tree.cross(a.spin, p)
+    v = tree.minus(tree.minus(b.velocity, a.velocity), across)
+    w = tree.minus(b.spin, a.spin)
+    rate = tree.minus(b.spin_rate, a.spin_rate)
+    rate = tree.minus(rate, tree.cross(a.spin, w))
+    # b = a + w' x p + w x (w x p) + 2 w x v + what is seen
+    seen = tree.minus(b.acceleration, a.acceleration)
+    seen = tree.minus(seen, tree.cross(a.spin_rate, p))
+    seen = tree.minus(seen, tree.cross(a.spin, across))
+    seen = tree.minus(seen, tree.times(tree.graph.constant(2.0), tree.cross(a.spin, v)))
+    x, y, z = (into(tree, a.axes, axis) for axis in b.axes)
+    return Motion(
+        (x, y, z), into(tree, a.axes, p), into(tree, a.axes, v), into(tree, a.axes, w),
+        into(tree, a.axes, seen), into(tree, a.axes, rate),
     )  # fmt: skip
 
 

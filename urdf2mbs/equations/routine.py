@@ -68,6 +68,38 @@ class Cases:
 
 
 @dataclass
+class Absent:
+    """A function that a model does not need: to call it is a mistake."""
+
+    what: str
+    """What the model has not."""
+
+
+@dataclass
+class Loops:
+    """The joints by number; of the constraints, those of cuts come first."""
+
+    dependent: list[int]
+    independent: list[int]
+    driven: list[int]
+    cuts: int
+    """Equations of cuts."""
+    user: int
+    """Equations that the user's functions give."""
+
+
+@dataclass
+class Refused:
+    """A function that is not generated, and why."""
+
+    why: str
+
+
+#: What may be written as one of Robotran's functions.
+Made = Routine | Cases | Absent | Loops | Refused
+
+
+@dataclass
 class Count:
     """How many operations a routine does."""
 

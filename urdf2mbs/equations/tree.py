@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar, cast
 
-from urdf2mbs.equations.graph import Expr, Graph
+from urdf2mbs.equations.graph import CONST, Expr, Graph
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.spatial import ZERO, Vec
 
@@ -72,12 +72,15 @@ class Tree:
         *,
         fold: bool = False,
         keep_turns: bool = False,
+        still: bool = False,
         graph: Graph | None = None,
         labels: Mapping[int, Labels] | None = None,
     ) -> None:
+        """``fold`` makes numbers of the model's data, ``keep_turns`` symbols of the positions of
+        joints that never move; ``still`` makes numbers of all, at the start position."""
         self.mbs = mbs
         self.graph = graph = Graph() if graph is None else graph
-        self.fold = fold
+        self.fold, self.still = fold or still, still
         self.points: dict[tuple[str | None, str | None], int] = {}
         """The number of each point, as Robotran counts: in the order of the file, base first."""
         self.last: dict[str | None, int] = {None: 0}
@@ -121,13 +124,17 @@ class Tree:
 
     def _motion(self, joint: Joint, number: int, keep_turns: bool) -> tuple[Expr, Expr, Expr]:
         graph = self.graph
-        if is_fixed(joint) and not keep_turns:
+        if self.still or (is_fixed(joint) and not keep_turns):
             return graph.constant(joint.q or 0.0), 0, 0
         kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
         q, qd, qdd = (
             graph.symbol(f"{name}[{number}]") if name in kept else 0 for name in ("q", "qd", "qdd")
         )
         return q, qd, qdd
+
+    def moves(self, frame: Frame) -> bool:
+        """True if the position of a joint is not a number of the equations."""
+        return self.graph.op[abs(frame.q)] != CONST
 
     def put(self, frame: Frame, slide: Vector) -> None:
         """Move a frame in its own axes (m); the frame before it must be in its place."""

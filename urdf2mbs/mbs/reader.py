@@ -424,7 +424,7 @@ class _Reader:
         points = []
         for child in elements:
             point = self.point(child)
-            if point.name in names or point.name == ORIGIN:
+            if point.name in names:
                 where = "the base" if body is None else f"body '{body}'"
                 self.fail(child, "name-doubled", f"{where} has two points '{point.name}'")
             names.add(point.name)
@@ -664,7 +664,7 @@ class _Reader:
         return name
 
     def take(self, element: _Element, name: str, kind: str) -> None:
-        if name in self.names:
+        if name in self.names and {kind, self.names[name]} != {"body", "joint"}:
             self.fail(
                 element, "name-doubled",
                 f"the name '{name}' of this {kind} is taken: it is that of "

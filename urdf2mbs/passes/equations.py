@@ -31,16 +31,19 @@ def run(conversion: Conversion, options: Options) -> None:
     output = conversion.settings.output
     if options.language is None or output not in conversion.files:
         return
-    from urdf2mbs.equations import equations, not_ours  # which takes time, and is seldom asked for
+    from urdf2mbs.equations import (
+        generate,
+        refuse_others,
+    )  # which takes time, and is seldom asked for
 
     data = conversion.files[output]
     mbs = read(data, str(output), mechanics_only=True)
     folder = (conversion.settings.project or output.parent) / "symbolicR"
     for language in ("python", "c") if options.language == "both" else (options.language,):
-        made = equations(
+        made = generate(
             mbs, data, output.name, language=language, fold=options.fold, pairs=options.pairs
         )
-        not_ours(folder, made)
+        refuse_others(folder, made)
         for name, text in made.files.items():
             conversion.files[folder / name] = text
     report: dict[str, Any] = {
