@@ -162,7 +162,7 @@ def test_constraints(mbs: Mbs, data: st.DataObject) -> None:
     assert not h[count:].any()
     assert np.abs(wanted_jacobian[~np.array(kept)][:, moving]).max(initial=0.0) <= 1e-12
     assert np.abs(h[:count] - wanted[kept]).max(initial=0.0) <= 1e-12
-    assert np.abs((jacobian[:count] - wanted_jacobian[kept])).max(initial=0.0) <= 1e-12
+    assert np.abs(jacobian[:count] - wanted_jacobian[kept]).max(initial=0.0) <= 1e-12
 
     def at(q: Array) -> Array:
         there = random_state(mbs, np.random.default_rng(5))
