@@ -14,7 +14,7 @@ from runtime import CEquations, Truth, error, random_state
 
 from urdf2mbs.equations import generate
 from urdf2mbs.equations.graph import Graph
-from urdf2mbs.equations.mirror import mirrored
+from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.pairs import in_pairs
 from urdf2mbs.equations.routine import Routine, statements
 from urdf2mbs.equations.tree import Tree
@@ -97,7 +97,7 @@ def real(name: str) -> tuple[Mbs, bytes]:
 def test_humanoids_are_mirrored(name: str, least: float) -> None:
     """iCub's left and right limbs turn about axes of other names."""
     mbs, _ = real(name)
-    twin, _ = mirrored(Tree(mbs))
+    twin, _ = find_mirrored(Tree(mbs))
     names = [joint.name for body in mbs.bodies for joint in body.joints]
     for k, j in twin.items():
         one, other = sorted((names[k - 1].lower(), names[j - 1].lower()))

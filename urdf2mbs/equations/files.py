@@ -16,7 +16,7 @@ from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
-from urdf2mbs.equations.mirror import mirrored
+from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.python import PythonWriter
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
@@ -170,8 +170,7 @@ class Maker:
     def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
         self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
         points = [point for body in mbs.bodies for point in body.points]
-        self.sensors = sum(point.sensor is not None for point in points)
-        self.extforces_count = sum(point.extforce is not None for point in points)
+        self.has_points = any(point.sensor or point.extforce for point in points)
 
     def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
         return Tree(
@@ -179,21 +178,21 @@ class Maker:
         )
 
     def dirdyna(self) -> Routine:
-        twin, labels = mirrored(self.tree())
+        twin, labels = find_mirrored(self.tree())
         tree = self.tree(labels=labels)
         c = joint_forces(tree, ())
         matrix = mass_matrix(self.tree(tree.graph, labels))
         routine = Routine(tree.graph)
         for i, k in _order(matrix, twin):
             routine.store(f"M[{i}][{k}]", matrix[i, k], *([f"M[{k}][{i}]"] * (i != k)))
-            other = twin.get(i, i), twin.get(k, k)
-            if k < other[1] and other in matrix:
-                routine.alike.append((matrix[i, k], matrix[other]))
+            mirrored_place = twin.get(i, i), twin.get(k, k)
+            if k < mirrored_place[1] and mirrored_place in matrix:
+                routine.alike.append((matrix[i, k], matrix[mirrored_place]))
         self._store_forces(routine, "c", c, twin)
         return routine
 
     def invdyna(self) -> Routine:
-        twin, labels = mirrored(self.tree())
+        twin, labels = find_mirrored(self.tree())
         tree = self.tree(labels=labels)
         phi = joint_forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
@@ -235,8 +234,6 @@ class Maker:
         return Loops(**numbers, cuts=cuts, user=dependent - cuts)
 
     def cons_hj(self) -> Routine | Absent:
-        if not self.mbs.cuts:
-            return Absent("cuts")
         tree = self.tree()
         routine = Routine(tree.graph)
         for number, constraint in enumerate(constraints(tree), start=1):
@@ -244,33 +241,27 @@ class Maker:
             for k, value in constraint.jacobian.items():
                 if value:
                     routine.store(f"Jac[{number}][{k}]", value)
-        return routine
+        return routine if self.mbs.cuts else Absent("cuts")
 
     def cons_jdqd(self) -> Routine | Absent:
-        if not self.mbs.cuts:
-            return Absent("cuts")
         tree = self.tree()
         routine = Routine(tree.graph)
         for number, constraint in enumerate(constraints(tree), start=1):
             routine.store(f"Jdqd[{number}]", constraint.jdqd)
-        return routine
+        return routine if self.mbs.cuts else Absent("cuts")
 
     def link(self) -> Routine | Absent:
-        is_there = any(link.kind == "link" for link in self.mbs.links)
-        return links(self.tree()) if is_there else Absent("links")
+        return links(self.tree())
 
     def link3d(self) -> Routine | Absent:
-        is_there = any(link.kind == "link3D" for link in self.mbs.links)
-        return links3d(self.tree()) if is_there else Absent("3D links")
+        return links3d(self.tree())
 
     def extforces(self) -> Routine | Absent:
-        if not self.extforces_count and not self.sensors:
-            return Absent("external forces and no sensors")
-        return extforces(self.tree())
+        return extforces(self.tree()) if self.has_points else Absent("external forces or sensors")
 
     def sensor(self) -> Cases | Absent:
-        if not self.extforces_count and not self.sensors:
-            return Absent("sensors and no external forces")
+        if not self.has_points:
+            return Absent("sensors or external forces")
         routines: dict[int, Routine] = {}
         for body in self.mbs.bodies:
             for point in body.points:
@@ -300,9 +291,9 @@ def _order(matrix: Iterable[tuple[int, int]], twin: dict[int, int]) -> list[tupl
     for k in sorted(rows, reverse=True):
         for i in rows[k]:
             out[i, k] = None
-            j, other = twin.get(i, i), twin.get(k, k)
-            if j in rows.get(other, ()):
-                out[j, other] = None
+            row, column = twin.get(i, i), twin.get(k, k)
+            if row in rows.get(column, ()):
+                out[row, column] = None
     return list(out)
 
 

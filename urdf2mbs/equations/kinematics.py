@@ -16,7 +16,7 @@ from urdf2mbs.mbs.model import Connection
 
 @dataclass
 class Motion:
-    """Of a point fixed to a frame."""
+    """Of a point fixed to a frame, in the axes of the frame that it is seen from (SI units)."""
 
     axes: tuple[Vector, Vector, Vector]
     """The frame's x, y and z axis: the columns of the rotation from the frame."""
@@ -60,8 +60,8 @@ def chain(tree: Tree, number: int, start: int = 0) -> list[Frame]:
 def motion(
     tree: Tree, number: int, at: Vector = NONE, *, start: int = 0, accelerations: bool = True
 ) -> Motion:
-    """The motion of a point ``at`` in the frame behind a joint, seen from the frame ``start``,
-    as if that stood still; ``accelerations`` False takes all qdd as 0."""
+    """The motion of a point ``at`` in the frame behind a joint, seen from the frame ``start`` and
+    in its axes, as if this frame stood still; ``accelerations`` False takes all qdd as 0."""
     graph = tree.graph
     axes = UNIT
     position = velocity = spin = acceleration = spin_rate = NONE
@@ -130,11 +130,11 @@ def common(tree: Tree, a: int, b: int) -> int:
     return b
 
 
-def relative(tree: Tree, one: End, two: End) -> Motion:
-    """The motion of the second point in the axes of the first body, as seen from there."""
-    start = common(tree, one[0], two[0])
-    a = motion(tree, *one, start=start)
-    b = motion(tree, *two, start=start)
+def relative(tree: Tree, end1: End, end2: End) -> Motion:
+    """The motion of the second point as seen from the first body, in the axes of this body."""
+    start = common(tree, end1[0], end2[0])
+    a = motion(tree, *end1, start=start)
+    b = motion(tree, *end2, start=start)
     p = tree.minus(b.position, a.position)
     across = tree.cross(a.spin, p)
     v = tree.minus(tree.minus(b.velocity, a.velocity), across)

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from urdf2mbs.equations.kinematics import End, Motion, common, ends, into, motion, relative
-from urdf2mbs.equations.routine import Call, Routine
+from urdf2mbs.equations.routine import Absent, Call, Routine
 from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector, along
 
 XYZ = (1, 2, 3)
 
 
 class _Load:
-    """What all forces together put on each body."""
+    """The sum of all forces on each body, at its centre of mass, in its frame (N, Nm)."""
 
     def __init__(self, tree: Tree) -> None:
         self.tree = tree
@@ -23,7 +23,8 @@ class _Load:
         self.torque: dict[int, Vector] = {}
 
     def put(self, number: int, force: Vector, at: Vector, torque: Vector = NONE) -> None:
-        """A force at a point and a torque, all in the frame of the body."""
+        """A force (N) at a point (m) and a torque (Nm), all in the frame behind the joint of this
+        number, which is a body's last."""
         tree = self.tree
         lever = tree.minus(at, tree.centre(tree.frames[number]))
         torque = tree.plus(torque, tree.cross(lever, force))
@@ -85,12 +86,14 @@ def _ask(
 VERSION_2014 = "0.0.beta"
 
 
-def links(tree: Tree) -> Routine:
+def links(tree: Tree) -> Routine | Absent:
     """Forces along the line between two points; positive ones pull these together."""
+    every_link = [link for link in tree.mbs.links if link.kind == "link"]
+    if not every_link:
+        return Absent("links")
     graph = tree.graph
     routine = Routine(graph)
     load = _Load(tree)
-    every_link = [link for link in tree.mbs.links if link.kind == "link"]
     for number, link in enumerate(every_link, start=1):
         end1, end2 = ends(tree, link)
         start = common(tree, end1[0], end2[0])
@@ -131,15 +134,17 @@ def _only_shift(tree: Tree, end: End, outer: End) -> Frame | None:
     return frame if only and (frame.parent, frame.start) == end else None
 
 
-def links3d(tree: Tree) -> Routine:
+def links3d(tree: Tree) -> Routine | Absent:
     """Force and torque between two points, by the second's motion seen from the first body.
 
     Both act at the second point, on the first body as returned and on the second reversed;
     all is in the axes of the first body.
     """
+    every_link = [link for link in tree.mbs.links if link.kind == "link3D"]
+    if not every_link:
+        return Absent("3D links")
     routine = Routine(tree.graph)
     load = _Load(tree)
-    every_link = [link for link in tree.mbs.links if link.kind == "link3D"]
     for number, link in enumerate(every_link, start=1):
         (last1, at1), (last2, at2) = ends(tree, link)
         seen = relative(tree, (last1, at1), (last2, at2))

@@ -102,7 +102,7 @@ class Tree:
             start, at = self.point(body.parent, body.point), ZERO
             if body.point is not None:
                 own = self.frames[parent].labels
-                at = labelled(self.coordinates[body.parent, body.point], own)
+                at = relabel(self.coordinates[body.parent, body.point], own)
             for joint in body.joints:
                 number = len(self.frames)
                 q, qd, qdd = self._motion(joint, number, keep_turns)
@@ -113,8 +113,8 @@ class Tree:
                 frame = Frame(
                     number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at
                 )
-                frame.labels, frame.change = own, labelled_again(own, inverse(before))
-                frame.back = inverse(frame.change)
+                frame.labels, frame.change = own, chain_labels(own, invert_labels(before))
+                frame.back = invert_labels(frame.change)
                 self.frames.append(frame)
                 self.put(frame, NONE)
                 self.frames[parent].children.append(number)
@@ -158,7 +158,7 @@ class Tree:
             self.parameter(value, f"dpt[{k}][{number}]")
             for k, value in enumerate(self.coordinates[body, point], start=1)
         )
-        return labelled((x, y, z), self.frames[self.last[body]].labels)
+        return relabel((x, y, z), self.frames[self.last[body]].labels)
 
     def gravity(self) -> Vector:
         x, y, z = (
@@ -180,7 +180,7 @@ class Tree:
             self.parameter(value, f"l[{k}][{frame.number}]")
             for k, value in enumerate(given, start=1)
         )
-        return self.minus(labelled((x, y, z), frame.labels), frame.slide)
+        return self.minus(relabel((x, y, z), frame.labels), frame.slide)
 
     def inertia(self, frame: Frame) -> Matrix:
         """About the centre of mass, in the frame's axes (kg m^2)."""
@@ -191,14 +191,14 @@ class Tree:
             self.parameter(value, f"In[{k}][{frame.number}]")
             for k, value in zip((1, 2, 3, 5, 6, 9), given, strict=True)
         )
-        return labelled_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], frame.labels)
+        return relabel_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], frame.labels)
 
     def loads(self, frame: Frame) -> tuple[Vector, Vector]:
-        """Force and torque on a body, in the frame."""
+        """Force and torque on a body at its centre of mass (N, Nm), in the frame's axes."""
         symbol, number = self.graph.symbol, frame.number
         fx, fy, fz = (symbol(f"frc[{k}][{number}]") for k in (1, 2, 3))
         mx, my, mz = (symbol(f"trq[{k}][{number}]") for k in (1, 2, 3))
-        return labelled((fx, fy, fz), frame.labels), labelled((mx, my, mz), frame.labels)
+        return relabel((fx, fy, fz), frame.labels), relabel((mx, my, mz), frame.labels)
 
     # --- vectors ---------------------------------------------------------------------------
 
@@ -228,11 +228,11 @@ class Tree:
     def behind(self, frame: Frame, v: Vector) -> Vector:
         """A vector in the axes of the frame before a joint, in those behind it if this is at
         zero."""
-        return v if frame.change is OWN else labelled(v, frame.change)
+        return v if frame.change is OWN else relabel(v, frame.change)
 
     def before(self, frame: Frame, v: Vector) -> Vector:
         """The other way."""
-        return v if frame.change is OWN else labelled(v, frame.back)
+        return v if frame.change is OWN else relabel(v, frame.back)
 
     def outward(self, frame: Frame, v: Vector) -> Vector:
         """A vector given in the frame before a joint, in the frame behind it."""
@@ -287,24 +287,24 @@ def along(axis: int, x: Expr) -> Vector:
 Three = TypeVar("Three", Vector, Vec)
 
 
-def labelled(v: Three, labels: Labels) -> Three:
+def relabel(v: Three, labels: Labels) -> Three:
     """A vector in other axes."""
     (i, a), (j, b), (k, c) = labels
     return a * v[i], b * v[j], c * v[k]
 
 
-def labelled_matrix(matrix: Matrix, labels: Labels) -> Matrix:
+def relabel_matrix(matrix: Matrix, labels: Labels) -> Matrix:
     return [[a * b * matrix[i][j] for j, b in labels] for i, a in labels]
 
 
-def labelled_again(labels: Labels, first: Labels) -> Labels:
+def chain_labels(labels: Labels, first: Labels) -> Labels:
     """Other axes than those that ``first`` makes; OWN itself if nothing changes."""
     (i, a), (j, b), (k, c) = ((first[index][0], first[index][1] * sign) for index, sign in labels)
     out = (i, a), (j, b), (k, c)
     return OWN if out == OWN else out
 
 
-def inverse(labels: Labels) -> Labels:
+def invert_labels(labels: Labels) -> Labels:
     (_, i, a), (_, j, b), (_, k, c) = sorted(
         (index, new, sign) for new, (index, sign) in enumerate(labels)
     )
