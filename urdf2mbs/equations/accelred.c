@@ -8,25 +8,28 @@
 
 /* --- model --- (an example: each file has its own) */
 enum {JOINTS = 3, ANY_DRIVEN = 0, LINKS = 0, LINKS3D = 0, EXTFORCES = 0};
-enum {DEPENDENT = 1, INDEPENDENT = 2, DRIVEN = 0, CUTS = 1, USER = 0};
+enum {DEPENDENT = 1, INDEPENDENT = 2, DRIVEN = 0, CUTS = 1, USER_ROWS = 0};
 /* numbers of the joints, the first of each list not being used */
 static const int dependent[] = {0, 3};
 static const int independent[] = {0, 1, 2};
 static const int driven[] = {0};
 
-/* --- forces --- */
-#ifdef MBS_BEFORE_2025
-#define CALL(name) user_##name
-#else
-#define CALL(name) user_call_##name
-#endif
+/* --- info --- */
 #ifndef MBS_INFO_SUCCESS
 #define MBS_INFO_SUCCESS 0
 #define MBS_INFO_FAILURE (-1)
 #endif
 
-double *CALL(JointForces)(MbsData *s, double tsim);
-void CALL(DrivenJoints)(MbsData *s, double tsim);
+/* --- calls --- (since 2025 through functions of Robotran's library) */
+#ifdef MBS_BEFORE_2025
+#define USER(name) user_##name
+#else
+#define USER(name) user_call_##name
+#endif
+
+/* --- forces --- */
+double *USER(JointForces)(MbsData *s, double tsim);
+void USER(DrivenJoints)(MbsData *s, double tsim);
 void mbs_link(double **frc, double **trq, double *Flink, double *Z, double *Zd, MbsData *s,
               double tsim);
 void mbs_link3D(double **frc, double **trq, MbsData *s, double tsim);
@@ -35,7 +38,7 @@ void mbs_extforces(double **frc, double **trq, MbsData *s, double tsim);
 static void set_driven(MbsData *s, double tsim)
 {
     if (ANY_DRIVEN)
-        CALL(DrivenJoints)(s, tsim);
+        USER(DrivenJoints)(s, tsim);
 }
 
 /* The forces on bodies. */
@@ -59,8 +62,8 @@ enum {FREE = INDEPENDENT + DRIVEN, KNOWN = FREE + 1};
 
 void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 void mbs_cons_jdqd(double *Jdqd, MbsData *s, double tsim);
-void CALL(cons_hJ)(double *h, double **Jac, MbsData *s, double tsim);
-void CALL(cons_jdqd)(double *jdqd, MbsData *s, double tsim);
+void USER(cons_hJ)(double *h, double **Jac, MbsData *s, double tsim);
+void USER(cons_jdqd)(double *jdqd, MbsData *s, double tsim);
 
 static double **table(int rows, int columns)
 {
@@ -120,8 +123,8 @@ static void constraints(double *h, double **Jac, MbsData *s, double tsim)
             Jac[i][j] = 0.0;
     if (CUTS)
         mbs_cons_hJ(h, Jac, s, tsim);
-    if (USER)
-        CALL(cons_hJ)(h + CUTS, Jac + CUTS, s, tsim);
+    if (USER_ROWS)
+        USER(cons_hJ)(h + CUTS, Jac + CUTS, s, tsim);
 }
 
 /* Solve the constraints for the dependent joints: Jac of these times x = x. */
@@ -169,8 +172,8 @@ static int close_loops(MbsData *s, double tsim, double **B)
         }
         if (CUTS)
             mbs_cons_jdqd(h, s, tsim);
-        if (USER)
-            CALL(cons_jdqd)(h + CUTS, s, tsim);
+        if (USER_ROWS)
+            USER(cons_jdqd)(h + CUTS, s, tsim);
         for (int i = 1; i <= DEPENDENT; i++)
             x[i][1] = -h[i];
         failed = failed || solve_dependent(Jac, x, 1);
@@ -205,7 +208,7 @@ int mbs_accelred(MbsData *s, double tsim)
     int failed = close_loops(s, tsim, B);
     if (!failed) {
         set_forces(s, tsim);
-        CALL(JointForces)(s, tsim);
+        USER(JointForces)(s, tsim);
         mbs_dirdyna(M, c, s, tsim);
         for (int j = 1; j <= INDEPENDENT; j++) {
             s->qdd[independent[j]] = 0.0;

@@ -23,15 +23,6 @@ PARAMETERS = {
     "gensensor": "MbsSensor *sens, MbsData *s, int isens",
 }
 
-#: How the user's functions are called: since 2025 through functions of Robotran's library.
-USER_MACRO = """\
-#ifdef MBS_BEFORE_2025
-#define USER(name) user_##name
-#else
-#define USER(name) user_call_##name
-#endif
-
-"""
 _MOTION = (
     "double PxF[4], double RxF[4][4], double VxF[4], double OMxF[4], double AxF[4], "
     "double OMPxF[4], MbsData *s, double tsim, int ixF"
@@ -66,20 +57,13 @@ typedef double pair __attribute__((vector_size(16)));
 
 """
 
-INFO_MACRO = """\
-#ifndef MBS_INFO_FAILURE
-#define MBS_INFO_FAILURE (-1)
-#endif
-
-"""
-
 TREE = """\
 
 int mbs_accelred(MbsData *s, double tsim)
 {
     set_driven(s, tsim);
     set_forces(s, tsim);
-    CALL(JointForces)(s, tsim);
+    USER(JointForces)(s, tsim);
     accelerations(s);
     return MBS_INFO_SUCCESS;
 }
@@ -88,6 +72,7 @@ int mbs_accelred(MbsData *s, double tsim)
 
 class CWriter(Writer):
     suffix, comment, template = "c", "//", "accelred.c"
+    before = ("model", "info", "calls", "forces")
     end = ";"
     #: gcc takes several times as long for all in one function, and of 40, 60, 100, 300 and 1000
     #: statements those of 60 and 100 run fastest.
@@ -119,7 +104,7 @@ class CWriter(Writer):
         if loops is not None:
             text += _enum(
                 {"DEPENDENT": len(loops.dependent), "INDEPENDENT": len(loops.independent),
-                 "DRIVEN": len(loops.driven), "CUTS": loops.cuts, "USER": loops.user}
+                 "DRIVEN": len(loops.driven), "CUTS": loops.cuts, "USER_ROWS": loops.user}
             )  # fmt: skip
             text += "/* numbers of the joints, the first of each list not being used */\n"
             for name in ("dependent", "independent", "driven"):
@@ -130,7 +115,7 @@ class CWriter(Writer):
     def stub(self, name: str, message: str) -> str:
         text = f'    fputs("mbs_{name}: {message}\\n", stderr);\n    s->flag_stop = 1;\n'
         if name in ("accelred", "invdynared"):
-            head, text = INFO_MACRO + "int", text + "    return MBS_INFO_FAILURE;\n"
+            head, text = self.common(None, "info") + "int", text + "    return MBS_INFO_FAILURE;\n"
         else:  # a library of before 2025 calls functions of what the model has not
             head, text = "void", f"#ifndef MBS_BEFORE_2025\n{text}#endif\n"
         return f"{head} mbs_{name}({PARAMETERS[name]})\n{{\n{text}}}\n"
@@ -164,7 +149,8 @@ class CWriter(Writer):
         text = ""
         if calls:
             functions = sorted({call.function for call in calls})
-            text = USER_MACRO + "".join(f"{USER[function]}\n" for function in functions) + "\n"
+            declared = "".join(f"{USER[function]}\n" for function in functions)
+            text = f"{self.common(None, 'calls')}{declared}\n"
         text += f"{start}{name}({parameters})\n{{\n"
         for call in calls:
             pointer = "" if call.function == "user_LinkForces" else "*"

@@ -57,8 +57,9 @@ class PythonWriter(Writer):
     def model(self, loops: Loops | None) -> str:
         text = "".join(f"{name} = {value}\n" for name, value in self.facts().items())
         if loops is not None:
-            for name in ("dependent", "independent", "driven", "cuts", "user"):
+            for name in ("dependent", "independent", "driven", "cuts"):
                 text += f"{name.upper()} = {getattr(loops, name)}\n"
+            text += f"USER_ROWS = {loops.user}\n"
         return text + "\n\n"
 
     def stub(self, name: str, message: str) -> str:

@@ -41,6 +41,8 @@ class Writer(ABC):
     comment: str
     template: str
     """The file of the functions that are the same for all models."""
+    before: tuple[str, ...] = ("model", "forces")
+    """The sections that ``accelred`` begins with."""
     end = ""
     """What ends a statement."""
 
@@ -59,9 +61,9 @@ class Writer(ABC):
         elif isinstance(made, Cases):
             text = self.cases(name, made)
         elif isinstance(made, Loops):
-            text = self.common(made, "model", "forces", "loops", name)
+            text = self.common(made, *self.before, "loops", name)
         elif name == "accelred":
-            text = self.common(None, "model", "forces") + self.tree(made)
+            text = self.common(None, *self.before) + self.tree(made)
         else:
             text = self.routine(name, made)
         return self.top(name, text) + text.rstrip("\n") + "\n", self.count
