@@ -302,6 +302,22 @@ def test_the_c_of_loops_compiles_as_it_stands(flags: list[str], tmp_path: Path) 
     )
 
 
+def test_a_draft_of_a_cut_or_a_link() -> None:
+    """What does not need it is generated."""
+    mbs = arm(links=1)
+    mbs.links[0].endpoint1 = ("", None)
+    made = generate(mbs, b"", "arm.mbs", language="c")
+    assert set(made.left_out) == {"link"}
+    assert "link 'l0' is a draft" in made.left_out["link"]
+    # a library of 2017 calls functions of what the model does not have: these do nothing there
+    assert b"BEFORE_2025" not in made.files["mbs_link_arm.c"]
+    assert b"#ifndef MBS_BEFORE_2025" in made.files["mbs_link3D_arm.c"]
+    mbs.cuts = [Connection("ball", "pin", ("b", ""), (None, "P"))]
+    made = generate(mbs, b"", "arm.mbs", language="c")
+    assert set(made.left_out) == {"link", "cons_hJ", "cons_jdqd", "accelred", "invdynared"}
+    assert len(made.files) == 11
+
+
 def test_the_names_of_the_files() -> None:
     """As in the newest generated sets: invdynared is written in C only."""
 

@@ -112,12 +112,13 @@ class CWriter(Writer):
                 text += f"static const int {name}[] = {{{numbers}}};\n"
         return text + "\n"
 
-    def stub(self, name: str, message: str) -> str:
+    def stub(self, name: str, message: str, *, needed: bool) -> str:
         text = f'    fputs("mbs_{name}: {message}\\n", stderr);\n    s->flag_stop = 1;\n'
+        head = "void"
         if name in ("accelred", "invdynared"):
             head, text = self.common(None, "info") + "int", text + "    return MBS_INFO_FAILURE;\n"
-        else:  # a library of before 2025 calls functions of what the model has not
-            head, text = "void", f"#ifndef MBS_BEFORE_2025\n{text}#endif\n"
+        if not needed:
+            text = f"#ifndef MBS_BEFORE_2025\n{text}#endif\n"
         return f"{head} mbs_{name}({PARAMETERS[name]})\n{{\n{text}}}\n"
 
     def routine(self, name: str, routine: Routine) -> str:

@@ -65,9 +65,15 @@ def constant_gaps(mbs: Mbs) -> Iterator[tuple[str, str]]:
         yield name, f"cut '{name}' can never close: {words}, and no joint changes that"
 
 
+def is_draft(connection: Connection) -> bool:
+    """True if an end of a cut or a link is on no body or no point yet."""
+    return "" in (*connection.endpoint1, *connection.endpoint2)
+
+
 def every_constraint(tree: Tree) -> Iterator[Constraint]:
     rods = 0
     cuts = [cut for kind in ORDER for cut in tree.mbs.cuts if cut.kind == kind]
+    cuts = [cut for cut in cuts if not is_draft(cut)]
     for cut in cuts:
         (last1, at1), (last2, at2) = ends(tree, cut)
         start = common(tree, last1, last2)

@@ -11,7 +11,7 @@ from urdf2mbs.collector import seldom_collected
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, quoted
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
-from urdf2mbs.equations.constraints import constant_gaps, constraints
+from urdf2mbs.equations.constraints import constant_gaps, constraints, is_draft
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.equations.kinematics import Motion, motion
@@ -114,7 +114,7 @@ def generate(
     for name in FUNCTIONS:
         if name in ONLY_C and not in_c:
             continue
-        made: Made = getattr(maker, name.lower())()
+        made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
         text, out.counts[name] = writer.function(name, made)
@@ -127,6 +127,18 @@ def generate(
         lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
         out.files[f"mbs_{name}_{mbs.name}.{writer.suffix}"] = (lines + "\n" + text).encode()
     return out
+
+
+def _refuse_draft(mbs: Mbs, function: str) -> Refused | None:
+    """The reason if a function needs a cut or a link that is a draft."""
+    needs_cuts = function in ("cons_hJ", "cons_jdqd", "accelred", "invdynared")
+    needed = mbs.cuts if needs_cuts else [link for link in mbs.links if link.kind == function]
+    for connection in needed:
+        if is_draft(connection):
+            name = quoted(connection.name)
+            why = f"{connection.kind} '{name}' is a draft: an end of it is on no body or no point"
+            return Refused(why)
+    return None
 
 
 def _remarks(

@@ -62,7 +62,7 @@ class PythonWriter(Writer):
             text += f"USER_ROWS = {loops.user}\n"
         return text + "\n\n"
 
-    def stub(self, name: str, message: str) -> str:
+    def stub(self, name: str, message: str, *, needed: bool) -> str:
         parameters, doc = FUNCTIONS[name]
         failure = "    return -1\n" if name == "accelred" else ""
         return (

@@ -55,9 +55,9 @@ class Writer(ABC):
         self.count = Count()
         if isinstance(made, Absent):
             message = f"symbolic files seem obsolete: the model had no {made.what}"
-            text = self.stub(name, message)
+            text = self.stub(name, message, needed=False)
         elif isinstance(made, Refused):
-            text = self.stub(name, "not generated, the head of its file says why")
+            text = self.stub(name, "not generated, the head of its file says why", needed=True)
         elif isinstance(made, Cases):
             text = self.cases(name, made)
         elif isinstance(made, Loops):
@@ -141,8 +141,9 @@ class Writer(ABC):
         """The section ``model`` of the template."""
 
     @abstractmethod
-    def stub(self, name: str, message: str) -> str:
-        """A function that only says a message and stops the simulation."""
+    def stub(self, name: str, message: str, *, needed: bool) -> str:
+        """A function that only says a message and stops the simulation; ``needed`` is False if
+        only libraries of before 2025 call it."""
 
     @abstractmethod
     def routine(self, name: str, routine: Routine) -> str:
