@@ -32,7 +32,7 @@ import numpy as np
 import pinocchio as pin
 from robots import real
 
-from urdf2mbs.equations import Equations, equations
+from urdf2mbs.equations import Equations, generate
 from urdf2mbs.equations.files import Maker
 from urdf2mbs.equations.routine import statements
 from urdf2mbs.mbs.model import Mbs
@@ -179,7 +179,7 @@ def _one(name: str, text: str, libraries: dict[str, bytes], folder: Path) -> Non
     runs: dict[str, Callable[[], float]] = {}
     told: dict[str, str] = {}
     for fold in (False, True):
-        made = equations(mbs, data, name, language="c", fold=fold)
+        made = generate(mbs, data, name, language="c", fold=fold)
         for flag, flags in FLAGS.items():
             label = f"{flag}{', folded' if fold else ''}"
             built, took = compiled(made, mbs, flags, folder / f"{name} {label}")
@@ -212,7 +212,7 @@ def generation(names: list[str]) -> None:
             for _ in range(7):
                 begun = time.process_time()
                 mbs = read(data, name, mechanics_only=True)
-                made = equations(mbs, data, name, language=language)
+                made = generate(mbs, data, name, language=language)
                 best = min(best, time.process_time() - begun)
                 size = sum(len(file) for file in made.files.values())
             print(

@@ -337,6 +337,12 @@ SECTIONS = [
                 "a loop is not closed at the start position; the message has the distance",
                 level="warning",
             ),
+            "loop-never-closes": Code(
+                "the ends of a cut stay apart in a direction in which no joint moves them; "
+                "Robotran leaves this equation out and says nothing",
+                level="warning",
+                todo="let the ends of the cut be at one place",
+            ),
             "loop-left-out": Code(
                 "a joint in `<gazebo>` closes a loop in a way for which Robotran has no cut, or "
                 "its place, links or frames cannot be read",

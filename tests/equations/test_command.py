@@ -82,7 +82,7 @@ def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any)
 def test_the_pass_works_where_it_is_asked_to(tmp_path: Path) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
     asked = "source: tiny.urdf\noutput: {project: tiny}\npasses:\n  equations: {language: c}\n"
-    for text, wanted in (("source: tiny.urdf\n", 0), (asked, 10)):
+    for text, wanted in (("source: tiny.urdf\n", 0), (asked, 11)):
         conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
         files = [path for path in conversion.files if path.parent.name == "symbolicR"]
         assert len(files) == wanted

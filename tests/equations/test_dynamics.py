@@ -10,7 +10,7 @@ from conftest import SHARED
 from robots import CONVERTIBLE, RealRobot
 from runtime import CEquations, Data, PythonEquations, Truth, error, random_state
 
-from urdf2mbs.equations import equations
+from urdf2mbs.equations import generate
 from urdf2mbs.mbs.reader import read
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def compare_accelerations(eq: PythonEquations, mbs: Mbs) -> None:
 
 def test_walkmans_own_file_in_python(tmp_path: Path) -> None:
     mbs, data = model(WALKMAN)
-    made = equations(mbs, data, WALKMAN.name)
+    made = generate(mbs, data, WALKMAN.name)
     assert made.counts["dirdyna"].operations <= 12_500
     assert made.counts["invdyna"].operations <= 5_000
     eq = PythonEquations(made, mbs, tmp_path)
@@ -90,7 +90,7 @@ def test_walkmans_own_file_in_python(tmp_path: Path) -> None:
 
 def test_walkmans_own_file_folded(tmp_path: Path) -> None:
     mbs, data = model(WALKMAN)
-    made = equations(mbs, data, WALKMAN.name, fold=True)
+    made = generate(mbs, data, WALKMAN.name, fold=True)
     assert made.counts["dirdyna"].operations <= 11_500
     assert made.counts["invdyna"].operations <= 4_750
     eq = PythonEquations(made, mbs, tmp_path)
@@ -100,7 +100,7 @@ def test_walkmans_own_file_folded(tmp_path: Path) -> None:
 @pytest.mark.parametrize("fold", [False, True], ids=["symbols", "folded"])
 def test_c(fold: bool, tmp_path: Path) -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
-    made = equations(mbs, data, "minimal.mbs", language="c", fold=fold)
+    made = generate(mbs, data, "minimal.mbs", language="c", fold=fold)
     eq = CEquations(made, mbs, tmp_path)
     compare(eq, mbs, states=5)
     compare_sensors(eq, mbs)
@@ -126,7 +126,7 @@ def test_real_robots(robot: tuple[RealRobot, str], tmp_path: Path) -> None:
     mbs = read(data, "robot.mbs", mechanics_only=True)
     if not mbs.numbers():
         pytest.skip("nothing moves")
-    made = equations(mbs, data, "robot.mbs")
+    made = generate(mbs, data, "robot.mbs")
     eq = PythonEquations(made, mbs, tmp_path)
     compare(eq, mbs, states=1)
     compare_sensors(eq, mbs)
@@ -143,7 +143,7 @@ def test_c_in_pieces(tmp_path: Path) -> None:
         pytest.skip("the real robots are not here")
     data = found[0].convert(pipeline="compact").data
     mbs = read(data, "robot.mbs", mechanics_only=True)
-    made = equations(mbs, data, "robot.mbs", language="c")
+    made = generate(mbs, data, "robot.mbs", language="c")
     assert b"mbs_dirdyna_5(M, c, s, w, v);" in made.files[f"mbs_dirdyna_{mbs.name}.c"]
     only = {f"mbs_{name}_{mbs.name}.c" for name in ("dirdyna", "invdyna", "accelred")}
     made.files = {name: text for name, text in made.files.items() if name in only}
@@ -155,12 +155,12 @@ def test_c_in_pieces(tmp_path: Path) -> None:
 def test_same_input_same_bytes() -> None:
     mbs, data = model(WALKMAN)
     again = read(data, WALKMAN.name, mechanics_only=True)
-    assert equations(mbs, data, "a").files == equations(again, data, "a").files
+    assert generate(mbs, data, "a").files == generate(again, data, "a").files
 
 
 def test_masses_can_change_without_generating_again(tmp_path: Path) -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
-    eq = PythonEquations(equations(mbs, data, "minimal.mbs"), mbs, tmp_path)
+    eq = PythonEquations(generate(mbs, data, "minimal.mbs"), mbs, tmp_path)
     rng = np.random.default_rng(3)
     s = random_state(mbs, rng)
     number = 0

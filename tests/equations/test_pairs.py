@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from robots import CONVERTIBLE
 from runtime import CEquations, Truth, error, random_state
 
-from urdf2mbs.equations import equations
+from urdf2mbs.equations import generate
 from urdf2mbs.equations.graph import Graph
-from urdf2mbs.equations.mirror import mirrored
+from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.pairs import in_pairs
 from urdf2mbs.equations.routine import Routine, statements
 from urdf2mbs.equations.tree import Tree
@@ -71,7 +71,7 @@ def limbs(draw: st.DrawFn) -> Mbs:
 )
 @given(limbs(), st.booleans(), st.integers(0, 9))
 def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
-    made = equations(mbs, b"", "limbs.mbs", language="c", fold=fold)
+    made = generate(mbs, b"", "limbs.mbs", language="c", fold=fold)
     assert made.counts["dirdyna"].paired > 0
     made.files = {name: text for name, text in made.files.items() if "dyna" in name}
     with tempfile.TemporaryDirectory() as folder:
@@ -97,18 +97,18 @@ def real(name: str) -> tuple[Mbs, bytes]:
 def test_humanoids_are_mirrored(name: str, least: float) -> None:
     """iCub's left and right limbs turn about axes of other names."""
     mbs, _ = real(name)
-    twin, _ = mirrored(Tree(mbs))
+    twin, _ = find_mirrored(Tree(mbs))
     names = [joint.name for body in mbs.bodies for joint in body.joints]
     for k, j in twin.items():
         one, other = sorted((names[k - 1].lower(), names[j - 1].lower()))
         assert one.replace("l", "r") == other.replace("l", "r"), (one, other)
-    count = equations(mbs, b"", "robot.mbs", language="c").counts["dirdyna"]
+    count = generate(mbs, b"", "robot.mbs", language="c").counts["dirdyna"]
     assert count.paired >= least * count.operations
 
 
 def test_any_compiler_without_pairs() -> None:
     mbs, data = real("cassie-cassie_v4")
-    made = equations(mbs, data, "robot.mbs", language="c", pairs=False)
+    made = generate(mbs, data, "robot.mbs", language="c", pairs=False)
     for text in made.files.values():
         assert b"pair" not in text
         assert b"vector_size" not in text

@@ -35,7 +35,7 @@ from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.equations import equations
+from urdf2mbs.equations import generate
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.meshes import reader as meshes
@@ -417,7 +417,7 @@ class Fuzzer:
             write(mbs)
         except ValueError as error:  # what emit tells as mbs-unwritable
             raise ConversionError("mbs-unwritable", str(error)) from None
-        equations(mbs, data, "fuzzed.mbs")
+        generate(mbs, data, "fuzzed.mbs")
 
     def _mesh_read(self, data: bytes, which: int) -> None:
         mesh = meshes.read(self._put(f"fuzzed{self.endings[which]}", data))

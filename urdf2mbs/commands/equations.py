@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 import msgspec
@@ -14,7 +15,7 @@ from urdf2mbs.output import write_files
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.equations import equations
+    from urdf2mbs.equations import generate
     from urdf2mbs.mbs.reader import read
 
     if arguments.numba and arguments.language == "c":
@@ -28,11 +29,13 @@ def carry_out(arguments: argparse.Namespace) -> int:
     mbs = read(data, str(model), mechanics_only=True)
     project = model.parent.parent if model.parent.name == "dataR" else model.parent
     folder: Path = arguments.output or project / "symbolicR"
-    made = equations(
+    made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
         keep_turns=arguments.keep_turns, numba=arguments.numba,
         pairs=not arguments.no_pairs,
     )  # fmt: skip
+    for warning in made.warnings:
+        print(warning, file=sys.stderr)
     files = {folder / name: text for name, text in made.files.items()}
     write_files(files, force=arguments.force)
     if arguments.json:
@@ -40,7 +43,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         fixed = {name: q for _, name, q in made.fixed}
         print_json(
             {"model": mbs.name, "output": str(folder), "counts": counts, "fixed": fixed,
-             "not_generated": made.left_out}
+             "not_generated": made.left_out, "warnings": msgspec.to_builtins(made.warnings)}
         )  # fmt: skip
         return 0
     print(f"{mbs.name}: equations of {len(mbs.numbers())} joints written to {folder}")

@@ -3,6 +3,14 @@
 See ``docs/equations.md``.
 """
 
-from urdf2mbs.equations.files import FUNCTIONS, Equations, equations
+from urdf2mbs.equations.constraints import constant_gaps
+from urdf2mbs.equations.files import (
+    FUNCTIONS,
+    NEVER_CLOSES,
+    Equations,
+    generate,
+)
 
-__all__ = ["FUNCTIONS", "Equations", "equations"]
+__all__ = [
+    "FUNCTIONS", "NEVER_CLOSES", "Equations", "constant_gaps", "generate",
+]  # fmt: skip

@@ -7,7 +7,7 @@ joints' accelerations are in the forces already.
 
 from __future__ import annotations
 
-from urdf2mbs.equations.dynamics import forces, mass_matrix
+from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.tree import Tree
 
@@ -29,7 +29,7 @@ def accelerations(bodies: Tree, composites: Tree) -> dict[int, Expr]:
     """
     graph = bodies.graph
     driven = [f.number for f in bodies.frames[1:] if f.joint.nature == "driven"]
-    needed = forces(bodies, driven)
+    needed = joint_forces(bodies, driven)
     matrix = mass_matrix(composites)
     free = [f.number for f in bodies.frames[1:] if f.joint.nature != "driven"]
     before = {k: _before(bodies, k) for k in free}

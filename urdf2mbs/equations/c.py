@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
-from urdf2mbs.equations.c_accelred import ACCELRED, REFUSED, closed, prelude
-from urdf2mbs.equations.c_names import PARAMETERS, declarations
-from urdf2mbs.equations.loops import Loops, Refused
 from urdf2mbs.equations.pairs import in_pairs
-from urdf2mbs.equations.routine import (
-    Call,
-    Cases,
-    Count,
-    Piece,
-    Routine,
-    Statement,
-    arrays,
-    split,
-    statements,
-)
+from urdf2mbs.equations.routine import Call, Cases, Loops, Piece, Routine, Statement, arrays
+from urdf2mbs.equations.writer import CASES, Writer
 from urdf2mbs.mbs.model import Mbs
 
-#: So many statements are one function: gcc takes several times as long for all in one, and of
-#: 40, 60, 100, 300 and 1000 those of 60 and 100 run fastest.
-PIECE = 80
+#: The parameters of each function.
+_FORCES = "double **frc, double **trq"
+PARAMETERS = {
+    "dirdyna": "double **M, double *c, MbsData *s, double tsim",
+    "invdyna": "double *phi, MbsData *s, double tsim",
+    "accelred": "MbsData *s, double tsim",
+    "invdynared": "MbsData *s, double tsim",
+    "cons_hJ": "double *h, double **Jac, MbsData *s, double tsim",
+    "cons_jdqd": "double *Jdqd, MbsData *s, double tsim",
+    "link": f"{_FORCES}, double *Flink, double *Z, double *Zd, MbsData *s, double tsim",
+    "link3D": f"{_FORCES}, MbsData *s, double tsim",
+    "extforces": f"{_FORCES}, MbsData *s, double tsim",
+    "sensor": "MbsSensor *sens, MbsData *s, int isens",
+    "gensensor": "MbsSensor *sens, MbsData *s, int isens",
+}
+
+_MOTION = (
+    "double PxF[4], double RxF[4][4], double VxF[4], double OMxF[4], double AxF[4], "
+    "double OMPxF[4], MbsData *s, double tsim, int ixF"
+)
+USER = {
+    "user_ExtForces": f"double *USER(ExtForces)({_MOTION});",
+    "user_Link3DForces": f"double *USER(Link3DForces)({_MOTION});",
+    "user_LinkForces": "double USER(LinkForces)(double Z, double Zd, MbsData *s, double tsim, "
+    "int ilnk);",
+}
 
 #: The arrays of MbsData with two indices.
 TABLES = frozenset(["l", "In", "dpt", "frc", "trq"])
@@ -32,6 +43,7 @@ PIECE_MACRO = """\
 #else
 #define PIECE static void
 #endif
+
 """
 
 #: What is done for two mirrored limbs at a time.
@@ -45,110 +57,141 @@ typedef double pair __attribute__((vector_size(16)));
 
 """
 
+TREE = """\
 
-class Writer:
+int mbs_accelred(MbsData *s, double tsim)
+{
+    set_driven(s, tsim);
+    set_forces(s, tsim);
+    USER(JointForces)(s, tsim);
+    accelerations(s);
+    return MBS_INFO_SUCCESS;
+}
+"""
+
+
+class CWriter(Writer):
+    suffix, comment, template = "c", "//", "accelred.c"
+    before = ("model", "info", "calls", "forces")
+    end = ";"
+    #: gcc takes several times as long for all in one function, and of 40, 60, 100, 300 and 1000
+    #: statements those of 60 and 100 run fastest.
+    piece = 80
+
     def __init__(self, mbs: Mbs, *, pairs: bool = True) -> None:
-        self.mbs, self.pairs = mbs, pairs
+        super().__init__(mbs)
+        self.pairs = pairs
 
-    def function(self, name: str, made: Routine | Cases | Loops | Refused) -> tuple[str, Count]:
-        """The text of a file below its header, and what was counted."""
-        includes = ["#include <math.h>", "", '#include "mbs_data.h"']
+    def top(self, name: str, text: str) -> str:
+        out = "#include <math.h>\n"
+        if "stderr" in text:
+            out += "#include <stdio.h>\n"
+        if "malloc(" in text:
+            out += "#include <stdlib.h>\n"
+        out += '\n#include "mbs_data.h"\n'
         if name.endswith("sensor"):
-            includes.append('#include "mbs_sensor.h"')
-        top = "\n".join(includes) + "\n\n"
-        whole = f"mbs_{name}"
-        if isinstance(made, Cases):
-            text, count = self._cases(whole, made)
-        elif isinstance(made, Loops):
-            text, count = prelude(self.mbs) + closed(made), Count()
-        elif isinstance(made, Refused):
-            text, count = REFUSED, Count()
-        elif name == "accelred":
-            text, count = self._accelred(made)
-        else:
-            text, count = self._routine(whole, PARAMETERS[name], made)
-        return top + text, count
+            out += '#include "mbs_sensor.h"\n'
+        out += "\n"
+        if "PIECE " in text:
+            out += PIECE_MACRO
+        if "pair " in text:
+            out += PAIR_TYPE
+        return out
 
-    def _routine(
-        self, name: str, parameters: str, made: Routine, kind: str = "void"
-    ) -> tuple[str, Count]:
-        if self.pairs and made.alike:
-            made = in_pairs(made, made.alike)
-        lines, count = statements(made)
-        calls = [line.call for line in lines if line.call is not None]
-        if calls or len(lines) <= PIECE:
-            text = declarations(sorted({call.function for call in calls}))
-            text += PAIR_TYPE * any(line.pair for line in lines)
-            text += f"{kind} {name}({parameters})\n{{\n"
-            text += "".join(f"    {line}\n" for call in calls for line in _declared(call))
-            text += _body(lines)
-            return text + "}\n", count
-        used = [one for one in parameters.split(", ") if not one.endswith((" tsim", " isens"))]
-        pieces, sizes = split(lines, PIECE)
-        shared = [f"{'pair' if array == 'v' else 'double'} *restrict {array}" for array in sizes]
-        taken = ", ".join([*used, *shared])
-        passed = ", ".join([*(one.split(" ")[-1].lstrip("*") for one in used), *sizes])
-        text = PIECE_MACRO + "\n" + PAIR_TYPE * any(line.pair for line in lines)
-        for number, piece in enumerate(pieces, start=1):
-            text += f"PIECE {name}_{number}({taken})\n{{\n{_body(piece.lines, piece)}}}\n\n"
-        text += f"{kind} {name}({parameters})\n{{\n"
-        for array, size in sizes.items():
-            text += f"    {'pair' if array == 'v' else 'double'} {array}[{size}];\n"
-        text += "".join(f"    {name}_{i}({passed});\n" for i in range(1, len(pieces) + 1))
-        return text + "}\n", count
+    def model(self, loops: Loops | None) -> str:
+        facts = {name: int(value) for name, value in self.facts().items()}
+        text = _enum({"JOINTS": len(self.mbs.numbers()), **facts})
+        if loops is not None:
+            text += _enum(
+                {"DEPENDENT": len(loops.dependent), "INDEPENDENT": len(loops.independent),
+                 "DRIVEN": len(loops.driven), "CUTS": loops.cuts, "USER_ROWS": loops.user}
+            )  # fmt: skip
+            text += "/* numbers of the joints, the first of each list not being used */\n"
+            for name in ("dependent", "independent", "driven"):
+                numbers = ", ".join(map(str, [0, *getattr(loops, name)]))
+                text += f"static const int {name}[] = {{{numbers}}};\n"
+        return text + "\n"
 
-    def _cases(self, name: str, cases: Cases) -> tuple[str, Count]:
-        text, total = "", Count()
-        macro = False
+    def stub(self, name: str, message: str, *, needed: bool) -> str:
+        text = f'    fputs("mbs_{name}: {message}\\n", stderr);\n    s->flag_stop = 1;\n'
+        head = "void"
+        if name in ("accelred", "invdynared"):
+            head, text = self.common(None, "info") + "int", text + "    return MBS_INFO_FAILURE;\n"
+        if not needed:
+            text = f"#ifndef MBS_BEFORE_2025\n{text}#endif\n"
+        return f"{head} mbs_{name}({PARAMETERS[name]})\n{{\n{text}}}\n"
+
+    def routine(self, name: str, routine: Routine) -> str:
+        if self.pairs and routine.alike:
+            routine = in_pairs(routine, routine.alike)
+        return self.write(f"mbs_{name}", PARAMETERS[name], routine, start="void ")
+
+    def tree(self, routine: Routine) -> str:
+        return self.write("accelerations", "MbsData *s", routine, start="static void ") + TREE
+
+    def cases(self, name: str, cases: Cases) -> str:
+        text, parameters = "", "MbsSensor *sens, MbsData *s"
+        choice = ""
         for number, routine in cases.routines.items():
-            one, count = self._routine(
-                f"{name}_{number}", "MbsSensor *sens, MbsData *s", routine, "static void"
-            )
-            if one.startswith(PIECE_MACRO):
-                one = one if not macro else one[len(PIECE_MACRO) + 1 :]
-                macro = True
-            text, total = text + one + "\n", total + count
-        text += f"void {name}({PARAMETERS['sensor']})\n{{\n    switch (isens) {{\n"
-        for number in cases.routines:
-            text += f"    case {number}:\n        {name}_{number}(sens, s);\n        break;\n"
-        return text + "    default:\n        break;\n    }\n}\n", total
+            text += self.write(f"mbs_{name}_{number}", parameters, routine, start="static void ")
+            text += "\n"
+            choice += f"    case {number}:\n        mbs_{name}_{number}(sens, s);\n        break;\n"
+        return text + (
+            f"void mbs_{name}({PARAMETERS['sensor']})\n{{\n    switch (isens) {{\n{choice}"
+            f'    default:\n        fprintf(stderr, "mbs_{name}: the model has no {CASES[name]} '
+            f'%d: it has {len(cases.routines)}\\n", isens);\n'
+            "        s->flag_stop = 1;\n        break;\n    }\n}\n"
+        )
 
-    def _accelred(self, made: Routine) -> tuple[str, Count]:
-        text, count = self._routine("accelerations", "MbsData *s", made, "static void")
-        return text + "\n" + prelude(self.mbs) + ACCELRED, count
+    def whole(
+        self, name: str, parameters: str, lines: list[Statement], doc: str, start: str
+    ) -> str:
+        calls = [line.call for line in lines if line.call is not None]
+        text = ""
+        if calls:
+            functions = sorted({call.function for call in calls})
+            declared = "".join(f"{USER[function]}\n" for function in functions)
+            text = f"{self.common(None, 'calls')}{declared}\n"
+        text += f"{start}{name}({parameters})\n{{\n"
+        for call in calls:
+            pointer = "" if call.function == "user_LinkForces" else "*"
+            text += f"    double {pointer}{call.result};\n"
+            for array in call.arguments[:6] if pointer else ():
+                size = "[4][4] = {{0.0}}" if array.startswith("Rx") else "[4] = {0.0}"
+                text += f"    double {array}{size};\n"
+        return text + self._body(lines) + "}\n"
+
+    def in_pieces(
+        self, name: str, parameters: str, pieces: list[Piece], sizes: dict[str, int],
+        doc: str, start: str,
+    ) -> str:  # fmt: skip
+        used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
+        kinds = {array: "pair" if array == "v" else "double" for array in sizes}
+        given = ", ".join([*used, *(f"{kinds[array]} *restrict {array}" for array in sizes)])
+        passed = ", ".join([*(p.split(" ")[-1].lstrip("*") for p in used), *sizes])
+        text = ""
+        for number, piece in enumerate(pieces, start=1):
+            text += f"PIECE {name}_{number}({given})\n{{\n{self._body(piece.lines, piece)}}}\n\n"
+        text += f"{start}{name}({parameters})\n{{\n"
+        for array, size in sizes.items():
+            text += f"    {kinds[array]} {array}[{size}];\n"
+        text += "".join(f"    {name}_{i}({passed});\n" for i in range(1, len(pieces) + 1))
+        return text + "}\n"
+
+    def _body(self, lines: list[Statement], piece: Piece | None = None) -> str:
+        read = [f"    double {'**' if a in TABLES else '*'}{a} = s->{a};" for a in arrays(lines)]
+        return "".join(f"{line}\n" for line in [*read, *self.body(lines, piece)])
+
+    def variable(self, name: str, text: str, *, pair: bool) -> str:
+        return f"const {'pair' if pair else 'double'} {name} = {text}"
+
+    def place(self, place: str) -> str:
+        return place.replace(".", "->")
+
+    def call(self, call: Call) -> str:
+        function = call.function.removeprefix("user_")
+        return f"{call.result} = USER({function})({', '.join(call.arguments)})"
 
 
-def _declared(call: Call) -> list[str]:
-    """The variables that a call takes and gives."""
-    name = call.function.removeprefix("user_")
-    if name == "LinkForces":
-        return [f"double {call.result};"]
-    out = [f"double *{call.result};"]
-    for array in call.arguments[:6]:
-        size = "[4][4] = {{0.0}}" if array.startswith("Rx") else "[4] = {0.0}"
-        out.append(f"double {array}{size};")
-    return out
-
-
-def _body(lines: list[Statement], piece: Piece | None = None) -> str:
-    takes, gives = (dict(piece.takes), piece.gives) if piece else ({}, {})
-    out = [f"    double {'**' if a in TABLES else '*'}{a} = s->{a};" for a in arrays(lines)]
-    for line in lines:
-        # as late as can be: each is one register less
-        for name in dict.fromkeys(line.uses):
-            if name in takes:
-                place = takes.pop(name)
-                out.append(f"    const {'pair' if place[0] == 'v' else 'double'} {name} = {place};")
-        if line.call is not None:
-            call = line.call
-            name = call.function.removeprefix("user_")
-            out.append(f"    {call.result} = USER({name})({', '.join(call.arguments)});")
-        elif line.variable is not None:
-            kind = "pair" if line.pair else "double"
-            out.append(f"    const {kind} {line.variable} = {line.text};")
-            if line.variable in gives:
-                out.append(f"    {gives[line.variable]} = {line.variable};")
-        else:
-            places = " = ".join(place.replace(".", "->") for place in line.places)
-            out.append(f"    {places} = {line.text};")
-    return "\n".join(out) + "\n" if out else ""
+def _enum(values: dict[str, int]) -> str:
+    return f"enum {{{', '.join(f'{name} = {value}' for name, value in values.items())}}};\n"

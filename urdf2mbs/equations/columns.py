@@ -24,7 +24,7 @@ class Columns:
             self.columns[frame.parent] += self.columns[frame.number] + 1
         self.seen: list[list[tuple[Frame, Vector, Vector]]] = [[] for _ in frames]
         """The joints up to each frame's own, their axes and levers in its axes."""
-        self.made = [0] * len(frames)
+        self.work = [0] * len(frames)
         """How many operations these take, at most."""
         self.price = [0.0] * len(frames)
         self.stops = [False] * len(frames)
@@ -40,32 +40,33 @@ class Columns:
         if not self.columns[k]:
             return
         axes = self.seen[k]
-        for other, axis, lever in self.seen[parent]:
-            lever = tree.outward(frame, tree.plus(lever, frame.offset)) if other.turns else NONE
-            axes.append((other, tree.outward(frame, axis), lever))
+        for inner, axis, lever in self.seen[parent]:
+            lever = tree.outward(frame, tree.plus(lever, frame.offset)) if inner.turns else NONE
+            axes.append((inner, tree.outward(frame, axis), lever))
         axes.append((frame, along(frame.axis, 1), NONE))
-        self.made[k] = self.made[parent] + len(tree.graph.op) - size
-        levers = {lever for other, _, lever in axes if other.turns}
+        self.work[k] = self.work[parent] + len(tree.graph.op) - size
+        levers = {lever for inner, _, lever in axes if inner.turns}
         price = sum(4 * _weight(lever) for lever in levers)
         price += sum(2 * _weight(axis) - 1 for _, axis, _ in axes if _weight(axis) > 1)
         # the others' axes may come from here
         saved = (self.price[k] - price) * self.columns[k]
-        if saved > self.made[k] * 0.75:
+        if saved > self.work[k] * 0.75:
             self.stops[k] = True
             self.price[k] = price
 
     def carry(
         self, frame: Frame, f: Vector, n: Vector, matrix: dict[tuple[int, int], Expr]
     ) -> None:
-        """Fill the column of one joint from force and moment in the frame before it."""
+        """Fill the column of one joint from force and moment about the joint's origin, in the axes
+        of the frame before it; further in, both are in the axes of each frame passed."""
         tree, column, offset = self.tree, frame.number, frame.offset
         at = tree.frames[frame.parent]
         while at.number:
             n = tree.plus(n, tree.cross(offset, f))
             if self.stops[at.number]:
-                for other, axis, lever in self.seen[at.number]:
-                    reach = tree.plus(n, tree.cross(lever, f)) if other.turns else f
-                    matrix[other.number, column] = tree.dot(axis, reach)
+                for inner, axis, lever in self.seen[at.number]:
+                    reach = tree.plus(n, tree.cross(lever, f)) if inner.turns else f
+                    matrix[inner.number, column] = tree.dot(axis, reach)
                 return
             run = self._run(at)
             if len(run) > 1:

@@ -3,100 +3,183 @@
 A ``rod`` keeps the distance of two points, a ``ball`` keeps them together, a ``solid`` also
 keeps the axes of their bodies parallel.  All is seen from the frame from which the ways to
 both ends part: nothing further in can matter.
+
+As Robotran does, an equation is left out if its Jacobian is zero by its form: if no joint of
+either way moves it, where sums and products of what is not zero never cancel.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from urdf2mbs.equations.forces import common, ends
 from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.kinematics import Motion, motion
-from urdf2mbs.equations.tree import NONE, Tree, Vector
-from urdf2mbs.mbs.model import Connection
+from urdf2mbs.equations.kinematics import Motion, chain, common, ends, motion
+from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
+from urdf2mbs.mbs.model import Connection, Mbs
 
 #: The order of Robotran's equations; within a kind, that of the file.
 ORDER = ("ball", "rod", "solid")
-EQUATIONS = {"ball": 3, "rod": 1, "solid": 6}
+#: A gap up to this (m, m^2 or 1) is a rounding.
+CLOSED = 1e-6
 
 
 @dataclass
 class Constraint:
     """One equation: h, its derivatives by the joints, and what is left of h'' at qdd = 0."""
 
+    cut: Connection
+    start: Frame
+    """The frame from which the ways to both ends part: ``value`` is in its axes."""
+    what: str
+    """The direction that the equation holds: ``along x``, ``about x``, or a rod's."""
     value: Expr
+    """m for a ball, m^2 for a rod, 1 for a turn of a solid."""
     jacobian: dict[int, Expr]
     jdqd: Expr
+    movable: bool
+    """False if the Jacobian is zero by its form: Robotran leaves the equation out."""
 
 
 def constraints(tree: Tree) -> list[Constraint]:
-    """The equations of all cuts, in their order."""
-    out: list[Constraint] = []
+    """The equations of all cuts that Robotran writes, in its order."""
+    return [constraint for constraint in every_constraint(tree) if constraint.movable]
+
+
+def constant_gaps(mbs: Mbs) -> Iterator[tuple[str, str]]:
+    """The cuts that can never close, each with a sentence on an equation that no joint fulfils."""
+    tree, still = Tree(mbs), Tree(mbs, still=True)
+    for constraint, at_start in zip(every_constraint(tree), every_constraint(still), strict=True):
+        gap = still.graph.value[abs(at_start.value)]  # all is a number at the start position
+        moves = any(x and tree.moves(tree.frames[k]) for k, x in constraint.jacobian.items())
+        if gap <= CLOSED or moves:
+            continue
+        start, name = constraint.start, constraint.cut.name
+        axes = f"'{start.body.name}'" if start.body else "the ground"
+        gap_in_words = {
+            "along the rod": "its ends are not as far apart as it is long",
+            "along": f"its ends are {gap:.3g} m apart {constraint.what} of {axes}",
+            "about": f"its bodies are turned {constraint.what} of {axes} (sine {gap:.3g})",
+        }
+        words = gap_in_words.get(constraint.what) or gap_in_words[constraint.what[:5]]
+        yield name, f"cut '{name}' can never close: {words}, and no joint changes that"
+
+
+def every_constraint(tree: Tree) -> Iterator[Constraint]:
     rods = 0
-    for kind in ORDER:
-        for cut in tree.mbs.cuts:
-            if cut.kind != kind:
-                continue
-            one, two = _both(tree, cut)
-            if kind == "rod":
-                rods += 1
-                out.append(_rod(tree, one, two, tree.parameter(cut.length, f"lrod[{rods}]")))
-                continue
-            out += _ball(tree, one, two)
-            if kind == "solid":
-                out += _parallel(tree, one, two)
-    return out
+    cuts = [cut for kind in ORDER for cut in tree.mbs.cuts if cut.kind == kind]
+    cuts = [cut for cut in cuts if not cut.is_draft]
+    for cut in cuts:
+        (last1, at1), (last2, at2) = ends(tree, cut)
+        start = common(tree, last1, last2)
+        a = motion(tree, last1, at1, start=start, accelerations=False)
+        b = motion(tree, last2, at2, start=start, accelerations=False)
+        form = _form(tree, last1, at1, start), _form(tree, last2, at2, start)
+        if cut.kind == "rod":
+            rods += 1
+            length = tree.parameter(cut.length, f"lrod[{rods}]")
+            yield _rod(tree, cut, tree.frames[start], a, b, length, form)
+            continue
+        yield from _ball(tree, cut, tree.frames[start], a, b, form)
+        if cut.kind == "solid":
+            yield from _parallel(tree, cut, tree.frames[start], a, b, form)
 
 
-def _both(tree: Tree, cut: Connection) -> tuple[Motion, Motion]:
-    (last1, at1), (last2, at2) = ends(tree, cut)
-    start = common(tree, last1, last2)
-    return (
-        motion(tree, last1, at1, start=start, accelerations=False),
-        motion(tree, last2, at2, start=start, accelerations=False),
-    )
+def _difference(tree: Tree, a: dict[int, Vector], b: dict[int, Vector]) -> dict[int, Vector]:
+    return {k: tree.minus(a.get(k, NONE), b.get(k, NONE)) for k in sorted({*a, *b})}
 
 
-def _difference(tree: Tree, one: dict[int, Vector], two: dict[int, Vector]) -> dict[int, Vector]:
-    return {k: tree.minus(two.get(k, NONE), one.get(k, NONE)) for k in sorted({*one, *two})}
-
-
-def _rod(tree: Tree, one: Motion, two: Motion, length: Expr) -> Constraint:
+def _rod(
+    tree: Tree, cut: Connection, start: Frame, a: Motion, b: Motion, length: Expr, form: Forms
+) -> Constraint:
     """Half the difference of the squares of distance and length."""
     graph = tree.graph
-    d = tree.minus(two.position, one.position)
-    v = tree.minus(two.velocity, one.velocity)
-    a = tree.minus(two.acceleration, one.acceleration)
+    d = tree.minus(b.position, a.position)
+    v = tree.minus(b.velocity, a.velocity)
+    acceleration = tree.minus(b.acceleration, a.acceleration)
     half = graph.constant(0.5)
     value = graph.mul(half, graph.sub(tree.dot(d, d), graph.mul(length, length)))
-    linear = _difference(tree, one.linear, two.linear)
+    linear = _difference(tree, b.linear, a.linear)
     jacobian = {k: tree.dot(d, column) for k, column in linear.items()}
-    return Constraint(value, jacobian, graph.add(tree.dot(v, v), tree.dot(d, a)))
+    jdqd = graph.add(tree.dot(v, v), tree.dot(d, acceleration))
+    movable = bool((form[0].place | form[1].place) & (form[0].linear | form[1].linear))
+    return Constraint(cut, start, "along the rod", value, jacobian, jdqd, movable)
 
 
-def _ball(tree: Tree, one: Motion, two: Motion) -> list[Constraint]:
-    d = tree.minus(two.position, one.position)
-    a = tree.minus(two.acceleration, one.acceleration)
-    linear = _difference(tree, one.linear, two.linear)
-    return [
-        Constraint(d[i], {k: column[i] for k, column in linear.items()}, a[i]) for i in range(3)
-    ]
-
-
-def _parallel(tree: Tree, one: Motion, two: Motion) -> list[Constraint]:
-    """An axis of the one body at right angles to another of the other: yz, zx and xy."""
-    graph = tree.graph
-    angular = _difference(tree, one.angular, two.angular)
-    out = []
+def _ball(
+    tree: Tree, cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms
+) -> Iterator[Constraint]:
+    """The first point less the second."""
+    d = tree.minus(a.position, b.position)
+    jdqd = tree.minus(a.acceleration, b.acceleration)
+    linear = _difference(tree, a.linear, b.linear)
     for i in range(3):
-        a, b = one.axes[(i + 1) % 3], two.axes[(i + 2) % 3]
-        normal = tree.cross(b, a)
-        # (a b)' = (w2 - w1) (b x a)
-        jacobian = {k: tree.dot(column, normal) for k, column in angular.items()}
-        a1, b1 = tree.cross(one.spin, a), tree.cross(two.spin, b)
-        a2 = tree.plus(tree.cross(one.spin_rate, a), tree.cross(one.spin, a1))
-        b2 = tree.plus(tree.cross(two.spin_rate, b), tree.cross(two.spin, b1))
-        mixed = graph.mul(graph.constant(2.0), tree.dot(a1, b1))
-        rest = graph.add(graph.add(tree.dot(a2, b), tree.dot(a, b2)), mixed)
-        out.append(Constraint(tree.dot(a, b), jacobian, rest))
-    return out
+        jacobian = {k: column[i] for k, column in linear.items()}
+        movable = i in form[0].linear | form[1].linear
+        yield Constraint(cut, start, f"along {'xyz'[i]}", d[i], jacobian, jdqd[i], movable)
+
+
+def _parallel(
+    tree: Tree, cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms
+) -> Iterator[Constraint]:
+    """The elements (3,2), (1,3) and (2,1) of R1 R2^T, where the columns of R1 and R2 are the axes
+    of the bodies.  As in Robotran's equations, their Jacobian is that of the difference of the
+    angular velocities, which is their derivative only where the constraint holds."""
+    jdqd = tree.minus(a.spin_rate, b.spin_rate)
+    angular = _difference(tree, a.angular, b.angular)
+    for i in range(3):
+        j, k = (i + 2) % 3, (i + 1) % 3
+        row = a.axes[0][j], a.axes[1][j], a.axes[2][j]
+        value = tree.dot(row, (b.axes[0][k], b.axes[1][k], b.axes[2][k]))
+        jacobian = {number: column[i] for number, column in angular.items()}
+        movable = i in form[0].angular | form[1].angular
+        yield Constraint(cut, start, f"about {'xyz'[i]}", value, jacobian, jdqd[i], movable)
+
+
+@dataclass
+class Form:
+    """Which coordinates (0, 1, 2) of a point and of its Jacobian can be other than zero."""
+
+    place: set[int]
+    linear: set[int]
+    """Of the velocity, for any joint of the way."""
+    angular: set[int]
+
+
+Forms = tuple[Form, Form]
+
+
+def _form(tree: Tree, number: int, at: Vector, start: int) -> Form:
+    """The form of a point ``at`` in the frame behind a joint, in the axes of the frame ``start``.
+
+    A turn mixes two axes of the frame, a shift and a point add their coordinates, and what a
+    turn moves is its axis crossed with all that comes after it.  A joint that never moves turns
+    by its angle and moves nothing.
+    """
+    axes: list[set[int]] = [{0}, {1}, {2}]
+    form = Form(set(), set(), set())
+    turns: list[tuple[set[int], set[int]]] = []
+    """The axis of each turn, and all that comes after it."""
+
+    def shift(v: Vector) -> None:
+        arm = {i for axis, x in zip(axes, v, strict=True) if x for i in axis}
+        form.place |= arm
+        for _, after in turns:
+            after.update(arm)
+
+    for frame in chain(tree, number, start):
+        shift(frame.offset)
+        i, j = (frame.axis + 1) % 3, (frame.axis + 2) % 3
+        if tree.moves(frame) and frame.turns:
+            form.angular |= axes[frame.axis]
+            turns.append((axes[frame.axis], set()))
+        elif tree.moves(frame):
+            form.linear |= axes[frame.axis]
+        if frame.sin and frame.cos:
+            axes[i] = axes[j] = axes[i] | axes[j]
+        elif frame.sin:
+            axes[i], axes[j] = axes[j], axes[i]
+    shift(at)
+    for axis, after in turns:
+        form.linear |= {3 - i - j for i in axis for j in after if i != j}
+    return form

@@ -19,12 +19,18 @@ from urdf2mbs.equations.tree import (
     Tree,
     Vector,
     along,
-    labelled_matrix,
+    relabel_matrix,
 )
 
 
-def forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
-    """The joint forces by joint number (index 0 is 0), for q, qd and the qdd of some joints."""
+def joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
+    """The joint forces (N or Nm) by joint number (index 0 is 0), for q, qd and the qdd of some
+    joints.
+
+    All vectors of a frame are in its own axes: spin (rad/s) and its rate, the acceleration of its
+    origin less gravity (``pull``, m/s^2), the matrix A of ``_field``, and the force and torque
+    about its origin that all further out needs.
+    """
     graph, frames = tree.graph, tree.frames
     add, mul = graph.add, graph.mul
     slide(tree, columns=False)
@@ -52,7 +58,7 @@ def forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
             matrix = _field(tree, w, rate)
         else:
             w, rate = tree.behind(frame, spin[parent]), tree.behind(frame, spin_rate[parent])
-            a, matrix = tree.behind(frame, a), labelled_matrix(field[parent], frame.change)
+            a, matrix = tree.behind(frame, a), relabel_matrix(field[parent], frame.change)
             coriolis = tree.cross(w, along(axis, mul(graph.constant(2.0), frame.qd)))
             a = tree.plus(a, tree.plus(coriolis, along(axis, qdd)))
         spin.append(w)
@@ -84,7 +90,7 @@ def multiply(tree: Tree, matrix: Matrix, v: Vector) -> Vector:
 
 
 def _field(tree: Tree, w: Vector, rate: Vector) -> Matrix:
-    """The matrix A with A r = rate x r + w x (w x r)."""
+    """The matrix A with A r = rate x r + w x (w x r), all in the axes of one frame (1/s^2)."""
     add, mul = tree.graph.add, tree.graph.mul
     xx, yy, zz = (mul(x, x) for x in w)
     xy, xz, yz = mul(w[0], w[1]), mul(w[0], w[2]), mul(w[1], w[2])
@@ -96,7 +102,7 @@ def _field(tree: Tree, w: Vector, rate: Vector) -> Matrix:
 
 
 def _second_moments(tree: Tree) -> list[Matrix]:
-    """Of each body, about its centre of mass: the sum of dm x x^T (kg m^2).
+    """Of each body, about its centre of mass, in its frame's axes: the sum of dm x x^T (kg m^2).
 
     What lies along the axis of a turn moves as the frame before it does, and is counted there.
     """
@@ -111,7 +117,7 @@ def _second_moments(tree: Tree) -> list[Matrix]:
             before[there][there] = add(before[there][there], own[axis][axis])
             own[axis][axis] = 0
         else:
-            out[frame.parent] = _sum(tree, before, labelled_matrix(own, frame.back))
+            out[frame.parent] = _sum(tree, before, relabel_matrix(own, frame.back))
             out[frame.number] = [[0] * 3 for _ in "xyz"]
     return out
 
@@ -130,7 +136,9 @@ def _second_moment(tree: Tree, frame: Frame) -> Matrix:
 def _body(
     tree: Tree, frame: Frame, a: Vector, field: Matrix, moments: Matrix
 ) -> tuple[Vector, Vector]:
-    """Force and moment about the frame's origin that a body needs, less what acts on it."""
+    """Force and moment about the frame's origin that a body needs, less what acts on it.
+
+    All is in the frame's axes: ``a`` is the acceleration of its origin less gravity."""
     add, mul = tree.graph.add, tree.graph.mul
     mass, centre = tree.mass(frame), tree.centre(frame)
     frc, trq = tree.loads(frame)
@@ -160,7 +168,7 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
         k, axis = frame.number, frame.axis
         m, h, s = mass[k], first[k], second[k]
         if frame.turns:
-            h, s = tree.turn(axis, frame.cos, frame.sin, h), _turned(tree, frame, s)
+            h, s = tree.turn(axis, frame.cos, frame.sin, h), _turn_moments(tree, frame, s)
             i, j = (axis + 1) % 3, (axis + 2) % 3
             f = tree.cross(along(axis, 1), h)
             moment = [0, 0, 0]
@@ -172,19 +180,19 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
             f = along(axis, m)
             n = tree.cross(h, along(axis, 1))
             matrix[k, k] = m
-        h, s = tree.before(frame, h), labelled_matrix(s, frame.back)
+        h, s = tree.before(frame, h), relabel_matrix(s, frame.back)
         columns.carry(frame, tree.before(frame, f), tree.before(frame, n), matrix)
         parent, offset = frame.parent, frame.offset
         moved = tree.times(mul(graph.constant(0.5), m), offset)
         middle = tree.plus(h, moved)
         mass[parent] = add(mass[parent], m)
         first[parent] = tree.plus(first[parent], tree.plus(middle, moved))
-        second[parent] = _sum(tree, second[parent], _shifted(tree, s, middle, offset))
+        second[parent] = _sum(tree, second[parent], _shift_moments(tree, s, middle, offset))
     return {key: value for key, value in matrix.items() if value}
 
 
 def _matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
-    """Mass, first and second moments of each body about its frame's origin.
+    """Mass, first and second moments of each body about its frame's origin, in its axes.
 
     With constants folded, what lies on the axis of a turn is counted in the frame before it:
     a mass at the origin, a first and a second moment along the axis.
@@ -223,7 +231,7 @@ def _sum(tree: Tree, a: Matrix, b: Matrix) -> Matrix:
     return [[add(x, y) for x, y in zip(r, s, strict=True)] for r, s in zip(a, b, strict=True)]
 
 
-def _turned(tree: Tree, frame: Frame, second: Matrix) -> Matrix:
+def _turn_moments(tree: Tree, frame: Frame, second: Matrix) -> Matrix:
     """Second moments given in the frame behind a turn, in the axes of the frame before it."""
     add, mul = tree.graph.add, tree.graph.mul
     s, c, k = frame.sin, frame.cos, frame.axis
@@ -242,8 +250,9 @@ def _turned(tree: Tree, frame: Frame, second: Matrix) -> Matrix:
     return out
 
 
-def _shifted(tree: Tree, second: Matrix, middle: Vector, offset: Vector) -> Matrix:
-    """Second moments about a frame's origin, about the origin of the frame before it.
+def _shift_moments(tree: Tree, second: Matrix, middle: Vector, offset: Vector) -> Matrix:
+    """Second moments about a frame's origin, about the origin of the frame before it, whose axes
+    all here have.
 
     ``middle`` is the first moment about the point half way between the two."""
     add, mul = tree.graph.add, tree.graph.mul

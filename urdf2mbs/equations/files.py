@@ -6,26 +6,29 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from urdf2mbs.diagnostics import ConversionError, quoted
-from urdf2mbs.equations import c, python
+from urdf2mbs.diagnostics import ConversionError, Diagnostic, quoted
 from urdf2mbs.equations.accelerations import Massless, accelerations
-from urdf2mbs.equations.constraints import constraints
-from urdf2mbs.equations.dynamics import forces, mass_matrix
-from urdf2mbs.equations.forces import extforces, links, links3d
+from urdf2mbs.equations.c import CWriter
+from urdf2mbs.equations.constraints import constant_gaps, constraints
+from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.graph import Expr, Graph
 from urdf2mbs.equations.kinematics import Motion, motion
-from urdf2mbs.equations.loops import Loops, Refused, loops
-from urdf2mbs.equations.mirror import mirrored
-from urdf2mbs.equations.routine import Cases, Count, Routine
+from urdf2mbs.equations.loads import extforces, links, links3d
+from urdf2mbs.equations.mirror import find_mirrored
+from urdf2mbs.equations.python import PythonWriter
+from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
 from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
+from urdf2mbs.equations.writer import Writer
 from urdf2mbs.mbs.equations_fit import fingerprint
-from urdf2mbs.mbs.model import LINKS, SENSOR_MEASURES, Mbs, Sensor
+from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 
 #: What is generated, by Robotran's names.
 FUNCTIONS = (
-    "dirdyna", "invdyna", "accelred", "cons_hJ", "cons_jdqd", "link", "link3D", "extforces",
-    "sensor", "gensensor",
+    "dirdyna", "invdyna", "accelred", "invdynared", "cons_hJ", "cons_jdqd", "link", "link3D",
+    "extforces", "sensor", "gensensor",
 )  # fmt: skip
+#: Functions that Robotran has in C only.
+ONLY_C = frozenset(["invdynared"])
 
 
 @dataclass
@@ -38,13 +41,20 @@ class Equations:
     """Functions that are not generated, and why."""
     fixed: list[tuple[int, str, float]] = field(default_factory=list)
     """Joints that never move: number, name, and the position (rad, m) taken for constant."""
+    warnings: list[Diagnostic] = field(default_factory=list)
 
 
 #: The first words of every file.
 MARK = "Written by urdf2mbs from"
 
 
-def equations(
+#: What to do about a cut that can never close.
+NEVER_CLOSES = (
+    "Robotran leaves this equation out and says nothing: let the ends of the cut be at one place"
+)
+
+
+def generate(
     mbs: Mbs,
     data: bytes,
     file: str,
@@ -72,6 +82,10 @@ def equations(
             hint="give it a name of letters, digits and '_' in <mbsname>",
         )
     out = Equations()
+    out.warnings = [
+        Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
+        for _, message in constant_gaps(mbs)
+    ]
     if not keep_turns:
         numbers = mbs.numbers()
         out.fixed = [
@@ -79,59 +93,60 @@ def equations(
             for body in mbs.bodies for joint in body.joints if is_fixed(joint)
         ]  # fmt: skip
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
-    writer = c.Writer(mbs, pairs=pairs) if language == "c" else python.Writer(mbs, numba=numba)
+    in_c = language == "c"
+    writer: Writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs, numba=numba)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     for name in FUNCTIONS:
-        if why := _draft(mbs, name):
-            out.left_out[name] = why
+        if name in ONLY_C and not in_c:
             continue
-        made = getattr(maker, name.lower())()
+        made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
         text, out.counts[name] = writer.function(name, made)
-        head = _header(mbs, name, Path(file).name, fits, fold, out, made)
-        mark = "//" if language == "c" else "#"
-        lines = "".join(f"{mark} {line}".rstrip() + "\n" for line in head)
-        suffix = "c" if language == "c" else "py"
-        out.files[f"mbs_{name}_{mbs.name}.{suffix}"] = (lines + "\n" + text).encode()
+        head = [
+            f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
+            fits,
+            f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
+            *_remarks(made, out.counts[name], out.fixed, fold=fold),
+        ]
+        lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
+        out.files[f"mbs_{name}_{mbs.name}.{writer.suffix}"] = (lines + "\n" + text).encode()
     return out
 
 
-def _draft(mbs: Mbs, function: str) -> str:
-    """Why a function cannot be generated: an end of a cut or a link is not placed yet."""
-    of_links = {kind: [link for link in mbs.links if link.kind == kind] for kind in LINKS}
-    of_cuts = dict.fromkeys(("cons_hJ", "cons_jdqd", "accelred"), mbs.cuts)
-    for connection in {**of_cuts, **of_links}.get(function, ()):
+def _refuse_draft(mbs: Mbs, function: str) -> Refused | None:
+    """The reason if a function needs a cut or a link that is a draft."""
+    needs_cuts = function in ("cons_hJ", "cons_jdqd", "accelred", "invdynared")
+    needed = mbs.cuts if needs_cuts else [link for link in mbs.links if link.kind == function]
+    for connection in needed:
         if connection.is_draft:
             name = quoted(connection.name)
-            return f"{connection.kind} '{name}' is a draft: an end of it is on no body or point"
-    return ""
+            why = f"{connection.kind} '{name}' is a draft: an end of it is on no body or no point"
+            return Refused(why)
+    return None
 
 
-def _header(
-    mbs: Mbs, name: str, file: str, fits: str, fold: bool, out: Equations, made: object
+def _remarks(
+    made: Made, count: Count, fixed: list[tuple[int, str, float]], *, fold: bool
 ) -> list[str]:
-    count = out.counts[name]
-    lines = [
-        f"{MARK} {quoted(file)}. Do not edit: generate again.",
-        fits,
-        f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
-    ]
+    """What the head of a file says of its function."""
     if isinstance(made, Refused):
-        return [*lines, f"Not generated: {made.why}."]
+        return [f"Not generated: {made.why}."]
+    if isinstance(made, Absent):
+        return [f"The model has no {made.what}: this is not to be called."]
     if isinstance(made, Loops):
-        lines.append("Loops are closed by Newton's method; M and c are those of dirdyna.")
+        lines = ["Loops are closed by Newton's method; M, c and phi are other functions'."]
         if made.user:
             lines.append(
                 "The user's constraints are asked of user_cons_hJ and user_cons_jdqd; "
                 "user_cons_J_accelred is not called."
             )
         return lines
-    lines.append(
+    lines = [
         f"{count.operations} operations: {count.products} products, {count.sums} sums, "
         f"{count.functions} functions, {count.divisions} divisions, {count.signs} signs"
-    )
+    ]
     if count.paired:
         lines.append(f"{count.paired} of them are done two at a time, for two mirrored limbs.")
     if fold:
@@ -141,17 +156,19 @@ def _header(
             "What is zero in the .mbs, or a rounding of it, stays zero; other masses, centres, "
             "inertias and points are read from the data."
         )
-    if out.fixed:
+    if fixed:
         lines.append("These joints never move, and their positions are numbers:")
-        lines += [f"  {number} {quoted(joint)} at {q!r}" for number, joint, q in out.fixed]
+        lines += [f"  {number} {quoted(joint)} at {q!r}" for number, joint, q in fixed]
     return lines
 
 
 class Maker:
-    """The routines of one model, or why there is none."""
+    """The functions of one model, or why there is none."""
 
     def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
         self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
+        points = [point for body in mbs.bodies for point in body.points]
+        self.has_points = any(point.sensor or point.extforce for point in points)
 
     def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
         return Tree(
@@ -159,23 +176,23 @@ class Maker:
         )
 
     def dirdyna(self) -> Routine:
-        twin, labels = mirrored(self.tree())
+        twin, labels = find_mirrored(self.tree())
         tree = self.tree(labels=labels)
-        c = forces(tree, ())
+        c = joint_forces(tree, ())
         matrix = mass_matrix(self.tree(tree.graph, labels))
         routine = Routine(tree.graph)
         for i, k in _order(matrix, twin):
             routine.store(f"M[{i}][{k}]", matrix[i, k], *([f"M[{k}][{i}]"] * (i != k)))
-            other = twin.get(i, i), twin.get(k, k)
-            if k < other[1] and other in matrix:
-                routine.alike.append((matrix[i, k], matrix[other]))
+            mirrored_place = twin.get(i, i), twin.get(k, k)
+            if k < mirrored_place[1] and mirrored_place in matrix:
+                routine.alike.append((matrix[i, k], matrix[mirrored_place]))
         self._store_forces(routine, "c", c, twin)
         return routine
 
     def invdyna(self) -> Routine:
-        twin, labels = mirrored(self.tree())
+        twin, labels = find_mirrored(self.tree())
         tree = self.tree(labels=labels)
-        phi = forces(tree, range(len(tree.frames)))
+        phi = joint_forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
         self._store_forces(routine, "phi", phi, twin)
         return routine
@@ -190,18 +207,31 @@ class Maker:
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
         if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
-            return loops(tree)
+            return self.invdynared()
         try:
-            found = accelerations(tree, self.tree(tree.graph))
+            qdd = accelerations(tree, self.tree(tree.graph))
         except Massless as error:
             joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
         routine = Routine(tree.graph)
-        for k, value in found.items():
+        for k, value in qdd.items():
             routine.store(f"s.qdd[{k}]", value)
         return routine
 
-    def cons_hj(self) -> Routine:
+    def invdynared(self) -> Loops | Refused:
+        tree = self.tree()
+        numbers: dict[str, list[int]] = {"dependent": [], "independent": [], "driven": []}
+        for frame in tree.frames[1:]:
+            numbers[frame.joint.nature].append(frame.number)
+        cuts, dependent = len(constraints(tree)), len(numbers["dependent"])
+        if dependent < cuts:
+            return Refused(
+                f"the cuts make {cuts} equations, and {dependent} joints are dependent: "
+                "it takes one joint for each equation"
+            )
+        return Loops(**numbers, cuts=cuts, user=dependent - cuts)
+
+    def cons_hj(self) -> Routine | Absent:
         tree = self.tree()
         routine = Routine(tree.graph)
         for number, constraint in enumerate(constraints(tree), start=1):
@@ -209,25 +239,27 @@ class Maker:
             for k, value in constraint.jacobian.items():
                 if value:
                     routine.store(f"Jac[{number}][{k}]", value)
-        return routine
+        return routine if self.mbs.cuts else Absent("cuts")
 
-    def cons_jdqd(self) -> Routine:
+    def cons_jdqd(self) -> Routine | Absent:
         tree = self.tree()
         routine = Routine(tree.graph)
         for number, constraint in enumerate(constraints(tree), start=1):
             routine.store(f"Jdqd[{number}]", constraint.jdqd)
-        return routine
+        return routine if self.mbs.cuts else Absent("cuts")
 
-    def link(self) -> Routine:
+    def link(self) -> Routine | Absent:
         return links(self.tree())
 
-    def link3d(self) -> Routine:
+    def link3d(self) -> Routine | Absent:
         return links3d(self.tree())
 
-    def extforces(self) -> Routine:
-        return extforces(self.tree())
+    def extforces(self) -> Routine | Absent:
+        return extforces(self.tree()) if self.has_points else Absent("external forces or sensors")
 
-    def sensor(self) -> Cases:
+    def sensor(self) -> Cases | Absent:
+        if not self.has_points:
+            return Absent("sensors or external forces")
         routines: dict[int, Routine] = {}
         for body in self.mbs.bodies:
             for point in body.points:
@@ -257,9 +289,9 @@ def _order(matrix: Iterable[tuple[int, int]], twin: dict[int, int]) -> list[tupl
     for k in sorted(rows, reverse=True):
         for i in rows[k]:
             out[i, k] = None
-            j, other = twin.get(i, i), twin.get(k, k)
-            if j in rows.get(other, ()):
-                out[j, other] = None
+            row, column = twin.get(i, i), twin.get(k, k)
+            if row in rows.get(column, ()):
+                out[row, column] = None
     return list(out)
 
 

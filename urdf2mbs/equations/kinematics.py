@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
+from urdf2mbs.mbs.model import Connection
 
 
 @dataclass
 class Motion:
-    """Of a point fixed to a frame."""
+    """Of a point fixed to a frame, in the axes of the frame that it is seen from (SI units)."""
 
     axes: tuple[Vector, Vector, Vector]
     """The frame's x, y and z axis: the columns of the rotation from the frame."""
@@ -59,8 +60,8 @@ def chain(tree: Tree, number: int, start: int = 0) -> list[Frame]:
 def motion(
     tree: Tree, number: int, at: Vector = NONE, *, start: int = 0, accelerations: bool = True
 ) -> Motion:
-    """The motion of a point ``at`` in the frame behind a joint, seen from the frame ``start``,
-    as if that stood still; ``accelerations`` False takes all qdd as 0."""
+    """The motion of a point ``at`` in the frame behind a joint, seen from the frame ``start`` and
+    in its axes, as if this frame stood still; ``accelerations`` False takes all qdd as 0."""
     graph = tree.graph
     axes = UNIT
     position = velocity = spin = acceleration = spin_rate = NONE
@@ -102,6 +103,53 @@ def motion(
     return Motion(
         axes, position, velocity, spin, acceleration, spin_rate,
         dict(sorted(linear.items())), dict(sorted(angular.items())),
+    )  # fmt: skip
+
+
+#: The number of a body's last joint, and a point in the frame behind this joint (m).
+End = tuple[int, Vector]
+
+
+def ends(tree: Tree, connection: Connection) -> tuple[End, End]:
+    """Both ends of a cut or a link."""
+    (body1, point1), (body2, point2) = connection.endpoint1, connection.endpoint2
+    return (
+        (tree.last[body1], tree.point(body1, point1)),
+        (tree.last[body2], tree.point(body2, point2)),
+    )
+
+
+def common(tree: Tree, a: int, b: int) -> int:
+    """The number of the frame from which the ways to two frames part."""
+    inwards = {0}
+    while a:
+        inwards.add(a)
+        a = tree.frames[a].parent
+    while b not in inwards:
+        b = tree.frames[b].parent
+    return b
+
+
+def relative(tree: Tree, end1: End, end2: End) -> Motion:
+    """The motion of the second point as seen from the first body, in the axes of this body."""
+    start = common(tree, end1[0], end2[0])
+    a = motion(tree, *end1, start=start)
+    b = motion(tree, *end2, start=start)
+    p = tree.minus(b.position, a.position)
+    across = tree.cross(a.spin, p)
+    v = tree.minus(tree.minus(b.velocity, a.velocity), across)
+    w = tree.minus(b.spin, a.spin)
+    rate = tree.minus(b.spin_rate, a.spin_rate)
+    rate = tree.minus(rate, tree.cross(a.spin, w))
+    # b = a + w' x p + w x (w x p) + 2 w x v + what is seen
+    seen = tree.minus(b.acceleration, a.acceleration)
+    seen = tree.minus(seen, tree.cross(a.spin_rate, p))
+    seen = tree.minus(seen, tree.cross(a.spin, across))
+    seen = tree.minus(seen, tree.times(tree.graph.constant(2.0), tree.cross(a.spin, v)))
+    x, y, z = (into(tree, a.axes, axis) for axis in b.axes)
+    return Motion(
+        (x, y, z), into(tree, a.axes, p), into(tree, a.axes, v), into(tree, a.axes, w),
+        into(tree, a.axes, seen), into(tree, a.axes, rate),
     )  # fmt: skip
 
 

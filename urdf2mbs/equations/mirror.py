@@ -20,7 +20,7 @@ NAMES: list[Labels] = [
 ]
 
 
-def mirrored(tree: Tree) -> tuple[dict[int, int], dict[int, Labels]]:
+def find_mirrored(tree: Tree) -> tuple[dict[int, int], dict[int, Labels]]:
     """By number the twin of each joint that has one, and the axes of frames in second limbs.
 
     Joints that move, behind the same one or behind two twins, are twins if as many move behind
@@ -60,14 +60,14 @@ class _Finder:
     def find(self) -> None:
         stack = [(0, 0)]
         while stack:
-            one, other = stack.pop()
-            if one == other:
-                pairs = self._among(self.behind[one])
+            left, right = stack.pop()
+            if left == right:
+                pairs = self._among(self.behind[left])
                 paired = {k for pair in pairs for k in pair}
-                stack += [(k, k) for k in self.behind[one] if k not in paired]
+                stack += [(k, k) for k in self.behind[left] if k not in paired]
             else:
-                pairs = self._both(self.behind[one], self.behind[other])
-                self._name(one, other, pairs)
+                pairs = self._both(self.behind[left], self.behind[right])
+                self._name(left, right, pairs)
             stack += pairs
 
     def _among(self, joints: list[int]) -> list[tuple[int, int]]:
@@ -82,17 +82,17 @@ class _Finder:
                     left = [i for i in left if i not in (k, j)]
         return out
 
-    def _both(self, joints: list[int], others: list[int]) -> list[tuple[int, int]]:
+    def _both(self, lefts: list[int], rights: list[int]) -> list[tuple[int, int]]:
         """Pairs of joints behind two that are twins."""
-        ours, theirs = list(joints), list(others)
+        lefts, rights = list(lefts), list(rights)
         out = []
         for fits in (self._same, self._like):
-            for k in list(ours):
-                j = next((j for j in theirs if fits(k, j)), 0)
+            for k in list(lefts):
+                j = next((j for j in rights if fits(k, j)), 0)
                 if j:
                     out.append((k, j))
-                    ours.remove(k)
-                    theirs.remove(j)
+                    lefts.remove(k)
+                    rights.remove(j)
         return out
 
     def _same(self, k: int, j: int) -> bool:
@@ -102,13 +102,13 @@ class _Finder:
         less, more = sorted((self.size[k], self.size[j]))
         return self.tree.frames[k].turns == self.tree.frames[j].turns and 2 * less >= more
 
-    def _name(self, one: int, other: int, pairs: list[tuple[int, int]]) -> None:
+    def _name(self, left: int, right: int, pairs: list[tuple[int, int]]) -> None:
         """Name the axes of the second of two twins, and of the fixed joints before it."""
-        frames, ours, theirs = self.tree.frames, self.between[one], self.between[other]
-        alike = len(ours) == len(theirs)
-        for frame, twin in zip(theirs, ours if alike else [None] * len(theirs), strict=True):
-            self._choose(frame, twin, [(one, other)])
-        self._choose(frames[other], frames[one], pairs)
+        frames, lefts, rights = self.tree.frames, self.between[left], self.between[right]
+        alike = len(lefts) == len(rights)
+        for frame, twin in zip(rights, lefts if alike else [None] * len(rights), strict=True):
+            self._choose(frame, twin, [(left, right)])
+        self._choose(frames[right], frames[left], pairs)
 
     def _choose(self, frame: Frame, twin: Frame | None, pairs: list[tuple[int, int]]) -> None:
         """Own axis and next axes like the twin's, and else the names of the frame before."""

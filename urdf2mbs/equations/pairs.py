@@ -47,12 +47,12 @@ def _operands(graph: Graph, node: int) -> tuple[int, ...]:
 def _used(graph: Graph, results: list[Expr]) -> list[int]:
     """All nodes that some results need; what a node is made of stands before it."""
     stack = [abs(x) for x in results]
-    found = set(stack)
+    nodes = set(stack)
     while stack:
-        new = [x for x in _operands(graph, stack.pop()) if x not in found]
-        found.update(new)
+        new = [x for x in _operands(graph, stack.pop()) if x not in nodes]
+        nodes.update(new)
         stack += new
-    return sorted(found)
+    return sorted(nodes)
 
 
 def _shapes(graph: Graph, used: list[int]) -> dict[int, int]:
@@ -78,20 +78,20 @@ def _twins(graph: Graph, used: list[int], alike: list[tuple[Expr, Expr]]) -> dic
     # what a node is made of has lower numbers: once the highest are done, they do not come again
     heap = [(-max(abs(x), abs(y)), abs(x), abs(y)) for x, y in alike]
     heapify(heap)
-    taken: set[int] = set()
+    paired: set[int] = set()
     out: dict[int, Twin] = {}
     while heap:
         _, m, n = heappop(heap)
-        if m == n or m in taken or n in taken or op[m] != op[n] or op[m] in LEAVES:
+        if m == n or m in paired or n in paired or op[m] != op[n] or op[m] in LEAVES:
             continue
-        taken |= {m, n}
-        ours, others = _operands(graph, m), _operands(graph, n)
+        paired |= {m, n}
+        operands, twins = _operands(graph, m), _operands(graph, n)
         crossed = False
-        if len(ours) == 2 and op[m] != DIV:
-            (x, y), (u, v) = ours, others
+        if len(operands) == 2 and op[m] != DIV:
+            (x, y), (u, v) = operands, twins
             crossed = likeness(x, v) + likeness(y, u) > likeness(x, u) + likeness(y, v)
         out[m] = Twin(n, crossed)
-        for x, u in zip(ours, others[:: -1 if crossed else 1], strict=True):
+        for x, u in zip(operands, twins[:: -1 if crossed else 1], strict=True):
             heappush(heap, (-max(x, u), x, u))
     return _linked(graph, out)
 
@@ -100,8 +100,8 @@ def _linked(graph: Graph, twins: dict[int, Twin]) -> dict[int, Twin]:
     """Without twins that neither are made of twins nor make any: these would not pay."""
     linked: set[int] = set()
     for m, twin in twins.items():
-        others = _operands(graph, twin.node)
-        for x, u in zip(_operands(graph, m), others[:: -1 if twin.crossed else 1], strict=True):
+        operands = _operands(graph, twin.node)
+        for x, u in zip(_operands(graph, m), operands[:: -1 if twin.crossed else 1], strict=True):
             if x in twins and twins[x].node == u:
                 linked |= {m, x}
     return {m: twin for m, twin in twins.items() if m in linked}
@@ -132,9 +132,9 @@ def _order(graph: Graph, used: list[int], twins: dict[int, Twin]) -> list[int]:
                 return out
             # all that the lowest node is made of is done, so it waits for its twin only
             node = first.pop(used[lowest], used[lowest])
-            other = twins.pop(node).node
-            first.pop(other, None)
-            ready = [node, other]
+            second = twins.pop(node).node
+            first.pop(second, None)
+            ready = [node, second]
         node = ready.pop()
         node = first.get(node, node)
         both = (node, twins[node].node) if node in twins else (node,)
@@ -192,21 +192,21 @@ class _Writer:
         if twin.crossed:
             u, v = v, u
         x, sign = self._both(graph.a[node], u)
-        y, other = self._both(graph.b[node], v)
+        y, sign_of_y = self._both(graph.b[node], v)
         if op != ADD:
-            return graph.apply(op, x, y), sign * other
-        if sign != other:
+            return graph.apply(op, x, y), sign * sign_of_y
+        if sign != sign_of_y:
             y = self._second_reversed(y)
         return graph.add(x, y), sign
 
     def _both(self, x: Expr, y: Expr) -> tuple[Expr, int]:
         """A pair of x and y times a sign, and the sign; if they are equal, a number for both."""
-        node, other = abs(x), abs(y)
+        node, second = abs(x), abs(y)
         turned = 1 if x > 0 else -1
         same = 1 if (x > 0) == (y > 0) else -1
-        if node == other:
+        if node == second:
             return self.scalar(x), same
-        if node in self.twins and self.twins[node].node == other:
+        if node in self.twins and self.twins[node].node == second:
             both, sign = self.pairs[node]
             return turned * both, sign * same
         return self.graph.pair(self.scalar(x), self.scalar(y)), 1

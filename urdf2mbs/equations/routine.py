@@ -6,7 +6,7 @@ it is used, and what is not used is not written.  A variable stands as late as i
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 
 from urdf2mbs.equations.graph import (
     ADD,
@@ -56,8 +56,8 @@ class Routine:
     alike: list[tuple[Expr, Expr]] = field(default_factory=list)
     """Results of mirrored joints."""
 
-    def store(self, place: str, value: Expr, *others: str) -> None:
-        self.steps.append(Store((place, *others), value))
+    def store(self, place: str, value: Expr, *more: str) -> None:
+        self.steps.append(Store((place, *more), value))
 
 
 @dataclass
@@ -65,6 +65,38 @@ class Cases:
     """A routine for each number, of a sensor or a joint."""
 
     routines: dict[int, Routine]
+
+
+@dataclass
+class Absent:
+    """A function that a model does not need: to call it is a mistake."""
+
+    what: str
+    """What the model has not."""
+
+
+@dataclass
+class Loops:
+    """The joints by number; of the constraints, those of cuts come first."""
+
+    dependent: list[int]
+    independent: list[int]
+    driven: list[int]
+    cuts: int
+    """Equations of cuts."""
+    user: int
+    """Equations that the user's functions give."""
+
+
+@dataclass
+class Refused:
+    """A function that is not generated, and why."""
+
+    why: str
+
+
+#: What may be written as one of Robotran's functions.
+Made = Routine | Cases | Absent | Loops | Refused
 
 
 @dataclass
@@ -85,12 +117,8 @@ class Count:
     def operations(self) -> int:
         return self.products + self.sums + self.functions + self.divisions + self.signs
 
-    def __add__(self, other: Count) -> Count:
-        return Count(
-            self.products + other.products, self.sums + other.sums,
-            self.functions + other.functions, self.divisions + other.divisions,
-            self.signs + other.signs, self.paired + other.paired,
-        )  # fmt: skip
+    def __add__(self, more: Count) -> Count:
+        return Count(*map(sum, zip(astuple(self), astuple(more), strict=True)))
 
 
 @dataclass
@@ -198,10 +226,10 @@ class _Writer:
             first = self._join(x, graph.a[node] > 0)
             terms = [(True, f"PAIR({first}, {self._join(y, graph.b[node] > 0)})")]
         elif kind in (MUL, DIV):
-            (plus, one), (other, two) = self._factor(x), self._factor(y)
-            if kind == DIV and " " in two and two[0] != "(":
-                two = f"({two})"
-            terms = [(plus == other, f"{one} {'*' if kind == MUL else '/'} {two}")]
+            (plus_a, a), (plus_b, b) = self._factor(x), self._factor(y)
+            if kind == DIV and " " in b and b[0] != "(":
+                b = f"({b})"
+            terms = [(plus_a == plus_b, f"{a} {'*' if kind == MUL else '/'} {b}")]
         elif kind in (FIRST, SECOND):
             plus, name = self.terms[x][0]
             terms = [(plus, f"{name}[{kind - FIRST}]")]

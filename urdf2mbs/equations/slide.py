@@ -12,7 +12,7 @@ from __future__ import annotations
 from math import inf
 
 from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.tree import Frame, Tree, Vector, along, labelled
+from urdf2mbs.equations.tree import Frame, Tree, Vector, along, relabel
 from urdf2mbs.spatial import Vec
 
 #: So many places are considered for each frame.
@@ -66,12 +66,12 @@ class _Places:
             for vector, value in zip(before.slides, before.values, strict=True):
                 self._offer(
                     tree.behind(frame, tree.minus(vector, frame.start)),
-                    labelled(_less(value, self.start), frame.change),
+                    relabel(_less(value, self.start), frame.change),
                 )
         else:
             for vector, value in zip(before.slides, before.values, strict=True):
                 x = tree.behind(frame, tree.minus(vector, frame.start))[axis]
-                free = labelled(_less(value, self.start), frame.change)[axis]
+                free = relabel(_less(value, self.start), frame.change)[axis]
                 self._offer_along(axis, x, free)
             for child in frame.children:
                 start = tree.frames[child].start
@@ -101,7 +101,7 @@ class _Places:
         """The price of each place with the best place of one child."""
         a, b, c = child.start
         adding = 0 if fold else 1
-        values = [labelled(value, frame.back) for value in child.values]
+        values = [relabel(value, frame.back) for value in child.values]
         for i, (x, y, z) in enumerate(self.values):
             lowest, best = inf, 0
             for j, (u, v, w) in enumerate(values):

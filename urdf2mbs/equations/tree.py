@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar, cast
 
-from urdf2mbs.equations.graph import Expr, Graph
+from urdf2mbs.equations.graph import CONST, Expr, Graph
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.spatial import ZERO, Vec
 
@@ -72,12 +72,15 @@ class Tree:
         *,
         fold: bool = False,
         keep_turns: bool = False,
+        still: bool = False,
         graph: Graph | None = None,
         labels: Mapping[int, Labels] | None = None,
     ) -> None:
+        """``fold`` makes numbers of the model's data, ``keep_turns`` symbols of the positions of
+        joints that never move; ``still`` makes numbers of all, at the start position."""
         self.mbs = mbs
         self.graph = graph = Graph() if graph is None else graph
-        self.fold = fold
+        self.fold, self.still = fold or still, still
         self.points: dict[tuple[str | None, str | None], int] = {}
         """The number of each point, as Robotran counts: in the order of the file, base first."""
         self.last: dict[str | None, int] = {None: 0}
@@ -99,7 +102,7 @@ class Tree:
             start, at = self.point(body.parent, body.point), ZERO
             if body.point is not None:
                 own = self.frames[parent].labels
-                at = labelled(self.coordinates[body.parent, body.point], own)
+                at = relabel(self.coordinates[body.parent, body.point], own)
             for joint in body.joints:
                 number = len(self.frames)
                 q, qd, qdd = self._motion(joint, number, keep_turns)
@@ -110,8 +113,8 @@ class Tree:
                 frame = Frame(
                     number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at
                 )
-                frame.labels, frame.change = own, labelled_again(own, inverse(before))
-                frame.back = inverse(frame.change)
+                frame.labels, frame.change = own, chain_labels(own, invert_labels(before))
+                frame.back = invert_labels(frame.change)
                 self.frames.append(frame)
                 self.put(frame, NONE)
                 self.frames[parent].children.append(number)
@@ -121,13 +124,17 @@ class Tree:
 
     def _motion(self, joint: Joint, number: int, keep_turns: bool) -> tuple[Expr, Expr, Expr]:
         graph = self.graph
-        if is_fixed(joint) and not keep_turns:
+        if self.still or (is_fixed(joint) and not keep_turns):
             return graph.constant(joint.q or 0.0), 0, 0
         kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
         q, qd, qdd = (
             graph.symbol(f"{name}[{number}]") if name in kept else 0 for name in ("q", "qd", "qdd")
         )
         return q, qd, qdd
+
+    def moves(self, frame: Frame) -> bool:
+        """True if the position of a joint is not a number of the equations."""
+        return self.graph.op[abs(frame.q)] != CONST
 
     def put(self, frame: Frame, slide: Vector) -> None:
         """Move a frame in its own axes (m); the frame before it must be in its place."""
@@ -151,7 +158,7 @@ class Tree:
             self.parameter(value, f"dpt[{k}][{number}]")
             for k, value in enumerate(self.coordinates[body, point], start=1)
         )
-        return labelled((x, y, z), self.frames[self.last[body]].labels)
+        return relabel((x, y, z), self.frames[self.last[body]].labels)
 
     def gravity(self) -> Vector:
         x, y, z = (
@@ -173,7 +180,7 @@ class Tree:
             self.parameter(value, f"l[{k}][{frame.number}]")
             for k, value in enumerate(given, start=1)
         )
-        return self.minus(labelled((x, y, z), frame.labels), frame.slide)
+        return self.minus(relabel((x, y, z), frame.labels), frame.slide)
 
     def inertia(self, frame: Frame) -> Matrix:
         """About the centre of mass, in the frame's axes (kg m^2)."""
@@ -184,14 +191,14 @@ class Tree:
             self.parameter(value, f"In[{k}][{frame.number}]")
             for k, value in zip((1, 2, 3, 5, 6, 9), given, strict=True)
         )
-        return labelled_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], frame.labels)
+        return relabel_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], frame.labels)
 
     def loads(self, frame: Frame) -> tuple[Vector, Vector]:
-        """Force and torque on a body, in the frame."""
+        """Force and torque on a body at its centre of mass (N, Nm), in the frame's axes."""
         symbol, number = self.graph.symbol, frame.number
         fx, fy, fz = (symbol(f"frc[{k}][{number}]") for k in (1, 2, 3))
         mx, my, mz = (symbol(f"trq[{k}][{number}]") for k in (1, 2, 3))
-        return labelled((fx, fy, fz), frame.labels), labelled((mx, my, mz), frame.labels)
+        return relabel((fx, fy, fz), frame.labels), relabel((mx, my, mz), frame.labels)
 
     # --- vectors ---------------------------------------------------------------------------
 
@@ -221,11 +228,11 @@ class Tree:
     def behind(self, frame: Frame, v: Vector) -> Vector:
         """A vector in the axes of the frame before a joint, in those behind it if this is at
         zero."""
-        return v if frame.change is OWN else labelled(v, frame.change)
+        return v if frame.change is OWN else relabel(v, frame.change)
 
     def before(self, frame: Frame, v: Vector) -> Vector:
         """The other way."""
-        return v if frame.change is OWN else labelled(v, frame.back)
+        return v if frame.change is OWN else relabel(v, frame.back)
 
     def outward(self, frame: Frame, v: Vector) -> Vector:
         """A vector given in the frame before a joint, in the frame behind it."""
@@ -280,24 +287,24 @@ def along(axis: int, x: Expr) -> Vector:
 Three = TypeVar("Three", Vector, Vec)
 
 
-def labelled(v: Three, labels: Labels) -> Three:
+def relabel(v: Three, labels: Labels) -> Three:
     """A vector in other axes."""
     (i, a), (j, b), (k, c) = labels
     return a * v[i], b * v[j], c * v[k]
 
 
-def labelled_matrix(matrix: Matrix, labels: Labels) -> Matrix:
+def relabel_matrix(matrix: Matrix, labels: Labels) -> Matrix:
     return [[a * b * matrix[i][j] for j, b in labels] for i, a in labels]
 
 
-def labelled_again(labels: Labels, first: Labels) -> Labels:
+def chain_labels(labels: Labels, first: Labels) -> Labels:
     """Other axes than those that ``first`` makes; OWN itself if nothing changes."""
     (i, a), (j, b), (k, c) = ((first[index][0], first[index][1] * sign) for index, sign in labels)
     out = (i, a), (j, b), (k, c)
     return OWN if out == OWN else out
 
 
-def inverse(labels: Labels) -> Labels:
+def invert_labels(labels: Labels) -> Labels:
     (_, i, a), (_, j, b), (_, k, c) = sorted(
         (index, new, sign) for new, (index, sign) in enumerate(labels)
     )

@@ -44,14 +44,13 @@ def run(conversion: Conversion, options: Options) -> None:
 
 
 def _write(conversion: Conversion, options: Options, data: bytes) -> None:
-    from urdf2mbs.equations import equations  # which takes time, and is seldom asked for
 
     output = conversion.settings.output
     mbs = read(data, str(output), mechanics_only=True)
     folder = _folder(conversion)
     languages = ("python", "c") if options.language == "both" else (options.language or "python",)
     for language in languages:
-        made = equations(
+        made = generate(
             mbs, data, output.name, language=language, fold=options.fold, pairs=options.pairs
         )
         for name, text in made.files.items():

@@ -344,6 +344,13 @@ def _tell_open(conversion: Conversion, placement: Placement) -> None:
                 told += f" and {angle:.3g} rad"
                 off = max(off, angle)
         if off > CLOSED:
+            from urdf2mbs.equations import NEVER_CLOSES, constant_gaps  # seldom needed: slow
+
+            gaps = [message for name, message in constant_gaps(mbs) if name == cut.name]
+            for message in gaps:
+                conversion.warn("loop-never-closes", message, hint=NEVER_CLOSES)
+            if gaps:
+                continue
             conversion.warn(
                 "loop-open",
                 f"cut '{cut.name}' is open at the start position, by {told}: Robotran will try "
