@@ -21,7 +21,6 @@ def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
 
 
 def _tables(mbs: Mbs, simulation: Simulation) -> str:
-    held = simulation.hold.joints if simulation.hold is not None else []
     return "".join(
         [
             "# Constraints: follower, leader, multiplier, offset.\n",
@@ -37,8 +36,6 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((c.follower.name, c.leader.name, c.multiplier, c.offset)
                  for c in simulation.driven),
             ),
-            "\n# Joints that a controller holds at the start position.\n",
-            _list("HELD", (joint.name for joint in held)),
             "\n# External forces from the ground, and the URDF link of each.\n",
             _dict("CONTACTS", ((_force(c.point), c.link) for c in simulation.contacts)),
             f"UP = {simulation.up!r}\n",
@@ -58,7 +55,8 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((f.name, (tuple(j.name for j in f.joints), f.rotation))
                  for f in simulation.force_torques),
             ),
-            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers.\n",
+            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers; what bounds it:"
+            f"\n# {quoted(simulation.shortened_by)}.\n",
             f"TIME_STEP = {simulation.time_step!r}\n",
             "\n# What workR/main.py plots.\n",
             _list("PLOTTED", plotted(mbs)),
