@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from project.standin import MbsData, from1
+from project.standin import MbsData
 
 HEADERS = Path(__file__).with_name("mbsysc")
 
@@ -103,7 +103,7 @@ class _Data(ctypes.Structure):
 class Compiled:
     """A project that runs in C; ``data`` is the memory that it works on."""
 
-    def __init__(self, project: Path) -> None:
+    def __init__(self, project: Path, *flags: str) -> None:
         (model,) = (project / "dataR").glob("*.mbs")
         self.data = data = MbsData(model)
         self.step = self._step(project)
@@ -111,7 +111,7 @@ class Compiled:
         sources = [*project.glob("userfctR/*.c"), *project.glob("symbolicR/*.c"), project / "run.c"]
         library = project / "run.so"
         subprocess.run(
-            ["gcc", "-std=gnu99", "-O1", "-w", "-DMBS_BEFORE_2025", f"-I{HEADERS}",
+            ["gcc", "-std=gnu99", *(flags or ("-O0",)), "-w", "-DMBS_BEFORE_2025", f"-I{HEADERS}",
              f"-I{project / 'userfctR'}", "-shared", "-fPIC", "-o", library,
              *sorted(map(str, sources)), "-lm"],
             check=True,
@@ -153,7 +153,9 @@ class Compiled:
             inertia[1:, last] = [xx, xy, xz, xy, yy, yz, xz, yz, zz]
         c.m, c.l, c.In = vector(mass), table(centre), table(inertia)
         c.frc, c.trq = table(np.zeros((4, n + 1))), table(np.zeros((4, n + 1)))
-        c.lrod = vector(np.array([0.0, *(x.length or 0.0 for x in data.mbs.cuts if x.kind == "rod")]))
+        c.lrod = vector(
+            np.array([0.0, *(x.length or 0.0 for x in data.mbs.cuts if x.kind == "rod")])
+        )
         for name in ("Z", "Zd", "Fl"):
             setattr(c, name, vector(np.zeros(len(data.link_id) + 1)))
         c.dpt = (_row * 4)(*(vector(np.asarray(data.dpt)[k]) for k in range(4)))

@@ -202,7 +202,9 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
     if not beyond:
         return
     if move:
-        _move_inside(conversion, {name: step.coordinates[0] for name, step in steps.items()}, limits)
+        _move_inside(
+            conversion, {name: step.coordinates[0] for name, step in steps.items()}, limits
+        )
     texts = []
     for name, q in beyond.items():
         step, (low, high) = steps[name], limits[name]
@@ -252,7 +254,8 @@ def _move_inside(
         for coupling in followers.get(name, ()):
             m, b = coupling.multiplier, coupling.offset
             if m:
-                ends = sorted((end - b) / m for end in limits.get(coupling.follower.name, (-inf, inf)))
+                range_ = limits.get(coupling.follower.name, (-inf, inf))
+                ends = sorted((end - b) / m for end in range_)
                 if max(low, ends[0]) <= min(high, ends[1]):
                     low, high = max(low, ends[0]), min(high, ends[1])
         q = joint.q or 0.0

@@ -14,14 +14,17 @@ chosen give way, one by one, the one that makes the fastest mode first, and each
 the robot itself states (damping) never does.
 
 The gains of ``hold`` are computed here, since only now it is known what each joint carries: the
-inertia about its axis of all that hangs on it; or, for a joint between a floating base and the
+inertia I about its axis of all that hangs on it; or, for a joint between a floating base and the
 ground, that of the rest of the robot, shared by the links that touch the ground, if it is larger.
+``stiffness = I (2 pi frequency)^2``; ``damping = 2 damping_ratio (I stiffness)^(1/2)``, but at most
+``FASTEST`` times the inertia that the joint feels while all others are free: so a light foot below
+a heavy robot asks for no very short step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from math import hypot, pi, sqrt
+from collections.abc import Iterator
+from math import floor, hypot, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
@@ -37,12 +40,15 @@ if TYPE_CHECKING:
 PART = 0.4
 #: The longest step (s), and the one below which numbers give way.
 LONGEST, SHORTEST = 1e-3, 1e-5
+#: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
+FASTEST = 3000.0
 #: The user models that the forces of a project depend on.
 NUMBERS = (
     "joint_forces", "damping", "friction", "friction_speed", "stop_stiffness", "hold_stiffness",
     "hold_damping", "contact", "link_stiffness", "link_damping",
 )  # fmt: skip
-#: The user models with the numbers that give way, and what is said of each.
+#: By kind of slope, the user models (of contacts: the parameters of ``contact``) that give way,
+#: and the power of the factor by which.
 GIVES_WAY = {
     "friction": {"friction_speed": -1},
     "stop": {"stop_stiffness": 1},
@@ -79,16 +85,22 @@ def run(conversion: Conversion, options: NoOptions) -> None:
 
 
 def _add_hold(conversion: Conversion, mass: Mass) -> None:
+    from urdf2mbs.project.stability import felt, reduction_of
+
     stiffness: dict[str, float] = {}
     damping: dict[str, float] = {}
     carried = _carried(conversion.simulation, mass)
+    reduction = reduction_of(mass, conversion.simulation)
+    feels = felt(reduction.T @ mass.matrix @ reduction, reduction)
+    numbers = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
     for held in conversion.simulation.hold:
         inertia = carried[held.joint.name]
         k, d = held.stiffness, held.damping
         if k is None:
             k = _short(inertia * (2 * pi * held.frequency) ** 2)
         if d is None:
-            d = _short(2 * held.damping_ratio * sqrt(inertia * k))
+            light = float(feels[numbers[held.joint.name]])
+            d = _short(min(2 * held.damping_ratio * sqrt(inertia * k), FASTEST * light))
         stiffness[held.joint.name], damping[held.joint.name] = k, d
     for name, values in (
         ("hold", {"on": 1.0}), ("hold_stiffness", stiffness), ("hold_damping", damping)
@@ -100,9 +112,7 @@ def _add_hold(conversion: Conversion, mass: Mass) -> None:
 
 def _carried(simulation: Simulation, mass: Mass) -> dict[str, float]:
     """The inertia that each joint carries (kg m^2, kg)."""
-    owners = {
-        id(point): body.name for body in mass.mbs.bodies for point in body.points
-    }
+    owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
     feet = {owners[id(contact.point)] for contact in simulation.contacts}
     joints = mass.placement.joints
     whole = mass.whole()
@@ -137,17 +147,17 @@ def _choose(conversion: Conversion, mass: Mass) -> None:
     while True:
         slopes = list(_slopes(conversion, mass, reduction, models))
         mode = fastest(reduced, slopes)
-        if mode.step * PART >= SHORTEST or not _give_way(slopes, mode, models):
+        if mode.step * PART >= SHORTEST * (1 - 1e-9) or not _give_way(slopes, mode, models):
             break
     _write(conversion, models)
     if mode.step * PART < LONGEST:
         worst = slopes[int(mode.shares.argmax())]
         simulation.shortened_by = NAMES[worst.kind].format(worst.name)
-        simulation.time_step = _short(mode.step * PART * 0.95)
+        simulation.time_step = _rounded_down(mode.step * PART)
         conversion.note(
             "time-step",
-            f"TIME_STEP is {simulation.time_step:g} s: {simulation.shortened_by} makes it so "
-            f"short (its fastest mode has {abs(mode.rate):.3g} 1/s)",
+            f"TIME_STEP is {simulation.time_step:g} s, because of {simulation.shortened_by} "
+            f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
         )
     _tell(conversion, before, models)
 
@@ -205,29 +215,31 @@ def _give_way(slopes: list[Slope], mode: Mode, models: Models) -> bool:
     """Soften what makes the fastest mode, as far as it may; False if nothing of it may."""
     for k in mode.shares.argsort()[::-1]:
         slope = slopes[k]
-        if mode.shares[k] < 0.05:
+        if mode.shares[k] < 0.5:
             break
         if slope.kind not in GIVES_WAY:
             continue
         factor = min(0.9, max(0.1, mode.step * PART / SHORTEST))
+        ground = slope.kind in ("contact", "slip")
         for name, power in GIVES_WAY[slope.kind].items():
-            group, key = ("contact", name) if slope.kind in ("contact", "slip") else (name, slope.name)
-            models[group][key] *= factor**power
+            group, key = ("contact", name) if ground else (name, slope.name)
+            models[group][key] = _short(models[group][key] * factor**power)
         return True
     return False
 
 
 def _write(conversion: Conversion, models: Models) -> None:
+    """Put the numbers that have given way into the user models."""
     for model in conversion.mbs.user_models:
         for parameter in model.parameters if model.name in NUMBERS else ():
             value = models[model.name][parameter.name]
             if value != float(parameter.values[0]):
-                parameter.values = (repr(_short(value)),)
+                parameter.values = (repr(value),)
 
 
 def _tell(conversion: Conversion, before: Models, models: Models) -> None:
     changes = [
-        f"{group} of '{name}' {old:g} -> {_short(models[group][name]):g}"
+        f"{group} of '{name}' is {models[group][name]:g} instead of {old:g}"
         for group, values in before.items()
         for name, old in values.items()
         if models[group][name] != old
@@ -235,20 +247,28 @@ def _tell(conversion: Conversion, before: Models, models: Models) -> None:
     if changes:
         conversion.warn(
             "time-step-softened",
-            f"a step of {SHORTEST:g} s would be too long for the fastest modes, so that these "
-            f"numbers have given way: {'; '.join(changes)}",
+            f"the step would be shorter than {SHORTEST:g} s, so these numbers have given way: "
+            + "; ".join(changes),
+            hint="state other numbers, or give what they move more inertia",
         )
     if conversion.simulation.time_step < SHORTEST:
         conversion.warn(
             "time-step-short",
-            f"TIME_STEP is {conversion.simulation.time_step:g} s, and a simulation takes long: "
-            f"{conversion.simulation.shortened_by} makes it so short",
+            f"TIME_STEP is only {conversion.simulation.time_step:g} s, because of "
+            f"{conversion.simulation.shortened_by}: a simulation takes long",
+            hint="see if the robot's file states a likely number, and a likely inertia",
         )
 
 
 def _short(value: float) -> float:
     """Two significant digits: enough for a number that we choose and the robot does not state."""
     return float(f"{value:.2g}")
+
+
+def _rounded_down(value: float) -> float:
+    """To two significant digits."""
+    digit = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{floor(value / digit * (1 + 1e-9)) * digit:.1e}")
 
 
 PASS = Pass(

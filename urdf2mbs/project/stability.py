@@ -97,7 +97,9 @@ def felt(mass: Array, rows: Array) -> Array:
     ``1 / (r M^-1 r')``, infinite for one that does not move."""
     basis = _unit_mass(mass)
     mobility = ((rows @ basis) ** 2).sum(axis=1)
-    return np.divide(1.0, mobility, out=np.full(len(rows), inf), where=mobility > 0.0)
+    inertias: Array = np.full(len(rows), inf)
+    np.divide(1.0, mobility, out=inertias, where=mobility > 0.0)
+    return inertias
 
 
 def _unit_mass(mass: Array) -> Array:
@@ -107,7 +109,8 @@ def _unit_mass(mass: Array) -> Array:
     scale[scale == 0.0] = 1.0
     values, vectors = np.linalg.eigh(mass / np.outer(scale, scale))
     solid = values > MASSLESS * max(values, default=0.0)
-    return vectors[:, solid] / np.sqrt(values[solid]) / scale[:, None]
+    basis: Array = vectors[:, solid] / np.sqrt(values[solid]) / scale[:, None]
+    return basis
 
 
 def fastest(mass: Array, slopes: list[Slope]) -> Mode:
