@@ -55,7 +55,8 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((f.name, (tuple(j.name for j in f.joints), f.rotation))
                  for f in simulation.force_torques),
             ),
-            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers. What bounds it:\n"
+            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers. "
+            "What bounds it:\n"
             f"# {quoted(simulation.shortened_by)}.\n",
             f"TIME_STEP = {simulation.time_step!r}\n",
             "\n# What workR/main.py plots.\n",
