@@ -296,7 +296,7 @@ SECTIONS = [
             ),
             "time-step": Code(
                 "the `TIME_STEP` of a project, and which joint, foot or spring makes it shorter "
-                "than 1 ms: see [time-step](passes/time-step.md)",
+                "than 0.5 ms: see [time-step](passes/time-step.md)",
                 level="note",
             ),
             "time-step-softened": Code(

@@ -101,7 +101,7 @@ class Simulation(msgspec.Struct):
     hold: list[Held] = []
     up: Vec = (0.0, 0.0, 1.0)
     """Against gravity, in the axes of the base."""
-    time_step: float = 1e-3
+    time_step: float = 5e-4
     """A step (s) that a fixed-step integrator can take."""
     shortened_by: str = "no force"
     """What makes the step as short as it is, such as "damping of joint 'wrist'"."""

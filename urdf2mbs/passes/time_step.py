@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 #: The step is this part of the longest stable one.
 PART = 0.4
 #: The longest step (s), and the one below which numbers give way.
-LONGEST, SHORTEST = 1e-3, 1e-5
+LONGEST, SHORTEST = 5e-4, 1e-5
 #: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
 FASTEST = 3000.0
 #: The user models that the forces of a project depend on.
