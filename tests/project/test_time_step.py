@@ -30,8 +30,9 @@ needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not t
 
 def link(name: str, mass: float, inertia: float, x: float = 0.0) -> str:
     return (
-        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/><inertia ixx="{inertia}" '
-        f'iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>'
+        f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/>'
+        "</inertial></link>"
     )
 
 
@@ -222,7 +223,7 @@ def test_the_gains_of_hold(tmp_path: Path) -> None:
     assert k["shoulder"] == pytest.approx(moved["shoulder"] * (4 * pi) ** 2, rel=0.05)
     assert d["shoulder"] == pytest.approx(sqrt(moved["shoulder"] * k["shoulder"]), rel=0.05)
     assert k["wrist_roll"] == pytest.approx(moved["wrist_roll"] * (2 * pi) ** 2, rel=0.05)
-    with pytest.raises(ConfigError, match="fits 'wirst' in 'hold.gains'") as caught:
+    with pytest.raises(ConfigError, match=r"fits 'wirst' in 'hold\.gains'") as caught:
         convert_text(TINY, options={"posture": {"hold": {"gains": {"wirst": {}}}}})
     assert caught.value.code == "posture-hold"
 
