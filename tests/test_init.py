@@ -112,7 +112,7 @@ xacro_args:
 # Uncomment to let the robot stand on the ground, held by a controller:
 # passes:
 #   contacts: {links: [left_foot, right_foot]}
-#   posture: {hold: {stiffness: 300, damping: 4}}   # N m/rad, N m s/rad
+#   posture: {hold: {frequency: 4, damping_ratio: 0.3}}   # Hz; 1 does not swing
 """
     )
     assert main(["run", "biped.yaml"]) == 0

@@ -301,7 +301,9 @@ SECTIONS = [
                 level="warning",
             ),
             "posture-limit": Code(
-                "joints start beyond their limits: give a start position", level="warning"
+                "joints would start beyond their limits; in a project they start at the nearest "
+                "limit: give a start position",
+                level="warning",
             ),
             "posture-state": Code(
                 "a group state gives a position to what is not a joint with one position",
@@ -309,6 +311,21 @@ SECTIONS = [
             ),
             "stand": Code(
                 "how far the base was shifted so that the robot stands on the ground", level="note"
+            ),
+            "time-step": Code(
+                "the `TIME_STEP` of a project, and which joint, foot or spring makes it shorter "
+                "than 0.5 ms: see [time-step](passes/time-step.md)",
+                level="note",
+            ),
+            "time-step-softened": Code(
+                "the time step would be shorter than 1e-5 s, and numbers of stops, friction, "
+                "`hold` or contacts have given way; the message has each",
+                level="warning",
+            ),
+            "time-step-short": Code(
+                "the time step is shorter than 1e-5 s, because of a number that the robot or "
+                "the config states, and that does not give way",
+                level="warning",
             ),
             "contacts-mesh": Code(
                 "a mesh whose lowest points are wanted cannot be used", level="warning"
@@ -481,7 +498,7 @@ SECTIONS = [
                 "the SRDF file cannot be read, or has no such group state",
                 todo="those that it has are offered",
             ),
-            "posture-hold": Code("no joint fits `hold.joints`"),
+            "posture-hold": Code("no joint fits a pattern of `hold`"),
             "contacts-links": Code("contacts names no link", todo="the nearest name is offered"),
             "contacts-body": Code(
                 "no force can act on a link: it never moves, or has no body of its own",

@@ -26,6 +26,7 @@ _THEN = [
     "contacts",  # when given links
     "sensors",  # of <gazebo> and <sensor>
     "forces",  # when given some
+    "time-step",  # when the output is a project folder; and the gains of hold
     "convert-visuals",
     "convert-meshes",  # when the output is a project folder
     "assign-names",

@@ -80,14 +80,17 @@ class ForceTorque(msgspec.Struct):
     """The link's axes in the frame of these joints."""
 
 
-class Hold(msgspec.Struct):
-    """A PD controller that holds the start pose."""
+class Held(msgspec.Struct):
+    """A joint that a PD controller holds at its start position."""
 
-    joints: list[Joint]
-    stiffness: float
-    """N m/rad or N/m."""
-    damping: float
-    """N m s/rad or N s/m."""
+    joint: Joint
+    stiffness: float | None
+    """N m/rad or N/m; None: what gives ``frequency`` with the inertia that the joint carries."""
+    damping: float | None
+    """N m s/rad or N s/m; None: what gives ``damping_ratio`` with it."""
+    frequency: float
+    """Hz."""
+    damping_ratio: float
 
 
 class Simulation(msgspec.Struct):
@@ -101,11 +104,13 @@ class Simulation(msgspec.Struct):
     springs: list[Spring] = []
     sensors: list[PointSensor] = []
     force_torques: list[ForceTorque] = []
-    hold: Hold | None = None
+    hold: list[Held] = []
     up: Vec = (0.0, 0.0, 1.0)
     """Against gravity, in the axes of the base."""
-    time_step: float = 1e-3
+    time_step: float = 5e-4
     """A step (s) that a fixed-step integrator can take."""
+    shortened_by: str = "no force"
+    """What makes the step as short as it is, such as "damping of joint 'wrist'"."""
     used: list[Extension] = []
     """The elements of other programs in which a pass has found something."""
     kept: dict[str, set[str]] = {}

@@ -39,6 +39,7 @@ def urdf2mbs_passes() -> list[Pass]:
         prune_massless,
         reframe_inertia,
         sensors,
+        time_step,
     )
 
     return [
@@ -61,6 +62,7 @@ def urdf2mbs_passes() -> list[Pass]:
         contacts.PASS,
         sensors.PASS,
         forces.PASS,
+        time_step.PASS,
         convert_visuals.PASS,
         convert_meshes.PASS,
         assign_names.PASS,

@@ -7,6 +7,11 @@ cylinder.  The generated ``user_ExtForces`` has the contact law: the ground push
 ``stiffness depth (1 + rate / speed)``, never pulls, and rubs with ``friction tanh(slip /
 slip_speed)`` times that.
 
+Stiffness and damping follow what the ground carries, the mass m of the robot shared by its
+contact points.  Standing, it sinks by ``d = sink * leg``, so that ``stiffness = m g / d``; there
+the law damps by ``stiffness d / speed = m g / speed``, which is ``2 damping_ratio
+(m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.
+
 A floating base is raised or lowered, so that the robot stands on the lowest of these points: a
 robot at zero has its feet below the ground.
 """
@@ -14,16 +19,17 @@ robot at zero has its feet below the ground.
 from __future__ import annotations
 
 from fnmatch import fnmatchcase
-from math import hypot, sqrt
+from math import dist, hypot, sqrt
 from typing import Annotated, Any
 
 import msgspec
+from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion, Segment, choose
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Parameter, Point, Sensor, UserModel
+from urdf2mbs.mbs.model import Joint, Parameter, Point, Sensor, UserModel
 from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
 from urdf2mbs.simulation import Contact
 from urdf2mbs.spatial import (
@@ -41,9 +47,6 @@ from urdf2mbs.urdf import model as urdf
 #: All that Robotran can compute at a point.  What is not asked for is zero there, or not set.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 
-#: The longest time step (s) where there are contacts.
-TIME_STEP = 2.5e-4
-
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
     links: list[str] = []
@@ -56,15 +59,20 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """Whether a floating base is shifted so that the lowest contact point is on the ground."""
     ground: Coordinate = 0.0
     """Height of the ground (m)."""
-    depth: PositiveLength = 0.001
-    """How deep (m) the robot sinks in when it stands on all points; gives the stiffness."""
-    stiffness: Annotated[float, msgspec.Meta(gt=0.0, le=1e12)] | None = None
+    sink: Annotated[float, Meta(gt=0, le=1)] = 0.002
+    """How deep the robot sinks in when it stands on all points, in parts of its longest leg."""
+    depth: PositiveLength | None = None
+    """The same (m), instead of ``sink``."""
+    stiffness: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
     """Of the ground at each point (N/m), instead of ``depth``."""
-    speed: Speed = 0.1
-    """Speed (m/s) at which the ground pushes twice as hard on the way in: less damps more."""
-    friction: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 0.8
+    damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 0.5
+    """Of the robot that bounces on the ground, standing on all points."""
+    speed: Speed | None = None
+    """Speed (m/s) at which the ground pushes twice as hard on the way in, instead of
+    ``damping_ratio``: less damps more."""
+    friction: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.8
     """Coefficient of friction, a ratio."""
-    slip_speed: Speed = 0.02
+    slip_speed: Speed = 0.05
     """Speed of slip (m/s) from which on friction is nearly full."""
 
 
@@ -92,7 +100,6 @@ def run(conversion: Conversion, options: Options) -> None:
     if options.stand:
         _stand(conversion, options.ground - min(lowest))
     _add_law(conversion, options)
-    simulation.time_step = min(simulation.time_step, _time_step(conversion, options))
     conversion.report["contacts"] = [
         {"link": contact.link, "point": contact.point} for contact in simulation.contacts
     ]
@@ -139,14 +146,21 @@ def _stand(conversion: Conversion, rise: float) -> None:
 
 def _add_law(conversion: Conversion, options: Options) -> None:
     mbs = conversion.mbs
+    g = hypot(*mbs.base.gravity)
+    share = sum(body.mass or 0.0 for body in mbs.bodies) / len(conversion.simulation.contacts)
+    depth = options.depth
+    if depth is None and options.stiffness is not None:
+        depth = share * g / options.stiffness
+    if depth is None:
+        depth = options.sink * _longest_leg(conversion)
     stiffness = options.stiffness
     if stiffness is None:
-        mass = sum(body.mass or 0.0 for body in mbs.bodies)
-        weight = mass * hypot(*mbs.base.gravity)
-        stiffness = weight / (options.depth * len(conversion.simulation.contacts))
-        stiffness = float(f"{stiffness:.2g}") or 1000.0
+        stiffness = float(f"{share * g / depth:.2g}") or 1000.0
+    speed = options.speed
+    if speed is None:
+        speed = float(f"{sqrt(g * depth) / (2 * options.damping_ratio):.2g}") or 0.1
     law = {
-        "ground": options.ground, "stiffness": stiffness, "speed": options.speed,
+        "ground": options.ground, "stiffness": stiffness, "speed": speed,
         "friction": options.friction, "slip_speed": options.slip_speed,
     }  # fmt: skip
     mbs.user_models.append(
@@ -154,21 +168,29 @@ def _add_law(conversion: Conversion, options: Options) -> None:
     )
 
 
-def _time_step(conversion: Conversion, options: Options) -> float:
-    """A step (s) with which Runge-Kutta stays stable, which is below 2.8 time constants: friction
-    and damping of the ground slow a foot that carries its share of the weight."""
-    mbs = conversion.mbs
-    touching = {contact.link for contact in conversion.simulation.contacts}
-    weight = sum(body.mass or 0.0 for body in mbs.bodies) * hypot(*mbs.base.gravity)
-    share = weight / len(touching)
-    slope = max(options.friction / options.slip_speed, 2.0 / options.speed)
-    masses = [
-        segment.body.mass
-        for segment in conversion.segments.values()
-        if segment.parent is not None and segment.body.mass and touching & segment.parts.keys()
-    ]
-    fastest = share * slope / min(masses, default=1.0)
-    return min(TIME_STEP, float(f"{1.75 / fastest:.2g}")) if fastest > 0.0 else TIME_STEP
+def _longest_leg(conversion: Conversion) -> float:
+    """The largest distance (m) from a contact point to the joints that move it, without those of
+    a floating base; 1 m where it has no others."""
+    placement = place(conversion.mbs)
+    lengths = [0.0]
+    for body in conversion.mbs.bodies:
+        points = [point for point in body.points if point.extforce is not None]
+        joints = [placement.joints[index] for index in placement.way(body.name)]
+        while joints and _floats(conversion, joints[-1].joint):
+            joints.pop()
+        for point in points:
+            at = placement.point(conversion.mbs, body.name, point.name)
+            lengths += [dist(at, joint.origin) for joint in joints]
+    return max(lengths) or 1.0
+
+
+def _floats(conversion: Conversion, joint: Joint) -> bool:
+    """True for a joint of a body that floats in the world."""
+    return any(
+        joint in body.joints
+        for body in conversion.mbs.bodies
+        if body.parent is None and len([j for j in body.joints if j.type[0] == "T"]) == 3
+    )
 
 
 # --- the lowest points of shapes ---

@@ -45,6 +45,8 @@ def run(conversion: Conversion, options: Options) -> None:
 
 def _write(conversion: Conversion, options: Options, data: bytes) -> None:
 
+    from urdf2mbs.equations import generate  # which takes time, and is seldom asked for
+
     output = conversion.settings.output
     mbs = read(data, str(output), mechanics_only=True)
     folder = _folder(conversion)

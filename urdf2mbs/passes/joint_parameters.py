@@ -44,8 +44,6 @@ from urdf2mbs.urdf.model import Joint
 
 #: The slope of friction at rest is at most this times the inertia (1/s).
 FASTEST = 300.0
-#: Time steps (s) of a fixed-step integrator: the longest, and the shortest that is chosen.
-LONGEST, SHORTEST = 1e-3, 1e-5
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -70,11 +68,8 @@ def run(conversion: Conversion, options: Options) -> None:
     kinds = _kinds(conversion, list(held.values()))
     models: dict[str, dict[str, float]] = {kind: values for kind, values in kinds.items() if values}
     switches: dict[str, float] = {}
-    hold = conversion.simulation.hold
-    wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["damping"], *kinds["friction"]}
-    if hold is not None:
-        wanted |= {joint.name for joint in hold.joints}
-    inertias = moved_inertias(conversion.mbs, wanted) if wanted else {}
+    wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["friction"]}
+    inertias = _inertias(conversion, wanted) if wanted else {}
     stiff = (2 * pi * options.stop_frequency) ** 2
     if "damping" in models:
         switches["damping"] = 1.0
@@ -92,8 +87,6 @@ def run(conversion: Conversion, options: Options) -> None:
         models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
     if switches:
         models = {"joint_forces": switches, **models}
-    if hold is not None:
-        models["hold"] = {"on": 1.0, "stiffness": hold.stiffness, "damping": hold.damping}
     texts: dict[str, tuple[str, ...]] = {}
     for model, values in models.items():
         parameters = [
@@ -101,7 +94,6 @@ def run(conversion: Conversion, options: Options) -> None:
             for name, value in values.items()
         ]
         conversion.mbs.user_models.append(UserModel(model, parameters))
-    conversion.simulation.time_step = _time_step(conversion, models, inertias)
     if models:
         conversion.report["joint-parameters"] = models
     if conversion.settings.project is None and {"damping", "friction"} & models.keys():
@@ -157,6 +149,23 @@ def _kinds(
     return kinds
 
 
+def _inertias(conversion: Conversion, wanted: Container[str]) -> dict[str, float]:
+    """What each joint feels in a project, where its number counts; else what it moves."""
+    if conversion.settings.project is None:
+        return moved_inertias(conversion.mbs, wanted)
+    from urdf2mbs.mbs.mass import Mass
+    from urdf2mbs.project.stability import felt, reduction_of
+
+    mass = Mass(conversion.mbs)
+    reduction = reduction_of(mass, conversion.simulation)
+    inertias = felt(reduction.T @ mass.matrix @ reduction, reduction)
+    return {
+        placed.joint.name: float(inertia) if isfinite(inertia) else 0.0
+        for placed, inertia in zip(mass.placement.joints, inertias, strict=True)
+        if placed.joint.name in wanted
+    }
+
+
 def moved_inertias(model: mbs.Mbs, wanted: Container[str]) -> dict[str, float]:
     """The inertia that each joint of these names moves at the initial position, with all joints
     behind it locked: kg m^2 about its axis for a turn, kg for a shift."""
@@ -190,26 +199,6 @@ def moved_inertias(model: mbs.Mbs, wanted: Container[str]) -> dict[str, float]:
                 values[joint.name] = about + mass * dot(arm, arm)
         end = first
     return values
-
-
-def _time_step(
-    conversion: Conversion, models: dict[str, dict[str, float]], inertias: dict[str, float]
-) -> float:
-    """A step (s) that suits the fastest joint: its time constant. Runge-Kutta's is stable up to
-    2.8 times that, but a joint may feel less inertia than all that it moves."""
-    rates = [0.0]
-    for name, value in models.get("damping", {}).items():
-        if inertias[name] > 0.0:
-            rates.append(value / inertias[name])
-    hold = conversion.simulation.hold
-    for joint in hold.joints if hold is not None else ():
-        if hold is not None and inertias[joint.name] > 0.0:
-            rates.append(hold.damping / inertias[joint.name])
-            rates.append((max(hold.stiffness, 0.0) / inertias[joint.name]) ** 0.5)
-    fastest = max(rates)
-    if not fastest > 0.0:
-        return LONGEST
-    return max(min(LONGEST, _short(1.0 / fastest)), SHORTEST)
 
 
 def _short(value: float) -> float:

@@ -1,9 +1,14 @@
 """Posture: the position that a simulation starts from.
 
 Beyond the method, whose models start at zero.  Joints get their initial value from the config
-or from a group state of an SRDF file; joints that follow others follow.  Where a joint starts
-outside its limits, that is said.  With ``hold``, the generated joint forces hold this position
-by a PD controller.
+or from a group state of an SRDF file; joints that follow others follow.
+
+In a project a joint that would start beyond its limits starts at the nearest of them, since its
+soft stop would throw it back.  A joint that others follow stays within their limits, too, where
+all can be kept.
+
+With ``hold``, the generated joint forces hold this position by a PD controller; ``time-step``
+computes its gains, once it is known what each joint carries.
 
 Positions and limits are the URDF's: a joint that align-frames made count the other way round
 starts at minus what is given.
@@ -13,26 +18,37 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 from math import inf, isfinite, pi
+from typing import Annotated
 
 import msgspec
 from lxml import etree
+from msgspec import Meta
 
 from urdf2mbs import files
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
-from urdf2mbs.ranges import Coordinate, Gain
-from urdf2mbs.simulation import Hold
+from urdf2mbs.ranges import Coordinate
+from urdf2mbs.simulation import Coupling, Held
 
 
-class HoldOptions(msgspec.Struct, forbid_unknown_fields=True):
-    stiffness: Gain
-    """N m/rad or N/m."""
-    damping: Gain
-    """N m s/rad or N s/m."""
+class Gains(msgspec.Struct, forbid_unknown_fields=True):
+    frequency: Annotated[float, Meta(gt=0, le=1e3)] | None = None
+    """At which what the joint carries would swing (Hz): ``stiffness = I (2 pi frequency)^2``."""
+    damping_ratio: Annotated[float, Meta(ge=0, le=1e3)] | None = None
+    """1: it does not swing; ``damping = 2 damping_ratio (I stiffness)^(1/2)``."""
+    stiffness: Annotated[float, Meta(ge=0, le=1e12)] | None = None
+    """N m/rad or N/m, instead of ``frequency``."""
+    damping: Annotated[float, Meta(ge=0, le=1e12)] | None = None
+    """N m s/rad or N s/m, instead of ``damping_ratio``."""
+
+
+class HoldOptions(Gains, forbid_unknown_fields=True):
     joints: list[str] = []
     """Patterns of the joints that are held; none: all that move freely, without the base's."""
+    gains: dict[str, Gains] = {}
+    """Pattern of joints: other gains for these; a later pattern overrules."""
 
 
 class Options(msgspec.Struct, forbid_unknown_fields=True):
@@ -43,9 +59,13 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     state: str | None = None
     """The group state of the SRDF file; ``joints`` overrule it."""
     hold: HoldOptions | None = None
-    """A PD controller that holds the start position: ``{stiffness: 200, damping: 4}``."""
+    """A PD controller that holds the start position: ``{frequency: 4, damping_ratio: 0.3}``."""
+    inside: bool = True
+    """Whether, in a project, each joint starts within its limits."""
 
 
+#: Of what a joint carries (Hz), and its damping ratio, where the config has no other.
+FREQUENCY, DAMPING_RATIO = 4.0, 0.3
 #: What a joint may be beyond its limits (rad or m): the rounding of numbers in a file.
 ROUNDING = 1e-9
 
@@ -61,9 +81,8 @@ def run(conversion: Conversion, options: Options) -> None:
         given |= dict.fromkeys(names, value)
     for name, value in given.items():
         settable[name].q = -value if name in conversion.names.flipped else value
-    for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
-        coupling.follow()
-    _tell_limits(conversion, given)
+    _follow(conversion)
+    _keep_limits(conversion, given, move=options.inside and conversion.settings.project is not None)
     if options.hold is not None:
         conversion.simulation.hold = _hold(conversion, options.hold)
     if given:
@@ -160,43 +179,118 @@ def _group_state(
     return given
 
 
-def _tell_limits(conversion: Conversion, given: dict[str, float]) -> None:
-    beyond: list[str] = []
-    for segment in conversion.segments.values():
-        for step in segment.steps:
-            limit = step.joint.limit
-            if limit is None or len(step.coordinates) != 1 or step.joint.type == "continuous":
-                continue
-            low = -inf if limit.lower is None else limit.lower
-            high = inf if limit.upper is None else limit.upper
-            q = step.coordinates[0].q or 0.0
-            q = -q if step.flipped else q
-            if low < high and not low - ROUNDING <= q <= high + ROUNDING:
-                unit = "m" if step.joint.type == "prismatic" else "rad"
-                told = f"{step.joint.name} at {q:g} of [{low:g}, {high:g}] {unit}"
-                if step.joint.name in given and unit == "rad" and abs(q) > 2 * pi:
-                    told += " (positions are in rad)"
-                beyond.append(told)
-    if beyond:
-        conversion.warn(
-            "posture-limit",
-            f"joints that start beyond their limits: {'; '.join(beyond)}",
-            hint="give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'",
+def _follow(conversion: Conversion) -> None:
+    for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
+        coupling.follow()
+
+
+def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool) -> None:
+    """Say which joints start beyond their limits, and ``move`` them to the nearest."""
+    steps = {
+        step.coordinates[0].name: step
+        for segment in conversion.segments.values()
+        for step in segment.steps
+        if len(step.coordinates) == 1 and step.joint.type != "continuous"
+    }
+    limits = {name: _limits(step) for name, step in steps.items()}
+    beyond = {
+        name: step.coordinates[0].q or 0.0
+        for name, step in steps.items()
+        if not _within(step.coordinates[0].q or 0.0, limits[name])
+    }
+    if not beyond:
+        return
+    if move:
+        _move_inside(
+            conversion, {name: step.coordinates[0] for name, step in steps.items()}, limits
         )
+    texts = []
+    for name, q in beyond.items():
+        step, (low, high) = steps[name], limits[name]
+        sign = -1.0 if step.flipped else 1.0
+        low, high = sorted((sign * low, sign * high))
+        unit = "m" if step.joint.type == "prismatic" else "rad"
+        text = f"{step.joint.name} at {sign * q + 0.0:g} of [{low:g}, {high:g}] {unit}"
+        start = sign * (step.coordinates[0].q or 0.0)
+        if start != sign * q:
+            text += f" starts at {start + 0.0:g}"
+        if step.joint.name in given and unit == "rad" and abs(q) > 2 * pi:
+            text += " (positions are in rad)"
+        texts.append(text)
+    conversion.warn(
+        "posture-limit",
+        f"joints that {'would ' if move else ''}start beyond their limits: {'; '.join(texts)}",
+        hint="give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'",
+    )
 
 
-def _hold(conversion: Conversion, options: HoldOptions) -> Hold:
-    held = [
-        step.coordinates[0]
+def _limits(step: Step) -> tuple[float, float]:
+    """Of the .mbs joint (rad or m); those that leave no room are none."""
+    limit = step.joint.limit
+    low = -inf if limit is None or limit.lower is None else limit.lower
+    high = inf if limit is None or limit.upper is None else limit.upper
+    if not low < high:
+        return -inf, inf
+    return (-high, -low) if step.flipped else (low, high)
+
+
+def _within(q: float, limits: tuple[float, float]) -> bool:
+    return limits[0] - ROUNDING <= q <= limits[1] + ROUNDING
+
+
+def _move_inside(
+    conversion: Conversion, joints: dict[str, Joint], limits: dict[str, tuple[float, float]]
+) -> None:
+    followers: dict[str, list[Coupling]] = {}
+    couplings = (*conversion.simulation.couplings, *conversion.simulation.driven)
+    for coupling in couplings:
+        followers.setdefault(coupling.leader.name, []).append(coupling)
+    bound = {coupling.follower.name for coupling in couplings}
+    for name, joint in joints.items():
+        if name in bound:
+            continue
+        low, high = limits[name]
+        for coupling in followers.get(name, ()):
+            m, b = coupling.multiplier, coupling.offset
+            if m:
+                range_ = limits.get(coupling.follower.name, (-inf, inf))
+                ends = sorted((end - b) / m for end in range_)
+                if max(low, ends[0]) <= min(high, ends[1]):
+                    low, high = max(low, ends[0]), min(high, ends[1])
+        q = joint.q or 0.0
+        if not _within(q, (low, high)):
+            joint.q = min(max(q, low), high)
+    _follow(conversion)
+
+
+def _hold(conversion: Conversion, options: HoldOptions) -> list[Held]:
+    joints = {
+        step.joint.name: step.coordinates[0]
         for segment in conversion.segments.values()
         for step in segment.steps
         if len(step.coordinates) == 1
         and step.coordinates[0].nature == "independent"
         and any(fnmatchcase(step.joint.name, pattern) for pattern in options.joints or ["*"])
-    ]
-    if not held:
-        raise ConfigError("posture-hold", "posture: no joint to hold fits 'hold.joints'")
-    return Hold(held, options.stiffness, options.damping)
+    }
+    for pattern in options.gains or ["*"]:
+        if not any(fnmatchcase(name, pattern) for name in joints):
+            raise ConfigError(
+                "posture-hold",
+                "posture: no joint to hold fits "
+                + (f"'{pattern}' in 'hold.gains'" if options.gains else "'hold.joints'"),
+                hint=nearest(pattern, joints) if options.gains else None,
+            )
+    held = []
+    for name, joint in joints.items():
+        chosen: Gains = options
+        for pattern, gains in options.gains.items():
+            if fnmatchcase(name, pattern):
+                chosen = gains
+        frequency = chosen.frequency or options.frequency or FREQUENCY
+        ratios = (chosen.damping_ratio, options.damping_ratio, DAMPING_RATIO)
+        ratio = next(value for value in ratios if value is not None)
+        held.append(Held(joint, chosen.stiffness, chosen.damping, frequency, ratio))
+    return held
 
 
 PASS = Pass(

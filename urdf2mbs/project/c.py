@@ -25,6 +25,7 @@ def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
     header = fill(FOLDER / "c_robot.h.in", mbs.name)
     header = header.replace("@COUNT@", str(len(simulation.couplings)))
     header = header.replace("@TIME_STEP@", repr(simulation.time_step))
+    header = header.replace("@SHORTENED_BY@", _comment(simulation.shortened_by))
     texts = {
         f"{mbs.name}_robot.h": header,
         f"{mbs.name}_robot.c": source,
@@ -47,7 +48,7 @@ def _marks(mbs: Mbs, simulation: Simulation) -> dict[str, list[str]]:
         "DRIVEN": list(_driven(simulation.driven)),
         "JOINT_FORCES": list(_joint_forces(models, simulation)),
         "STOP": _part("c_stop") if "stops" in models.get("joint_forces", []) else [],
-        "HOLD": _part("c_hold") if simulation.hold is not None else [],
+        "HOLD": _part("c_hold") if "hold" in models else [],
         "GROUND": list(_ground(simulation)) if simulation.contacts else [],
         "EXTERNAL": list(_external(simulation)),
         "SPRINGS": list(_springs(simulation)),
@@ -101,12 +102,13 @@ def _joint_forces(models: dict[str, list[str]], simulation: Simulation) -> Itera
                 yield f"        Qq[{number}] += stop(m->q_min.{name} - q[{number}], -qd[{number}],"
                 yield f"            {stiffness}, speed);"
         yield "    }"
-    if simulation.hold is not None:
+    if "hold" in models:
         efforts = models.get("effort", [])
         yield "    if (m->hold.on != 0.0) {"
-        for joint in simulation.hold.joints:
-            most = f"m->effort.{joint.name}" if joint.name in efforts else "0.0"
-            yield f"        Qq[{joint.name}_id] += hold(mbs_data, {joint.name}_id, {most});"
+        for name in models["hold_stiffness"]:
+            most = f"m->effort.{name}" if name in efforts else "0.0"
+            yield f"        Qq[{name}_id] += hold(mbs_data, {name}_id, m->hold_stiffness.{name},"
+            yield f"            m->hold_damping.{name}, {most});"
         yield "    }"
 
 

@@ -21,7 +21,6 @@ def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
 
 
 def _tables(mbs: Mbs, simulation: Simulation) -> str:
-    held = simulation.hold.joints if simulation.hold is not None else []
     return "".join(
         [
             "# Constraints: follower, leader, multiplier, offset.\n",
@@ -39,8 +38,6 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             ),
             "\n# Joints that follow from the constraints.\n",
             _list("DEPENDENT", dependent(mbs)),
-            "\n# Joints that a controller holds at the start position.\n",
-            _list("HELD", (joint.name for joint in held)),
             "\n# External forces from the ground, and the URDF link of each.\n",
             _dict("CONTACTS", ((_force(c.point), c.link) for c in simulation.contacts)),
             f"UP = {simulation.up!r}\n",
@@ -60,7 +57,9 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((f.name, (tuple(j.name for j in f.joints), f.rotation))
                  for f in simulation.force_torques),
             ),
-            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers.\n",
+            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers. "
+            "What bounds it:\n"
+            f"# {quoted(simulation.shortened_by)}.\n",
             f"TIME_STEP = {simulation.time_step!r}\n",
             "\n# What workR/main.py plots.\n",
             _list("PLOTTED", plotted(mbs)),

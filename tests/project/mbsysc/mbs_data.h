@@ -13,6 +13,8 @@ typedef struct MbsData {
     UserModel *user_model;
     int DonePart;
     double tsim;
+    double *m, *lrod, *Z, *Zd, *Fl;
+    double **l, **In, **frc, **trq;
 } MbsData;
 
 void mbs_delete_data(MbsData *mbs_data);

@@ -1,0 +1,299 @@
+"""The time step, the gains of hold, and the start within limits."""
+
+from __future__ import annotations
+
+import shutil
+from math import pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import SHARED
+from project.compiled import Compiled
+from project.engine import Engine
+from project.standin import MbsData, make, user_functions, without_meshes
+
+from urdf2mbs import Result, convert
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.mbs.mass import Mass
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.project.stability import longest_steps
+from urdf2mbs.proof.dynamics import to_pinocchio
+from urdf2mbs.testing import TINY, convert_text
+
+pin = pytest.importorskip("pinocchio")
+ROOT = Path(__file__).resolve().parents[2]
+BIPED = ROOT / "configs" / "biped.urdf.xacro"
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not there")
+
+
+def link(name: str, mass: float, inertia: float, x: float = 0.0) -> str:
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/>'
+        f'<inertia ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/>'
+        "</inertial></link>"
+    )
+
+
+def joint(name: str, parent: str, child: str, rest: str, axis: str = "0 1 0") -> str:
+    return (
+        f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="0 0 -0.1"/><axis xyz="{axis}"/>{rest}</joint>'
+    )
+
+
+WIDE = '<limit lower="-2" upper="2" effort="0" velocity="1"/>'
+#: The light link between two coaxial joints feels the damping of both.
+WRIST = (
+    '<robot name="wrist"><link name="world"/>'
+    + link("arm", 1.0, 0.01) + link("ring", 1e-4, 1e-6) + link("hand", 0.5, 0.002, 0.05)
+    + joint("shoulder", "world", "arm", WIDE)
+    + joint("first", "arm", "ring", WIDE + '<dynamics damping="0.02"/>', "0 0 1")
+    + joint("second", "ring", "hand", WIDE + '<dynamics damping="0.02"/>', "0 0 1")
+    + "</robot>"
+)  # fmt: skip
+
+
+def convert_project(text: str, folder: Path, **passes: Any) -> Result:
+    return convert_text(text, project=folder / "robot", options=passes)
+
+
+def step_of(project: Path) -> float:
+    (module,) = project.glob("userfctR/*_robot.py")
+    (line,) = [x for x in module.read_text().splitlines() if x.startswith("TIME_STEP")]
+    return float(line.split()[-1])
+
+
+def messages(result: Result) -> dict[str, str]:
+    return {one.code: one.message for one in result.diagnostics}
+
+
+# --- the bound ---
+
+
+def test_the_bound_of_runge_and_kutta() -> None:
+    found = longest_steps(np.array([-1.0, 1j, -10.0, 0.0, -100 + 100j]))
+    assert found[0] == pytest.approx(2.785293563, rel=1e-8)
+    assert found[1] == pytest.approx(sqrt(8.0), rel=1e-6)
+    assert found[2] == pytest.approx(0.2785293563, rel=1e-8)
+    assert found[3] == np.inf
+    # a step beyond the bound grows, and none below it does
+    for angle in np.linspace(pi / 2, pi, 40):
+        way = np.exp(1j * angle)
+        (bound,) = longest_steps(np.array([way]))
+        z = way * bound * np.linspace(0.01, 1.3, 400)
+        grows = np.abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24) > 1 + 1e-9
+        assert np.array_equal(grows, np.abs(z) > bound * (1 + 1e-6))
+
+
+def test_the_mass_matrix_and_points_are_pinocchios() -> None:
+    result = convert_text(TINY, options={"posture": {"joints": {"*": 0.4}}})
+    model = to_pinocchio(result.mbs)
+    names = list(model.names)[1:]
+    start = {j.name: j.q or 0.0 for body in result.mbs.bodies for j in body.joints}
+    q = np.array([start[name] for name in names])
+    data = model.createData()
+    wanted = pin.crba(model, data, q)
+    wanted = np.triu(wanted) + np.triu(wanted, 1).T
+    mass = Mass(result.mbs)
+    own = [result.mbs.numbers()[name] - 1 for name in names]
+    assert np.allclose(mass.matrix[np.ix_(own, own)], wanted, rtol=1e-12, atol=1e-14)
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    for body in result.mbs.bodies:
+        frame = model.getFrameId(body.name)
+        jacobian = pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+        at = mass.placement.bodies[body.name].xyz
+        assert np.allclose(mass.point(body.name, at)[:, own], jacobian[:3], rtol=0, atol=1e-13)
+        assert np.allclose(mass.turn(body.name)[:, own], jacobian[3:], rtol=0, atol=1e-13)
+
+
+def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path) -> None:
+    """Eigenvalues by finite differences of what the generated functions do."""
+    text = WRIST.replace('<dynamics damping="0.02"/>', '<dynamics damping="0.02" friction="0.01"/>')
+    passes = {
+        "joint-parameters": {"stops": False},
+        "posture": {"joints": {"second": 0.3}, "hold": {"joints": ["shoulder"], "stiffness": 50}},
+    }
+    project = make(tmp_path, text, passes=passes)
+    data = MbsData(project / "dataR" / "robot.mbs")
+    with user_functions(project) as user:
+        engine = Engine(data, user)
+        q, v = engine.start()
+        n, tiny = len(q), 1e-7
+        system = np.zeros((2 * n, 2 * n))
+        system[:n, n:] = np.eye(n)
+        still = engine.accelerate(q, v, 0.0)
+        for k, way in enumerate(np.eye(n)):
+            system[n:, k] = (engine.accelerate(q + tiny * way, v, 0.0) - still) / tiny
+            system[n:, n + k] = (engine.accelerate(q, v + tiny * way, 0.0) - still) / tiny
+    rates = np.linalg.eigvals(system)
+    assert step_of(project) == pytest.approx(0.4 * longest_steps(rates).min(), rel=0.02)
+    assert step_of(project) < 2e-4
+    module = (project / "userfctR" / "robot_robot.py").read_text()
+    assert "of joint 'first'.\n" in module or "of joint 'second'.\n" in module
+
+
+def test_a_calm_robot_takes_half_a_millisecond(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY)
+    assert step_of(project) == 5e-4
+
+
+# --- below 1e-5 s ---
+
+
+def test_gains_give_way_and_are_named(tmp_path: Path) -> None:
+    text = WRIST.replace('<dynamics damping="0.02"/>', "")
+    hold = {"stiffness": 300.0, "damping": 4.0}
+    result = convert_project(text, tmp_path, posture={"hold": hold})
+    said = messages(result)
+    assert "hold_damping of 'second' is" in said["time-step-softened"]
+    assert "instead of 4" in said["time-step-softened"]
+    assert "time-step-short" not in said
+    models = {m.name: {p.name: float(p.values[0]) for p in m.parameters}
+              for m in result.mbs.user_models}  # fmt: skip
+    assert models["hold_damping"]["shoulder"] == 4.0, "what is slow stays"
+    assert min(models["hold_damping"].values()) < 1.0
+    assert f"TIME_STEP is {1e-5:g} s" in said["time-step"]
+
+
+def test_damping_of_the_robot_does_not_give_way(tmp_path: Path) -> None:
+    result = convert_project(WRIST.replace('"0.02"', '"3"'), tmp_path)
+    said = messages(result)
+    assert "damping of joint '" in said["time-step-short"]
+    assert "time-step-softened" not in said
+    (damping,) = [m for m in result.mbs.user_models if m.name == "damping"]
+    assert {p.values for p in damping.parameters} == {("3.0",)}
+
+
+# --- the start ---
+
+LIMITED = (
+    '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01) + link("b", 1.0, 0.01)
+    + joint("one", "world", "a", '<limit lower="0.5" upper="1.5" effort="0" velocity="1"/>')
+    + joint("two", "a", "b", '<limit lower="-4" upper="-1.8" effort="0" velocity="1"/>'
+            '<mimic joint="one" multiplier="-2" offset="0.2"/>')
+    + "</robot>"
+)  # fmt: skip
+
+
+def starts(result: Result) -> dict[str, float]:
+    return {j.name: j.q or 0.0 for body in result.mbs.bodies for j in body.joints}
+
+
+def test_a_joint_starts_within_its_limits_and_those_of_its_followers(tmp_path: Path) -> None:
+    result = convert_project(LIMITED, tmp_path)
+    assert starts(result)["one"] == pytest.approx(1.0)
+    assert starts(result)["two"] == pytest.approx(-1.8)
+    told = messages(result)["posture-limit"]
+    assert "one at 0 of [0.5, 1.5] rad starts at 1" in told
+    assert "two at 0.2 of [-4, -1.8] rad starts at -1.8" in told
+    # asked for, or only a file: it stays, and is told
+    result = convert_project(LIMITED, tmp_path, posture={"inside": False})
+    assert starts(result)["one"] == 0.0
+    assert "posture-limit" in messages(result)
+    result = convert_text(LIMITED)
+    assert starts(result)["one"] == 0.0
+    assert "one at 0 of [0.5, 1.5] rad" in messages(result)["posture-limit"]
+
+
+def test_within_its_limits_nothing_moves(tmp_path: Path) -> None:
+    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.25}})
+    assert starts(result)["one"] == 1.25
+    assert "posture-limit" not in messages(result)
+
+
+# --- what joints and the ground carry ---
+
+
+def test_the_gains_of_hold(tmp_path: Path) -> None:
+    options = {
+        "frequency": 2.0, "damping_ratio": 0.5,
+        "gains": {"wrist_*": {"stiffness": 7.0, "damping": 0.25}, "wrist_roll": {"frequency": 1.0}},
+    }  # fmt: skip
+    project = make(tmp_path, TINY, passes={"posture": {"hold": options}})
+    mbs = read((project / "dataR" / "robot.mbs").read_bytes(), "robot.mbs")
+    models = {m.name: {p.name: float(p.values[0]) for p in m.parameters} for m in mbs.user_models}
+    mass = Mass(mbs)
+    moved = dict(zip(mbs.numbers(), np.diag(mass.matrix), strict=True))
+    k, d = models["hold_stiffness"], models["hold_damping"]
+    assert models["hold"] == {"on": 1.0}
+    assert (k["wrist_pitch"], d["wrist_pitch"]) == (7.0, 0.25)
+    assert k["shoulder"] == pytest.approx(moved["shoulder"] * (4 * pi) ** 2, rel=0.05)
+    assert d["shoulder"] == pytest.approx(sqrt(moved["shoulder"] * k["shoulder"]), rel=0.05)
+    assert k["wrist_roll"] == pytest.approx(moved["wrist_roll"] * (2 * pi) ** 2, rel=0.05)
+    with pytest.raises(ConfigError, match=r"fits 'wirst' in 'hold\.gains'") as caught:
+        convert_text(TINY, options={"posture": {"hold": {"gains": {"wirst": {}}}}})
+    assert caught.value.code == "posture-hold"
+
+
+def test_a_leg_carries_the_robot_and_an_arm_itself(tmp_path: Path) -> None:
+    passes = {"posture": {"hold": {}}, "contacts": {"links": ["*_foot"]}}
+    mbs = convert(BIPED, options=passes, pipeline="compact").mbs
+    models = {m.name: {p.name: float(p.values[0]) for p in m.parameters} for m in mbs.user_models}
+    moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
+    k = {name: value / (8 * pi) ** 2 for name, value in models["hold_stiffness"].items()}
+    assert k["left_ankle"] > 100 * moved["left_ankle"]
+    assert k["left_shoulder"] == pytest.approx(moved["left_shoulder"], rel=0.05)
+    # the ground: 0.2 % of the leg, half of critical damping
+    total = sum(body.mass or 0.0 for body in mbs.bodies)
+    law = models["contact"]
+    depth = total * 9.81 / 8 / law["stiffness"]
+    assert 0.0005 < depth < 0.0012
+    ratio = total / 8 * 9.81 / law["speed"] / (2 * sqrt(total / 8 * law["stiffness"]))
+    assert ratio == pytest.approx(0.5, rel=0.05)
+
+
+# --- what comes out ---
+
+ROBOTS = [
+    pytest.param(BIPED, id="biped"),
+    pytest.param(ROOT / "configs" / "arm.urdf.xacro", id="arm"),
+    pytest.param(SHARED / "robots/cassie/cassie_description/urdf/cassie_v4.urdf", id="cassie"),
+    pytest.param(SHARED / "robots/franka/expanded/fr3.urdf", id="fr3"),
+]
+
+
+@needs_gcc
+@pytest.mark.parametrize("source", ROBOTS)
+def test_a_quarter_of_the_step_gives_the_same_motion(source: Path, tmp_path: Path) -> None:
+    """A second of swinging by its base, into the stops, with all default options."""
+    if not source.is_file():
+        pytest.skip("the real robots are not beside the checkout")
+    project = make(
+        tmp_path, source, base="fixed", language="c", pipeline=without_meshes("compact"),
+        passes={"equations": {"language": "c"}},
+    )  # fmt: skip
+    run = Compiled(project)
+    fine = run.run(1.0, run.step / 4, 20)
+    moved = np.abs(fine - fine[0]).max()
+    assert moved > 0.1
+    assert np.abs(run.run(1.0, run.step, 20) - fine).max() <= 1e-3 * moved
+
+
+@needs_gcc
+def test_coaxial_wrists_do_not_explode(tmp_path: Path) -> None:
+    project = make(tmp_path, WRIST.replace('"0.02"', '"0.2"'), language="c", base="fixed",
+                   passes={"equations": {"language": "c"},
+                           "posture": {"joints": {"shoulder": 0.5, "first": 0.3}}})  # fmt: skip
+    run = Compiled(project)
+    assert np.isfinite(run.run(0.2, run.step, 10)).all()
+    assert not np.isfinite(run.run(0.2, 10 * run.step, 10)).all(), (
+        "the step is no shorter than that"
+    )
+
+
+@needs_gcc
+def test_the_biped_stands_still(tmp_path: Path) -> None:
+    """Five seconds with the lines that ``init`` offers."""
+    passes = {"contacts": {"links": ["left_foot", "right_foot"]}, "equations": {"language": "c"},
+              "posture": {"hold": {"frequency": 4, "damping_ratio": 0.3}}}  # fmt: skip
+    project = make(tmp_path, BIPED, language="c", pipeline=without_meshes("compact"), passes=passes)
+    run = Compiled(project)
+    q = run.run(5.0, run.step, 5)
+    weight = sum(body.mass or 0.0 for body in run.data.mbs.bodies) * 9.81
+    assert run.ground_force() == pytest.approx([0, 0, weight], abs=1e-3 * weight)
+    base = [run.data.joint_id[f"floating_base_T{k}"] for k in (1, 2, 3)]
+    assert np.abs(np.asarray(run.data.qd)[base]).max() < 1e-3
+    assert np.abs(q[-1] - q[0]).max() < 0.05

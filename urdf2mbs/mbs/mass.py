@@ -1,0 +1,91 @@
+"""The mass matrix of a model at its initial position, and how its points move, in numpy.
+
+Twists are those of the point at the base's origin, in the base's axes: angular velocity first.
+The mass matrix is that of composite rigid bodies: ``M[i, j] = S_i . I_j S_j`` for a joint j that
+the joint i moves, where S is a joint's twist, and I_j the inertia (6, 6) of all that j moves
+(Featherstone, Rigid Body Dynamics Algorithms, 6.2).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Body, Mbs
+from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Vec, add, cross, rotate, rotate_inertia
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+class Mass:
+    """Of a model with n joints, all of them free; m, kg, rad."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        self.mbs = mbs
+        self.placement = place(mbs)
+        joints = self.placement.joints
+        n = len(joints)
+        self.twists: Array = np.zeros((n, 6))
+        """Of the joints, each at speed 1."""
+        self.moves = np.zeros((n, n), bool)
+        """``moves[i, j]``: joint i moves joint j, or is joint j."""
+        for j, (joint, axis, origin, before) in enumerate(joints):
+            turns = joint.type[0] == "R"
+            self.twists[j] = (*axis, *cross(origin, axis)) if turns else (*ZERO, *axis)
+            if before >= 0:
+                self.moves[:, j] = self.moves[:, before]
+            self.moves[j, j] = True
+        self.behind: Array = np.zeros((n, 6, 6))
+        """The inertia of all that a joint moves."""
+        for body in mbs.bodies:
+            self.behind[self.placement.last[body.name]] += _inertia(
+                body, self.placement.bodies[body.name]
+            )
+        for j in range(n - 1, -1, -1):
+            if joints[j].before >= 0:
+                self.behind[joints[j].before] += self.behind[j]
+        momenta = np.einsum("jab,jb->aj", self.behind, self.twists)
+        upper = np.where(self.moves, self.twists @ momenta, 0.0)
+        self.matrix: Array = np.triu(upper) + np.triu(upper, 1).T
+        """(n, n), symmetric."""
+
+    def whole(self) -> Array:
+        """The inertia (6, 6) of the whole robot."""
+        return np.asarray(
+            sum(
+                (self.behind[j] for j, placed in enumerate(self.placement.joints)
+                 if placed.before < 0),
+                np.zeros((6, 6)),
+            )
+        )  # fmt: skip
+
+    def point(self, body: str | None, at: Vec) -> Array:
+        """(3, n): the velocity of a point of a body, which is ``at`` (m) in the base, by the
+        velocities of the joints."""
+        last = self.placement.last[body]
+        if last < 0:
+            return np.zeros((3, len(self.twists)))
+        turns, shifts = self.twists[:, :3], self.twists[:, 3:]
+        return np.where(self.moves[:, last], (shifts + np.cross(turns, np.array(at))).T, 0.0)
+
+    def turn(self, body: str | None) -> Array:
+        """(3, n): the angular velocity of a body by the velocities of the joints."""
+        last = self.placement.last[body]
+        if last < 0:
+            return np.zeros((3, len(self.twists)))
+        return np.where(self.moves[:, last], self.twists[:, :3].T, 0.0)
+
+
+def _inertia(body: Body, pose: Pose) -> Array:
+    """About the base's origin, (6, 6)."""
+    mass = body.mass or 0.0
+    x, y, z = add(pose.xyz, rotate(pose.rot, body.com or ZERO))
+    arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    xx, xy, xz, yy, yz, zz = rotate_inertia(pose.rot, body.inertia or NO_INERTIA)
+    own = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return np.block([[own - mass * arm @ arm, mass * arm], [-mass * arm, mass * np.eye(3)]])

@@ -1,0 +1,276 @@
+"""Time step: how long a step a Runge-Kutta integrator can take with this robot.
+
+Beyond the method.  At the start position the model is linearised: the mass matrix M of all joints,
+reduced by mimic rules, loops and driven joints, and the slopes of all forces that a project
+applies.  A joint has its damping, its friction (``friction / friction_speed``, at rest), its stop
+(hit at ``stop_speed``, where it pushes twice as hard) and its ``hold``; a foot carries its share
+of the weight, and has the ground's stiffness and damping and the slope of friction at rest; a
+spring has its own.  The eigenvalues say how long a stable step may be
+(``urdf2mbs.project.stability``), and ``TIME_STEP`` is a part of that, ``PART``, since the robot
+moves away from the start, and a step must be accurate, too.
+
+Where the step would be shorter than ``SHORTEST``, the numbers that urdf2mbs or the config has
+chosen give way, one by one, the one that makes the fastest mode first, and each is told.  What
+the robot itself states (damping) never does.
+
+The gains of ``hold`` are computed here, since only now it is known what each joint carries: the
+inertia I about its axis of all that hangs on it; or, for a joint between a floating base and the
+ground, that of the rest of the robot, shared by the links that touch the ground, if it is larger.
+``stiffness = I (2 pi frequency)^2``; ``damping = 2 damping_ratio (I stiffness)^(1/2)``, but at most
+``FASTEST`` times the inertia that the joint feels while all others are free: so a light foot below
+a heavy robot asks for no very short step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, hypot, log10, pi, sqrt
+from typing import TYPE_CHECKING
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.mbs.model import Parameter, UserModel
+from urdf2mbs.simulation import Simulation
+
+if TYPE_CHECKING:
+    from urdf2mbs.mbs.mass import Array, Mass
+    from urdf2mbs.project.stability import Mode, Slope
+
+#: The step is this part of the longest stable one.
+PART = 0.4
+#: The longest step (s), and the one below which numbers give way.
+LONGEST, SHORTEST = 5e-4, 1e-5
+#: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
+FASTEST = 3000.0
+#: The user models that the forces of a project depend on.
+NUMBERS = (
+    "joint_forces", "damping", "friction", "friction_speed", "stop_stiffness", "hold_stiffness",
+    "hold_damping", "contact", "link_stiffness", "link_damping",
+)  # fmt: skip
+#: By kind of slope, the user models (of contacts: the parameters of ``contact``) that give way,
+#: and the power of the factor by which.
+GIVES_WAY = {
+    "friction": {"friction_speed": -1},
+    "stop": {"stop_stiffness": 1},
+    "hold": {"hold_stiffness": 1, "hold_damping": 1},
+    "contact": {"stiffness": 1, "speed": -1},
+    "slip": {"slip_speed": -1},
+}
+#: By kind of slope, how it is called.
+NAMES = {
+    "damping": "the damping of joint '{}'", "friction": "the friction of joint '{}'",
+    "stop": "the stop of joint '{}'", "hold": "the hold of joint '{}'",
+    "contact": "the ground's push on '{}'", "slip": "the ground's friction on '{}'",
+    "spring": "the spring '{}'",
+}  # fmt: skip
+
+Models = dict[str, dict[str, float]]
+
+
+def run(conversion: Conversion, options: NoOptions) -> None:
+    simulation = conversion.simulation
+    in_project = conversion.settings.project is not None
+    if not conversion.mbs.bodies or not (simulation.hold or in_project):
+        return
+    from urdf2mbs.mbs.mass import Mass
+
+    mass = Mass(conversion.mbs)
+    if simulation.hold:
+        _add_hold(conversion, mass)
+    if in_project:
+        _choose(conversion, mass)
+
+
+# --- the gains of hold ---
+
+
+def _add_hold(conversion: Conversion, mass: Mass) -> None:
+    from urdf2mbs.project.stability import felt, reduction_of
+
+    stiffness: dict[str, float] = {}
+    damping: dict[str, float] = {}
+    carried = _carried(conversion.simulation, mass)
+    reduction = reduction_of(mass, conversion.simulation)
+    feels = felt(reduction.T @ mass.matrix @ reduction, reduction)
+    numbers = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
+    for held in conversion.simulation.hold:
+        inertia = carried[held.joint.name]
+        k, d = held.stiffness, held.damping
+        if k is None:
+            k = _short(inertia * (2 * pi * held.frequency) ** 2)
+        if d is None:
+            light = float(feels[numbers[held.joint.name]])
+            d = _short(min(2 * held.damping_ratio * sqrt(inertia * k), FASTEST * light))
+        stiffness[held.joint.name], damping[held.joint.name] = k, d
+    for name, values in (
+        ("hold", {"on": 1.0}), ("hold_stiffness", stiffness), ("hold_damping", damping)
+    ):  # fmt: skip
+        conversion.mbs.user_models.append(
+            UserModel(name, [Parameter(k, "scalar", (repr(v),)) for k, v in values.items()])
+        )
+
+
+def _carried(simulation: Simulation, mass: Mass) -> dict[str, float]:
+    """The inertia that each joint carries (kg m^2, kg)."""
+    owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
+    feet = {owners[id(contact.point)] for contact in simulation.contacts}
+    joints = mass.placement.joints
+    whole = mass.whole()
+    floating = joints[0].joint.type[0] == "T" and joints[0].joint.nature == "independent"
+    carried: dict[str, float] = {}
+    for index, placed in enumerate(joints):
+        twist = mass.twists[index]
+        inertia = float(mass.matrix[index, index])
+        standing = sum(index in mass.placement.way(foot) for foot in feet)
+        if standing and floating:
+            rest = float(twist @ (whole - mass.behind[index]) @ twist)
+            inertia = max(inertia, rest * standing / len(feet))
+        carried[placed.joint.name] = inertia
+    return carried
+
+
+# --- the step ---
+
+
+def _choose(conversion: Conversion, mass: Mass) -> None:
+    from urdf2mbs.project.stability import fastest, reduction_of
+
+    simulation = conversion.simulation
+    reduction = reduction_of(mass, simulation)
+    reduced = reduction.T @ mass.matrix @ reduction
+    models: Models = {
+        model.name: {p.name: float(p.values[0]) for p in model.parameters}
+        for model in conversion.mbs.user_models
+        if model.name in NUMBERS
+    }
+    before = {name: dict(values) for name, values in models.items()}
+    while True:
+        slopes = list(_slopes(conversion, mass, reduction, models))
+        mode = fastest(reduced, slopes)
+        if mode.step * PART >= SHORTEST * (1 - 1e-9) or not _give_way(slopes, mode, models):
+            break
+    _write(conversion, models)
+    if mode.step * PART < LONGEST:
+        worst = slopes[int(mode.shares.argmax())]
+        simulation.shortened_by = NAMES[worst.kind].format(worst.name)
+        simulation.time_step = _rounded_down(mode.step * PART)
+        conversion.note(
+            "time-step",
+            f"TIME_STEP is {simulation.time_step:g} s, because of {simulation.shortened_by} "
+            f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
+        )
+    _tell(conversion, before, models)
+
+
+def _slopes(
+    conversion: Conversion, mass: Mass, reduction: Array, models: Models
+) -> Iterator[Slope]:
+    """The forces of the generated code, by the velocities of the independent joints."""
+    import numpy as np
+
+    from urdf2mbs.project.stability import Slope
+
+    index = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
+    for name, value in models.get("damping", {}).items():
+        yield Slope("damping", name, reduction[index[name]], 0.0, value)
+    for name, value in models.get("friction", {}).items():
+        yield Slope("friction", name, reduction[index[name]], 0.0,
+                    value / models["friction_speed"][name])  # fmt: skip
+    for name, value in models.get("stop_stiffness", {}).items():
+        inertia = float(mass.matrix[index[name], index[name]])
+        # at stop_speed it goes in by speed / frequency
+        yield Slope("stop", name, reduction[index[name]], 2.0 * value, sqrt(inertia * value))
+    for name, value in models.get("hold_stiffness", {}).items():
+        yield Slope("hold", name, reduction[index[name]], value, models["hold_damping"][name])
+    contacts = conversion.simulation.contacts
+    if contacts:
+        law = models["contact"]
+        up = np.array(conversion.simulation.up)
+        total = sum(body.mass or 0.0 for body in mass.mbs.bodies)
+        share = total * hypot(*mass.mbs.base.gravity) / len(contacts)
+        owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
+        _, _, plane = np.linalg.svd(up[None])
+        for contact in contacts:
+            body = owners[id(contact.point)]
+            at = mass.placement.point(mass.mbs, body, contact.point.name)
+            moved = mass.point(body, at) @ reduction
+            yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
+            for way in plane[1:]:
+                slope = law["friction"] * share / law["slip_speed"]
+                yield Slope("slip", contact.link, way @ moved, 0.0, slope)
+    for spring in conversion.simulation.springs:
+        link = spring.link
+        (one, here), (two, there) = (
+            (at, mass.point(end[0], at))
+            for end in (link.endpoint1, link.endpoint2)
+            for at in [mass.placement.point(mass.mbs, *end)]
+        )
+        way = np.array(two) - np.array(one)
+        row = way / np.linalg.norm(way) @ (there - here) @ reduction
+        yield Slope("spring", link.name, row, models["link_stiffness"][link.name],
+                    models["link_damping"][link.name])  # fmt: skip
+
+
+def _give_way(slopes: list[Slope], mode: Mode, models: Models) -> bool:
+    """Soften what makes the fastest mode, as far as it may; False if nothing of it may."""
+    for k in mode.shares.argsort()[::-1]:
+        slope = slopes[k]
+        if mode.shares[k] < 0.5:
+            break
+        if slope.kind not in GIVES_WAY:
+            continue
+        factor = min(0.9, max(0.1, mode.step * PART / SHORTEST))
+        ground = slope.kind in ("contact", "slip")
+        for name, power in GIVES_WAY[slope.kind].items():
+            group, key = ("contact", name) if ground else (name, slope.name)
+            models[group][key] = _short(models[group][key] * factor**power)
+        return True
+    return False
+
+
+def _write(conversion: Conversion, models: Models) -> None:
+    """Put the numbers that have given way into the user models."""
+    for model in conversion.mbs.user_models:
+        for parameter in model.parameters if model.name in NUMBERS else ():
+            value = models[model.name][parameter.name]
+            if value != float(parameter.values[0]):
+                parameter.values = (repr(value),)
+
+
+def _tell(conversion: Conversion, before: Models, models: Models) -> None:
+    changes = [
+        f"{group} of '{name}' is {models[group][name]:g} instead of {old:g}"
+        for group, values in before.items()
+        for name, old in values.items()
+        if models[group][name] != old
+    ]
+    if changes:
+        conversion.warn(
+            "time-step-softened",
+            f"the step would be shorter than {SHORTEST:g} s, so these numbers have given way: "
+            + "; ".join(changes),
+            hint="state other numbers, or give what they move more inertia",
+        )
+    if conversion.simulation.time_step < SHORTEST:
+        conversion.warn(
+            "time-step-short",
+            f"TIME_STEP is only {conversion.simulation.time_step:g} s, because of "
+            f"{conversion.simulation.shortened_by}: a simulation takes long",
+            hint="see if the robot's file states a likely number, and a likely inertia",
+        )
+
+
+def _short(value: float) -> float:
+    """Two significant digits: enough for a number that we choose and the robot does not state."""
+    return float(f"{value:.2g}")
+
+
+def _rounded_down(value: float) -> float:
+    """To two significant digits."""
+    digit = 10.0 ** (floor(log10(value)) - 1)
+    return float(f"{floor(value / digit * (1 + 1e-9)) * digit:.1e}")
+
+
+PASS = Pass(
+    "time-step", run, needs=("robot", "inertias", "joints", "couplings", "anchors", "posture")
+)
