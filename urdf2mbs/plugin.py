@@ -24,7 +24,7 @@ from urdf2mbs.diagnostics import (
     Difference,
     nearest,
 )
-from urdf2mbs.engine.hookspecs import NoOptions, Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.stash import Key, Stash
 from urdf2mbs.urdf import model as urdf
@@ -43,7 +43,6 @@ __all__ = [
     "Key",
     "LinkFrame",
     "Names",
-    "NoOptions",
     "Pass",
     "Segment",
     "Settings",

@@ -40,7 +40,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
             {
                 **described(step.registered),
                 "swapped": step.swapped,
-                "options": step.options,
+                "options": step.pass_,
             }
             for step in pipeline.passes
         ]
@@ -64,8 +64,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     for name, value in settings.xacro_args.items():
         print(f"arg     {name} := {value}")
     for number, step in enumerate(pipeline.passes, start=1):
-        pass_ = step.registered.pass_
-        print(f"\n{number}. {pass_.name}: {pass_.summary}")
+        pass_ = step.pass_
+        print(f"\n{number}. {pass_.name}: {pass_.summary()}")
         print(f"   from     {origin(step.registered)}{_instead(step, pipeline.plugins)}")
         for other in pipeline.plugins.passes.get(pass_.name, []):
             if other.plugin not in (step.registered.plugin, GROUP):
@@ -73,11 +73,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
                     f"   not      {origin(other)}, which brings a '{pass_.name}' too; "
                     f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
                 )
-        print(f"   needs    {', '.join(pass_.needs) or '-'}")
-        if pass_.changes:
-            print(f"   changes  {', '.join(pass_.changes)}")
-        print(f"   gives    {', '.join(pass_.gives) or '-'}")
-        options = msgspec.to_builtins(step.options)
+        print(f"   reads    {', '.join(pass_.reads) or '-'}")
+        print(f"   writes   {', '.join(pass_.writes) or '-'}")
+        options = msgspec.to_builtins(pass_)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
     print(f"\n{METHOD}")
     if arguments.cost:
@@ -111,7 +109,7 @@ def _cost(
 def _instead(step: Configured, plugins: Plugins) -> str:
     """What a pass stands in for."""
     mine = step.registered
-    others = [found for found in plugins.passes.get(mine.pass_.name, []) if found != mine]
+    others = [found for found in plugins.passes.get(mine.kind.name, []) if found != mine]
     if not step.swapped or not others:
         return ""
     built_in = any(found.plugin == GROUP for found in others)

@@ -14,30 +14,29 @@ from urdf2mbs.output import write_files
 PLUGIN = '''\
 """Tell which links are heavier than a limit.  (Say here what your pass does.)"""
 
-import msgspec
-
 from urdf2mbs.plugin import Conversion, Pass, hookimpl
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
-    """What a config may set under ``passes: {NAME: {...}}``, with its defaults."""
+class CLASS(Pass):
+    """Tell which links are heavier than a limit."""
 
+    # what must be known before the pass runs; see the page on writing passes
+    reads = ("robot",)
+
+    # the options, which a config sets under ``passes: {NAME: {...}}``, with their defaults
     heavier_than: float = 1.0
     """Mass in kg."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    """Tell which links are heavier than a limit."""
-    for link in conversion.robot.links.values():
-        mass = link.inertial.mass if link.inertial else 0.0
-        if mass > options.heavier_than:
-            conversion.note("heavy-link", f"link '{link.name}' has {mass:g} kg", link=link.name)
+    def run(self, conversion: Conversion) -> None:
+        for link in conversion.robot.links.values():
+            mass = link.inertial.mass if link.inertial else 0.0
+            if mass > self.heavier_than:
+                conversion.note("heavy-link", f"link '{link.name}' has {mass:g} kg", link=link.name)
 
 
 @hookimpl
-def urdf2mbs_passes() -> list[Pass]:
-    # needs: what must be known before it runs; see the page on writing passes
-    return [Pass("NAME", run, Options, needs=("robot",))]
+def urdf2mbs_passes() -> list[type[Pass]]:
+    return [CLASS]
 '''
 
 TEST = '''\
@@ -94,7 +93,10 @@ def new_pass(name: str, folder: Path) -> tuple[Path, Path]:
             )  # fmt: skip
     write_files(
         {
-            file: text.replace("NAME", name).replace("FILE", stem).encode()
+            file: text.replace("NAME", name)
+            .replace("CLASS", name.title().replace("-", ""))
+            .replace("FILE", stem)
+            .encode()
             for file, text in files.items()
         }
     )

@@ -11,7 +11,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.engine.config import Config, presets
+from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.plugins import GROUP, Plugins
 
 
@@ -28,7 +28,7 @@ def schema(plugins: Plugins) -> dict[str, Any]:
     }
     names = {"enum": sorted(plugins.passes)}
     listed = {"type": "array", "items": names}
-    properties["pipeline"]["anyOf"] = [{"enum": presets()}, listed]
+    properties["pipeline"]["anyOf"] = [{"enum": sorted(plugins.presets)}, listed]
     properties["after"]["additionalProperties"] = {"anyOf": [names, listed]}
     properties["after"]["propertyNames"] = names
     properties["swap"]["propertyNames"] = names
@@ -36,9 +36,9 @@ def schema(plugins: Plugins) -> dict[str, Any]:
     options: dict[str, Any] = {}
     for name, offered in sorted(plugins.passes.items()):
         # which plugin's options hold is said by 'swap'
-        found = [_options(one.pass_.options, f"{name}.{one.plugin}", defs) for one in offered]
+        found = [_options(one.kind, f"{name}.{one.plugin}", defs) for one in offered]
         options[name] = found[0] if len(found) == 1 else {"anyOf": found}
-        options[name]["description"] = offered[0].pass_.summary
+        options[name]["description"] = offered[0].kind.summary()
     properties["passes"] |= {"properties": options, "additionalProperties": False}
     for definition in (config, *defs.values()):
         for one in definition.get("properties", {}).values():

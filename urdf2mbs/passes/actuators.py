@@ -8,43 +8,43 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Actuators(Pass):
+    reads = ("robot", "joints", "couplings")
+    writes = ("joints",)
+
     joints: list[str] = []
     """Patterns of the joints that are actuated, besides those of the URDF."""
     from_urdf: bool = True
     """Whether those of ``<transmission>`` and ``<ros2_control>`` are."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    chosen = _from_urdf(conversion) if options.from_urdf else set()
-    if not chosen and not options.joints:
-        return
-    joints = {
-        step.joint.name: step.coordinates
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if step.coordinates
-    }
-    for pattern in options.joints:
-        named = {name for name in joints if fnmatchcase(name, pattern)}
-        if not named:
-            raise ConfigError(
-                "actuators-joints", f"actuators: no joint that moves is called '{pattern}'",
-                hint=nearest(pattern, joints) or "'*' in a pattern stands for any text",
-            )  # fmt: skip
-        chosen |= named
-    for name, coordinates in joints.items():
-        # a joint that follows another has no motor of its own
-        if name in chosen:
-            for joint in coordinates:
-                joint.actuated = joint.nature == "independent"
+    def run(self, conversion: Conversion) -> None:
+        chosen = _from_urdf(conversion) if self.from_urdf else set()
+        if not chosen and not self.joints:
+            return
+        joints = {
+            step.joint.name: step.coordinates
+            for segment in conversion.segments.values()
+            for step in segment.steps
+            if step.coordinates
+        }
+        for pattern in self.joints:
+            named = {name for name in joints if fnmatchcase(name, pattern)}
+            if not named:
+                raise ConfigError(
+                    "actuators-joints", f"actuators: no joint that moves is called '{pattern}'",
+                    hint=nearest(pattern, joints) or "'*' in a pattern stands for any text",
+                )  # fmt: skip
+            chosen |= named
+        for name, coordinates in joints.items():
+            # a joint that follows another has no motor of its own
+            if name in chosen:
+                for joint in coordinates:
+                    joint.actuated = joint.nature == "independent"
 
 
 def _from_urdf(conversion: Conversion) -> set[str]:
@@ -60,6 +60,3 @@ def _from_urdf(conversion: Conversion) -> set[str]:
                 driven.add(str(name))
                 conversion.simulation.used.append(extension)
     return driven
-
-
-PASS = Pass("actuators", run, Options, needs=("robot", "joints", "couplings"))

@@ -17,8 +17,6 @@ from fnmatch import fnmatchcase
 from math import hypot, isfinite, sqrt
 from typing import Any
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
@@ -44,7 +42,10 @@ MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 TIME_STEP = 2.5e-4
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Contacts(Pass):
+    reads = ("robot", "base", "bodies", "inertias", "joints", "posture")
+    writes = ("anchors", "posture", "forces")
+
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground."""
     points: dict[str, list[Vec]] = {}
@@ -66,39 +67,38 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     slip_speed: float = 0.02
     """Speed of slip (m/s) from which on friction is nearly full."""
 
+    def run(self, conversion: Conversion) -> None:
+        if not self.links and not self.points:
+            return
+        _check(self)
+        mbs, simulation = conversion.mbs, conversion.simulation
+        g = mbs.base.gravity
+        if any(g):
+            x, y, z = unit(g)
+            simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
+        up = simulation.up
+        placement = place(mbs)
+        lowest: list[float] = []
+        for link, (segment, pose) in _chosen(conversion, self).items():
+            at = compose(placement.bodies[segment.body.name], pose)
+            corners = self.points.get(link) or _lowest_points(conversion, link, at, self.within)
+            for number, corner in enumerate(corners, start=1):
+                name = f"{link}_contact_{number}"
+                point = Point(name, compose(pose, Pose(corner)).xyz)
+                point.extforce = Sensor(f"{name}_force", MEASURES)
+                segment.body.points.append(point)
+                simulation.contacts.append(Contact(link, point))
+                lowest.append(dot(up, add(at.xyz, rotate(at.rot, corner))))
+        if self.stand:
+            _stand(conversion, self.ground - min(lowest))
+        _add_law(conversion, self)
+        simulation.time_step = min(simulation.time_step, _time_step(conversion, self))
+        conversion.report["contacts"] = [
+            {"link": contact.link, "point": contact.point} for contact in simulation.contacts
+        ]
 
-def run(conversion: Conversion, options: Options) -> None:
-    if not options.links and not options.points:
-        return
-    _check(options)
-    mbs, simulation = conversion.mbs, conversion.simulation
-    g = mbs.base.gravity
-    if any(g):
-        x, y, z = unit(g)
-        simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
-    up = simulation.up
-    placement = place(mbs)
-    lowest: list[float] = []
-    for link, (segment, pose) in _chosen(conversion, options).items():
-        at = compose(placement.bodies[segment.body.name], pose)
-        corners = options.points.get(link) or _lowest_points(conversion, link, at, options.within)
-        for number, corner in enumerate(corners, start=1):
-            name = f"{link}_contact_{number}"
-            point = Point(name, compose(pose, Pose(corner)).xyz)
-            point.extforce = Sensor(f"{name}_force", MEASURES)
-            segment.body.points.append(point)
-            simulation.contacts.append(Contact(link, point))
-            lowest.append(dot(up, add(at.xyz, rotate(at.rot, corner))))
-    if options.stand:
-        _stand(conversion, options.ground - min(lowest))
-    _add_law(conversion, options)
-    simulation.time_step = min(simulation.time_step, _time_step(conversion, options))
-    conversion.report["contacts"] = [
-        {"link": contact.link, "point": contact.point} for contact in simulation.contacts
-    ]
 
-
-def _check(options: Options) -> None:
+def _check(options: Contacts) -> None:
     """Refuse numbers that would give no force at all, or one without bounds."""
     wrong = [
         name
@@ -115,7 +115,7 @@ def _check(options: Options) -> None:
         )  # fmt: skip
 
 
-def _chosen(conversion: Conversion, options: Options) -> dict[str, tuple[Segment, Pose]]:
+def _chosen(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
     """The links, each with its body and its pose in it."""
     links = list(conversion.robot.links)
     for name in (*options.links, *options.points):
@@ -162,7 +162,7 @@ def _stand(conversion: Conversion, rise: float) -> None:
     conversion.note("stand", "the base is fixed, and stays where it is, wherever the ground is")
 
 
-def _add_law(conversion: Conversion, options: Options) -> None:
+def _add_law(conversion: Conversion, options: Contacts) -> None:
     mbs = conversion.mbs
     stiffness = options.stiffness
     if stiffness is None:
@@ -179,7 +179,7 @@ def _add_law(conversion: Conversion, options: Options) -> None:
     )
 
 
-def _time_step(conversion: Conversion, options: Options) -> float:
+def _time_step(conversion: Conversion, options: Contacts) -> float:
     """A step (s) with which Runge-Kutta stays stable, which is below 2.8 time constants: friction
     and damping of the ground slow a foot that carries its share of the weight."""
     mbs = conversion.mbs
@@ -311,9 +311,3 @@ def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
         "contacts-mesh", f"contacts: mesh '{mesh.filename}' cannot be used: {problem}", link=link
     )
     return None
-
-
-PASS = Pass(
-    "contacts", run, Options,
-    needs=("robot", "inertias", "joints", "posture"), changes=("anchors",),
-)  # fmt: skip

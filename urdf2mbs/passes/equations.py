@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Equations(Pass):
+    reads = ("mbs-file",)
+
     language: Literal["python", "c", "both"] | None = None
     """``python`` (for MBsysPy), ``c`` (for MBsysC) or ``both``; without it, nothing is
     generated."""
@@ -26,28 +26,27 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """In C, let one operation do its work for both of two mirrored limbs.  This takes gcc or
     clang; without it, any C compiler will do."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    output = conversion.settings.output
-    if options.language is None or output not in conversion.files:
-        return
-    from urdf2mbs.equations import equations, not_ours  # which takes time, and is seldom asked for
-
-    data = conversion.files[output]
-    mbs = read(data, str(output), mechanics_only=True)
-    folder = (conversion.settings.project or output.parent) / "symbolicR"
-    for language in ("python", "c") if options.language == "both" else (options.language,):
-        made = equations(
-            mbs, data, output.name, language=language, fold=options.fold, pairs=options.pairs
+    def run(self, conversion: Conversion) -> None:
+        output = conversion.settings.output
+        if self.language is None or output not in conversion.files:
+            return
+        from urdf2mbs.equations import (  # which takes time, and is seldom asked for
+            equations,
+            not_ours,
         )
-        not_ours(folder, made)
-        for name, text in made.files.items():
-            conversion.files[folder / name] = text
-    report: dict[str, Any] = {
-        "counts": {name: count.operations for name, count in made.counts.items()},
-        "not_generated": made.left_out,
-    }
-    conversion.report["equations"] = report
 
-
-PASS = Pass("equations", run, Options, needs=("mbs-file",))
+        data = conversion.files[output]
+        mbs = read(data, str(output), mechanics_only=True)
+        folder = (conversion.settings.project or output.parent) / "symbolicR"
+        for language in ("python", "c") if self.language == "both" else (self.language,):
+            made = equations(
+                mbs, data, output.name, language=language, fold=self.fold, pairs=self.pairs
+            )
+            not_ours(folder, made)
+            for name, text in made.files.items():
+                conversion.files[folder / name] = text
+        report: dict[str, Any] = {
+            "counts": {name: count.operations for name, count in made.counts.items()},
+            "not_generated": made.left_out,
+        }
+        conversion.report["equations"] = report

@@ -17,8 +17,6 @@ from math import hypot, isfinite, pi, sqrt
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted, some
 from urdf2mbs.engine.hookspecs import Pass
@@ -31,7 +29,10 @@ from urdf2mbs.urdf.packages import Packages
 Solid = tuple[float, Vec, Sym]
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class EstimateInertia(Pass):
+    reads = ("robot",)
+    writes = ("robot",)
+
     density: float | None = None
     """kg/m^3 of every link that has no inertia of its own."""
     total_mass: float | None = None
@@ -41,11 +42,10 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     repair: bool = False
     """Replace inertias that no body can have by the nearest ones."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    if options.repair:
-        _repair(conversion)
-    _estimate(conversion, options)
+    def run(self, conversion: Conversion) -> None:
+        if self.repair:
+            _repair(conversion)
+        _estimate(conversion, self)
 
 
 #: The reader's warnings about an inertia that no body can have.
@@ -87,7 +87,7 @@ def _repair(conversion: Conversion) -> None:
     conversion.report["inertia-repair"] = repaired
 
 
-def _estimate(conversion: Conversion, options: Options) -> None:
+def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
     if options.density is None and options.total_mass is None:
         return
     if options.density is not None and options.total_mass is not None:
@@ -277,6 +277,3 @@ def _rods(joints: list[Joint], radius: float) -> tuple[Solid, str]:
 def _placed(solid: Solid, pose: Pose) -> Solid:
     volume, centre, tensor = solid
     return volume, compose(pose, Pose(centre)).xyz, rotate_inertia(pose.rot, tensor)
-
-
-PASS = Pass("estimate-inertia", run, Options, changes=("robot",))

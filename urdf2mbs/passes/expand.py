@@ -8,31 +8,29 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.urdf.limits import Isolate
 from urdf2mbs.urdf.reader import expanded, read_text
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Expand(Pass):
+    writes = ("robot",)
+
     isolate: Isolate | None = None
     """Run xacro in a process of its own, with limits: ``{seconds: 60, memory: 2GiB}``."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    settings = conversion.settings
-    data, expansion = expanded(
-        settings.source, conversion.packages, settings.xacro_args,
-        isolate=options.isolate, cache=settings.cache,
-    )  # fmt: skip
-    conversion.sources.add(settings.source)
-    if expansion is not None:
-        conversion.expanded = expansion.text
-        conversion.sources.update(map(Path, expansion.files))
-    conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
-    conversion.diagnostics += diagnostics
-
-
-PASS = Pass("expand", run, Options, gives=("robot",))
+    def run(self, conversion: Conversion) -> None:
+        settings = conversion.settings
+        data, expansion = expanded(
+            settings.source, conversion.packages, settings.xacro_args,
+            isolate=self.isolate, cache=settings.cache,
+        )  # fmt: skip
+        conversion.sources.add(settings.source)
+        if expansion is not None:
+            conversion.expanded = expansion.text
+            conversion.sources.update(map(Path, expansion.files))
+        conversion.robot, diagnostics = read_text(
+            settings.source, data, expansion, settings.xacro_args
+        )
+        conversion.diagnostics += diagnostics

@@ -19,8 +19,6 @@ from __future__ import annotations
 from collections.abc import Container
 from math import inf, isfinite, pi
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
@@ -46,7 +44,10 @@ FASTEST = 300.0
 LONGEST, SHORTEST = 1e-3, 1e-5
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class JointParameters(Pass):
+    reads = ("robot", "inertias", "joints", "couplings", "posture")
+    writes = ("forces",)
+
     stops: bool = True
     """Whether joints have soft stops at their limits."""
     stop_frequency: float = 20.0
@@ -60,61 +61,62 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
             if not 0.0 < value < inf:
                 raise ValueError(f"{value} is not possible: give a finite number above 0")
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    # the limits of a joint that counts the other way round have changed places and signs
-    joints = conversion.robot.with_flipped(conversion.names.flipped).joints
-    held = {
-        step.joint.name: (joints.get(step.joint.name, step.joint), step.coordinates[0])
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if len(step.coordinates) == 1
-    }
-    kinds = _kinds(conversion, list(held.values()))
-    models: dict[str, dict[str, float]] = {kind: values for kind, values in kinds.items() if values}
-    switches: dict[str, float] = {}
-    hold = conversion.simulation.hold
-    wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["damping"], *kinds["friction"]}
-    if hold is not None:
-        wanted |= {joint.name for joint in hold.joints}
-    inertias = moved_inertias(conversion.mbs, wanted) if wanted else {}
-    stiff = (2 * pi * options.stop_frequency) ** 2
-    if "damping" in models:
-        switches["damping"] = 1.0
-    if "friction" in models:
-        switches["friction"] = 1.0
-        models["friction_speed"] = {
-            name: _short(max(options.friction_speed, value / (FASTEST * inertias[name])))
-            if inertias[name] > 0.0
-            else options.friction_speed
-            for name, value in models["friction"].items()
+    def run(self, conversion: Conversion) -> None:
+        # the limits of a joint that counts the other way round have changed places and signs
+        joints = conversion.robot.with_flipped(conversion.names.flipped).joints
+        held = {
+            step.joint.name: (joints.get(step.joint.name, step.joint), step.coordinates[0])
+            for segment in conversion.segments.values()
+            for step in segment.steps
+            if len(step.coordinates) == 1
         }
-    stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
-    if stopped and options.stops:
-        switches |= {"stops": 1.0, "stop_speed": 1.0}
-        models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
-    if switches:
-        models = {"joint_forces": switches, **models}
-    if hold is not None:
-        models["hold"] = {"on": 1.0, "stiffness": hold.stiffness, "damping": hold.damping}
-    texts: dict[str, tuple[str, ...]] = {}
-    for model, values in models.items():
-        parameters = [
-            Parameter(name, "scalar", texts.setdefault(text := repr(value), (text,)))
-            for name, value in values.items()
-        ]
-        conversion.mbs.user_models.append(UserModel(model, parameters))
-    conversion.simulation.time_step = _time_step(conversion, models, inertias)
-    if models:
-        conversion.report["joint-parameters"] = models
-    if conversion.settings.project is None and {"damping", "friction"} & models.keys():
-        names = {**models.get("damping", {}), **models.get("friction", {})}
-        conversion.warn(
-            "joint-dynamics",
-            f"damping and friction of {len(names)} joints are in user models, but nothing "
-            "applies them",
-            hint="a project does: 'output: {project: DIR}'; or add them in user_JointForces",
-        )
+        kinds = _kinds(conversion, list(held.values()))
+        models: dict[str, dict[str, float]] = {
+            kind: values for kind, values in kinds.items() if values
+        }
+        switches: dict[str, float] = {}
+        hold = conversion.simulation.hold
+        wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["damping"], *kinds["friction"]}
+        if hold is not None:
+            wanted |= {joint.name for joint in hold.joints}
+        inertias = moved_inertias(conversion.mbs, wanted) if wanted else {}
+        stiff = (2 * pi * self.stop_frequency) ** 2
+        if "damping" in models:
+            switches["damping"] = 1.0
+        if "friction" in models:
+            switches["friction"] = 1.0
+            models["friction_speed"] = {
+                name: _short(max(self.friction_speed, value / (FASTEST * inertias[name])))
+                if inertias[name] > 0.0
+                else self.friction_speed
+                for name, value in models["friction"].items()
+            }
+        stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
+        if stopped and self.stops:
+            switches |= {"stops": 1.0, "stop_speed": 1.0}
+            models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
+        if switches:
+            models = {"joint_forces": switches, **models}
+        if hold is not None:
+            models["hold"] = {"on": 1.0, "stiffness": hold.stiffness, "damping": hold.damping}
+        texts: dict[str, tuple[str, ...]] = {}
+        for model, values in models.items():
+            parameters = [
+                Parameter(name, "scalar", texts.setdefault(text := repr(value), (text,)))
+                for name, value in values.items()
+            ]
+            conversion.mbs.user_models.append(UserModel(model, parameters))
+        conversion.simulation.time_step = _time_step(conversion, models, inertias)
+        if models:
+            conversion.report["joint-parameters"] = models
+        if conversion.settings.project is None and {"damping", "friction"} & models.keys():
+            names = {**models.get("damping", {}), **models.get("friction", {})}
+            conversion.warn(
+                "joint-dynamics",
+                f"damping and friction of {len(names)} joints are in user models, but nothing "
+                "applies them",
+                hint="a project does: 'output: {project: DIR}'; or add them in user_JointForces",
+            )
 
 
 def _kinds(
@@ -218,8 +220,3 @@ def _time_step(
 def _short(value: float) -> float:
     """Two significant digits: enough for a number that we choose and the robot does not state."""
     return float(f"{value:.2g}")
-
-
-PASS = Pass(
-    "joint-parameters", run, Options, needs=("robot", "inertias", "joints", "anchors", "posture")
-)  # fmt: skip

@@ -39,7 +39,10 @@ class HoldOptions(msgspec.Struct, forbid_unknown_fields=True):
                 raise ValueError(f"{value} holds nothing: give a finite number, not below 0")
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Posture(Pass):
+    reads = ("robot", "joints", "couplings")
+    writes = ("posture",)
+
     joints: dict[str, float] = {}
     """Pattern of joints: initial position (rad or m); a later pattern overrules."""
     srdf: str | None = None
@@ -49,31 +52,30 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     hold: HoldOptions | None = None
     """A PD controller that holds the start position: ``{stiffness: 200, damping: 4}``."""
 
+    def run(self, conversion: Conversion) -> None:
+        asked = self.joints or self.srdf or self.state
+        settable, followers = _joints(conversion) if asked else ({}, set())
+        given = _group_state(conversion, self, settable) if self.srdf or self.state else {}
+        for pattern, value in self.joints.items():
+            if not isfinite(value):
+                raise ConfigError("posture-value", f"posture: '{pattern}' is {value}")
+            names = [name for name in settable if fnmatchcase(name, pattern)]
+            if not names:
+                raise _unknown(conversion, pattern, settable, followers)
+            given |= dict.fromkeys(names, value)
+        for name, value in given.items():
+            settable[name].q = -value if name in conversion.names.flipped else value
+        for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
+            coupling.follower.q = coupling.multiplier * (coupling.leader.q or 0.0) + coupling.offset
+        _tell_limits(conversion, given)
+        if self.hold is not None:
+            conversion.simulation.hold = _hold(conversion, self.hold)
+        if given:
+            conversion.report["posture"] = given
+
 
 #: What a joint may be beyond its limits (rad or m): the rounding of numbers in a file.
 ROUNDING = 1e-9
-
-
-def run(conversion: Conversion, options: Options) -> None:
-    asked = options.joints or options.srdf or options.state
-    settable, followers = _joints(conversion) if asked else ({}, set())
-    given = _group_state(conversion, options, settable) if options.srdf or options.state else {}
-    for pattern, value in options.joints.items():
-        if not isfinite(value):
-            raise ConfigError("posture-value", f"posture: '{pattern}' is {value}")
-        names = [name for name in settable if fnmatchcase(name, pattern)]
-        if not names:
-            raise _unknown(conversion, pattern, settable, followers)
-        given |= dict.fromkeys(names, value)
-    for name, value in given.items():
-        settable[name].q = -value if name in conversion.names.flipped else value
-    for coupling in (*conversion.simulation.couplings, *conversion.simulation.driven):
-        coupling.follower.q = coupling.multiplier * (coupling.leader.q or 0.0) + coupling.offset
-    _tell_limits(conversion, given)
-    if options.hold is not None:
-        conversion.simulation.hold = _hold(conversion, options.hold)
-    if given:
-        conversion.report["posture"] = given
 
 
 def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
@@ -113,7 +115,7 @@ def _unknown(
 
 
 def _group_state(
-    conversion: Conversion, options: Options, settable: dict[str, Joint]
+    conversion: Conversion, options: Posture, settable: dict[str, Joint]
 ) -> dict[str, float]:
     """The positions in a ``<group_state>``; states of one name in several groups add up."""
     if options.srdf is None or options.state is None:
@@ -203,8 +205,3 @@ def _hold(conversion: Conversion, options: HoldOptions) -> Hold:
     if not held:
         raise ConfigError("posture-hold", "posture: no joint to hold fits 'hold.joints'")
     return Hold(held, options.stiffness, options.damping)
-
-
-PASS = Pass(
-    "posture", run, Options, needs=("robot", "joints", "couplings"), gives=("posture",)
-)  # fmt: skip

@@ -14,8 +14,6 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-import msgspec
-
 from urdf2mbs.conversion import NOTHING_HEAVY, Conversion, Segment, Step
 from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
@@ -24,34 +22,36 @@ from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
 from urdf2mbs.urdf.model import Joint
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class PruneMassless(Pass):
+    reads = ("robot", "base")
+    writes = ("bodies",)
+
     keep: list[str] = []
     """Patterns (``*`` for all) of massless links that stay, as bodies without mass."""
 
+    def run(self, conversion: Conversion) -> None:
+        robot = conversion.robot
+        root = robot.root()
+        order = robot.depth_first()
+        children = robot.children()
 
-def run(conversion: Conversion, options: Options) -> None:
-    robot = conversion.robot
-    root = robot.root()
-    order = robot.depth_first()
-    children = robot.children()
+        bodied = {
+            link.name
+            for link in robot.links.values()
+            if not link.massless or any(fnmatchcase(link.name, p) for p in self.keep)
+        }
+        needed = bodied | {root}
+        for joint in reversed(order):
+            if joint.child in needed:
+                needed.add(joint.parent)
+        if not any(joint.child in needed for joint in order):
+            bodied = needed = set(robot.links)
+        if all(link.massless for link in robot.links.values()):
+            _tell_no_mass(conversion)
 
-    bodied = {
-        link.name
-        for link in robot.links.values()
-        if not link.massless or any(fnmatchcase(link.name, p) for p in options.keep)
-    }
-    needed = bodied | {root}
-    for joint in reversed(order):
-        if joint.child in needed:
-            needed.add(joint.parent)
-    if not any(joint.child in needed for joint in order):
-        bodied = needed = set(robot.links)
-    if all(link.massless for link in robot.links.values()):
-        _tell_no_mass(conversion)
-
-    chained = _chained(conversion, order, children, bodied, needed)
-    _make_segments(conversion, root, order, needed, chained)
-    _attach_frames(conversion, order, needed, chained)
+        chained = _chained(conversion, order, children, bodied, needed)
+        _make_segments(conversion, root, order, needed, chained)
+        _attach_frames(conversion, order, needed, chained)
 
 
 def _tell_no_mass(conversion: Conversion) -> None:
@@ -171,6 +171,3 @@ def _tell_held(conversion: Conversion, held: list[Joint]) -> None:
         link=first.child,
         hint=f'keep {"it" if one else "them"} with prune-massless: {{keep: ["*"]}}',
     )
-
-
-PASS = Pass("prune-massless", run, Options, needs=("robot", "base"), gives=("bodies",))

@@ -13,7 +13,6 @@ from __future__ import annotations
 from fnmatch import fnmatchcase
 from math import isfinite
 
-import msgspec
 from lxml import etree
 
 from urdf2mbs.conversion import Conversion, Segment
@@ -30,7 +29,10 @@ MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
 KINDS = {"imu": "imu", "accelerometer": "accelerometer", "gyroscope": "gyroscope"}
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Sensors(Pass):
+    reads = ("robot", "bodies")
+    writes = ("anchors",)
+
     links: list[str] = []
     """Patterns of links that get a sensor at their frame, called as they are."""
     from_urdf: bool = True
@@ -38,50 +40,49 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     only: list[str] = []
     """Patterns of those sensors of the URDF that are taken; none: all."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    wanted = _from_urdf(conversion, options) if options.from_urdf else []
-    links = list(conversion.robot.links)
-    for pattern in options.links:
-        named = [link for link in links if fnmatchcase(link, pattern)]
-        if not named:
-            raise ConfigError(
-                "sensors-links", f"sensors: no link is called '{pattern}'",
-                hint=nearest(pattern, links) or "'*' in a pattern stands for any text: '*_sole'",
-            )  # fmt: skip
-        wanted += [(link, "frame", link, HERE) for link in named]
-    if not wanted and not conversion.simulation.sensors:
-        return
-    holders = {
-        link: (segment, pose)
-        for segment in conversion.segments.values()
-        for link, pose in segment.parts.items()
-    }
-    known: set[str] = set()
-    lost: list[str] = []
-    for name, kind, link, pose in wanted:
-        if name in known:
-            continue  # the same sensor in <gazebo> and in <sensor>
-        known.add(name)
-        segment, at = holders.get(link, (None, HERE))
-        if segment is None or segment.parent is None:
-            # the C library overruns its memory for sensors on the base
-            lost.append(f"{name} (link '{link}')")
-            continue
-        conversion.simulation.sensors.append(
-            _put(conversion, segment, name, kind, link, compose(at, pose), plain=pose is HERE)
-        )
-    if lost:
-        conversion.warn(
-            "sensor-left-out",
-            f"{len(lost)} sensors are on links that are no part of a moving body: "
-            f"{', '.join(lost)}",
-        )
-    if conversion.simulation.sensors:
-        conversion.report["sensors"] = [
-            {"name": s.name, "kind": s.kind, "link": s.link, "point": s.point}
-            for s in conversion.simulation.sensors
-        ]
+    def run(self, conversion: Conversion) -> None:
+        wanted = _from_urdf(conversion, self) if self.from_urdf else []
+        links = list(conversion.robot.links)
+        for pattern in self.links:
+            named = [link for link in links if fnmatchcase(link, pattern)]
+            if not named:
+                raise ConfigError(
+                    "sensors-links", f"sensors: no link is called '{pattern}'",
+                    hint=nearest(pattern, links) or "'*' in a pattern stands for any text: '*_sole'",
+                )  # fmt: skip
+            wanted += [(link, "frame", link, HERE) for link in named]
+        if not wanted and not conversion.simulation.sensors:
+            return
+        holders = {
+            link: (segment, pose)
+            for segment in conversion.segments.values()
+            for link, pose in segment.parts.items()
+        }
+        known: set[str] = set()
+        lost: list[str] = []
+        for name, kind, link, pose in wanted:
+            if name in known:
+                continue  # the same sensor in <gazebo> and in <sensor>
+            known.add(name)
+            segment, at = holders.get(link, (None, HERE))
+            if segment is None or segment.parent is None:
+                # the C library overruns its memory for sensors on the base
+                lost.append(f"{name} (link '{link}')")
+                continue
+            conversion.simulation.sensors.append(
+                _put(conversion, segment, name, kind, link, compose(at, pose), plain=pose is HERE)
+            )
+        if lost:
+            conversion.warn(
+                "sensor-left-out",
+                f"{len(lost)} sensors are on links that are no part of a moving body: "
+                f"{', '.join(lost)}",
+            )
+        if conversion.simulation.sensors:
+            conversion.report["sensors"] = [
+                {"name": s.name, "kind": s.kind, "link": s.link, "point": s.point}
+                for s in conversion.simulation.sensors
+            ]
 
 
 def _put(
@@ -110,7 +111,7 @@ def _put(
     return PointSensor(name, kind, link, point, at.rot)
 
 
-def _from_urdf(conversion: Conversion, options: Options) -> list[tuple[str, str, str, Pose]]:
+def _from_urdf(conversion: Conversion, options: Sensors) -> list[tuple[str, str, str, Pose]]:
     """Each sensor's name, kind, link, and pose in the link's frame."""
     robot = conversion.robot
     sensors: list[tuple[str, str, str, Pose]] = []
@@ -146,6 +147,3 @@ def _pose(element: etree._Element) -> Pose:
         return HERE
     x, y, z, roll, pitch, yaw = numbers
     return Pose((x, y, z), from_rpy((roll, pitch, yaw)))
-
-
-PASS = Pass("sensors", run, Options, needs=("robot",), changes=("anchors",))
