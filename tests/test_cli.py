@@ -441,7 +441,6 @@ def test_verify_needs_no_output(robot: Path, capsys: Any) -> None:
 
 
 def test_a_report_without_a_config(robot: Path, capsys: Any) -> None:
-    pytest.importorskip("meshcat", reason="the page's viewer comes with urdf2mbs[report]")
     assert main(["report", "tiny.urdf", "--base", "fixed"]) == 0
     assert "tiny: report written to tiny.html" in capsys.readouterr().out
     assert (robot / "tiny.html").read_bytes().startswith(b"<!DOCTYPE html>")

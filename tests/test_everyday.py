@@ -316,7 +316,6 @@ def test_a_model_from_standard_input_and_a_picture_to_standard_output(
 
 
 def test_the_report_goes_to_standard_output(here: Path, capfdbinary: Any) -> None:
-    pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
     assert main(["report", "tiny.urdf", "-o", "-"]) == 0
     said = capfdbinary.readouterr()
     assert said.out.startswith(b"<!")
