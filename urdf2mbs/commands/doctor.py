@@ -5,6 +5,17 @@ from __future__ import annotations
 import argparse
 
 from urdf2mbs.commands.printing import print_json
+from urdf2mbs.commands.settings import add_json, add_no_plugins
+
+EXAMPLES = (
+    "urdf2mbs doctor",
+    "urdf2mbs doctor --json",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_json(command)
+    add_no_plugins(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

@@ -16,7 +16,7 @@ from urdf2mbs.commands.printing import (
     warn_of,
 )
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import robot_or_config
+from urdf2mbs.commands.settings import add_json, add_running, add_settings, path, robot_or_config
 from urdf2mbs.diagnostics import ConversionError, counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
@@ -25,6 +25,25 @@ from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import members, told
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.reader import read_file
+
+EXAMPLES = (
+    "urdf2mbs explain robot.yaml",
+    "urdf2mbs explain robot.yaml --cost",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "config", type=path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below",
+    )  # fmt: skip
+    command.add_argument(
+        "--cost", action="store_true",
+        help="convert after all, by each preset too, to count the joints; nothing is written",
+    )  # fmt: skip
+    add_json(command)
+    add_running(command)
+    add_settings(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

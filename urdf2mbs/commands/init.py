@@ -5,9 +5,27 @@ from __future__ import annotations
 import argparse
 
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import pairs
+from urdf2mbs.commands.settings import add_base, add_isolate, add_robot, add_telling, pairs, path
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.diagnostics import ConfigError
+
+EXAMPLES = (
+    "urdf2mbs init robot.urdf.xacro",
+    "urdf2mbs init robot_descriptions:atlas_v4_description",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "robot", metavar="ROBOT", help="a .urdf or .xacro file, or robot_descriptions:NAME"
+    )
+    command.add_argument(
+        "-o", "--output", type=path, metavar="CONFIG.yaml", help="default: the robot's name, here"
+    )
+    add_telling(command)
+    add_base(command)
+    add_robot(command)
+    add_isolate(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

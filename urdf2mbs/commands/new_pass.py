@@ -4,6 +4,21 @@ from __future__ import annotations
 
 import argparse
 
+from urdf2mbs.commands.settings import add_telling, path
+
+EXAMPLES = (
+    "urdf2mbs new-pass actuate",
+    "urdf2mbs new-pass actuate -o our_passes",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument("name", metavar="NAME", help="of the pass: small letters, digits, hyphens")
+    command.add_argument(
+        "-o", "--output", type=path, metavar="DIR", default=".", help="default: here"
+    )
+    add_telling(command)
+
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.commands.printing import print_json
