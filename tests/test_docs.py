@@ -24,19 +24,18 @@ import yaml
 from installed import FOOT_CONTACTS, install
 from lxml import etree
 
-from urdf2mbs.catalogue import CATALOGUE, SECTIONS
+from urdf2mbs.catalogue import CATALOGUE, SECTIONS, page
 from urdf2mbs.cli import main
+from urdf2mbs.commands import COMMANDS
+from urdf2mbs.commands.dump import state
+from urdf2mbs.commands.schema import field_docs
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import Config, Lines, load, parse, preset
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.kit.catalogue import page
-from urdf2mbs.kit.dump import state
-from urdf2mbs.kit.schema import field_docs
 from urdf2mbs.many.sweep import members
-from urdf2mbs.options import EXAMPLES
 from urdf2mbs.output import write_files
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES
@@ -404,7 +403,7 @@ def test_every_code_is_in_the_catalogue_and_no_other() -> None:
 
 
 def test_the_page_is_the_catalogue() -> None:
-    """Else: python -m urdf2mbs.kit.catalogue > docs/diagnostics.md"""
+    """Else: python -m urdf2mbs.catalogue > docs/diagnostics.md"""
     assert (DOCS / "diagnostics.md").read_text() == page()
 
 
@@ -438,7 +437,7 @@ def test_the_site_has_every_command_key_pass_and_hook() -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     pages = module.pages()
-    for command in EXAMPLES:
+    for command in COMMANDS:
         assert f"\n## {command}\n" in pages["reference/commands.md"]
     for key in Config.__struct_fields__:
         assert f"\n| `{key}` |" in pages["reference/config.md"]

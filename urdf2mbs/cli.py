@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import argparse
 import atexit
 import gc
 import os
 import sys
 
-from urdf2mbs.commands import COMMANDS
+from urdf2mbs.commands import module_of, parse
 
 # What more a command needs is imported when it runs, so that help comes at once.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from typing import Any
+    import argparse
+    from collections.abc import Sequence
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -60,7 +59,7 @@ def _carry_out(arguments: argparse.Namespace) -> int:
 
     try:
         absolute(Path())  # a working folder that is not there any more is told at once
-        code: int = _module(arguments.command).carry_out(arguments)
+        code: int = module_of(arguments.command).carry_out(arguments)
         sys.stdout.flush()
         return code
     except ConversionError as error:
@@ -115,91 +114,6 @@ def _leave_stdout() -> None:
 
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def parse(words: Sequence[str]) -> argparse.Namespace:
-    """The words of a command line; what is wrong with them ends the program, as argparse does."""
-    return parser(words[:1]).parse_args(words)
-
-
-def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
-    """All commands in the order of the help, those that are ``named`` with their options.
-
-    Only the files of the named commands are imported.
-    """
-    whole = _Parser(
-        prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
-    )
-    whole.add_argument("--version", action=_Version, help="show the version and exit")
-    commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for name, does in COMMANDS.items():
-        command = commands.add_parser(name, help=does)
-        if name in named:
-            _add_options(command, name)
-    return whole
-
-
-def _add_options(command: argparse.ArgumentParser, name: str) -> None:
-    """The options of a command, those that all commands have among them."""
-    module = _module(name)
-    command.epilog = "examples:" + "".join(f"\n  {line}" for line in module.EXAMPLES)
-    command.set_defaults(command=name)
-    command.add_argument("--debug", action="store_true", help="show the traceback of an error")
-    command.add_argument(
-        "--color", choices=("auto", "always", "never"), default="auto",
-        help="auto: on a terminal only",
-    )  # fmt: skip
-    module.add_options(command)
-
-
-def _module(name: str) -> Any:
-    from importlib import import_module
-
-    return import_module(f"urdf2mbs.commands.{name.replace('-', '_')}")
-
-
-class _Parser(argparse.ArgumentParser):
-    """Its help is as wide as the terminal; it says what is wrong with a word without the control
-    characters in it.
-
-    argparse would ask shutil for the width, which imports four ways to compress files, and again
-    for every option.
-    """
-
-    def __init__(self, **more: Any) -> None:
-        width = _columns() - 2
-        super().__init__(
-            **more,
-            formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, width=width),
-        )
-
-    def _print_message(self, message: str, file: Any = None) -> None:
-        super()._print_message("".join(map(_letter, message)), file)
-
-
-def _letter(letter: str) -> str:
-    return letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1]
-
-
-def _columns() -> int:
-    given = os.environ.get("COLUMNS", "")
-    if given.isdecimal() and int(given):
-        return int(given)
-    try:
-        return os.get_terminal_size(sys.__stdout__.fileno()).columns or 80  # type: ignore[union-attr]
-    except (AttributeError, OSError, ValueError):
-        return 80
-
-
-class _Version(argparse.Action):
-    def __init__(self, option_strings: list[str], dest: str, **more: Any) -> None:
-        super().__init__(option_strings, dest, nargs=0, **more)
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from importlib.metadata import version
-
-        print(f"urdf2mbs {version('urdf2mbs')}")
-        parser.exit()
 
 
 if __name__ == "__main__":

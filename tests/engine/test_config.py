@@ -11,11 +11,11 @@ import msgspec
 import pytest
 import yaml
 
+from urdf2mbs.commands.schema import schema
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, load, parse, preset, presets, typed
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.yaml_text import word
-from urdf2mbs.kit.schema import schema
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = Path("robot.yaml")

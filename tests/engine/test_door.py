@@ -14,9 +14,9 @@ import yaml
 import urdf2mbs
 from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
+from urdf2mbs.commands.dump import state, to_yaml
+from urdf2mbs.commands.new_pass import new_pass
 from urdf2mbs.diagnostics import ConfigError, ConversionError
-from urdf2mbs.kit.dump import state, to_yaml
-from urdf2mbs.kit.new_pass import new_pass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.stash import Key, Stash
 from urdf2mbs.testing import TINY, convert_text

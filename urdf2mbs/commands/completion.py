@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
+from urdf2mbs.commands import parser
 from urdf2mbs.diagnostics import ConfigError
 
 EXAMPLES = (
@@ -27,8 +28,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
             "completion needs the package 'shtab', which is not installed",
             hint="pip install 'urdf2mbs[completion]'",
         ) from None
-    from urdf2mbs.cli import parser
-
     words = parser()
     for command in _commands(words):
         for action in command._actions:

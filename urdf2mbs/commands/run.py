@@ -62,7 +62,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
         progress.follow(pipeline)
         if arguments.dump is None:
             return pipeline.run(stop_after=arguments.stop_after)
-        from urdf2mbs.kit.dump import Dump
+        from urdf2mbs.commands.dump import Dump
 
         dump = Dump(arguments.dump)
         pipeline.watch(dump)

@@ -53,7 +53,7 @@ class Pass(msgspec.Struct, forbid_unknown_fields=True):
     def __init_subclass__(cls, **settings: Any) -> None:
         super().__init_subclass__(**settings)
         if "name" not in cls.__dict__:
-            cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "-", cls.__name__).lower()
+            cls.name = re.sub(r"(?<=.)(?=[A-Z])", "-", cls.__name__).lower()
 
     def run(self, conversion: Conversion) -> None:
         raise NotImplementedError
