@@ -115,12 +115,14 @@ def _config() -> str:
 def _passes() -> str:
     lines = ["# Passes", "", "In the order of the alphabet; "
              "[what a pass is, and how to write one](../passes.md).", "",
-             "| pass | | needs | changes | gives |", "|---|---|---|---|---|"]  # fmt: skip
+             "| pass | | reads | writes |", "|---|---|---|---|"]  # fmt: skip
     for name, found in sorted(Plugins(installed=False).passes.items()):
-        pass_ = found[0].pass_
-        tokens = (pass_.needs, pass_.changes, pass_.gives)
-        row = " | ".join(", ".join(f"`{token}`" for token in one) or "-" for one in tokens)
-        lines.append(f"| [{name}](../passes/{name}.md) | {pass_.summary} | {row} |")
+        kind = found[0].kind
+        row = " | ".join(
+            ", ".join(f"`{section}`" for section in sections) or "-"
+            for sections in (kind.reads, kind.writes)
+        )
+        lines.append(f"| [{name}](../passes/{name}.md) | {kind.summary()} | {row} |")
     return "\n".join([*lines, ""])
 
 

@@ -210,15 +210,14 @@ def test_the_command_writes_the_page_and_nothing_else(
 
 
 HEAVIER = """
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from making import hookimpl, make
 
 def run(conversion, options):
     conversion.mbs.bodies[-1].mass *= 2
 
 @hookimpl
 def urdf2mbs_passes():
-    from urdf2mbs.engine.hookspecs import NoOptions
-    return [Pass("heavier", run, NoOptions, needs=("inertias",), gives=("heavier",))]
+    return [make("heavier", run, reads=("inertias",))]
 """
 
 

@@ -43,12 +43,12 @@ def check_order(
             return lines.error("stale", message, at, hint)
 
         others = [(one, k) for one, k in before if not (built_in and one in method)]
-        check_stale(name, kind.writes, others, wrong)
+        check_stale(kind, kind.writes, others, wrong)
         before.append((name, kind))
 
 
 def check_stale(
-    name: str,
+    pass_: type[Pass],
     changed: Collection[str],
     before: Iterable[Named],
     wrong: Callable[[str, str], ConversionError],
@@ -56,10 +56,12 @@ def check_stale(
     """Raise ``wrong(message, hint)`` where a pass changes what an earlier pass has used.
 
     ``changed`` are the sections that the pass changes, ``before`` the passes that stand before it.
+    A section that the pass says it writes is made anew, and does not count.
     """
+    name = pass_.name
     for section in changed:
         for reader, kind in before:
-            made = [other for other in kind.writes if other not in changed]
+            made = [other for other in kind.writes if other not in pass_.writes]
             if section in kind.reads and made:
                 raise wrong(
                     f"pass '{name}' changes the {section} after pass '{reader}' has made the "

@@ -149,7 +149,7 @@ class Pipeline:
             if sections is not None:
                 seen = changed(sections, look(conversion))
                 others = [(other.kind.name, other.kind) for other in ran]
-                check_stale(pass_.name, seen, others, partial(_stale, found))
+                check_stale(type(pass_), seen, others, partial(_stale, found))
             ran.append(found)
             conversion.diagnostics = levels.applied(conversion.diagnostics)
             if watched:
