@@ -51,7 +51,7 @@ BROKEN = {
     ),
     "no list": (
         PASS + "None\n",
-        r"plugin 'mine': urdf2mbs_passes returned nothing\n.*list of Pass",
+        r"plugin 'mine': urdf2mbs_passes returned nothing\n.*list of the classes",
     ),
     "one pass": (PASS + "make('a', run)\n", r"urdf2mbs_passes failed: TypeError"),
     "no pass": (PASS + "['a']\n", r"gave 'a', which is no subclass of Pass\n.*list of the classes"),

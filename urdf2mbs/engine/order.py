@@ -61,7 +61,7 @@ def check_stale(
     name = pass_.name
     for section in changed:
         for reader, kind in before:
-            made = [other for other in kind.writes if other not in pass_.writes]
+            made = [other for other in kind.writes if other not in (section, *pass_.writes)]
             if section in kind.reads and made:
                 raise wrong(
                     f"pass '{name}' changes the {section} after pass '{reader}' has made the "
