@@ -22,7 +22,7 @@ import trimesh
 from urdf2mbs import convert
 from urdf2mbs.meshes.reader import read
 from urdf2mbs.passes import convert_meshes
-from urdf2mbs.passes.convert_meshes import Job, Look, Options, make
+from urdf2mbs.passes.convert_meshes import ConvertMeshes, Job, Look, make
 
 FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
 
@@ -55,7 +55,7 @@ def rates(subdivisions: int, repetitions: int) -> None:
             path = Path(folder) / f"mesh.{kind.partition('_')[0]}"
             data = mesh.export(file_type=kind)
             path.write_bytes(data.encode() if isinstance(data, str) else data)
-            job = Job(path, (Look("", (128, 128, 128), 0.0),), Options())
+            job = Job(path, (Look("", (128, 128, 128), 0.0),), ConvertMeshes())
             seconds = least(
                 [
                     lambda path=path: read(path, up_axis=False),

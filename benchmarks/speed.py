@@ -33,7 +33,6 @@ from lxml import etree
 from robots import generated, real
 
 from urdf2mbs import convert
-from urdf2mbs.engine.config import Lines, preset
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,9 +43,17 @@ Contenders = dict[str, "Callable[[], object]"]
 def in_process(source: Path, folder: Path) -> Contenders:
     from urdf2webots.importer import convertUrdfFile
 
+    from urdf2mbs.engine import resolve
+    from urdf2mbs.engine.config import Lines
+    from urdf2mbs.engine.plugins import Plugins
+
     out = folder / "robot.mbs"
     proto = folder / "Robot.proto"
-    unchecked = [name for name in preset("faithful", Lines())[0] if name != "check"]
+    unchecked = [
+        name
+        for name in resolve.preset("faithful", Plugins(installed=False), Lines())[0]
+        if name != "check"
+    ]
 
     def floor() -> None:
         etree.tostring(etree.fromstring(source.read_bytes()))

@@ -17,11 +17,11 @@ import msgspec
 
 from urdf2mbs import testing
 from urdf2mbs.api import Result, Verdict, convert, verify
+from urdf2mbs.commands import module_of, parser
+from urdf2mbs.commands.schema import field_docs, schema
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Segment, Step
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.kit.schema import field_docs, schema
-from urdf2mbs.options import EXAMPLES, parser
 from urdf2mbs.summary import Joints, Report
 
 DOCS = Path(__file__).resolve().parent
@@ -85,7 +85,7 @@ def _commands() -> str:
     about = {choice.dest: choice.help for choice in action._choices_actions}
     for name, command in action.choices.items():
         lines += [f"## {name}", "", f"{(about[name] or '').capitalize()}.", "", f"{CODE}sh"]
-        lines += [*EXAMPLES[name], CODE, "", "| option | |", "|---|---|"]
+        lines += [*module_of(name).EXAMPLES, CODE, "", "| option | |", "|---|---|"]
         for one in command._actions:
             if one.dest == "help":
                 continue
@@ -115,12 +115,14 @@ def _config() -> str:
 def _passes() -> str:
     lines = ["# Passes", "", "In the order of the alphabet; "
              "[what a pass is, and how to write one](../passes.md).", "",
-             "| pass | | needs | changes | gives |", "|---|---|---|---|---|"]  # fmt: skip
+             "| pass | | reads | writes |", "|---|---|---|---|"]  # fmt: skip
     for name, found in sorted(Plugins(installed=False).passes.items()):
-        pass_ = found[0].pass_
-        tokens = (pass_.needs, pass_.changes, pass_.gives)
-        row = " | ".join(", ".join(f"`{token}`" for token in one) or "-" for one in tokens)
-        lines.append(f"| [{name}](../passes/{name}.md) | {pass_.summary} | {row} |")
+        kind = found[0].kind
+        row = " | ".join(
+            ", ".join(f"`{section}`" for section in sections) or "-"
+            for sections in (kind.reads, kind.writes)
+        )
+        lines.append(f"| [{name}](../passes/{name}.md) | {kind.summary()} | {row} |")
     return "\n".join([*lines, ""])
 
 

@@ -16,24 +16,30 @@ from __future__ import annotations
 import csv
 import io
 
-from urdf2mbs.plugin import Conversion, NoOptions, Pass, hookimpl
+from urdf2mbs.plugin import Conversion, Pass, hookimpl
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
+class CsvTable(Pass):
     """Write the bodies and joints as a table."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["number", "joint", "type", "nature", "q", "body", "parent", "mass"])
-    numbers = conversion.mbs.numbers()
-    for body in conversion.mbs.bodies:
-        for joint in body.joints:
-            table.writerow([
-                numbers[joint.name], joint.name, joint.type, joint.nature, joint.q, body.name,
-                body.parent, body.mass if joint is body.joints[-1] else None,
-            ])  # fmt: skip
-    conversion.files[conversion.settings.output] = text.getvalue().encode()
+
+    name = "emit"
+    reads = ("names", "inertias", "joints", "posture")
+    writes = ("mbs-file",)
+
+    def run(self, conversion: Conversion) -> None:
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(["number", "joint", "type", "nature", "q", "body", "parent", "mass"])
+        numbers = conversion.mbs.numbers()
+        for body in conversion.mbs.bodies:
+            for joint in body.joints:
+                table.writerow([
+                    numbers[joint.name], joint.name, joint.type, joint.nature, joint.q, body.name,
+                    body.parent, body.mass if joint is body.joints[-1] else None,
+                ])  # fmt: skip
+        conversion.files[conversion.settings.output] = text.getvalue().encode()
 
 
 @hookimpl
-def urdf2mbs_passes() -> list[Pass]:
-    return [Pass("emit", run, needs=("names", "inertias", "joints"), gives=("mbs-file",))]
+def urdf2mbs_passes() -> list[type[Pass]]:
+    return [CsvTable]

@@ -17,13 +17,13 @@ through all the patterns, in their order.  Joints, mimics, and what ``<gazebo>``
 
 import re
 
-import msgspec
-
 from urdf2mbs.plugin import ConfigError, Pass, hookimpl, nearest
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
-    """Which names change."""
+class RenameLinks(Pass):
+    """Rename links and joints, and all that refers to them."""
+
+    writes = ("robot",)
 
     links: dict[str, str] = {}
     """Link: its new name."""
@@ -34,33 +34,31 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     joint_patterns: dict[str, str] = {}
     """The same for joints."""
 
+    def run(self, conversion):
+        robot = conversion.robot
+        links = new_names("link", robot.links, self.links, self.link_patterns)
+        joints = new_names("joint", robot.joints, self.joints, self.joint_patterns)
 
-def run(conversion, options):
-    """Rename links and joints, and all that refers to them."""
-    robot = conversion.robot
-    links = new_names("link", robot.links, options.links, options.link_patterns)
-    joints = new_names("joint", robot.joints, options.joints, options.joint_patterns)
+        for link in robot.links.values():
+            link.name = links[link.name]
+        for joint in robot.joints.values():
+            joint.name = joints[joint.name]
+            joint.parent, joint.child = links[joint.parent], links[joint.child]
+            if joint.mimic is not None:
+                joint.mimic.joint = joints[joint.mimic.joint]
+        robot.links = {link.name: link for link in robot.links.values()}
+        robot.joints = {joint.name: joint for joint in robot.joints.values()}
+        for extension in robot.extensions:
+            rename_extension(extension, links, joints)
 
-    for link in robot.links.values():
-        link.name = links[link.name]
-    for joint in robot.joints.values():
-        joint.name = joints[joint.name]
-        joint.parent, joint.child = links[joint.parent], links[joint.child]
-        if joint.mimic is not None:
-            joint.mimic.joint = joints[joint.mimic.joint]
-    robot.links = {link.name: link for link in robot.links.values()}
-    robot.joints = {joint.name: joint for joint in robot.joints.values()}
-    for extension in robot.extensions:
-        rename_extension(extension, links, joints)
-
-    changed = {
-        "links": {old: new for old, new in links.items() if old != new},
-        "joints": {old: new for old, new in joints.items() if old != new},
-    }
-    conversion.report["rename-links"] = changed
-    conversion.note(
-        "renamed", f"{len(changed['links'])} links and {len(changed['joints'])} joints renamed"
-    )
+        changed = {
+            "links": {old: new for old, new in links.items() if old != new},
+            "joints": {old: new for old, new in joints.items() if old != new},
+        }
+        conversion.report["rename-links"] = changed
+        conversion.note(
+            "renamed", f"{len(changed['links'])} links and {len(changed['joints'])} joints renamed"
+        )
 
 
 def new_names(kind, elements, table, patterns):
@@ -122,4 +120,4 @@ def rename_extension(extension, links, joints):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("rename-links", run, Options, changes=("robot",))]
+    return [RenameLinks]

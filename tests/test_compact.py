@@ -185,10 +185,9 @@ def test_explain_says_what_each_preset_costs(
         "passes: {align-frames: {axes: z}, foot: {size: 2}, prune-massless: {keep: ['*']}}\n"
     )
     (tmp_path / "foot.py").write_text(
-        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\nimport msgspec\n"
-        "class Options(msgspec.Struct):\n    size: int = 1\n"
-        "def run(conversion, options):\n    pass\n"
-        "@hookimpl\ndef urdf2mbs_passes():\n    yield Pass('foot', run, Options)\n"
+        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "class Foot(Pass):\n    size: int = 1\n    def run(self, conversion):\n        pass\n"
+        "@hookimpl\ndef urdf2mbs_passes():\n    yield Foot\n"
     )
 
     assert main(["explain", "--cost", "tiny.yaml"]) == 0

@@ -23,20 +23,20 @@ import pytest
 import yaml
 from installed import FOOT_CONTACTS, install
 from lxml import etree
+from making import passes_of
 
-from urdf2mbs.catalogue import CATALOGUE, SECTIONS
+from urdf2mbs.catalogue import CATALOGUE, SECTIONS, page
 from urdf2mbs.cli import main
+from urdf2mbs.commands import COMMANDS
+from urdf2mbs.commands.dump import state
+from urdf2mbs.commands.schema import field_docs
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine import hookspecs
-from urdf2mbs.engine.config import Config, Lines, load, parse, preset
+from urdf2mbs.engine import hookspecs, sections
+from urdf2mbs.engine.config import Config, load, parse
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.kit.catalogue import page
-from urdf2mbs.kit.dump import state
-from urdf2mbs.kit.schema import field_docs
 from urdf2mbs.many.sweep import members
-from urdf2mbs.options import EXAMPLES
 from urdf2mbs.output import write_files
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES
@@ -49,8 +49,8 @@ PAGES = [
     *sorted(DOCS.rglob("*.md")),
     *sorted(ROOT.glob("plugins/*/*.md")),
 ]
-BUILT_IN: dict[str, Pass] = {
-    name: found[0].pass_ for name, found in Plugins(installed=False).passes.items()
+BUILT_IN: dict[str, type[Pass]] = {
+    name: found[0].kind for name, found in Plugins(installed=False).passes.items()
 }
 
 
@@ -218,16 +218,15 @@ def test_every_pass_has_its_page_and_every_page_its_pass() -> None:
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_a_page_says_what_its_pass_needs_gives_and_takes(name: str) -> None:
     text = (DOCS / "passes" / f"{name}.md").read_text()
-    pass_ = BUILT_IN[name]
+    kind = BUILT_IN[name]
 
     def words(tokens: tuple[str, ...]) -> str:
         return ", ".join(f"`{token}`" for token in tokens) or "nothing"
 
     assert text.startswith(f"# {name}\n")
-    changes = f"changes {words(pass_.changes)}; " if pass_.changes else ""
-    assert f"Needs {words(pass_.needs)}; {changes}gives {words(pass_.gives)}." in text
+    assert f"Reads {words(kind.reads)}; writes {words(kind.writes)}." in text
     assert "**Method**: " in text
-    fields = msgspec.inspect.type_info(pass_.options).fields  # type: ignore[attr-defined]
+    fields = msgspec.inspect.type_info(kind).fields  # type: ignore[attr-defined]
     rows = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)` \|", text, re.MULTILINE))
     assert rows == {
         field.name: yaml.safe_dump(
@@ -238,7 +237,7 @@ def test_a_page_says_what_its_pass_needs_gives_and_takes(name: str) -> None:
         ).splitlines()[0]
         for field in fields
     }
-    assert set(field_docs(pass_.options)) == set(rows)
+    assert set(field_docs(kind)) == set(rows)
     if not rows:
         assert "It has no options." in text
 
@@ -300,7 +299,7 @@ def test_before_and_after(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
             told[block.info[0]] = yaml.safe_load(block.text)
         elif block.language == "yaml":
             config = f"source: tiny.urdf\n{block.text}"
-    if "pipeline" not in config and name not in preset("faithful", Lines())[0]:
+    if "pipeline" not in config and name not in passes_of("faithful"):
         config += "pipeline: compact\n"
     pipeline = Pipeline(*parse(config, tmp_path / "tiny.yaml"))
     around = Around(name)
@@ -325,10 +324,13 @@ def test_every_hook_is_documented_with_its_signature() -> None:
     assert set(re.findall(r"^### `(urdf2mbs_[^`]*)`$", text, re.MULTILINE)) == hooks
 
 
-def test_every_token_is_documented() -> None:
+def test_every_section_is_documented() -> None:
     text = (DOCS / "passes.md").read_text()
-    rows = re.findall(r"^\| `([a-z-]+)` \| .* \| \[([a-z-]+)\]", text, re.MULTILINE)
-    assert dict(rows) == {token: name for name, one in BUILT_IN.items() for token in one.gives}
+    rows = re.findall(r"^\| `([a-z-]+)` \| .* \| (\[.*) \|$", text, re.MULTILINE)
+    assert [section for section, _ in rows] == list(sections.SECTIONS)
+    for section, passes in rows:
+        for name in re.findall(r"\[([a-z-]+)\]", passes):
+            assert section in BUILT_IN[name].writes
 
 
 def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
@@ -404,7 +406,7 @@ def test_every_code_is_in_the_catalogue_and_no_other() -> None:
 
 
 def test_the_page_is_the_catalogue() -> None:
-    """Else: python -m urdf2mbs.kit.catalogue > docs/diagnostics.md"""
+    """Else: python -m urdf2mbs.catalogue > docs/diagnostics.md"""
     assert (DOCS / "diagnostics.md").read_text() == page()
 
 
@@ -438,7 +440,7 @@ def test_the_site_has_every_command_key_pass_and_hook() -> None:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     pages = module.pages()
-    for command in EXAMPLES:
+    for command in COMMANDS:
         assert f"\n## {command}\n" in pages["reference/commands.md"]
     for key in Config.__struct_fields__:
         assert f"\n| `{key}` |" in pages["reference/config.md"]

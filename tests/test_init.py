@@ -11,10 +11,10 @@ import yaml
 from robots import BROKEN, CONVERTIBLE, RealRobot
 
 from urdf2mbs.cli import main
+from urdf2mbs.commands.init import in_words, init
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.kit.init import in_words, init
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -167,7 +167,7 @@ def test_without_the_extra_for_meshes_it_still_runs(
     mesh = '<visual><geometry><mesh filename="a.stl"/></geometry></visual>'
     (here / "a.stl").write_text("")
     (here / "tiny.urdf").write_text(TINY.replace("<inertial>", f"{mesh}<inertial>", 1))
-    monkeypatch.setattr("urdf2mbs.kit.init.find_spec", lambda name: None)
+    monkeypatch.setattr("urdf2mbs.commands.init.find_spec", lambda name: None)
     assert main(["init", "tiny.urdf"]) == 0
     text = (here / "tiny.yaml").read_text()
     assert re.search(r"^output: tiny.mbs +# or \{project: tiny\}, once you have: pip", text, re.M)

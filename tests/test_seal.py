@@ -174,12 +174,12 @@ def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: An
 
 def test_nothing_is_said_to_be_written_of_a_rejected_model(here: Path, capsys: Any) -> None:
     (here / "wrong.py").write_text(
-        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "def run(conversion, options):\n"
         "    conversion.mbs.bodies[0].mass = 99.0\n"
         "@hookimpl\n"
         "def urdf2mbs_passes():\n"
-        "    return [Pass('wrong', run, needs=('inertias',))]\n"
+        "    return [make('wrong', run, reads=('inertias',))]\n"
     )
     words = ["convert", "tiny.urdf", "-o", "-", "--plugin", "wrong.py", "--after"]
     assert main([*words, "layout=wrong"]) == 3

@@ -35,19 +35,20 @@ STUBBORN = """\
 import os, signal
 from urdf2mbs.plugin import Pass, hookimpl
 
-def run(conversion, options):
-    if conversion.settings.xacro_args.get("height", "0.9") != "0.9":
-        return
-    try:
-        os.kill({whom}, {number})
-        while {whom} != os.getpid():
-            signal.pause()
-    except BaseException:
-        pass
+class Stubborn(Pass):
+    def run(self, conversion):
+        if conversion.settings.xacro_args.get("height", "0.9") != "0.9":
+            return
+        try:
+            os.kill({whom}, {number})
+            while {whom} != os.getpid():
+                signal.pause()
+        except BaseException:
+            pass
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("stubborn", run, needs=("robot",))]
+    return [Stubborn]
 """
 
 SIGNALS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

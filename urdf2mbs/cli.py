@@ -22,7 +22,7 @@ def main(argv: "Sequence[str] | None" = None) -> int:
         stopping.end_on_signals()
         _leave_working_folder()
         _collect_seldom()
-    from urdf2mbs.options import parse
+    from urdf2mbs.commands import parse
 
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed, as for a service: nobody reads it
@@ -79,7 +79,6 @@ def _run(arguments: "argparse.Namespace") -> int:
 
 def _carry_out(arguments: "argparse.Namespace") -> int:
     from errno import ENOSPC
-    from importlib import import_module
     from pathlib import Path
 
     from urdf2mbs.diagnostics import ConfigError, ConversionError, memory_full
@@ -87,8 +86,9 @@ def _carry_out(arguments: "argparse.Namespace") -> int:
 
     try:
         absolute(Path())  # a working folder that is not there any more is told at once
-        command = import_module(f"urdf2mbs.commands.{arguments.command.replace('-', '_')}")
-        code: int = command.carry_out(arguments)
+        from urdf2mbs.commands import module_of
+
+        code: int = module_of(arguments.command).carry_out(arguments)
         sys.stdout.flush()
         return code
     except ConversionError as error:

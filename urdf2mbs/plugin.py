@@ -23,7 +23,7 @@ from urdf2mbs.diagnostics import (
     Difference,
     nearest,
 )
-from urdf2mbs.engine.hookspecs import NoOptions, Pass, hookimpl
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.urdf import model as urdf
 
@@ -39,7 +39,6 @@ __all__ = [
     "Difference",
     "LinkFrame",
     "Names",
-    "NoOptions",
     "Pass",
     "Segment",
     "Settings",

@@ -6,8 +6,6 @@ Robotran computes the kinematics of each point that has an ``extforce`` and call
 
 from fnmatch import fnmatchcase
 
-import msgspec
-
 from urdf2mbs.plugin import ConfigError, Pass, hookimpl, mbs, spatial, urdf
 
 #: What is measured at a point, as in models that Robotran's users have made by hand.
@@ -17,8 +15,11 @@ SENSOR = (*FORCE, "Jac")
 DIRECTIONS = {"+x": (0, 1), "-x": (0, -1), "+y": (1, 1), "-y": (1, -1), "+z": (2, 1), "-z": (2, -1)}
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
-    """Which links have soles, and where their corners are."""
+class FootContacts(Pass):
+    """Put points with external forces at the corners of the soles."""
+
+    reads = ("robot", "bodies")
+    writes = ("anchors",)
 
     links: list[str]
     """Patterns (``*_foot``) of the links with a sole."""
@@ -29,44 +30,44 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     sensor: bool = True
     """Whether each point has a sensor, too."""
 
-
-def run(conversion, options):
-    """Put points with external forces at the corners of the soles."""
-    if options.down not in DIRECTIONS:
-        raise ConfigError(
-            "foot-contacts-down", f"foot-contacts: down is '{options.down}'",
-            hint=f"it may be: {', '.join(DIRECTIONS)}",
-        )  # fmt: skip
-    holders = {
-        link: (segment, pose)
-        for segment in conversion.segments.values()
-        for link, pose in segment.parts.items()
-    }
-    done = {}
-    for link in chosen(conversion.robot, options.links):
-        segment, pose = holders.get(link.name, (None, None))
-        if segment is None or segment.parent is None:
-            # the C library overruns its memory for forces on the base
-            why = "moves with a joint only, not with a body" if segment is None else "is the base"
+    def run(self, conversion):
+        if self.down not in DIRECTIONS:
             raise ConfigError(
-                "foot-contacts-body", f"foot-contacts: link '{link.name}' {why}",
-                hint="leave it out of 'links'",
+                "foot-contacts-down", f"foot-contacts: down is '{self.down}'",
+                hint=f"it may be: {', '.join(DIRECTIONS)}",
             )  # fmt: skip
-        points = []
-        for number, corner in enumerate(options.corners or box_corners(link, options.down), 1):
-            name = f"{link.name}_contact_{number}"
-            point = mbs.Point(name, spatial.compose(pose, spatial.Pose(corner)).xyz)
-            point.extforce = mbs.Sensor(f"{name}_force", FORCE)
-            if options.sensor:
-                point.sensor = mbs.Sensor(f"{name}_sensor", SENSOR)
-            points.append(point)
-        segment.body.points += points
-        done[link.name] = points
-    # emit may still change names: these are the very points, and show what they are called then
-    conversion.report["foot-contacts"] = done
-    conversion.note(
-        "foot-contacts", f"{sum(map(len, done.values()))} contact points on {', '.join(done)}"
-    )
+        holders = {
+            link: (segment, pose)
+            for segment in conversion.segments.values()
+            for link, pose in segment.parts.items()
+        }
+        done = {}
+        for link in chosen(conversion.robot, self.links):
+            segment, pose = holders.get(link.name, (None, None))
+            if segment is None or segment.parent is None:
+                # the C library overruns its memory for forces on the base
+                why = (
+                    "moves with a joint only, not with a body" if segment is None else "is the base"
+                )
+                raise ConfigError(
+                    "foot-contacts-body", f"foot-contacts: link '{link.name}' {why}",
+                    hint="leave it out of 'links'",
+                )  # fmt: skip
+            points = []
+            for number, corner in enumerate(self.corners or box_corners(link, self.down), 1):
+                name = f"{link.name}_contact_{number}"
+                point = mbs.Point(name, spatial.compose(pose, spatial.Pose(corner)).xyz)
+                point.extforce = mbs.Sensor(f"{name}_force", FORCE)
+                if self.sensor:
+                    point.sensor = mbs.Sensor(f"{name}_sensor", SENSOR)
+                points.append(point)
+            segment.body.points += points
+            done[link.name] = points
+        # emit may still change names: these are the very points, and show what they are called then
+        conversion.report["foot-contacts"] = done
+        conversion.note(
+            "foot-contacts", f"{sum(map(len, done.values()))} contact points on {', '.join(done)}"
+        )
 
 
 def chosen(robot, patterns):
@@ -113,4 +114,4 @@ def box_corners(link, down):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("foot-contacts", run, Options, needs=("robot", "bodies"), changes=("anchors",))]
+    return [FootContacts]

@@ -13,8 +13,8 @@ import pytest
 import urdf2mbs
 from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
+from urdf2mbs.commands.new_pass import new_pass
 from urdf2mbs.diagnostics import ConfigError, ConversionError
-from urdf2mbs.kit.new_pass import new_pass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 
@@ -28,19 +28,19 @@ def write(folder: Path, text: str) -> Path:
 
 
 SCALE = """
-import msgspec
 from urdf2mbs.plugin import Pass, hookimpl
 
-class Options(msgspec.Struct):
+class Scale(Pass):
+    writes = ("robot",)
     link: str = "arm"
     by: float = 2.0
 
-def run(conversion, options):
-    conversion.robot.links[options.link].inertial.mass *= options.by
+    def run(self, conversion):
+        conversion.robot.links[self.link].inertial.mass *= self.by
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("scale", run, Options, changes=("robot",))]
+    return [Scale]
 """
 
 
@@ -50,7 +50,7 @@ def names(**settings: Any) -> list[str]:
 
     lines = Lines()
     pipeline = Pipeline(typed(Config, {"source": "r.urdf", **settings}, lines), lines)
-    return [step.registered.pass_.name for step in pipeline.passes]
+    return [step.pass_.name for step in pipeline.passes]
 
 
 def test_before_and_after_and_without(tmp_path: Path) -> None:
@@ -127,8 +127,9 @@ def test_a_preset_of_a_plugin_is_compared_with_the_others(tmp_path: Path, capsys
 @pytest.mark.parametrize(
     ("preset", "said"),
     [
-        ("[]", "it has no list 'pipeline'"),
-        ("{'pipeline': [1]}", "is a list of the names of passes"),
+        ("[]", "wants 'key: value' lines"),
+        ("{}", "neither 'pipeline' nor 'extends'"),
+        ("{'pipeline': [1]}", "a word is wanted"),
         ("{'pipeline': [], 'pases': {}}", "unknown key 'pases'"),
     ],
 )

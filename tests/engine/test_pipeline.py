@@ -11,65 +11,26 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from making import passes_of
 
 from urdf2mbs import convert
+from urdf2mbs.commands.dump import Dump, state, to_yaml
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
-from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.kit.dump import Dump, state, to_yaml
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.output import write_files
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 from urdf2mbs.urdf.model import Robot
 
-NINE = preset("faithful", Lines())[0]
-
-
-def nothing(conversion: Conversion, options: Any) -> None:
-    pass
-
-
-def make(name: str, needs: str = "", gives: str = "") -> Pass:
-    return Pass(name, nothing, needs=tuple(needs.split()), gives=tuple(gives.split()))
-
-
-@pytest.mark.parametrize(
-    ("passes", "code", "message", "hint"),
-    [
-        (
-            [make("a", gives="x"), make("b", gives="x")],
-            "given-twice", "passes 'a' and 'b' both give 'x'", "leave one of them out",
-        ),
-        (
-            [make("a", gives="x"), make("b", needs="x y")],
-            "need-not-given", "pass 'b' needs 'y', which no pass", "urdf2mbs passes",
-        ),
-        (
-            [make("a", needs="x"), make("b", gives="x")],
-            "wrong-order", "pass 'a' needs 'x', which 'b' gives only later",
-            "put it after: 'after: {b: a}'",
-        ),
-        (
-            [make("a", needs="x", gives="x")],
-            "wrong-order", "pass 'a' needs 'x', which 'a' gives only later", "",
-        ),
-    ],
-)  # fmt: skip
-def test_a_wrong_order(passes: list[Pass], code: str, message: str, hint: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        check_order(passes)
-    assert caught.value.code == code
-    assert message in caught.value.message
-    assert hint in (caught.value.hint or "")
+NINE = passes_of("faithful")
 
 
 def test_the_wrong_order_of_a_config_is_told_before_anything_runs() -> None:
     with pytest.raises(ConfigError, match="wrong-order") as caught:
         convert("nosuch.urdf", pipeline=["insert-base", "expand"])
-    assert "pass 'insert-base' needs 'robot', which 'expand' gives only later" in str(caught.value)
+    assert "pass 'expand' stands behind 'insert-base'" in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -90,10 +51,10 @@ def marks(tmp_path: Path, *names: str) -> Path:
     """A plugin whose passes write their names into the report."""
     file = tmp_path / "marks.py"
     file.write_text(
-        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "def marker(name):\n"
         "  def run(conversion, options): conversion.report.setdefault('ran', []).append(name)\n"
-        "  return Pass(name, run)\n"
+        "  return make(name, run)\n"
         f"@hookimpl\ndef urdf2mbs_passes(): return [marker(name) for name in {names!r}]\n"
     )
     return file
@@ -177,9 +138,9 @@ def test_hooks_are_called_around_every_pass(tmp_path: Path) -> None:
 def test_a_pass_that_takes_long_says_where_it_is(tmp_path: Path) -> None:
     """It is told as a hook, too."""
     (tmp_path / "slow.py").write_text(
-        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "def run(conversion, options): conversion.progress('half')\n"
-        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('slow', run)]\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [make('slow', run)]\n"
     )
     pipeline = pipeline_of(tmp_path, "plugins: [slow.py]\nafter: {expand: slow}")
     watcher = Watcher()
@@ -214,9 +175,9 @@ def test_two_runs_of_one_pipeline_do_not_meet(tmp_path: Path) -> None:
     assert first.mbs is not second.mbs
 
 
-def test_the_pipeline_of_one_config_is_no_other_config_s(tmp_path: Path) -> None:
+def test_a_preset_that_was_used_before_is_no_other_config_s(tmp_path: Path) -> None:
     before = pipeline_of(tmp_path)
-    assert [one.registered.pass_.name for one in before.passes] == NINE
+    assert [one.pass_.name for one in before.passes] == NINE
     (tmp_path / "own.py").write_text(
         "from urdf2mbs.engine.hookspecs import hookimpl\n"
         "@hookimpl\n"
@@ -226,13 +187,13 @@ def test_the_pipeline_of_one_config_is_no_other_config_s(tmp_path: Path) -> None
         ("plugins: [own.py]", ["expand", "insert-base"]),
         ("without: [find-singular]", [name for name in NINE if name != "find-singular"]),
     ):
-        names = [one.registered.pass_.name for one in pipeline_of(tmp_path, text).passes]
+        names = [one.pass_.name for one in pipeline_of(tmp_path, text).passes]
         assert names == wanted
     with pytest.raises(ConfigError, match="wrong-order"):
         pipeline_of(tmp_path, "before: {expand: own}\nalias: {own: left-out}")
     for text, joints in (("passes: {actuators: {joints: ['*']}}", ["*"]), ("", [])):
         passes = pipeline_of(tmp_path, text).passes
-        options = {one.registered.pass_.name: one.options for one in passes}
+        options = {one.pass_.name: one.pass_ for one in passes}
         assert options["actuators"].joints == joints
 
 
@@ -268,9 +229,9 @@ def test_another_robot_is_not_the_same() -> None:
 def test_a_pass_that_changes_the_mbs_is_found_out(tmp_path: Path) -> None:
     file = tmp_path / "wrong.py"
     file.write_text(
-        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "def run(conversion, options): conversion.mbs.bodies[1].joints[0].q = 0.4\n"
-        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('wrong', run)]\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [make('wrong', run)]\n"
     )
     result = run_pass("wrong", file, after="decompose-joints")
     with pytest.raises(AssertionError, match="not the same robot:"):
@@ -373,9 +334,9 @@ def test_all_files_or_none(tmp_path: Path) -> None:
 def test_a_wrong_order_by_after_names_its_line(tmp_path: Path) -> None:
     file = tmp_path / "late.py"
     file.write_text(
-        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "@hookimpl\ndef urdf2mbs_passes():\n"
-        "    return [Pass('late', lambda c, o: None, needs=('joints',))]\n"
+        "    return [make('late', lambda c, o: None, reads=('joints',))]\n"
     )
     with pytest.raises(ConfigError) as caught:
         pipeline_of(tmp_path, "plugins: late.py\nafter: {expand: late}\n")

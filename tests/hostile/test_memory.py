@@ -55,8 +55,8 @@ def test_in_xacro(tiny: Path) -> None:
 def test_a_plugin_s_pass_too(tiny: Path) -> None:
     (tiny / "hungry.py").write_text(
         "from urdf2mbs.plugin import Pass, hookimpl\n\n"
-        "def run(conversion, options):\n    raise MemoryError\n\n"
-        "@hookimpl\ndef urdf2mbs_passes():\n    return [Pass('hungry', run)]\n"
+        "class Hungry(Pass):\n    def run(self, conversion):\n        raise MemoryError\n\n"
+        "@hookimpl\ndef urdf2mbs_passes():\n    return [Hungry]\n"
     )
     with pytest.raises(ConversionError) as caught:
         convert("tiny.urdf", plugins=["hungry.py"], after={"emit": "hungry"})

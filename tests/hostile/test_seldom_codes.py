@@ -8,10 +8,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from making import passes_of
 
 from urdf2mbs.api import convert, verify
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
-from urdf2mbs.engine.config import Lines, preset
+from urdf2mbs.engine.config import Lines
 from urdf2mbs.many.convert import jobs_of
 from urdf2mbs.testing import TINY
 
@@ -81,7 +82,7 @@ def test_meshes_after_emit(tiny: Path) -> None:
     with pytest.raises(ConfigError, match="put 'again' before 'emit'") as caught:
         convert(
             tiny, project=tiny.parent / "p",
-            pipeline=[*(name for name in preset("faithful", Lines())[0] if name != "check"),
+            pipeline=[*(name for name in passes_of("faithful") if name != "check"),
                       "again"], alias={"again": "convert-meshes"},
         )  # fmt: skip
     assert caught.value.code == "stale"
@@ -133,7 +134,7 @@ def test_a_cluster_whose_workers_cannot_convert(
         as_completed=lambda futures, loop: iter(list(futures)),
     )  # fmt: skip
     monkeypatch.setitem(sys.modules, "distributed", module)  # type: ignore[arg-type]
-    from urdf2mbs.engine.config import Config, Lines, typed
+    from urdf2mbs.engine.config import Config, typed
     from urdf2mbs.many.cluster import on_cluster
 
     config = typed(Config, {"source": str(tiny)}, Lines())

@@ -38,19 +38,20 @@ import os, signal
 from pathlib import Path
 from urdf2mbs.plugin import Pass, hookimpl
 
-def run(conversion, options):
-    if conversion.settings.xacro_args.get("height") != "0.9":
-        return
-    for n in range({times}):
-        try:
-            (Path(__file__).parent / f"died-{{n}}").touch(exist_ok=False)
-        except FileExistsError:
-            continue
-        os.kill(os.getpid(), signal.SIGKILL)
+class Deadly(Pass):
+    def run(self, conversion):
+        if conversion.settings.xacro_args.get("height") != "0.9":
+            return
+        for n in range({times}):
+            try:
+                (Path(__file__).parent / f"died-{{n}}").touch(exist_ok=False)
+            except FileExistsError:
+                continue
+            os.kill(os.getpid(), signal.SIGKILL)
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("deadly", run, needs=("robot",))]
+    return [Deadly]
 """
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from urdf2mbs.conversion import Conversion, Segment, Settings
-from urdf2mbs.engine.hookspecs import NoOptions
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.passes import convert_meshes, convert_visuals
 from urdf2mbs.spatial import HERE
@@ -24,7 +23,7 @@ def convert(
     folder: Path,
     *links: list[Visual],
     packages: dict[str, Path] | None = None,
-    options: convert_meshes.Options | None = None,
+    options: convert_meshes.ConvertMeshes | None = None,
     project: bool = True,
 ) -> Conversion:
     """Link n is called ``link{n}`` and has the visuals ``links[n]``; nothing is written."""
@@ -41,8 +40,8 @@ def convert(
     conversion.robot = Robot("robot", robot)
     body = Body("ground")
     conversion.segments["ground"] = Segment("ground", None, [], dict.fromkeys(robot, HERE), body)
-    convert_visuals.run(conversion, NoOptions())
-    convert_meshes.run(conversion, options or convert_meshes.Options())
+    convert_visuals.ConvertVisuals().run(conversion)
+    (options or convert_meshes.ConvertMeshes()).run(conversion)
     return conversion
 
 

@@ -18,7 +18,7 @@ from strategies import robots
 from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.passes.align_frames import Options, _across, _exchange, _Search
+from urdf2mbs.passes.align_frames import AlignFrames, _across, _exchange, _Search
 from urdf2mbs.spatial import dot, fewest_turns, from_rpy, unit
 from urdf2mbs.testing import convert_text
 
@@ -166,8 +166,8 @@ def test_turns_are_counted_as_they_will_be(one: tuple[float, ...], two: tuple[fl
     """The search counts zeros; what is written comes from ``fewest_turns``."""
     rot = from_rpy((one[0], one[1], two[2]))
     ways = [len(fewest_turns(_exchange(rot, by))) for by in range(3)]
-    assert _Search(Options()).turns(rot) == min(ways)
-    assert _Search(Options(axes="y")).turns(rot) == ways[0]
+    assert _Search(AlignFrames()).turns(rot) == min(ways)
+    assert _Search(AlignFrames(axes="y")).turns(rot) == ways[0]
 
 
 # -- the search against all there is ----------------------------------------------------------

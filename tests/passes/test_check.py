@@ -12,7 +12,7 @@ from urdf2mbs.testing import TINY, convert_text
 
 #: A pass that changes the finished file, after ``emit`` and before ``check``.
 PLUGIN = """
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from making import hookimpl, make
 
 def run(conversion, options):
     (output,) = conversion.files
@@ -22,7 +22,7 @@ def run(conversion, options):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("spoil", run)]
+    return [make("spoil", run)]
 """
 
 Spoil = Callable[[str, str], Result]
@@ -97,12 +97,12 @@ def test_a_frame_that_is_elsewhere_counts_though_no_mass_is(spoiled: Spoil) -> N
 def test_a_link_that_is_nowhere_is_a_difference(tmp_path: Path) -> None:
     plugin = tmp_path / "lose.py"
     plugin.write_text(
-        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "def run(conversion, options):\n"
         "    del conversion.frames['tool']\n"
         "@hookimpl\n"
         "def urdf2mbs_passes():\n"
-        "    return [Pass('lose', run)]\n"
+        "    return [make('lose', run)]\n"
     )
     found = convert_text(TINY, plugins=[plugin], after={"emit": "lose"}).report.proof
     assert found.same is False

@@ -31,7 +31,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.meshes.model import MeshError
-from urdf2mbs.passes.convert_meshes import PASS, Options
+from urdf2mbs.passes.convert_meshes import ConvertMeshes
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:
@@ -217,7 +217,7 @@ def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
 
 def test_up_axis_is_ignored_as_by_rviz_and_told_where_it_is_applied(tmp_path: Path) -> None:
     mesh = dae_y_up_centimetres(tmp_path)
-    apply = Options(up_axis="apply")
+    apply = ConvertMeshes(up_axis="apply")
     conversion = convert(tmp_path, [visual(mesh)], options=apply)
     assert codes(conversion) == ["mesh-up-axis"]
     assert "1 mesh turned so that z is up" in conversion.diagnostics[0].message
@@ -262,7 +262,7 @@ def test_what_makes_a_mesh_be_converted_again(tmp_path: Path) -> None:
     assert not convert(tmp_path, [visual(mesh)]).files  # the time is nothing
 
     assert convert(tmp_path, [visual(mesh, color=(1.0, 0.0, 0.0, 1.0))]).files
-    assert convert(tmp_path, [visual(mesh)], options=Options(up_axis="apply")).files
+    assert convert(tmp_path, [visual(mesh)], options=ConvertMeshes(up_axis="apply")).files
 
     library = tmp_path / "materials.mtl"
     library.write_text(library.read_text().replace("d 0.75", "d 0.5"))
@@ -365,5 +365,5 @@ def test_progress_names_each_mesh(tmp_path: Path) -> None:
     told: list[str] = []
     conversion.progress = told.append
     conversion.files.clear()
-    PASS.run(conversion, Options())
+    ConvertMeshes().run(conversion)
     assert ["1 of 2" in told[0], "gone.stl" in told[1]] == [True, True]

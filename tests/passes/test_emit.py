@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from making import passes_of
 from proving import BOX, SOLID, joint, link, robot
 
 from urdf2mbs import Result
-from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
 
@@ -129,7 +129,7 @@ def test_the_view_sees_links_where_they_are_at_zero() -> None:
 def test_what_an_mbs_has_no_place_for(element: str, code: str, level: str) -> None:
     """Without joint-parameters, which finds a place for it."""
     holding = joint("world", "a", name="j").replace("</joint>", f"{element}</joint>")
-    pipeline = [one for one in preset("faithful", Lines())[0] if one != "joint-parameters"]
+    pipeline = [one for one in passes_of("faithful") if one != "joint-parameters"]
     found = {d.code: d for d in emitted(A, holding, pipeline=pipeline).diagnostics}
     assert found[code].level == level
     assert found[code].message.endswith("1 joint: j")

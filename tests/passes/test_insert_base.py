@@ -9,8 +9,7 @@ from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
 from urdf2mbs.conversion import Conversion, Settings
-from urdf2mbs.engine.hookspecs import NoOptions
-from urdf2mbs.passes.insert_base import run
+from urdf2mbs.passes.insert_base import InsertBase
 from urdf2mbs.testing import convert_text
 
 
@@ -101,7 +100,7 @@ def test_gravity_is_the_settings() -> None:
     settings = Settings(Path("r.urdf"), Path("r.mbs"), gravity=(0.0, 1.0, -1.62))
     conversion = Conversion(settings)
     conversion.robot = based(A).robot
-    run(conversion, NoOptions())
+    InsertBase().run(conversion)
     assert conversion.mbs.base.gravity == (0.0, 1.0, -1.62)
 
 

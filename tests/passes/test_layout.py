@@ -13,7 +13,7 @@ from hypothesis import given, settings
 
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.mbs.model import XY, Body, Drawing, Joint, Mbs, Point
-from urdf2mbs.passes.layout import Options, run
+from urdf2mbs.passes.layout import Layout
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -43,7 +43,7 @@ def tree(*parents: int | None, joints: int = 1) -> Mbs:
 def laid_out(mbs: Mbs) -> Mbs:
     conversion = Conversion(Settings(Path("robot.urdf"), Path("robot.mbs")))
     conversion.mbs = mbs
-    run(conversion, Options(style="method"))
+    Layout(style="method").run(conversion)
     return mbs
 
 

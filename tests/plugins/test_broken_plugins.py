@@ -14,7 +14,8 @@ from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import TINY, convert_text, run_pass
 
-HOOKS = "from urdf2mbs.engine.hookspecs import Pass, hookimpl\nimport msgspec\n"
+HOOKS = "from making import hookimpl, make\nimport msgspec\n"
+CLASS = "from urdf2mbs.plugin import Pass, hookimpl\nclass A(Pass):\n"
 PASS = HOOKS + "def run(conversion, options): pass\n@hookimpl\ndef urdf2mbs_passes(): return "
 
 
@@ -50,39 +51,40 @@ BROKEN = {
     ),
     "no list": (
         PASS + "None\n",
-        r"plugin 'mine': urdf2mbs_passes returned nothing\n.*list of Pass",
+        r"plugin 'mine': urdf2mbs_passes returned nothing\n.*list of the classes",
     ),
-    "one pass": (PASS + "Pass('a', run)\n", r"urdf2mbs_passes failed: TypeError"),
-    "no pass": (PASS + "['a']\n", r"gave 'a', which is no Pass\n.*list of Pass"),
-    "pass without run": (PASS + "[Pass('a')]\n", r"mine.py:5: .*urdf2mbs_passes failed: TypeError"),
+    "one pass": (PASS + "make('a', run)\n", r"urdf2mbs_passes failed: TypeError"),
+    "no pass": (PASS + "['a']\n", r"gave 'a', which is no subclass of Pass\n.*list of the classes"),
+    "an instance": (PASS + "[make('a', run)()]\n", r"which is no subclass of Pass"),
     "hook fails": (PASS + "[][0]\n", r"mine.py:5: .*urdf2mbs_passes failed: IndexError"),
-    "nameless": (PASS + "[Pass('', run)]\n", r"pass '': its name is not a word"),
-    "name no text": (PASS + "[Pass(3, run)]\n", r"pass 3: its name is not a word"),
-    "run no function": (PASS + "[Pass('a', 3)]\n", r"'run' cannot be called with two arguments"),
-    "run of one": (
-        PASS + "[Pass('a', lambda conversion: 0)]\n",
-        r"pass 'a': its 'run' cannot be called with two arguments\n.*conversion, options",
+    "nameless": (PASS + "[make('', run)]\n", r"pass '': its name is not a word"),
+    "name no text": (PASS + "[make(3, run)]\n", r"pass 3: its name is not a word"),
+    "pass without run": (
+        CLASS + "  pass\n@hookimpl\ndef urdf2mbs_passes(): return [A]\n",
+        r"pass 'a': it has no method 'run'\n.*def run\(self, conversion\)",
     ),
-    "needs no tuple": (
-        PASS + "[Pass('a', run, needs=('robot'))]\n",
-        r"pass 'a': 'needs' is 'robot'\n.*needs=\('robot',\), with the comma",
+    "run of two": (
+        CLASS + "  def run(self, conversion, options): pass\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [A]\n",
+        r"pass 'a': its 'run' cannot be called with a conversion\n.*self, conversion",
     ),
-    "options no class": (
-        PASS + "[Pass('a', run, options={'x': 1})]\n",
-        r"pass 'a': its options are \{'x': 1\}\n.*msgspec.Struct or a dataclass",
+    "reads no tuple": (
+        PASS + "[make('a', run, reads=('robot'))]\n",
+        r"pass 'a': 'reads' is 'robot'\n.*reads = \('robot',\), with the comma",
     ),
-    "options plain class": (PASS + "[Pass('a', run, dict)]\n", r"its options are <class 'dict'>"),
     "options not for YAML": (
-        HOOKS + "class O(msgspec.Struct):\n  at: re.Pattern = None\n"
-        "import re\n@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', print, O)]\n",
+        "from __future__ import annotations\n" + CLASS + "  at: re.Pattern = None\n"
+        "  def run(self, conversion): pass\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [A]\n",
         r"plugin-broken\].*NameError",
     ),
     "options of no YAML type": (
-        "from pathlib import Path\n" + HOOKS + "class O(msgspec.Struct):\n  at: Path = Path()\n"
-        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', print, O)]\n",
+        "from pathlib import Path\n" + CLASS + "  at: Path = Path()\n"
+        "  def run(self, conversion): pass\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [A]\n",
         r"pass 'a': its options cannot be read from YAML.*\n.*Structs of these",
     ),
-    "a pass twice": (PASS + "[Pass('a', run), Pass('a', run)]\n", r"brings two passes 'a'"),
+    "a pass twice": (PASS + "[make('a', run)] * 2\n", r"brings two passes 'a'"),
 }
 
 
@@ -110,7 +112,7 @@ def test_a_plugin_that_is_no_python(tmp_path: Path, capsys: Any) -> None:
 def test_two_plugins_of_one_name(tmp_path: Path, capsys: Any) -> None:
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
-        (tmp_path / folder / "mine.py").write_text(PASS + "[Pass('a', run)]\n")
+        (tmp_path / folder / "mine.py").write_text(PASS + "[make('a', run)]\n")
     files = [str(tmp_path / folder / "mine.py") for folder in ("one", "two")]
     assert main(["passes", "--plugin", files[0], "--plugin", files[1]]) == 2
     err = capsys.readouterr().err
@@ -122,7 +124,7 @@ def test_files_of_one_name_do_not_mix_in_one_process(tmp_path: Path) -> None:
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "mine.py").write_text(
             HOOKS + f"def run(conversion, options): conversion.robot.name = '{folder}'\n"
-            "@hookimpl\ndef urdf2mbs_passes(): return [Pass('name', run)]\n"
+            "@hookimpl\ndef urdf2mbs_passes(): return [make('name', run)]\n"
         )
     for folder in ("one", "two", "one"):
         assert run_pass("name", tmp_path / folder / "mine.py").robot.name == folder
@@ -133,9 +135,9 @@ def test_each_of_two_files_of_one_name_keeps_its_docstring(tmp_path: Path) -> No
     for folder in ("one", "two"):
         (tmp_path / folder).mkdir()
         file = tmp_path / folder / "mine.py"
-        file.write_text(f'"""{folder}."""\n{PASS}[Pass("a", run)]\n')
+        file.write_text(f'"""{folder}."""\n{PASS}[make("a", run)]\n')
         found.append(Plugins([file], installed=False).passes["a"][0])
-    assert [one.pass_.summary for one in found] == ["one.", "two."]
+    assert [one.kind.summary() for one in found] == ["one.", "two."]
     assert [Path(one.file).parent.name for one in found] == ["one", "two"]
 
 
@@ -151,7 +153,7 @@ def run(conversion, options):
 
 
 def test_an_exception_names_plugin_pass_robot_and_line(tmp_path: Path, capsys: Any) -> None:
-    plugin = HOOKS + FAIL + "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n"
+    plugin = HOOKS + FAIL + "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n"
     code, err = run_config(tmp_path, plugin, capsys, "after: {expand: a}\n")
     assert code == 1
     assert re.search(
@@ -164,7 +166,7 @@ def test_an_exception_names_plugin_pass_robot_and_line(tmp_path: Path, capsys: A
 def test_who_ends_the_process_is_named(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(HOOKS + "def run(conversion, options):\n  import sys; sys.exit('enough')\n"
-                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+                    "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
     with pytest.raises(ConversionError, match="on robot 'tiny': SystemExit: enough") as caught:
         run_pass("a", file)
     assert caught.value.code == "plugin-failed"
@@ -174,7 +176,7 @@ def test_who_ends_the_process_is_named(tmp_path: Path) -> None:
 def test_the_line_is_in_the_plugin_not_in_what_it_calls(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(HOOKS + "def run(conversion, options):\n  import json\n  json.loads('{')\n"
-                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+                    "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
     with pytest.raises(ConversionError) as caught:
         run_pass("a", file)
     assert (caught.value.file, caught.value.line) == (str(file), 5)
@@ -184,7 +186,7 @@ def test_a_plugins_own_error_stays_as_it_is(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(HOOKS + "from urdf2mbs.diagnostics import ConversionError\n"
                     "def run(conversion, options): raise ConversionError('own', 'no legs')\n"
-                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+                    "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
     with pytest.raises(ConversionError, match=r"^error\[own\]: no legs$"):
         run_pass("a", file)
 
@@ -224,7 +226,7 @@ def test_a_pass_that_leaves_no_robot_at_all(tmp_path: Path) -> None:
         ("conversion.robot.links['arm'] = None", "plugin-failed"),
     ):
         file.write_text(HOOKS + f"def run(conversion, options): {line}\n"
-                        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+                        "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
         with pytest.raises(ConversionError, match="pass 'a' of plugin 'mine'") as caught:
             run_pass("a", file)
         assert caught.value.code == code
@@ -235,7 +237,7 @@ def test_a_pass_that_leaves_no_tree_is_told_at_once(line: str, tmp_path: Path) -
     """Else the next pass would stumble over it, or drop half of the robot in silence."""
     file = tmp_path / "mine.py"
     file.write_text(HOOKS + f"def run(conversion, options): {line}\n"
-                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+                    "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
     with pytest.raises(ConversionError, match=BREAKS[line]) as caught:
         run_pass("a", file)
     assert caught.value.code == "plugin-robot-broken"
@@ -245,7 +247,7 @@ def test_a_pass_that_leaves_no_tree_is_told_at_once(line: str, tmp_path: Path) -
 def test_a_built_in_pass_that_stumbles_after_a_plugins_says_so(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(HOOKS + "def run(conversion, options): conversion.segments.clear()\n"
-                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+                    "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
     with pytest.raises(ConversionError) as caught:
         run_pass("a", file, after="prune-massless")
     assert caught.value.code == "internal"
@@ -263,11 +265,11 @@ def test_debug_shows_the_traceback(tmp_path: Path) -> None:
 
 def test_an_idle_plugin_is_told(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
-    file.write_text(PASS + "[Pass('a', run)]\n")
+    file.write_text(PASS + "[make('a', run)]\n")
     idle = [d for d in convert_text(plugins=[file]).diagnostics if d.code == "plugin-idle"]
     assert [d.level for d in idle] == ["warning"]
     assert "'mine' does nothing" in idle[0].message
-    file.write_text(PASS + "[Pass('a', run)]\n@hookimpl\ndef urdf2mbs_before_pass(): pass\n")
+    file.write_text(PASS + "[make('a', run)]\n@hookimpl\ndef urdf2mbs_before_pass(): pass\n")
     codes = [d.code for d in convert_text(plugins=[file]).diagnostics]
     assert "plugin-idle" not in codes
 
@@ -283,7 +285,7 @@ def test_an_idle_plugin_is_told(tmp_path: Path) -> None:
 def test_outputs_that_could_not_be_written(line: str, said: str, tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(HOOKS + f"def run(conversion, options): {line}\n"
-                    "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', run)]\n")  # fmt: skip
+                    "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
     with pytest.raises(ConversionError, match=said) as caught:
         run_pass("a", file)
     assert caught.value.code == "plugin-output-broken"

@@ -11,14 +11,14 @@ from urdf2mbs.testing import TINY
 
 PLUGIN = Path(__file__).resolve().parents[2] / "plugins" / "csv_table.py"
 SPOIL = """
-from urdf2mbs.plugin import Pass, hookimpl
+from making import hookimpl, make
 
 def run(conversion, options):
     conversion.mbs.bodies[1].mass *= 1.01
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("spoil", run)]
+    return [make("spoil", run)]
 """
 
 

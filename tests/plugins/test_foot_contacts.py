@@ -140,7 +140,9 @@ def test_a_link_without_a_body_is_an_error() -> None:
 
 
 def test_too_late_is_an_error() -> None:
-    with pytest.raises(ConfigError, match=r"before pass 'foot-contacts' changed"):
+    with pytest.raises(
+        ConfigError, match=r"'foot-contacts' changes the anchors after pass 'assign-names' has made"
+    ):
         run_pass("foot-contacts", after="layout", options={"links": ["hand"]})
 
 
@@ -194,7 +196,7 @@ def test_an_installed_plugin_that_is_broken_names_its_package(tmp_path: Path, ca
         sys.modules.pop("urdf2mbs_foot_contacts", None)
 
 
-HOOK = "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+HOOK = "from making import hookimpl, make\n"
 
 
 @pytest.mark.parametrize(
@@ -204,7 +206,7 @@ HOOK = "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
         "",
         HOOK + "@hookimpl\ndef urdf2mbs_pass(): pass\n",
         HOOK + "@hookimpl\ndef urdf2mbs_passes(): 1 / 0\n",
-        HOOK + "@hookimpl\ndef urdf2mbs_passes(): return [Pass('a', print), Pass('', print)]\n",
+        HOOK + "@hookimpl\ndef urdf2mbs_passes(): return [make('a', print), make('', print)]\n",
     ],
 )
 def test_a_broken_installed_plugin_blocks_nothing(

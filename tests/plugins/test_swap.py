@@ -21,18 +21,21 @@ BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
 BUILT_IN = [name for name in preset("faithful", Lines())[0] if name != "check"]
 
 STAND_IN = """
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.plugin import hookimpl
 from urdf2mbs import passes
 
-original = next(one for one in passes.urdf2mbs_passes() if one.name == "{name}")
+Original = next(kind for kind in passes.urdf2mbs_passes() if kind.name == "{name}")
 
-def run(conversion, options):
-    original.run(conversion, options)
-    conversion.note("stand-in", "this was the stand-in")
+class StandIn(Original):
+    name = "{name}"
+
+    def run(self, conversion):
+        super().run(conversion)
+        conversion.note("stand-in", "this was the stand-in")
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("{name}", run, original.options, original.needs, original.gives)]
+    return [StandIn]
 """
 
 
@@ -104,17 +107,17 @@ def test_explain_says_what_does_not(tmp_path: Path, capsys: Any) -> None:
 def test_a_plugin_that_lends_our_function_is_still_the_source(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(
-        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
-        "from urdf2mbs.passes import layout\n"
-        "@hookimpl\ndef urdf2mbs_passes(): return [Pass('mine', layout.run)]\n"
+        "from urdf2mbs.engine.hookspecs import hookimpl\n"
+        "from urdf2mbs.passes.layout import Layout\n"
+        "@hookimpl\ndef urdf2mbs_passes(): return [Layout]\n"
     )
-    assert Plugins([file], installed=False).passes["mine"][0].file == str(file)
+    assert Plugins([file], installed=False).passes["layout"][1].file == str(file)
 
 
 def test_two_plugins_with_one_pass(tmp_path: Path, capsys: Any) -> None:
     for name in ("mine", "other"):
         (tmp_path / f"{name}.py").write_text(
-            STAND_IN.format(name="layout").replace('Pass("layout"', 'Pass("neat"')
+            STAND_IN.format(name="layout").replace('    name = "layout"', '    name = "neat"')
         )
     plugins = [tmp_path / "mine.py", tmp_path / "other.py"]
     with pytest.raises(ConfigError) as caught:

@@ -128,9 +128,9 @@ def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
 
 def without_meshes(name: str) -> list[str]:
     """A preset's passes but the one that takes long."""
-    from urdf2mbs.engine.config import Lines, preset
+    from making import passes_of
 
-    return [one for one in preset(name, Lines())[0] if one != "convert-meshes"]
+    return [one for one in passes_of(name) if one != "convert-meshes"]
 
 
 def make(folder: Path, source: Path | str, name: str = "robot", **settings: Any) -> Path:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from making import passes_of
 from project.standin import MbsData, from1, make, user_functions
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.passes.joint_parameters import moved_inertias
@@ -305,7 +305,7 @@ def test_wrenches_and_springs(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["contacts", "sensors", "loops", "forces"])
 def test_points_that_come_after_the_diagram_are_an_error(name: str) -> None:
-    pipeline = [one for one in preset("faithful", Lines())[0] if one != name]
+    pipeline = [one for one in passes_of("faithful") if one != name]
     with pytest.raises(ConfigError) as caught:
         convert_text(pipeline=pipeline, after={"layout": name})
     assert caught.value.code == "stale"

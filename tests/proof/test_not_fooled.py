@@ -15,8 +15,6 @@ from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError
-from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.engine.order import check_order
 from urdf2mbs.mbs.model import (
     Connection,
     Mbs,
@@ -139,7 +137,7 @@ def test_numbers_that_overflow_are_no_traceback() -> None:
 # --- the reference is what was read -------------------------------------------------------------
 
 SCALE = """
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from making import hookimpl, make
 
 def run(conversion, options):
     for link in conversion.robot.links.values():
@@ -148,7 +146,7 @@ def run(conversion, options):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("scale-masses", run, {tokens})]
+    return [make("scale-masses", run, {tokens})]
 """
 
 
@@ -226,13 +224,13 @@ def test_a_pass_cannot_change_what_was_asked_for() -> None:
 def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None:
     file = plugin(
         tmp_path,
-        "from urdf2mbs.engine.hookspecs import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "def run(conversion, options):\n"
         "    output = conversion.settings.output\n"
         "    conversion.files[output] = conversion.files[output].replace(b'2.0', b'3.0')\n"
         "@hookimpl\n"
         "def urdf2mbs_passes():\n"
-        "    return [Pass('late', run, needs=('mbs-file',))]\n",
+        "    return [make('late', run, reads=('mbs-file',))]\n",
     )
     with pytest.raises(ConversionError, match=r"is not the 'robot\.mbs' that was checked"):
         run_pass("late", file, after="check")
@@ -262,13 +260,6 @@ def test_changes_are_counted_by_kind() -> None:
 # --- stale knowledge ----------------------------------------------------------------------------
 
 
-def make_pass(name: str, needs: str = "", gives: str = "", changes: str = "") -> Pass:
-    return Pass(
-        name, lambda conversion, options: None,
-        needs=tuple(needs.split()), gives=tuple(gives.split()), changes=tuple(changes.split()),
-    )  # fmt: skip
-
-
 def test_inertias_of_bodies_that_are_lumped_later_are_stale() -> None:
     compact = [
         "expand", "insert-base", "prune-massless", "reframe-inertia", "lump-fixed",
@@ -277,48 +268,16 @@ def test_inertias_of_bodies_that_are_lumped_later_are_stale() -> None:
     ]  # fmt: skip
     with pytest.raises(ConfigError) as wrong:
         convert_text(pipeline=compact)
-    assert wrong.value.code == "stale"
-    assert "pass 'emit' needs 'inertias', which 'reframe-inertia' made" in wrong.value.message
-    assert "'lump-fixed'" in wrong.value.message
+    assert wrong.value.code == "wrong-order"
+    assert "pass 'lump-fixed' stands behind 'reframe-inertia'" in wrong.value.message
     compact.insert(6, compact.pop(3))
     convert_text(pipeline=compact)
-
-
-A = make_pass("a", gives="x")
-B = make_pass("b", needs="x", gives="y")
-C = make_pass("c", needs="y", gives="z")
-D = make_pass("d", changes="x")
-E = make_pass("e", needs="z")
-
-
-@pytest.mark.parametrize(
-    ("passes", "said"),
-    [
-        ([A, B, C, E], ""),
-        ([A, D, B, C, E], ""),
-        ([A, B, D, B, C, E], ""),  # made again
-        ([A, B, C, D, E], "pass 'e' needs 'z', which 'c' made from 'x' before pass 'd' changed"),
-        ([A, B, D, C], "pass 'c' needs 'y', which 'b' made from 'x' before pass 'd' changed"),
-        ([A, B, C, D], "pass 'd' changes 'x' after pass 'c' made 'z' from it"),
-        ([A, B, C, make_pass("d", changes="x y z"), E], ""),
-        ([A, B, B], "passes 'b' and 'b' both give 'y'"),
-        ([D, A], "pass 'd' needs 'x', which 'a' gives only later"),
-        ([make_pass("d", changes="xx")], "needs 'xx', which no pass"),
-    ],
-)
-def test_what_is_stale(passes: list[Pass], said: str) -> None:
-    if not said:
-        check_order(passes)
-        return
-    with pytest.raises(ConfigError) as wrong:
-        check_order(passes)
-    assert said in wrong.value.message
 
 
 # --- natures, names and words -------------------------------------------------------------------
 
 DEPENDENT = """
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from making import hookimpl, make
 from urdf2mbs.mbs.model import UserConstraint
 
 def run(conversion, options):
@@ -332,7 +291,7 @@ def run(conversion, options):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("couple", run, changes=("joints",))]
+    return [make("couple", run, writes=("joints",))]
 """
 
 

@@ -188,7 +188,7 @@ def test_gravity_the_other_way(result: Result) -> None:
 
 
 SABOTAGE = '''
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from making import hookimpl, make
 
 def run(conversion, options):
     """Make the head heavier."""
@@ -198,7 +198,7 @@ def run(conversion, options):
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("sabotage", run, needs=("inertias",))]
+    return [make("sabotage", run, reads=("inertias",))]
 '''
 
 

@@ -174,14 +174,14 @@ def test_a_follower_driven_by_the_config_is_named() -> None:
 
 def test_a_user_model_that_is_not_as_the_passes_made_it_is_a_difference(tmp_path: Path) -> None:
     (tmp_path / "stiff.py").write_text(
-        "from urdf2mbs.plugin import Pass, hookimpl\n"
+        "from making import hookimpl, make\n"
         "def run(conversion, options):\n"
         "    output = conversion.settings.output\n"
         "    old = conversion.files[output]\n"
         "    conversion.files[output] = old.replace(b'<name>stops</name>', b'<name>stop</name>')\n"
         "@hookimpl\n"
         "def urdf2mbs_passes():\n"
-        "    return [Pass('stiff', run, needs=('mbs-file',))]\n"
+        "    return [make('stiff', run, reads=('mbs-file',))]\n"
     )
     result = run_pass("stiff", tmp_path / "stiff.py", after="emit")
     assert result.report.proof is not None
@@ -242,11 +242,11 @@ OVERREACH = {
 @pytest.mark.parametrize("what", OVERREACH)
 def test_a_plugin_cannot_set(what: str, how: str, tmp_path: Path) -> None:
     plugin = tmp_path / "reach.py"
-    head = "import msgspec\nfrom urdf2mbs.plugin import Pass, hookimpl\n"
+    head = "import msgspec\nfrom making import hookimpl, make\n"
     if how == "pass":
         plugin.write_text(
             f"{head}def run(conversion, options):\n    {OVERREACH[what]}\n"
-            "@hookimpl\ndef urdf2mbs_passes():\n    return [Pass('reach', run)]\n"
+            "@hookimpl\ndef urdf2mbs_passes():\n    return [make('reach', run)]\n"
         )
     else:
         plugin.write_text(

@@ -26,7 +26,6 @@ from urdf2mbs.testing import TINY
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
 pytestmark = pytest.mark.any_python
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

@@ -13,12 +13,10 @@ from evaluator import Evaluator
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError, Difference
+from urdf2mbs.diagnostics import Difference
 from urdf2mbs.report import page
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY
-
-pytest.importorskip("meshcat", reason="the extra 'report' is not installed")
 
 
 class Html(HTMLParser):
@@ -188,17 +186,6 @@ def test_without_a_drawing_all_else_is_there(tiny: Path, tmp_path: Path) -> None
     assert html.island["mbs"]["bodies"]
 
 
-def test_a_missing_extra_names_itself(
-    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    conversion = run(tiny, tmp_path / "p")
-    monkeypatch.setattr(page, "find_spec", lambda name: None)
-    with pytest.raises(ConfigError) as caught:
-        make(conversion)
-    assert caught.value.code == "extra-missing"
-    assert caught.value.hint == "pip install 'urdf2mbs[report]'"
-
-
 def config(folder: Path, more: str = "") -> Path:
     (folder / "tiny.urdf").write_text(TINY)
     file = folder / "tiny.yaml"
@@ -223,15 +210,14 @@ def test_the_command_writes_the_page_and_nothing_else(
 
 
 HEAVIER = """
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from making import hookimpl, make
 
 def run(conversion, options):
     conversion.mbs.bodies[-1].mass *= 2
 
 @hookimpl
 def urdf2mbs_passes():
-    from urdf2mbs.engine.hookspecs import NoOptions
-    return [Pass("heavier", run, NoOptions, needs=("inertias",), gives=("heavier",))]
+    return [make("heavier", run, reads=("inertias",))]
 """
 
 

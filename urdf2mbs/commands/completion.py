@@ -5,8 +5,18 @@ from __future__ import annotations
 import argparse
 import re
 
+from urdf2mbs.commands import parser
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.options import parser
+
+EXAMPLES = (
+    "urdf2mbs completion bash > ~/.local/share/bash-completion/completions/urdf2mbs",
+    "urdf2mbs completion zsh > ~/.zfunc/_urdf2mbs     # with: fpath+=~/.zfunc; compinit",
+    "urdf2mbs completion fish > ~/.config/fish/completions/urdf2mbs.fish",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument("shell", choices=("bash", "zsh", "fish"), help="the shell that you use")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

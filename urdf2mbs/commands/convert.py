@@ -9,12 +9,43 @@ from typing import Any
 
 from urdf2mbs.commands.printing import tell
 from urdf2mbs.commands.run import carry_out_one, converted, only_one
-from urdf2mbs.commands.settings import without_config
+from urdf2mbs.commands.settings import (
+    add_many,
+    add_running,
+    add_settings,
+    add_steps,
+    add_telling,
+    without_config,
+)
 from urdf2mbs.commands.streams import STREAM, file_to_stdout
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.files import is_file, is_folder
 from urdf2mbs.summary import report
 from urdf2mbs.urdf.reader import stem
+
+EXAMPLES = (
+    "urdf2mbs convert robot.urdf -o robot.mbs",
+    "urdf2mbs convert ur.urdf.xacro -o ur5e/ --arg ur_type:=ur5e --arg name:=ur5e",
+    "xacro robot.urdf.xacro | urdf2mbs convert - -o - > robot.mbs",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_telling(command)
+    add_running(command)
+    add_steps(command)
+    command.add_argument(
+        "robot",
+        metavar="ROBOT",
+        help="a .urdf or .xacro file, a folder, robot_descriptions:NAME, or - for standard input",
+    )
+    command.add_argument(
+        "-o", "--output", metavar="OUT.mbs",
+        help="the file, - for standard output; an existing folder, or DIR/, gets a project "
+        "(of a folder of robots: their .mbs files)",
+    )  # fmt: skip
+    add_settings(command)
+    add_many(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

@@ -6,10 +6,27 @@ import argparse
 from pathlib import Path
 
 from urdf2mbs.commands.printing import beside, print_json
+from urdf2mbs.commands.settings import add_telling, path
 from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
 from urdf2mbs.diagnostics import counted
 from urdf2mbs.output import write_files
 from urdf2mbs.urdf.standard_input import NAME as STDIN
+
+EXAMPLES = (
+    "urdf2mbs diagram robot.mbs",
+    "urdf2mbs diagram robot.mbs -o picture.svg",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "model", type=path, metavar="MODEL.mbs", help="the file, or - for standard input"
+    )
+    command.add_argument(
+        "-o", "--output", type=path, metavar="OUT.svg",
+        help="default: beside the model; - for standard output",
+    )  # fmt: skip
+    add_telling(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

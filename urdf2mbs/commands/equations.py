@@ -9,9 +9,41 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.commands.printing import near, print_json
+from urdf2mbs.commands.settings import add_model, add_telling, path
 from urdf2mbs.commands.streams import STREAM, read_model
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.output import write_files
+
+EXAMPLES = (
+    "urdf2mbs equations project/dataR/project.mbs",
+    "urdf2mbs equations robot.mbs -o symbolicR --language c",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_model(command)
+    add_telling(command)
+    command.add_argument(
+        "-o", "--output", type=path, metavar="DIR", help="default: symbolicR of the project"
+    )
+    command.add_argument(
+        "--language", choices=("python", "c"), default="python", help="default: python"
+    )
+    command.add_argument(
+        "--fold", action="store_true", help="write masses, points and the like as numbers"
+    )
+    command.add_argument(
+        "--keep-turns", action="store_true",
+        help="read the positions of joints that never move, too",
+    )  # fmt: skip
+    command.add_argument(
+        "--numba", action="store_true", help="let numba compile dirdyna and invdyna (python)"
+    )
+    command.add_argument(
+        "--no-pairs", action="store_true",
+        help="compute mirrored limbs one after the other, for compilers other than gcc and "
+        "clang (c)",
+    )  # fmt: skip
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

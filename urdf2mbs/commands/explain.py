@@ -16,7 +16,7 @@ from urdf2mbs.commands.printing import (
     warn_of,
 )
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import robot_or_config
+from urdf2mbs.commands.settings import add_json, add_running, add_settings, path, robot_or_config
 from urdf2mbs.diagnostics import ConversionError, counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
@@ -25,6 +25,25 @@ from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import members, told
 from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.reader import read_file
+
+EXAMPLES = (
+    "urdf2mbs explain robot.yaml",
+    "urdf2mbs explain robot.yaml --cost",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "config", type=path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below",
+    )  # fmt: skip
+    command.add_argument(
+        "--cost", action="store_true",
+        help="convert after all, by each preset too, to count the joints; nothing is written",
+    )  # fmt: skip
+    add_json(command)
+    add_running(command)
+    add_settings(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -40,7 +59,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
             {
                 **described(step.registered),
                 "swapped": step.swapped,
-                "options": step.options,
+                "options": step.pass_,
             }
             for step in pipeline.passes
         ]
@@ -64,8 +83,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     for name, value in settings.xacro_args.items():
         print(f"arg     {name} := {value}")
     for number, step in enumerate(pipeline.passes, start=1):
-        pass_ = step.registered.pass_
-        print(f"\n{number}. {pass_.name}: {pass_.summary}")
+        pass_ = step.pass_
+        print(f"\n{number}. {pass_.name}: {pass_.summary()}")
         print(f"   from     {origin(step.registered)}{_instead(step, pipeline.plugins)}")
         for other in pipeline.plugins.passes.get(pass_.name, []):
             if other.plugin not in (step.registered.plugin, GROUP):
@@ -73,11 +92,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
                     f"   not      {origin(other)}, which brings a '{pass_.name}' too; "
                     f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
                 )
-        print(f"   needs    {', '.join(pass_.needs) or '-'}")
-        if pass_.changes:
-            print(f"   changes  {', '.join(pass_.changes)}")
-        print(f"   gives    {', '.join(pass_.gives) or '-'}")
-        options = msgspec.to_builtins(step.options)
+        print(f"   reads    {', '.join(pass_.reads) or '-'}")
+        print(f"   writes   {', '.join(pass_.writes) or '-'}")
+        options = msgspec.to_builtins(pass_)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
     print(f"\n{METHOD}")
     if arguments.cost:
@@ -111,7 +128,7 @@ def _cost(
 def _instead(step: Configured, plugins: Plugins) -> str:
     """What a pass stands in for."""
     mine = step.registered
-    others = [found for found in plugins.passes.get(mine.pass_.name, []) if found != mine]
+    others = [found for found in plugins.passes.get(mine.kind.name, []) if found != mine]
     if not step.swapped or not others:
         return ""
     built_in = any(found.plugin == GROUP for found in others)

@@ -1,18 +1,56 @@
-"""`init`: a commented config for a robot."""
+"""``urdf2mbs init``: a short commented config for a robot, from what can be found out about it."""
 
 from __future__ import annotations
 
 import argparse
+import os
+import re
+from collections.abc import Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from typing import NamedTuple
 
+import msgspec
+import yaml
+from lxml import etree
+
+from urdf2mbs import files
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import pairs
+from urdf2mbs.commands.settings import add_base, add_robot, add_telling, add_trust, pairs, path
 from urdf2mbs.commands.streams import STREAM
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.engine.config import Config, Lines, parse, typed
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.output import write_files
+from urdf2mbs.spatial import Pose, compose
+from urdf2mbs.summary import Report, report
+from urdf2mbs.urdf import descriptions
+from urdf2mbs.urdf.gazebo import MOTION
+from urdf2mbs.urdf.model import Link, Mesh, Robot
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import expanded, read_text, stem
+
+EXAMPLES = (
+    "urdf2mbs init robot.urdf.xacro",
+    "urdf2mbs init robot_descriptions:atlas_v4_description",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "robot", metavar="ROBOT", help="a .urdf or .xacro file, or robot_descriptions:NAME"
+    )
+    command.add_argument(
+        "-o", "--output", type=path, metavar="CONFIG.yaml", help="default: the robot's name, here"
+    )
+    add_telling(command)
+    add_base(command)
+    add_robot(command)
+    add_trust(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.kit.init import in_words, init
-
     if arguments.robot == STREAM:
         raise ConfigError("usage", "a config names the robot's file, and standard input has none")
     config, found = init(
@@ -35,3 +73,352 @@ def carry_out(arguments: argparse.Namespace) -> int:
     else:
         print(in_words(config, found))
     return 0
+
+
+#: A foot is at most so far above the lowest link, in parts of the robot's height.
+LOW = 0.1
+#: An argument's default and description are cut to so many characters.
+SHOWN = 60
+
+
+class Argument(NamedTuple):
+    """An ``<xacro:arg>`` as its file declares it."""
+
+    name: str
+    default: str
+    """As it is written, perhaps with ``$(...)``."""
+    description: str
+
+
+class Findings(NamedTuple):
+    """What can be found out about a robot before it is converted."""
+
+    robot: Robot
+    packages: dict[str, Path]
+    """Those whose files the robot uses."""
+    packages_missing: list[str]
+    """Those that its meshes name, and that were not found."""
+    arguments: list[Argument]
+    meshes: int
+    meshes_missing: list[str]
+    feet: list[str]
+    sensors: list[str]
+
+
+def init(
+    source: str,
+    config: Path | None = None,
+    *,
+    base: str = "auto",
+    packages: Mapping[str, str] | None = None,
+    xacro_args: Mapping[str, str] | None = None,
+    trust_xacro: bool = False,
+    force: bool = False,
+) -> tuple[Path, Findings]:
+    """Write a config for a robot; gives its file, and what was found.
+
+    ``trust_xacro``: the robot's xacro may do whatever Python can, here and by the config.
+    ``force``: a config that is there is replaced, also one that was edited.
+
+    The config is tried before it is written: a conversion runs, of which nothing is kept.
+
+    :raises ConfigError: ``output-not-ours``, ``output-unwritable``, ``config-name``
+    :raises ConversionError: the robot cannot be converted
+    """
+    given = {
+        "source": source,
+        "base": base,
+        "packages": dict(packages or {}),
+        "xacro_args": dict(xacro_args or {}),
+        "trust_xacro": trust_xacro,
+    }
+    lines = Lines()
+    pipeline = Pipeline(typed(Config, given, lines), lines, installed_plugins=False)
+    conversion = pipeline.run(stop_after="insert-base")
+    found = find(conversion)
+    name = stem(pipeline.settings.source)
+    config = Path(f"{name}.yaml") if config is None else config
+    if config.suffix.lower() not in (".yaml", ".yml"):
+        raise ConfigError(
+            "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
+        )
+    arguments = xacro_args or {}
+    tried = _try(_text(source, config, found, arguments, conversion, None), config)
+    text = _text(source, config, found, arguments, conversion, report(tried))
+    write_files({config: text.encode()}, force=force)
+    return config, found
+
+
+def find(conversion: Conversion) -> Findings:
+    """What there is to know of the robot of a conversion that has run ``insert-base``."""
+    settings = conversion.settings
+    packages = Packages(settings.packages, settings.source)
+    data, expansion = expanded(
+        settings.source, packages, settings.xacro_args, trust_xacro=settings.trust_xacro
+    )
+    robot, _ = read_text(settings.source, data, expansion, settings.xacro_args)
+    shapes = [
+        shape
+        for link in robot.links.values()
+        for shape in (*(v.geometry for v in link.visuals), *(c.geometry for c in link.collisions))
+    ]
+    meshes = {shape.filename for shape in shapes if isinstance(shape, Mesh)}
+    missing = sorted(name for name in meshes if packages.resolve(name) is None)
+    known = packages.found()
+    named = {
+        found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
+    }
+    return Findings(
+        robot, known, sorted(named - known.keys()),
+        _arguments(expansion.files if expansion else []),
+        len(meshes), missing,
+        _feet(robot) if conversion.floating or conversion.base_reason == "own joint" else [],
+        list(dict.fromkeys(
+            sensor.name
+            for extension in robot.extensions
+            for sensor in extension.sensors
+            if sensor.type in MOTION
+        )),
+    )  # fmt: skip
+
+
+def _arguments(names: list[str]) -> list[Argument]:
+    """The arguments that xacro files declare; the comment before or beside one describes it."""
+    found: dict[str, Argument] = {}
+    for file in names:
+        parser = etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
+        try:
+            root = etree.fromstring(files.read(Path(file)), parser)
+        except (OSError, etree.XMLSyntaxError):
+            continue
+        for element in () if root is None else root.iter("{*}arg"):
+            name = element.get("name")
+            if name and "xacro" in str(etree.QName(element).namespace):
+                default = element.get("default") or ""
+                found.setdefault(name, Argument(name, default, _described(element)))
+    return list(found.values())
+
+
+def _described(element: etree._Element) -> str:
+    """The comment in the line of an element, else the one in the line before."""
+    after, before = element.getnext(), element.getprevious()
+    if isinstance(after, etree._Comment) and "\n" not in (element.tail or ""):
+        return _line(after.text)
+    if isinstance(before, etree._Comment) and (before.tail or "").count("\n") <= 1:
+        above = before.getprevious()
+        if above is None or "\n" in (above.tail or ""):  # else it is the other one's
+            return _line(before.text)
+    return ""
+
+
+def _line(text: str | None) -> str:
+    words = " ".join((text or "").split())
+    return words if len(words) <= SHOWN else f"{words[:SHOWN].rsplit(' ', 1)[0]} ..."
+
+
+def _feet(robot: Robot) -> list[str]:
+    """Links with a shape, at the end of a limb and low down, where all joints are at zero.
+
+    A wheel is none: contact points are fixed on their link.
+    """
+    children = robot.children()
+    poses = {robot.root(): Pose((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))}
+    limb: dict[str, str | None] = {robot.root(): None}
+    """Each link, and the joint that moves it, with all that is fixed to it."""
+    for joint in robot.depth_first():
+        poses[joint.child] = compose(poses[joint.parent], joint.origin.pose)
+        limb[joint.child] = joint.name if joint.moves else limb[joint.parent]
+    inner = {limb[joint.parent] for name in robot.links for joint in children[name] if joint.moves}
+    heights = {name: pose.xyz[2] for name, pose in poses.items()}
+    floor = min(heights.values()) + LOW * (max(heights.values()) - min(heights.values()))
+    low = {limb[name] for name, height in heights.items() if height <= floor}
+    feet: dict[str, str] = {}
+    for name, moved_by in limb.items():
+        link = robot.links[name]
+        if moved_by is None or moved_by in inner or moved_by not in low:
+            continue
+        joint = robot.joints[moved_by]
+        wheel = joint.type == "continuous" and heights[joint.child] <= floor
+        if wheel or not (link.collisions or link.visuals):
+            continue
+        if moved_by not in feet or _likely(link) > _likely(robot.links[feet[moved_by]]):
+            feet[moved_by] = name
+    return list(feet.values())
+
+
+def _likely(link: Link) -> tuple[bool, bool, float]:
+    """Which of the links that are fixed to each other is rather the foot."""
+    mass = link.inertial.mass if link.inertial else 0.0
+    return "foot" in link.name.lower(), bool(link.collisions), mass
+
+
+def _try(text: str, config: Path) -> Conversion:
+    """Convert as the config says, but without its meshes; keep nothing."""
+    parsed, lines = parse(text, config)
+    parsed = msgspec.structs.replace(parsed, output=f"{config.stem}.mbs")
+    return Pipeline(parsed, lines, installed_plugins=False).run()
+
+
+def _text(
+    source: str,
+    config: Path,
+    found: Findings,
+    given: Mapping[str, str],
+    conversion: Conversion,
+    made: Report | None,
+) -> str:
+    """The config; ``made`` is what a first try has given."""
+    robot = found.robot
+    moving = sum(joint.moves for joint in robot.joints.values())
+    mass = "" if made is None else f", {made.mass:.4g} kg"
+    base = "floating" if conversion.floating else "fixed"
+    own = conversion.inserted is None and conversion.base_reason == "own joint"
+    holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
+    folder = f"{config.stem}_robotran" if holds_source else config.stem
+    project, file = _flow({"project": folder}), _flow(f"{config.stem}.mbs")
+    output = (project, f"a whole Robotran project; or only the file: {file}")
+    if found.meshes > len(found.meshes_missing) and find_spec("trimesh") is None:
+        output = (file, f"or {project}, once you have: pip install 'urdf2mbs[meshes]'")
+    settings = [
+        ("source", _source(source, config), ""),
+        ("output", *output),
+        ("base", "auto" if own else base, _why(conversion)),
+        ("pipeline", "compact", "the fewest joints; or faithful: every link's frame is a body's"),
+    ]
+    if conversion.settings.trust_xacro:
+        settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
+    width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
+    lines = [
+        f"# {_line(robot.name)}: {counted(len(robot.links), 'link')}, "
+        f"{counted(moving, 'moving joint')}{mass}. Paths are relative to this file.",
+        f"#   urdf2mbs run {config.name}       convert it",
+        f"#   urdf2mbs report {config.name}    look at it",
+    ]
+    for key, value, comment in settings:
+        line = f"{key}: {value}"
+        lines.append(f"{line:{width}}  # {comment}" if comment else line)
+    lines += _packages(config, found)
+    lines += _args(found, given)
+    lines += _meshes(found)
+    lines += _passes(found)
+    return "\n".join(lines) + "\n"
+
+
+def _source(source: str, config: Path) -> str:
+    named = source.startswith(descriptions.PREFIX)
+    return _flow(source if named else _relative(Path(source), config))
+
+
+def _relative(path: Path, config: Path) -> str:
+    """A path as a config in its folder states it; another drive's stays absolute."""
+    try:
+        return Path(os.path.relpath(path.absolute(), config.absolute().parent)).as_posix()
+    except ValueError:
+        return path.absolute().as_posix()
+
+
+def _flow(value: object) -> str:
+    """YAML in one line."""
+    text = yaml.safe_dump(value, default_flow_style=True, width=10**9, allow_unicode=True)
+    return text.removesuffix("\n").removesuffix("...").rstrip()
+
+
+def _why(conversion: Conversion) -> str:
+    return {
+        "own joint": "the URDF has a floating joint of its own",
+        "as asked": "as asked for",
+        "world": "the root is tied to 'world'; or floating",
+        "massless root": "the root has no mass; or floating",
+        "free root": "nothing ties the root to 'world'; or fixed",
+    }.get(conversion.base_reason, conversion.base_reason)
+
+
+def _packages(config: Path, found: Findings) -> list[str]:
+    if not found.packages and not found.packages_missing:
+        return []
+    lines = ["", "packages:" if found.packages else "# packages:"]
+    lines += [f"  {_flow(n)}: {_flow(_relative(p, config))}" for n, p in found.packages.items()]
+    lines += [
+        f"#   {_flow(name)}: DIR   # meshes name it, and it was not found"
+        for name in found.packages_missing
+    ]
+    return lines
+
+
+def _args(found: Findings, given: Mapping[str, str]) -> list[str]:
+    if not found.arguments and not given:
+        return []
+    described = {one.name: one for one in found.arguments}
+    lines = ["", "xacro_args:" if given else "# xacro_args:   # and their defaults"]
+    for name, value in given.items():
+        about = described[name].description if name in described else ""
+        line = f"  {_flow(name)}: {_argument(value)}"
+        lines.append(f"{line}   # {about}" if about else line)
+    for one in found.arguments:
+        if one.name not in given:
+            notes = [one.description] if one.description else []
+            default = _argument(one.default)
+            if "$(" in one.default:  # which is filled in only in the file that declares it
+                notes.append(f"default: {_line(one.default)}")
+                default = "VALUE"
+            lines.append(
+                f"#   {_flow(one.name)}: {default}" + "   # " * bool(notes) + "; ".join(notes)
+            )
+    return lines
+
+
+def _argument(value: str) -> str:
+    """An argument's value in YAML; a config takes numbers and yes or no as they are written."""
+    return value if re.fullmatch(r"[\w.+-]*\w", value) else _flow(value)
+
+
+def _meshes(found: Findings) -> list[str]:
+    if not found.meshes:
+        return []
+    there = found.meshes - len(found.meshes_missing)
+    lines = ["", f"# {counted(found.meshes, 'mesh')}, {there} found."]
+    if found.meshes_missing:
+        lines[-1] += f" Not found: {_line(', '.join(found.meshes_missing))}"
+    return lines
+
+
+def _passes(found: Findings) -> list[str]:
+    """What a first simulation wants: offered, not switched on."""
+    lines: list[str] = []
+    if found.sensors:
+        lines += [
+            "",
+            f"# {counted(len(found.sensors), 'sensor')} of the URDF, taken as they are: "
+            f"{_line(', '.join(found.sensors))}",
+        ]
+    if found.feet:
+        feet = _flow(found.feet)
+        lines += [
+            "",
+            "# Uncomment to let the robot stand on the ground, held by a controller:",
+            "# passes:",
+            f"#   contacts: {{links: {feet}}}",
+            "#   posture: {hold: {frequency: 4, damping_ratio: 0.3}}   # Hz; 1 does not swing",
+        ]
+    return lines
+
+
+def in_words(config: Path, found: Findings) -> str:
+    """What was found and written, and what to do next."""
+    text = f"wrote {config}: {counted(len(found.robot.links), 'link')}"
+    if found.packages:
+        text += f", {counted(len(found.packages), 'package')}"
+    if found.arguments:
+        text += f", {counted(len(found.arguments), 'xacro argument')}"
+    if found.meshes:
+        there = found.meshes - len(found.meshes_missing)
+        text += f", {there} of {counted(found.meshes, 'mesh')} found"
+    if found.feet:
+        text += f"\n  feet: {', '.join(found.feet)}"
+    if found.sensors:
+        text += f"\n  sensors: {_line(', '.join(found.sensors))}"
+    if found.packages_missing:
+        text += (
+            f"\n  not found: {', '.join(found.packages_missing)} (the config says where to put it)"
+        )
+    return f"{text}\n\nNext: urdf2mbs run {config}\n      urdf2mbs report {config}"

@@ -6,7 +6,19 @@ import argparse
 from pathlib import Path
 
 from urdf2mbs.commands.printing import METHOD, described, origin, print_json, warn_of
+from urdf2mbs.commands.settings import add_json, add_no_plugins, add_plugin
 from urdf2mbs.engine.plugins import Plugins
+
+EXAMPLES = (
+    "urdf2mbs passes",
+    "urdf2mbs passes --plugin our_passes.py",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_json(command)
+    add_no_plugins(command)
+    add_plugin(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -16,12 +28,11 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json([described(one) for one in found])
         return 0
-    width = max(len(one.pass_.name) for one in found)
+    width = max(len(one.kind.name) for one in found)
     for one in found:
-        pass_ = one.pass_
-        out = [*(f"{token} (changed)" for token in pass_.changes), *pass_.gives]
-        trade = f"{', '.join(pass_.needs) or '-'} -> {', '.join(out) or '-'}"
-        print(f"{pass_.name:{width}}  {pass_.summary}")
+        kind = one.kind
+        trade = f"{', '.join(kind.reads) or '-'} -> {', '.join(kind.writes) or '-'}"
+        print(f"{kind.name:{width}}  {kind.summary()}")
         print(f"{'':{width}}  {trade}; {origin(one)}")
     print(f"\n{METHOD}")
     return 0

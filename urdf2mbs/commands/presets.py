@@ -7,19 +7,20 @@ import argparse
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import Config, Lines, preset, presets
+from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.resolve import preset
 from urdf2mbs.summary import Report
 
 
 def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:
     """The config by each preset but its own; plugins bring presets, too."""
-    more = Pipeline(config, lines, installed_plugins=not arguments.no_plugins).plugins.presets
+    plugins = Pipeline(config, lines, installed_plugins=not arguments.no_plugins).plugins
     pipelines: dict[str, Pipeline] = {}
-    for name in presets(more):
+    for name in sorted(plugins.presets):
         if name == config.pipeline:
             continue
-        there = set(preset(name, lines, more)[0])
+        there = set(preset(name, plugins, lines)[0])
         beside = [*config.after.items(), *config.before.items()]
         for _ in beside:  # what is put beside a pass may have others beside it
             for key, new in beside:

@@ -126,11 +126,11 @@ def origin(found: Registered) -> str:
 
 def described(found: Registered) -> dict[str, Any]:
     """A pass as JSON has it."""
-    pass_ = found.pass_
+    kind = found.kind
     return {
-        "name": pass_.name, "summary": pass_.summary, "plugin": found.plugin,
+        "name": kind.name, "summary": kind.summary(), "plugin": found.plugin,
         "package": found.package, "version": found.version, "file": found.file,
-        "needs": pass_.needs, "changes": pass_.changes, "gives": pass_.gives,
+        "reads": kind.reads, "writes": kind.writes,
     }  # fmt: skip
 
 

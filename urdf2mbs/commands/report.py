@@ -7,12 +7,31 @@ from collections.abc import Callable
 
 from urdf2mbs.commands.printing import beside, near, print_json, tell
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import robot_or_config
+from urdf2mbs.commands.settings import add_running, add_settings, add_telling, path, robot_or_config
 from urdf2mbs.commands.streams import STREAM, file_to_stdout
 from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.output import write_files
 from urdf2mbs.summary import report
+
+EXAMPLES = (
+    "urdf2mbs report robot.yaml",
+    "urdf2mbs report robot.urdf -o look.html",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_telling(command)
+    add_running(command)
+    command.add_argument(
+        "config", type=path, metavar="CONFIG.yaml",
+        help="or a .urdf or .xacro file, with the options below",
+    )  # fmt: skip
+    command.add_argument(
+        "-o", "--output", type=path, metavar="OUT.html",
+        help="default: beside the output; - for standard output",
+    )  # fmt: skip
+    add_settings(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

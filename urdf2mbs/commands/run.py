@@ -6,7 +6,14 @@ import argparse
 
 from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_diagnostics
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import configured
+from urdf2mbs.commands.settings import (
+    add_many,
+    add_running,
+    add_steps,
+    add_telling,
+    configured,
+    path,
+)
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.engine.config import Config, Lines
@@ -14,6 +21,21 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.output import write
 from urdf2mbs.passes.left_out import JOINTS
 from urdf2mbs.summary import Report, report
+
+EXAMPLES = (
+    "urdf2mbs run robot.yaml",
+    "urdf2mbs run robot.yaml -v --dump dump --stop-after emit",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "config", type=path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
+    )
+    add_telling(command)
+    add_running(command)
+    add_steps(command)
+    add_many(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -40,7 +62,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
         pipeline.watch(progress)
         if arguments.dump is None:
             return pipeline.run(stop_after=arguments.stop_after)
-        from urdf2mbs.kit.dump import Dump
+        from urdf2mbs.commands.dump import Dump
 
         dump = Dump(arguments.dump, force=arguments.force)
         pipeline.watch(dump)

@@ -1,19 +1,135 @@
-"""`schema`: the JSON schema of a config."""
+"""The JSON schema of a config, with every known pass and its options, for editors."""
 
 from __future__ import annotations
 
 import argparse
+import ast
+import inspect
+import textwrap
+import typing
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
+
+import msgspec
 
 from urdf2mbs.commands.printing import print_json, warn_of
-from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.commands.settings import add_no_plugins, add_plugin
+from urdf2mbs.engine.config import Config
+from urdf2mbs.engine.plugins import GROUP, Plugins
+
+EXAMPLES = ("urdf2mbs schema > config.schema.json",)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    add_no_plugins(command)
+    add_plugin(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.kit.schema import schema
-
     files = [Path(file) for file in arguments.plugin]
     plugins = Plugins(files, installed=not arguments.no_plugins)
     warn_of(plugins)
     print_json(schema(plugins))
     return 0
+
+
+def schema(plugins: Plugins) -> dict[str, Any]:
+    """A JSON schema (draft 2020-12) of a config that may use these plugins' passes."""
+    (_,), defs = msgspec.json.schema_components([Config], ref_template="#/$defs/{name}")
+    for kind in (Config, *_inner(Config)):
+        _describe(kind, defs[kind.__name__])
+    config = defs.pop("Config")
+    config["title"] = "urdf2mbs config"
+    properties = config["properties"]
+    properties["xacro_args"]["additionalProperties"] = {
+        "type": ["string", "number", "boolean"]  # each is the word as it is written
+    }
+    names = {"enum": sorted(plugins.passes)}
+    listed = {"type": "array", "items": names}
+    properties["pipeline"]["anyOf"] = [{"enum": sorted(plugins.presets)}, listed]
+    properties["after"]["additionalProperties"] = {"anyOf": [names, listed]}
+    properties["after"]["propertyNames"] = names
+    properties["swap"]["propertyNames"] = names
+
+    options: dict[str, Any] = {}
+    for name, offered in sorted(plugins.passes.items()):
+        # which plugin's options hold is said by 'swap'
+        found = [_options(one.kind, f"{name}.{one.plugin}", defs) for one in offered]
+        options[name] = found[0] if len(found) == 1 else {"anyOf": found}
+        options[name]["description"] = offered[0].kind.summary()
+    properties["passes"] |= {"properties": options, "additionalProperties": False}
+    for definition in (config, *defs.values()):
+        for one in definition.get("properties", {}).values():
+            _accept_one_word(one)
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **config,
+        "$defs": dict(sorted(defs.items())),
+    }
+
+
+def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a pass's options; what it refers to goes into ``defs``."""
+    prefix = prefix.removesuffix(f".{GROUP}")
+    (reference,), components = msgspec.json.schema_components(
+        [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
+    )
+    inner = {one.__name__: one for one in _inner(kind)}
+    for name, component in components.items():
+        component.pop("title", None)
+        defs[f"{prefix}.{name}"] = component
+        if name in inner:
+            _describe(inner[name], component)
+    top = components.get(kind.__name__, reference)
+    top["additionalProperties"] = False
+    _describe(kind, top)
+    return reference
+
+
+def _describe(kind: type, component: dict[str, Any]) -> None:
+    """Put the docstrings of a class's fields into its schema."""
+    properties = component.get("properties", {})
+    for name, text in field_docs(kind).items():
+        if name in properties:
+            properties[name].setdefault("description", text)
+
+
+def _inner(kind: type) -> list[type]:
+    """The classes that the options of a pass are made of, without their own."""
+    found: list[type] = []
+    todo = list(typing.get_type_hints(kind).values())
+    while todo:
+        one = todo.pop()
+        todo += typing.get_args(one)
+        if isinstance(one, type) and issubclass(one, msgspec.Struct) and one not in found:
+            found.append(one)
+            todo += typing.get_type_hints(one).values()
+    return found
+
+
+def field_docs(kind: type) -> dict[str, str]:
+    """The docstrings that stand below the fields of a class, by field."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
+    except (OSError, TypeError, SyntaxError):
+        return {}
+    docs: dict[str, str] = {}
+    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
+    for field, after in pairwise(body):
+        if (
+            isinstance(field, ast.AnnAssign)
+            and isinstance(field.target, ast.Name)
+            and isinstance(after, ast.Expr)
+            and isinstance(after.value, ast.Constant)
+            and isinstance(after.value.value, str)
+        ):
+            docs[field.target.id] = " ".join(after.value.value.split())
+    return docs
+
+
+def _accept_one_word(one: dict[str, Any]) -> None:
+    """A single word where a list of words is wanted is a list of one."""
+    if (one.get("items") or {}).get("type") == "string":
+        word = one.pop("items")
+        one["anyOf"] = [word, {"type": one.pop("type"), "items": word}]

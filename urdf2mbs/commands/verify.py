@@ -8,10 +8,50 @@ import sys
 import msgspec
 
 from urdf2mbs.commands.printing import other_way, print_json, proof_in_words, tell_diagnostics
-from urdf2mbs.commands.settings import levels, pairs
+from urdf2mbs.commands.settings import (
+    add_base,
+    add_levels,
+    add_model,
+    add_robot,
+    add_telling,
+    add_trust,
+    levels,
+    pairs,
+)
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.diagnostics import counted
 from urdf2mbs.urdf import standard_input
+
+EXAMPLES = (
+    "urdf2mbs verify robot.urdf robot.mbs",
+    "urdf2mbs verify robot.urdf robot.mbs --engine pinocchio",
+)
+
+
+def add_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "robot", metavar="ROBOT",
+        help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
+    )  # fmt: skip
+    add_model(command)
+    add_telling(command, writes=False)
+    add_levels(command)
+    add_robot(command)
+    add_trust(command)
+    command.add_argument(
+        "--engine", choices=("own", "pinocchio"), default="own",
+        help="own (the default), or pinocchio, which compares mass matrix and forces, too",
+    )  # fmt: skip
+    add_base(command)
+    command.add_argument(
+        "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
+        help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
+    )  # fmt: skip
+    command.add_argument(
+        "--frames", action="store_true",
+        help="a link's frame that is elsewhere in the .mbs is a difference, too",
+    )  # fmt: skip
+    command.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

@@ -6,7 +6,6 @@ Errors name the file, the line and the key, and offer the nearest known one.
 # Without "from __future__ import annotations": msgspec would evaluate each text of a type, which
 # takes as long as a tenth of the passes.
 import re
-from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -18,7 +17,6 @@ from msgspec import Meta
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.levels import Level
-from urdf2mbs.presets import PRESETS
 from urdf2mbs.ranges import Acceleration, in_words
 
 #: The most bytes of a config that are read.
@@ -59,6 +57,19 @@ class Sweep(msgspec.Struct, forbid_unknown_fields=True):
     """xacro argument: its values, as a list or a range"""
     passes: dict[Name, dict[str, list[Any] | Range]] = {}
     """pass: its options, each with a list or a range of values"""
+
+
+class Preset(msgspec.Struct, forbid_unknown_fields=True):
+    """A pipeline with a name: what a config may say of passes."""
+
+    extends: Name | None = None
+    """the name of another preset, which this one changes"""
+    pipeline: list[Name] = []
+    """the passes in their order, instead of those of another preset"""
+    after: dict[str, str | list[str]] = {}
+    before: dict[str, str | list[str]] = {}
+    without: list[str] = []
+    passes: dict[str, dict[str, Any]] = {}
 
 
 class Config(msgspec.Struct, forbid_unknown_fields=True):
@@ -168,24 +179,6 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
             hint="add 'source: ROBOT.urdf'",
         )
     return typed(Config, data, lines), lines
-
-
-def preset(
-    name: str, lines: Lines, more: Mapping[str, Mapping[str, Any]] | None = None
-) -> tuple[list[str], dict[str, dict[str, Any]]]:
-    """The passes of a preset and the options that it sets; ``more`` are those of plugins."""
-    known = {**PRESETS, **(more or {})}
-    if name not in known:
-        raise lines.error(
-            "unknown-preset", f"there is no preset '{name}'", ("pipeline",),
-            nearest(name, known) or f"there are: {', '.join(sorted(known))}",
-        )  # fmt: skip
-    return list(known[name]["pipeline"]), dict(known[name].get("passes", {}))
-
-
-def presets(more: Mapping[str, Any] | None = None) -> list[str]:
-    """The names of all presets; ``more`` are those of plugins."""
-    return sorted({*PRESETS, *(more or {})})
 
 
 def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:

@@ -24,8 +24,8 @@ def pass_failed(
     ours = found.plugin == GROUP
     if isinstance(error, MemoryError):
         robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
-        return memory_full(f"pass '{found.pass_.name}' on robot '{robot}'")
-    strangers = [f"'{one.pass_.name}' ({one.plugin})" for one in before if one.plugin != GROUP]
+        return memory_full(f"pass '{found.kind.name}' on robot '{robot}'")
+    strangers = [f"'{one.kind.name}' ({one.plugin})" for one in before if one.plugin != GROUP]
     if not ours:
         hint = "--debug shows the traceback"
     elif strangers:
@@ -35,7 +35,7 @@ def pass_failed(
     whose = "" if ours else f" of plugin '{found.plugin}'"
     return _failed(
         "internal" if ours else "plugin-failed",
-        f"pass '{found.pass_.name}'{whose}", found.file, conversion, error, hint,
+        f"pass '{found.kind.name}'{whose}", found.file, conversion, error, hint,
     )  # fmt: skip
 
 
@@ -89,7 +89,7 @@ def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
     if fault is not None:
         raise ConversionError(
             code,
-            f"pass '{found.pass_.name}' of plugin '{found.plugin}' leaves robot '{robot.name}' "
+            f"pass '{found.kind.name}' of plugin '{found.plugin}' leaves robot '{robot.name}' "
             f"broken: {fault[0]}",
             file=found.file,
             hint=fault[1],

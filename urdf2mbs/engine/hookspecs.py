@@ -4,21 +4,24 @@ A plugin is any module with functions of these names, marked with ``hookimpl``::
 
     from urdf2mbs.engine.hookspecs import Pass, hookimpl
 
-    def shout(conversion, options):
+    class Shout(Pass):
         \"\"\"Write the robot's name in capitals.\"\"\"
-        conversion.robot.name = conversion.robot.name.upper()
+
+        writes = ("robot",)
+
+        def run(self, conversion):
+            conversion.robot.name = conversion.robot.name.upper()
 
     @hookimpl
     def urdf2mbs_passes():
-        return [Pass("shout", shout, changes=("robot",))]
+        return [Shout]
 """
 
 from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import msgspec
 import pluggy
@@ -29,61 +32,66 @@ hookspec = pluggy.HookspecMarker("urdf2mbs")
 hookimpl = pluggy.HookimplMarker("urdf2mbs")
 
 
-class NoOptions(msgspec.Struct, forbid_unknown_fields=True):
-    """The options of a pass that has none."""
-
-
-class Pass(msgspec.Struct, frozen=True):
+class Pass(msgspec.Struct, forbid_unknown_fields=True):
     """One step of a conversion.
 
-    ``run(conversion, options)`` changes the conversion in place; ``options`` is an instance
-    of the class ``options`` (a ``msgspec.Struct`` or a dataclass), filled from the config:
-    its fields without a default must be given there.
+    A subclass is a pass.  Its fields are the pass's options, filled from the config: a field
+    without a default must be given there.  ``run`` changes the conversion in place.
 
-    ``needs`` and ``gives`` name what must be known before and what is known after (see
-    ``Conversion``).  ``changes`` names what was known before and is another after: whatever
-    earlier passes derived from it is stale until it is derived again.  A pass that needs what
-    nobody has given yet, or what is stale, is an error before anything runs.
+    The sections of a conversion are listed in ``engine.sections``.  A pass that reads a section
+    stands behind a pass that writes the section, and before no pass that writes the section anew.
     """
 
-    name: str
-    run: Callable[[Conversion, Any], None]
-    options: type = NoOptions
-    needs: tuple[str, ...] = ()
-    gives: tuple[str, ...] = ()
-    changes: tuple[str, ...] = ()
+    name: ClassVar[str] = ""
+    """How a config calls the pass; by default the name of the class: ``LockJoints`` is
+    ``lock-joints``."""
+    reads: ClassVar[tuple[str, ...]] = ()
+    """The sections that the pass needs."""
+    writes: ClassVar[tuple[str, ...]] = ()
+    """The sections that the pass fills or changes."""
 
-    @property
-    def summary(self) -> str:
-        """The first sentence of the docstring of ``run``, else of its module."""
-        module = sys.modules.get(self.run.__module__)
-        doc = self.run.__doc__ or (module.__doc__ if module else None) or ""
-        paragraph = " ".join(doc.strip().partition("\n\n")[0].split())
+    def __init_subclass__(cls, **settings: Any) -> None:
+        super().__init_subclass__(**settings)
+        if "name" not in cls.__dict__:
+            cls.name = re.sub(r"(?<=.)(?=[A-Z])", "-", cls.__name__).lower()
+
+    def run(self, conversion: Conversion) -> None:
+        raise NotImplementedError
+
+    @classmethod
+    def summary(cls) -> str:
+        """The first sentence of the docstring of the class, else of its module."""
+        module = sys.modules.get(cls.__module__)
+        text = cls.__doc__ or (module.__doc__ if module else None) or ""
+        paragraph = " ".join(text.strip().partition("\n\n")[0].split())
         return re.split(r"(?<=\.) ", paragraph)[0]
 
 
 @hookspec
-def urdf2mbs_passes() -> list[Pass]:
-    """The passes that this plugin brings.
+def urdf2mbs_passes() -> list[type[Pass]]:
+    """The passes that this plugin brings: the classes.
 
     Example::
 
         @hookimpl
         def urdf2mbs_passes():
-            return [Pass("drop-grippers", drop_grippers, changes=("robot",))]
+            return [DropGrippers]
     """
     raise NotImplementedError
 
 
 @hookspec
 def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
-    """The presets that this plugin brings: name, then ``pipeline`` and ``passes`` as in a config.
+    """The presets that this plugin brings, each by its name.
+
+    A preset has the keys ``pipeline``, ``after``, ``before``, ``without`` and ``passes`` of a
+    config.  ``extends`` names the preset that it changes.
 
     Example::
 
         @hookimpl
         def urdf2mbs_presets():
-            return {"bare": {"pipeline": ["expand", "insert-base", "prune-massless"]}}
+            return {"ours": {"extends": "compact", "after": {"expand": "rename-links"}}}
     """
     raise NotImplementedError
 

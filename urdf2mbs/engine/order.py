@@ -1,95 +1,104 @@
-"""The order of the passes: what each needs must be given before, and must still hold."""
+"""The order of the passes: what a pass reads was written before, and is not changed afterwards.
+
+The sections that passes read and write are listed in ``engine.sections``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
+from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.config import Key, Lines
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.engine.sections import OPTIONAL
+
+#: A pass, by its name in the config and its class.
+Named = tuple[str, type[Pass]]
 
 
 def check_order(
-    passes: Sequence[Pass], lines: Lines | None = None, keys: Sequence[Key] | None = None
+    passes: Sequence[Named],
+    method: Sequence[str],
+    lines: Lines | None = None,
+    keys: Sequence[Key] | None = None,
 ) -> None:
-    """Every need must be given by an earlier pass and still hold; raises ConfigError.
+    """Raise ConfigError where a pass stands at a wrong place.
 
-    ``keys`` say where in the config each pass is named.
+    ``method`` are the built-in passes in the order of the method, which they keep among
+    themselves: each of them may use what all earlier ones have done.  ``keys`` say where in the
+    config each pass is named.
     """
     lines = lines or Lines()
-    known = _Known(passes, lines)
-    for pass_, at in zip(passes, keys or [()] * len(passes), strict=True):
-        for token in (*pass_.needs, *pass_.changes):
-            known.need(token, pass_, at)
-        for token in pass_.changes:
-            known.change(token, pass_)
-        for token in pass_.gives:
-            known.give(token, pass_, at)
-    known.end()
+    keys = keys or [()] * len(passes)
+    _check_method(passes, method, lines, keys)
+    before: list[Named] = []
+    for (name, kind), at in zip(passes, keys, strict=True):
+        known = {section for _, earlier in before for section in earlier.writes}
+        built_in = name in method
+        for section in kind.reads:
+            if section not in known and not (section in OPTIONAL and built_in):
+                raise _not_written(name, section, passes, lines, at)
+
+        def wrong(message: str, hint: str, at: Key = at) -> ConversionError:
+            return lines.error("stale", message, at, hint)
+
+        others = [(one, k) for one, k in before if not (built_in and one in method)]
+        check_stale(kind, kind.writes, others, wrong)
+        before.append((name, kind))
 
 
-class _Known:
-    """What is known at one place of a pipeline, and what of it no longer holds."""
+def check_stale(
+    pass_: type[Pass],
+    changed: Collection[str],
+    before: Iterable[Named],
+    wrong: Callable[[str, str], ConversionError],
+) -> None:
+    """Raise ``wrong(message, hint)`` where a pass changes what an earlier pass has used.
 
-    def __init__(self, passes: Sequence[Pass], lines: Lines) -> None:
-        self.lines = lines
-        self.ever = {token: pass_.name for pass_ in reversed(passes) for token in pass_.gives}
-        """Who first gives each token, here or later."""
-        self.giver: dict[str, str] = {}
-        self.sources: dict[str, set[str]] = {}
-        """What each token was derived from, all the way."""
-        self.stale: dict[str, tuple[str, str]] = {}
-        """The tokens that no longer hold: who changed which of their sources."""
+    ``changed`` are the sections that the pass changes, ``before`` the passes that stand before it.
+    A section that the pass says it writes is made anew, and does not count.
+    """
+    name = pass_.name
+    for section in changed:
+        for reader, kind in before:
+            made = [other for other in kind.writes if other not in (section, *pass_.writes)]
+            if section in kind.reads and made:
+                raise wrong(
+                    f"pass '{name}' changes the {section} after pass '{reader}' has made the "
+                    f"{made[0]} from them",
+                    f"put '{name}' before '{reader}'",
+                )
 
-    def need(self, token: str, pass_: Pass, at: Key) -> None:
-        if token not in self.ever:
-            raise self.lines.error(
-                "need-not-given",
-                f"pass '{pass_.name}' needs '{token}', which no pass of this pipeline gives",
-                at, "'urdf2mbs passes' lists what each pass gives; put one that does before it",
-            )  # fmt: skip
-        if token not in self.giver:
-            giver = self.ever[token]
-            raise self.lines.error(
+
+def _check_method(
+    passes: Sequence[Named], method: Sequence[str], lines: Lines, keys: Sequence[Key]
+) -> None:
+    place = {name: number for number, name in enumerate(method)}
+    last = ""
+    for (name, _), at in zip(passes, keys, strict=True):
+        if name not in place:
+            continue
+        if last and place[name] < place[last]:
+            raise lines.error(
                 "wrong-order",
-                f"pass '{pass_.name}' needs '{token}', which '{giver}' gives only later",
-                at, f"put it after: 'after: {{{giver}: {pass_.name}}}', or so in 'pipeline'",
+                f"pass '{name}' stands behind '{last}', which uses what '{name}' makes",
+                at, f"put '{name}' before '{last}': built-in passes keep the order of the method",
             )  # fmt: skip
-        if token in self.stale:
-            giver, (changer, source) = self.giver[token], self.stale[token]
-            raise self.lines.error(
-                "stale",
-                f"pass '{pass_.name}' needs '{token}', which '{giver}' made from '{source}' "
-                f"before pass '{changer}' changed that",
-                at, f"put '{changer}' before '{giver}'",
-            )  # fmt: skip
+        last = name
 
-    def change(self, token: str, pass_: Pass) -> None:
-        for other, sources in self.sources.items():
-            if token in sources and other not in pass_.changes:
-                self.stale.setdefault(other, (pass_.name, token))
-        self.sources[token] |= self._sources(pass_) - {token}
 
-    def give(self, token: str, pass_: Pass, at: Key) -> None:
-        if token in self.giver and token not in self.stale:
-            raise self.lines.error(
-                "given-twice",
-                f"passes '{self.giver[token]}' and '{pass_.name}' both give '{token}'",
-                at, "leave one of them out of the pipeline",
-            )  # fmt: skip
-        self.stale.pop(token, None)
-        self.giver[token] = pass_.name
-        self.sources[token] = self._sources(pass_)
-
-    def _sources(self, pass_: Pass) -> set[str]:
-        tokens = {*pass_.needs, *pass_.changes}
-        return tokens.union(*(self.sources[token] for token in tokens))
-
-    def end(self) -> None:
-        """What a pass made and another made stale would be written all the same."""
-        for token, (changer, source) in reversed(self.stale.items()):
-            raise self.lines.error(
-                "stale",
-                f"pass '{changer}' changes '{source}' after pass '{self.giver[token]}' made "
-                f"'{token}' from it",
-                hint=f"put '{changer}' before '{self.giver[token]}'",
-            )
+def _not_written(
+    name: str, section: str, passes: Sequence[Named], lines: Lines, at: Key
+) -> ConversionError:
+    writer = next((other for other, kind in passes if section in kind.writes), None)
+    if writer is None or writer == name:
+        return lines.error(
+            "need-not-given",
+            f"pass '{name}' reads the {section}, which no pass of this pipeline writes",
+            at, "'urdf2mbs passes' lists what each pass writes; put such a pass before it",
+        )  # fmt: skip
+    return lines.error(
+        "wrong-order",
+        f"pass '{name}' reads the {section}, which '{writer}' writes only later",
+        at, f"put it after: 'after: {{{writer}: {name}}}', or so in 'pipeline'",
+    )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -13,9 +14,10 @@ from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.engine.order import check_order
+from urdf2mbs.engine.order import check_order, check_stale
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
+from urdf2mbs.engine.sections import changed, look
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
 from urdf2mbs.proof.verdict import NOT_CHECKED
@@ -55,8 +57,12 @@ class Pipeline:
         """Of the plugins, and of those who watch."""
         self.passes = self._resolved(config, lines)
         self._check_levels(config, lines)
-        passes = [configured.registered.pass_ for configured in self.passes]
-        check_order(passes, lines, [one.at for one in self.passes])
+        passes = [configured.registered.kind for configured in self.passes]
+        method = [
+            name for name, offered in self.plugins.passes.items() if offered[0].plugin == GROUP
+        ]
+        named = [(kind.name, kind) for kind in passes]
+        check_order(named, method, lines, [one.at for one in self.passes])
         check_output(self.settings, passes, lines)
 
     def _resolved(self, config: Config, lines: Lines) -> list[Configured]:
@@ -78,7 +84,7 @@ class Pipeline:
         error that ends a run.  An error of which something can be made is raised at the end, so
         that all are told at once.
         """
-        names = [configured.registered.pass_.name for configured in self.passes]
+        names = [configured.pass_.name for configured in self.passes]
         if stop_after is not None and stop_after not in names:
             raise ConfigError(
                 "unknown-pass", f"there is no pass '{stop_after}' in this pipeline to stop after",
@@ -132,27 +138,32 @@ class Pipeline:
         ran: list[Registered] = []
         for configured in self.passes:
             found = configured.registered
-            pass_ = found.pass_
+            pass_ = configured.pass_
             if watched:
                 self._call("urdf2mbs_before_pass", pass_, conversion)
             known = bool(conversion.robot.links)
             before = snapshot(conversion.robot) if known and _may_change(configured) else None
             ours = ours_alone(conversion) if found.plugin != GROUP else ""
+            sections = look(conversion) if found.plugin != GROUP else None
             start = perf_counter()
             try:
-                pass_.run(conversion, configured.options)
+                pass_.run(conversion)
                 seconds = perf_counter() - start
                 if found.plugin != GROUP:
                     who = f"pass '{pass_.name}'"
                     check_ours(conversion, ours, who, found.plugin, found.file)
                     check_left(found, conversion, known)
                 if before is not None:
-                    declared = "robot" in pass_.changes
+                    declared = "robot" in pass_.writes
                     _note_change(conversion, before, pass_.name, found.plugin, declared)
             except ConversionError:
                 raise
             except FAILURES as error:
                 raise pass_failed(found, conversion, error, ran) from error
+            if sections is not None:
+                seen = changed(sections, look(conversion))
+                others = [(other.kind.name, other.kind) for other in ran]
+                check_stale(type(pass_), seen, others, partial(_stale, found))
             ran.append(found)
             conversion.diagnostics = levels.applied(conversion.diagnostics)
             if watched:
@@ -186,10 +197,10 @@ class Pipeline:
 
     def _place(self, name: str) -> str:
         """After which pass of the pipeline all that a pass needs is given."""
-        needs = set(self.plugins.passes[name][0].pass_.needs)
-        passes = [one.registered.pass_ for one in self.passes]
-        givers = [pass_.name for pass_ in passes if needs & set(pass_.gives)]
-        return (givers or [passes[0].name])[-1]
+        reads = set(self.plugins.passes[name][0].kind.reads)
+        passes = [configured.pass_ for configured in self.passes]
+        writers = [pass_.name for pass_ in passes if reads & set(pass_.writes)]
+        return (writers or [passes[0].name])[-1]
 
     def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
         """Call a hook of all plugins, and of those who watch."""
@@ -214,6 +225,13 @@ class Pipeline:
             raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
 
 
+def _stale(found: Registered, message: str, hint: str) -> ConversionError:
+    return ConversionError(
+        "stale", f"{message} (plugin '{found.plugin}')", file=found.file,
+        hint=f"{hint}: a pass of that place uses the change",
+    )  # fmt: skip
+
+
 @contextmanager
 def seldom_collected() -> Iterator[None]:
     """The collector seldom looks for cycles: a robot and its equations have hardly any.
@@ -233,7 +251,7 @@ def _may_change(configured: Configured) -> bool:
     those that do when they are told to (insert-base only puts a base under it)."""
     found = configured.registered
     return found.plugin != GROUP or (
-        "robot" in found.pass_.changes and configured.options != found.pass_.options()
+        "robot" in found.kind.writes and configured.pass_ != found.kind()
     )
 
 

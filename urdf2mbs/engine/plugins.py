@@ -17,6 +17,7 @@ import pluggy
 from urdf2mbs import passes
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, nearest
 from urdf2mbs.engine import hookspecs
+from urdf2mbs.engine.config import Lines, Preset, typed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.files import is_file
 
@@ -82,7 +83,7 @@ def _is_usual(finder: object) -> bool:
 class Registered(msgspec.Struct, frozen=True):
     """A pass and the plugin that brought it."""
 
-    pass_: Pass
+    kind: type[Pass]
     plugin: str
     package: str
     """What it is installed from; empty for a file."""
@@ -128,8 +129,8 @@ class Plugins:
         self.hook: Any = self._manager.hook
         self.passes: dict[str, list[Registered]] = {}
         """Every pass by name; a built-in one stands before those of plugins."""
-        self.presets: dict[str, dict[str, Any]] = {}
-        """The presets of plugins, by name."""
+        self.presets: dict[str, Preset] = {}
+        """Every preset by name; a later plugin's takes the place of an earlier one's."""
         self._collect(GROUP)
         if installed:
             for entry, package in _installed(tuple(sys.path)):
@@ -281,17 +282,22 @@ class Plugins:
                 "plugin-broken", f"plugin '{name}': urdf2mbs_presets failed: {_said(error)}",
                 file=file, line=_line_in(Path(file), error),
             ) from error  # fmt: skip
-        for key, preset in brought.items():
-            fault = _preset_fault(preset)
-            if fault:
-                hint = "{'my-preset': {'pipeline': ['expand', ...], 'passes': {...}}}"
-                raise _broken(name, file, f"preset {key!r}: {fault}", hint)
+        for key, given in brought.items():
+            try:
+                preset: Preset = typed(Preset, given, Lines())
+                if not preset.pipeline and not preset.extends:
+                    raise ConfigError(
+                        "config-key-missing", "it has neither 'pipeline' nor 'extends'"
+                    )
+            except ConfigError as error:
+                hint = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}"
+                raise _broken(name, file, f"preset {key!r}: {error.message}", hint) from None
             self.presets[key] = preset
 
     def _collect_from(self, impl: pluggy.HookImpl) -> None:
         name = impl.plugin_name
         file = self._files[name]
-        hint = "return a list of Pass, such as [Pass('my-pass', run, needs=('robot',))]"
+        hint = "return a list of the classes of your passes, such as [MyPass]"
         try:
             brought: Any = impl.function()
             brought = list(brought) if brought is not None else None
@@ -302,28 +308,19 @@ class Plugins:
             ) from error  # fmt: skip
         if brought is None:
             raise _broken(name, file, "urdf2mbs_passes returned nothing", hint)
-        for pass_ in brought:
-            if not isinstance(pass_, Pass):
-                raise _broken(name, file, f"urdf2mbs_passes gave {pass_!r}, which is no Pass", hint)
+        for kind in brought:
+            if not isinstance(kind, type) or not issubclass(kind, Pass):
+                fault = f"urdf2mbs_passes gave {kind!r}, which is no subclass of Pass"
+                raise _broken(name, file, fault, hint)
             if name != GROUP:
-                fault = _fault(pass_)
-                if fault:
-                    raise _broken(name, file, f"pass {pass_.name!r}: {fault[0]}", fault[1])
-            offered = self.passes.setdefault(pass_.name, [])
+                found = _fault(kind)
+                if found:
+                    raise _broken(name, file, f"pass {kind.name!r}: {found[0]}", found[1])
+            offered = self.passes.setdefault(kind.name, [])
             if any(other.plugin == name for other in offered):
-                raise _broken(name, file, f"it brings two passes '{pass_.name}'", "rename one")
-            source = _source(pass_, name, file)
-            offered.append(Registered(pass_, name, self._packages[name], source))
-
-
-def _preset_fault(preset: Any) -> str | None:
-    """What is wrong with a preset; None: nothing is."""
-    if not isinstance(preset, dict) or not isinstance(preset.get("pipeline"), list):
-        return "it has no list 'pipeline'"
-    if not all(isinstance(name, str) for name in preset["pipeline"]):
-        return "'pipeline' is a list of the names of passes"
-    more = set(preset) - {"pipeline", "passes"}
-    return f"it has the unknown key '{more.pop()}'" if more else None
+                raise _broken(name, file, f"it brings two passes '{kind.name}'", "rename one")
+            source = _source(kind, name, file)
+            offered.append(Registered(kind, name, self._packages[name], source))
 
 
 def _broken(plugin: str, file: str, what: str, hint: str) -> ConfigError:
@@ -358,27 +355,22 @@ def _bad_hook(plugin: Any, name: str, file: str, error: Exception) -> ConfigErro
     return ConfigError("plugin-broken", f"plugin '{name}': {error}", file=file)
 
 
-def _fault(pass_: Pass) -> tuple[str, str] | None:
+def _fault(kind: type[Pass]) -> tuple[str, str] | None:
     """What is wrong with a pass, and what to do; None: nothing is."""
-    import dataclasses
-
-    if not isinstance(pass_.name, str) or not pass_.name.strip():
+    if not isinstance(kind.name, str) or not kind.name.strip():
         return "its name is not a word", "call it something like 'my-pass'"
+    if kind.run is Pass.run:
+        return "it has no method 'run'", "def run(self, conversion):"
     try:
-        inspect.signature(pass_.run).bind(None, None)
-    except ValueError:
-        pass  # Python does not know how some built-in functions are called
+        inspect.signature(kind.run).bind(None, None)
     except TypeError:
-        return "its 'run' cannot be called with two arguments", "def run(conversion, options):"
-    for field in ("needs", "gives", "changes"):
-        tokens = getattr(pass_, field)
-        if not isinstance(tokens, (tuple, list)) or not all(isinstance(t, str) for t in tokens):
-            return f"'{field}' is {tokens!r}", f"write it as {field}=('robot',), with the comma"
-    kind = pass_.options
-    if not isinstance(kind, type) or not (
-        issubclass(kind, msgspec.Struct) or dataclasses.is_dataclass(kind)
-    ):
-        return f"its options are {kind!r}", "give a msgspec.Struct or a dataclass (the class)"
+        return "its 'run' cannot be called with a conversion", "def run(self, conversion):"
+    for field in ("reads", "writes"):
+        sections = getattr(kind, field)
+        if not isinstance(sections, (tuple, list)) or not all(
+            isinstance(section, str) for section in sections
+        ):
+            return f"'{field}' is {sections!r}", f"write it as {field} = ('robot',), with the comma"
     try:
         msgspec.json.schema(kind)
     except FAILURES as error:
@@ -389,12 +381,11 @@ def _fault(pass_: Pass) -> tuple[str, str] | None:
     return None
 
 
-def _source(pass_: Pass, plugin: str, file: str) -> str:
+def _source(kind: type[Pass], plugin: str, file: str) -> str:
     """The file that a pass is written in: a plugin's own, where it lends our ``run``, too."""
-    module = getattr(pass_.run, "__module__", "") or ""
-    if plugin != GROUP and module.partition(".")[0] in (GROUP, "functools"):
+    if plugin != GROUP and kind.__module__.partition(".")[0] == GROUP:
         return file
-    return str(getattr(sys.modules.get(module), "__file__", None) or file)
+    return str(getattr(sys.modules.get(kind.__module__), "__file__", None) or file)
 
 
 @cache

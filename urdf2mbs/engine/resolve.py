@@ -8,7 +8,8 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.engine.config import Config, Key, Lines, preset, presets, typed
+from urdf2mbs.engine.config import Config, Key, Lines, Preset, typed
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.plugins import GROUP, Plugins, Registered
 
 
@@ -16,7 +17,7 @@ class Configured(msgspec.Struct):
     """A pass of a pipeline, with its options."""
 
     registered: Registered
-    options: Any
+    pass_: Pass
     swapped: bool = False
     """Whether it stands in for the built-in pass of its name."""
     at: Key = ()
@@ -25,18 +26,12 @@ class Configured(msgspec.Struct):
 
 def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
     """The passes of a config, chosen, placed and with their options; raises ConfigError."""
-    names: list[str]
+    known = _with_aliases(config, plugins, lines)
     options: dict[str, dict[str, Any]] = {}
     if isinstance(config.pipeline, str):
-        names, options = preset(config.pipeline, lines, plugins.presets)
+        names, options = preset(config.pipeline, plugins, lines)
     else:
         names = config.pipeline
-    known = _with_aliases(config, plugins, lines)
-    for name in config.without:
-        if name not in names:
-            why = "is not in this pipeline" if name in known else ""
-            raise _unknown(lines, ("without",), name, [*names, *known], why)
-    names = [name for name in names if name not in config.without]
     names, keys = _placed(names, config, known, lines)
     for key, mentioned in (("passes", config.passes), ("swap", config.swap)):
         for name in mentioned:
@@ -47,12 +42,8 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
     seen: set[str] = set()
     for name, at in zip(names, keys, strict=True):
         if name not in known:
-            hint = (
-                "a preset's name stands alone: 'pipeline: " + name + "'"
-                if name in presets(plugins.presets)
-                else ""
-            )
-            raise _unknown(lines, at, name, known, "", hint)
+            hint = f"a preset's name stands alone: 'pipeline: {name}'"
+            raise _unknown(lines, at, name, known, "", hint if name in plugins.presets else "")
         if name in seen:
             mine = [key for key in (keys[names.index(name)], at) if key[0] in ("before", "after")]
             raise lines.error(
@@ -61,9 +52,37 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
         seen.add(name)
         chosen = _chosen(name, known[name], config.swap.get(name), lines)
         given = {**options.get(name, {}), **config.passes.get(name, {})}
-        filled = typed(chosen.pass_.options, given, lines, ("passes", name))
-        configured.append(Configured(chosen, filled, name in config.swap, at))
+        pass_ = typed(chosen.kind, given, lines, ("passes", name))
+        configured.append(Configured(chosen, pass_, name in config.swap, at))
     return configured
+
+
+def preset(
+    name: str, plugins: Plugins, lines: Lines, below: tuple[str, ...] = ()
+) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """The passes of a preset in their order, and the options that it sets.
+
+    ``below`` are the presets that extend this one.
+    """
+    if name not in plugins.presets:
+        raise lines.error(
+            "unknown-preset",
+            f"there is no preset '{name}'" + (f", which '{below[-1]}' extends" if below else ""),
+            ("pipeline",),
+            nearest(name, plugins.presets) or f"there are: {', '.join(sorted(plugins.presets))}",
+        )
+    if name in below:
+        raise lines.error("preset-circle", f"preset '{name}' extends itself", ("pipeline",))
+    found = plugins.presets[name]
+    names = list(found.pipeline)
+    options: dict[str, dict[str, Any]] = {}
+    if found.extends is not None:
+        others, options = preset(found.extends, plugins, lines, (*below, name))
+        names = names or others
+    names, _ = _placed(names, found, plugins.passes, lines)
+    for pass_, given in found.passes.items():
+        options[pass_] = {**options.get(pass_, {}), **given}
+    return names, options
 
 
 def _with_aliases(config: Config, plugins: Plugins, lines: Lines) -> dict[str, list[Registered]]:
@@ -77,16 +96,22 @@ def _with_aliases(config: Config, plugins: Plugins, lines: Lines) -> dict[str, l
                 "pass-doubled", f"there is a pass '{alias}' already", ("alias", alias)
             )
         chosen = _chosen(name, plugins.passes[name], config.swap.get(name), lines)
-        renamed = msgspec.structs.replace(chosen.pass_, name=alias)
-        known[alias] = [msgspec.structs.replace(chosen, pass_=renamed)]
+        words = {"name": alias, "__doc__": chosen.kind.__doc__}
+        kind: Any = msgspec.defstruct(alias, [], bases=(chosen.kind,), namespace=words)
+        known[alias] = [msgspec.structs.replace(chosen, kind=kind)]
     return known
 
 
 def _placed(
-    names: list[str], config: Config, known: Mapping[str, Any], lines: Lines
+    names: list[str], config: Config | Preset, known: Mapping[str, Any], lines: Lines
 ) -> tuple[list[str], list[Key]]:
-    """The pipeline with what the config puts ``before`` and ``after`` its passes, and where in
-    the config each is named."""
+    """The pipeline without what the config leaves out, and with what the config puts ``before``
+    and ``after`` its passes; and where in the config each pass is named."""
+    for name in config.without:
+        if name not in names:
+            why = "is not in this pipeline" if name in known else ""
+            raise _unknown(lines, ("without",), name, [*names, *known], why)
+    names = [name for name in names if name not in config.without]
     if not config.before and not config.after:
         return names, [("pipeline", n) for n in range(len(names))]
     out: list[tuple[str, Key]] = []

@@ -55,9 +55,9 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
     )  # fmt: skip
 
 
-def check_output(settings: Settings, passes: Sequence[Pass], lines: Lines) -> None:
+def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines) -> None:
     """Where an .mbs is written to; a pipeline that makes none needs no place."""
-    if not any("mbs-file" in pass_.gives for pass_ in passes) or is_folder(settings.source):
+    if not any("mbs-file" in kind.writes for kind in passes) or is_folder(settings.source):
         return
     if _same(settings.output, settings.source):
         raise lines.error(

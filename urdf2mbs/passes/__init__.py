@@ -2,76 +2,92 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
+
+#: The passes of ``compact`` that ``faithful`` does without.
+_COMPACT = ("lump-fixed", "merge-massless", "align-frames")
 
 
 @hookimpl
-def urdf2mbs_passes() -> list[Pass]:
-    # not above: whoever looks for hooks would look at every module
-    from urdf2mbs.passes import (
-        actuators,
-        align_frames,
-        assign_names,
-        check,
-        collect_anchors,
-        contacts,
-        convert_meshes,
-        convert_visuals,
-        decompose_joints,
-        emit,
-        equations,
-        estimate_inertia,
-        expand,
-        find_singular,
-        fit_view,
-        force_torque,
-        forces,
-        insert_base,
-        joint_parameters,
-        layout,
-        left_out,
-        loops,
-        lump_fixed,
-        merge_massless,
-        mimic,
-        posture,
-        project,
-        prune_massless,
-        reframe_inertia,
-        sensors,
-        time_step,
-    )
+def urdf2mbs_passes() -> list[type[Pass]]:
+    # not above: whoever looks for hooks would look at every class
+    from urdf2mbs.passes.actuators import Actuators
+    from urdf2mbs.passes.align_frames import AlignFrames
+    from urdf2mbs.passes.assign_names import AssignNames
+    from urdf2mbs.passes.check import Check
+    from urdf2mbs.passes.collect_anchors import CollectAnchors
+    from urdf2mbs.passes.contacts import Contacts
+    from urdf2mbs.passes.convert_meshes import ConvertMeshes
+    from urdf2mbs.passes.convert_visuals import ConvertVisuals
+    from urdf2mbs.passes.decompose_joints import DecomposeJoints
+    from urdf2mbs.passes.emit import Emit
+    from urdf2mbs.passes.equations import Equations
+    from urdf2mbs.passes.estimate_inertia import EstimateInertia
+    from urdf2mbs.passes.expand import Expand
+    from urdf2mbs.passes.find_singular import FindSingular
+    from urdf2mbs.passes.fit_view import FitView
+    from urdf2mbs.passes.force_torque import ForceTorque
+    from urdf2mbs.passes.forces import Forces
+    from urdf2mbs.passes.insert_base import InsertBase
+    from urdf2mbs.passes.joint_parameters import JointParameters
+    from urdf2mbs.passes.layout import Layout
+    from urdf2mbs.passes.left_out import LeftOut
+    from urdf2mbs.passes.loops import Loops
+    from urdf2mbs.passes.lump_fixed import LumpFixed
+    from urdf2mbs.passes.merge_massless import MergeMassless
+    from urdf2mbs.passes.mimic import Mimic
+    from urdf2mbs.passes.posture import Posture
+    from urdf2mbs.passes.project import Project
+    from urdf2mbs.passes.prune_massless import PruneMassless
+    from urdf2mbs.passes.reframe_inertia import ReframeInertia
+    from urdf2mbs.passes.sensors import Sensors
+    from urdf2mbs.passes.time_step import TimeStep
 
     return [
-        expand.PASS,
-        estimate_inertia.PASS,
-        insert_base.PASS,
-        prune_massless.PASS,
-        force_torque.PASS,
-        reframe_inertia.PASS,
-        lump_fixed.PASS,
-        merge_massless.PASS,
-        align_frames.PASS,
-        decompose_joints.PASS,
-        mimic.PASS,
-        actuators.PASS,
-        collect_anchors.PASS,
-        posture.PASS,
-        joint_parameters.PASS,
-        loops.PASS,
-        contacts.PASS,
-        sensors.PASS,
-        forces.PASS,
-        time_step.PASS,
-        convert_visuals.PASS,
-        convert_meshes.PASS,
-        assign_names.PASS,
-        layout.PASS,
-        fit_view.PASS,
-        left_out.PASS,
-        emit.PASS,
-        find_singular.PASS,
-        check.PASS,
-        equations.PASS,
-        project.PASS,
+        Expand,
+        EstimateInertia,  # when given a density or a total mass
+        InsertBase,
+        PruneMassless,
+        ForceTorque,  # when given joints
+        LumpFixed,
+        MergeMassless,
+        AlignFrames,
+        ReframeInertia,
+        DecomposeJoints,
+        Mimic,  # when joints follow others, and the output is a project folder
+        Actuators,  # of <transmission> and <ros2_control>
+        CollectAnchors,
+        Posture,  # when given one
+        JointParameters,  # limits, damping, friction, as user models
+        Loops,  # when given cuts, or where <gazebo> closes a loop
+        Contacts,  # when given links
+        Sensors,  # of <gazebo> and <sensor>
+        Forces,  # when given some
+        TimeStep,  # when the output is a project folder; and the gains of hold
+        ConvertVisuals,
+        ConvertMeshes,  # when the output is a project folder
+        AssignNames,
+        Layout,
+        FitView,
+        LeftOut,
+        Emit,
+        FindSingular,
+        Check,
+        Equations,  # when given a language
+        Project,  # when the output is a project folder
     ]
+
+
+@hookimpl
+def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
+    names = [kind.name for kind in urdf2mbs_passes()]
+    return {
+        # The method's conversion, frame for frame: every URDF link frame is a body frame or a
+        # point.
+        "faithful": {"pipeline": [name for name in names if name not in _COMPACT]},
+        # The same robot with the fewest joints: a body for what moves as one, its frame along its
+        # joint.
+        "compact": {"pipeline": names},
+    }

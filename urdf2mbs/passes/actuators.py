@@ -6,32 +6,34 @@ those are is taken from ``<transmission>`` and ``<ros2_control>``, or from the c
 
 from __future__ import annotations
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion, choose
 from urdf2mbs.engine.hookspecs import Pass
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Actuators(Pass):
+    reads = ("robot", "joints", "couplings")
+    writes = ("joints",)
+
     joints: list[str] = []
     """Patterns of the joints that are actuated, besides those of the URDF."""
     from_urdf: bool = True
     """Whether those of ``<transmission>`` and ``<ros2_control>`` are."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    chosen = _from_urdf(conversion) if options.from_urdf else set()
-    if not chosen and not options.joints:
-        return
-    joints = {step.joint.name: step.coordinates for step in conversion.steps() if step.coordinates}
-    for pattern in options.joints:
-        what = "actuators: no joint that moves"
-        chosen.update(choose(pattern, joints, "actuators-joints", what))
-    for name, coordinates in joints.items():
-        # a joint that follows another has no motor of its own
-        if name in chosen:
-            for joint in coordinates:
-                joint.actuated = joint.nature == "independent"
+    def run(self, conversion: Conversion) -> None:
+        chosen = _from_urdf(conversion) if self.from_urdf else set()
+        if not chosen and not self.joints:
+            return
+        joints = {
+            step.joint.name: step.coordinates for step in conversion.steps() if step.coordinates
+        }
+        for pattern in self.joints:
+            what = "actuators: no joint that moves"
+            chosen.update(choose(pattern, joints, "actuators-joints", what))
+        for name, coordinates in joints.items():
+            # a joint that follows another has no motor of its own
+            if name in chosen:
+                for joint in coordinates:
+                    joint.actuated = joint.nature == "independent"
 
 
 def _from_urdf(conversion: Conversion) -> set[str]:
@@ -42,6 +44,3 @@ def _from_urdf(conversion: Conversion) -> set[str]:
             driven.update(extension.motors)
             conversion.simulation.used.append(extension)
     return driven
-
-
-PASS = Pass("actuators", run, Options, needs=("robot", "joints", "couplings"))

@@ -52,7 +52,10 @@ from urdf2mbs.spatial import (
 X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class AlignFrames(Pass):
+    reads = ("robot", "bodies")
+    writes = ("bodies",)
+
     axes: Literal["x", "y", "z", "any"] = "any"
     """The coordinate axis that joints act about or along."""
     candidates: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 12
@@ -63,6 +66,36 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     flip: bool = False
     """Let a joint count the other way round where that saves a driven joint; it is then called
     NAME_flipped, and its coordinate is minus the URDF's."""
+
+    def run(self, conversion: Conversion) -> None:
+        search = _Search(self)
+        nodes, steps = _tree(conversion)
+        if search.flip:
+            search.weight = len(nodes)
+        for node in reversed(nodes):
+            _collect_wanted(node, search)
+        for node in nodes:
+            _consider(node, nodes[node.parent], search)
+        for node in reversed(nodes[1:]):
+            _count(node, nodes[node.parent], search)
+        old = _choose(conversion, nodes, search)
+        conversion.report["align-frames"] = {
+            "driven": sum(
+                len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves
+            ),
+            "bound": _Bound(nodes, search, self).turns if search.any else None,
+        }
+
+        last: dict[int, Rot] = {}
+        for step, here, offset, before, offset_before in steps:
+            step.xyz = rotate(multiply(old[before], offset_before), step.xyz)
+            if not step.joint.moves:
+                step.turns = ()
+            last[id(step)] = multiply(old[here], offset)
+            step.frames = _turned(last[id(step)], step.frames)
+        for segment in conversion.segments.values():
+            if segment.steps:
+                segment.parts = _turned(last[id(segment.steps[-1])], segment.parts)
 
 
 class _Node:
@@ -109,7 +142,7 @@ class _Search:
     first, and the turns before it are counted up to an exchange.
     """
 
-    def __init__(self, options: Options) -> None:
+    def __init__(self, options: AlignFrames) -> None:
         self.small = options.tolerance
         self.any = options.axes == "any"
         self.ks = (1, 2, 3) if self.any else ("xyz".index(options.axes) + 1,)
@@ -175,35 +208,6 @@ class _Search:
         """The turns themselves, and the axis (1, 2, 3) that ends up on the joint's."""
         ways = ((fewest_turns(_exchange(rot, k - self.ks[0]), self.small), k) for k in self.ks)
         return min(ways, key=lambda way: len(way[0]))
-
-
-def run(conversion: Conversion, options: Options) -> None:
-    search = _Search(options)
-    nodes, steps = _tree(conversion)
-    if search.flip:
-        search.weight = len(nodes)
-    for node in reversed(nodes):
-        _collect_wanted(node, search)
-    for node in nodes:
-        _consider(node, nodes[node.parent], search)
-    for node in reversed(nodes[1:]):
-        _count(node, nodes[node.parent], search)
-    old = _choose(conversion, nodes, search)
-    conversion.report["align-frames"] = {
-        "driven": sum(len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves),
-        "bound": _Bound(nodes, search, options).turns if search.any else None,
-    }
-
-    last: dict[int, Rot] = {}
-    for step, here, offset, before, offset_before in steps:
-        step.xyz = rotate(multiply(old[before], offset_before), step.xyz)
-        if not step.joint.moves:
-            step.turns = ()
-        last[id(step)] = multiply(old[here], offset)
-        step.frames = _turned(last[id(step)], step.frames)
-    for segment in conversion.segments.values():
-        if segment.steps:
-            segment.parts = _turned(last[id(segment.steps[-1])], segment.parts)
 
 
 def _turned(rot: Rot, frames: dict[str, Pose]) -> dict[str, Pose]:
@@ -476,7 +480,7 @@ class _Bound:
     low, never too high.
     """
 
-    def __init__(self, nodes: list[_Node], search: _Search, options: Options) -> None:
+    def __init__(self, nodes: list[_Node], search: _Search, options: AlignFrames) -> None:
         self._search = search
         # frames made from directions that are nearly along one another have more rounding
         coarse = msgspec.structs.replace(options, tolerance=10 * options.tolerance)
@@ -647,6 +651,3 @@ def _exchange(rot: Rot, by: int) -> Rot:
     if by % 3 == 2:
         return (b, c, a, e, f, d, h, i, g)
     return rot
-
-
-PASS = Pass("align-frames", run, Options, changes=("bodies",))

@@ -8,23 +8,27 @@ model takes the file's own name.  From here on it is known where each link's fra
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, LinkFrame
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.names import identifiers, rename
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    mbs, names = conversion.mbs, conversion.names
-    mbs.name = _name(conversion)
-    mbs.base.name = conversion.ground.link
-    mbs.bodies = mbs.depth_first()
-    names.bodies, _ = rename(mbs)
-    for segment in conversion.segments.values():
-        for step in segment.steps:
-            name = step.joint.name
-            names.joints[name] = [joint.name for joint in step.joints]
-            if step.coordinates:
-                names.coordinates[name] = [joint.name for joint in step.coordinates]
-    conversion.frames = _frames(conversion)
+class AssignNames(Pass):
+    reads = ("robot", "bodies", "joints", "couplings", "anchors", "forces")
+    writes = ("names",)
+
+    def run(self, conversion: Conversion) -> None:
+        mbs, names = conversion.mbs, conversion.names
+        mbs.name = _name(conversion)
+        mbs.base.name = conversion.ground.link
+        mbs.bodies = mbs.depth_first()
+        names.bodies, _ = rename(mbs)
+        for segment in conversion.segments.values():
+            for step in segment.steps:
+                name = step.joint.name
+                names.joints[name] = [joint.name for joint in step.joints]
+                if step.coordinates:
+                    names.coordinates[name] = [joint.name for joint in step.coordinates]
+        conversion.frames = _frames(conversion)
 
 
 def _name(conversion: Conversion) -> str:
@@ -50,6 +54,3 @@ def _frames(conversion: Conversion) -> dict[str, LinkFrame]:
             for link, pose in step.frames.items():
                 frames[link] = LinkFrame(body, step.joints[-1].name, pose)
     return frames
-
-
-PASS = Pass("assign-names", run, needs=("robot", "bodies", "joints", "anchors"), gives=("names",))

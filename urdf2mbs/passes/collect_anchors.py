@@ -10,41 +10,42 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.spatial import IDENTITY, ZERO
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    ground = conversion.ground
-    for segment in conversion.segments.values():
-        if segment.parent is None:
-            continue
-        parent = conversion.segments[segment.parent]
-        at = segment.steps[0].xyz
-        if parent is ground:
-            segment.body.parent = None
-            if at == ZERO:
-                continue  # the base's own origin: no point needed
-        else:
-            segment.body.parent = parent.body.name
-        segment.body.point = segment.link
-        parent.holder.points.append(Point(segment.link, at))
+class CollectAnchors(Pass):
+    reads = ("bodies",)
+    writes = ("anchors",)
 
-    turned: list[str] = []
-    for segment in conversion.segments.values():
-        for link, pose in segment.parts.items():
-            # the link that names the body needs a point only where compact moved its frame
-            if link != segment.link or pose.xyz != ZERO:
-                segment.holder.points.append(Point(link, pose.xyz))
-                if pose.rot != IDENTITY:
-                    turned.append(link)
-    if turned:
-        conversion.note(
-            "point-without-rotation",
-            f"anchor points have no rotation; that of {counted(len(turned), 'frame')} is in the "
-            f"report: {', '.join(turned)}",
-        )
+    def run(self, conversion: Conversion) -> None:
+        ground = conversion.ground
+        for segment in conversion.segments.values():
+            if segment.parent is None:
+                continue
+            parent = conversion.segments[segment.parent]
+            at = segment.steps[0].xyz
+            if parent is ground:
+                segment.body.parent = None
+                if at == ZERO:
+                    continue  # the base's own origin: no point needed
+            else:
+                segment.body.parent = parent.body.name
+            segment.body.point = segment.link
+            parent.holder.points.append(Point(segment.link, at))
 
-
-PASS = Pass("collect-anchors", run, needs=("bodies",), gives=("anchors",))
+        turned: list[str] = []
+        for segment in conversion.segments.values():
+            for link, pose in segment.parts.items():
+                # the link that names the body needs a point only where compact moved its frame
+                if link != segment.link or pose.xyz != ZERO:
+                    segment.holder.points.append(Point(link, pose.xyz))
+                    if pose.rot != IDENTITY:
+                        turned.append(link)
+        if turned:
+            conversion.note(
+                "point-without-rotation",
+                f"anchor points have no rotation; that of {counted(len(turned), 'frame')} is in "
+                f"the report: {', '.join(turned)}",
+            )

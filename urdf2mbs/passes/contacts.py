@@ -22,7 +22,6 @@ from fnmatch import fnmatchcase
 from math import dist, hypot, sqrt
 from typing import Annotated, Any
 
-import msgspec
 from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion, Segment, choose
@@ -48,7 +47,10 @@ from urdf2mbs.urdf import model as urdf
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Contacts(Pass):
+    reads = ("robot", "base", "bodies", "inertias", "joints", "posture")
+    writes = ("anchors", "posture", "forces")
+
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground."""
     points: dict[str, list[Place]] = {}
@@ -75,37 +77,36 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     slip_speed: Speed = 0.05
     """Speed of slip (m/s) from which on friction is nearly full."""
 
+    def run(self, conversion: Conversion) -> None:
+        if not self.links and not self.points:
+            return
+        mbs, simulation = conversion.mbs, conversion.simulation
+        g = mbs.base.gravity
+        if any(g):
+            x, y, z = unit(g)
+            simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
+        up = simulation.up
+        placement = place(mbs)
+        lowest: list[float] = []
+        for link, (segment, pose) in _chosen(conversion, self).items():
+            at = compose(placement.bodies[segment.body.name], pose)
+            corners = self.points.get(link) or _lowest_points(conversion, link, at, self.within)
+            for number, corner in enumerate(corners, start=1):
+                name = f"{link}_contact_{number}"
+                point = Point(name, compose(pose, Pose(corner)).xyz)
+                point.extforce = Sensor(f"{name}_force", MEASURES)
+                segment.body.points.append(point)
+                simulation.contacts.append(Contact(link, point))
+                lowest.append(dot(up, add(at.xyz, rotate(at.rot, corner))))
+        if self.stand:
+            _stand(conversion, self.ground - min(lowest))
+        _add_law(conversion, self)
+        conversion.report["contacts"] = [
+            {"link": contact.link, "point": contact.point} for contact in simulation.contacts
+        ]
 
-def run(conversion: Conversion, options: Options) -> None:
-    if not options.links and not options.points:
-        return
-    mbs, simulation = conversion.mbs, conversion.simulation
-    g = mbs.base.gravity
-    if any(g):
-        x, y, z = unit(g)
-        simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
-    up = simulation.up
-    placement = place(mbs)
-    lowest: list[float] = []
-    for link, (segment, pose) in _chosen(conversion, options).items():
-        at = compose(placement.bodies[segment.body.name], pose)
-        corners = options.points.get(link) or _lowest_points(conversion, link, at, options.within)
-        for number, corner in enumerate(corners, start=1):
-            name = f"{link}_contact_{number}"
-            point = Point(name, compose(pose, Pose(corner)).xyz)
-            point.extforce = Sensor(f"{name}_force", MEASURES)
-            segment.body.points.append(point)
-            simulation.contacts.append(Contact(link, point))
-            lowest.append(dot(up, add(at.xyz, rotate(at.rot, corner))))
-    if options.stand:
-        _stand(conversion, options.ground - min(lowest))
-    _add_law(conversion, options)
-    conversion.report["contacts"] = [
-        {"link": contact.link, "point": contact.point} for contact in simulation.contacts
-    ]
 
-
-def _chosen(conversion: Conversion, options: Options) -> dict[str, tuple[Segment, Pose]]:
+def _chosen(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
     """The links, each with its body and its pose in it."""
     links = list(conversion.robot.links)
     for name in (*options.links, *options.points):
@@ -144,7 +145,7 @@ def _stand(conversion: Conversion, rise: float) -> None:
     conversion.note("stand", "the base is fixed, and stays where it is, wherever the ground is")
 
 
-def _add_law(conversion: Conversion, options: Options) -> None:
+def _add_law(conversion: Conversion, options: Contacts) -> None:
     mbs = conversion.mbs
     g = hypot(*mbs.base.gravity)
     share = sum(body.mass or 0.0 for body in mbs.bodies) / len(conversion.simulation.contacts)
@@ -308,9 +309,3 @@ def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
         "contacts-mesh", f"contacts: mesh '{mesh.filename}' cannot be used: {problem}", link=link
     )
     return None
-
-
-PASS = Pass(
-    "contacts", run, Options,
-    needs=("robot", "inertias", "joints", "posture"), changes=("anchors",),
-)  # fmt: skip

@@ -48,13 +48,92 @@ BEGIN = b"#VRML V2.0 utf8\n# "
 WORTH = 48 * 2**20
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class ConvertMeshes(Pass):
+    reads = ("robot", "shapes")
+    writes = ("shapes",)
+
     up_axis: Literal["apply", "ignore"] = "ignore"
     """COLLADA's ``<up_axis>``: leave the mesh as it lies, as RViz and Gazebo do, for which robots
     are made; or turn it so that z is up."""
 
     at_most: Annotated[int, Meta(gt=0, le=1_000_000)] = 256
     """MiB of all mesh files of the robot that are read: the meshes beyond are left out."""
+
+    def run(self, conversion: Conversion) -> None:
+        settings = conversion.settings
+        if settings.project is None:
+            if conversion.meshes:
+                conversion.note(
+                    "mesh-not-converted",
+                    f"{counted(len(conversion.meshes), 'mesh file')} left as they are: the .mbs "
+                    "names the .wrl files that 'output: {project: DIR}' makes of them",
+                )
+            return
+        from urdf2mbs.meshes.model import MeshError
+
+        folder = settings.project / "animationR" / "vrml"
+        uses = _uses(conversion)
+        links = _links(conversion)
+        names = _name_files(conversion.meshes, uses)
+        told: dict[str, Made] = {}
+        lost = Lost()
+        left = self.at_most * 2**20
+        counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
+        paths = {filename: conversion.packages.resolve(filename) for filename in uses}
+        there = _there(uses, names, paths, folder, self)
+        made_anew = _made_anew(uses, paths, there, self)
+        for number, (filename, looks) in enumerate(uses.items(), start=1):
+            conversion.progress(f"{filename} ({number} of {len(uses)})")
+            path = paths[filename]
+            if path is None:
+                counts["unusable"] += 1
+                lost.missing[filename] = conversion.packages.looked(filename)
+                continue
+            mesh: Converted | None = None
+            for look, shapes in looks.items():
+                target = folder / f"{names[filename, look]}.wrl"
+                old = there[filename, look]
+                if old is not None and old.made is None:
+                    lost.not_ours[filename] = str(target)
+                elif old is not None and old.made is not None and old.current:
+                    counts["kept"] += 1
+                    counts["bytes"] += old.size
+                    told[filename] = old.made
+                else:
+                    if mesh is None:
+                        if files.size(path) > left:
+                            counts["unusable"] += 1
+                            lost.too_large[filename] = f"{files.size(path) / 2**20:.3g} MiB"
+                            break
+                        try:
+                            mesh = made_anew(filename)
+                            left -= mesh.size
+                        except MeshError as error:
+                            counts["unusable"] += 1
+                            lost.unreadable[filename] = f"{path}: {error}"
+                            break
+                    told[filename], content = mesh.looks[look]
+                    for name, digest in told[filename].sources.items():
+                        files.note(path.parent / name, digest)  # another process may have read it
+                    conversion.files[target] = content
+                    for name, image in mesh.textures.items():
+                        if not files.is_file(folder / name):
+                            conversion.files[folder / name] = image
+                    counts["converted"] += 1
+                    counts["bytes"] += len(content)
+                for shape in shapes:
+                    shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.name}"
+                    x, y, z = shape.scale
+                    shape.scale = (abs(x), abs(y), abs(z))
+        _tell_lost(conversion, lost, links, self)
+        _tell(conversion, told, links)
+        conversion.report["convert-meshes"] = {
+            "folder": str(folder), **counts,
+            "lost": {
+                kind: {name: {"links": links[name], "why": why} for name, why in files.items()}
+                for kind, files in msgspec.structs.asdict(lost).items()
+            },
+        }  # fmt: skip
 
 
 class Look(msgspec.Struct, frozen=True):
@@ -104,7 +183,7 @@ class Job(msgspec.Struct, frozen=True):
 
     path: Path
     looks: tuple[Look, ...]
-    options: Options
+    options: ConvertMeshes
 
 
 class Converted(msgspec.Struct):
@@ -114,83 +193,6 @@ class Converted(msgspec.Struct):
     """Bytes of all the files that it was read from."""
     looks: dict[Look, tuple[Made, bytes]]
     textures: dict[str, bytes]
-
-
-def run(conversion: Conversion, options: Options) -> None:
-    settings = conversion.settings
-    if settings.project is None:
-        if conversion.meshes:
-            conversion.note(
-                "mesh-not-converted",
-                f"{counted(len(conversion.meshes), 'mesh file')} left as they are: the .mbs names "
-                "the .wrl files that 'output: {project: DIR}' makes of them",
-            )
-        return
-    from urdf2mbs.meshes.model import MeshError
-
-    folder = settings.project / "animationR" / "vrml"
-    uses = _uses(conversion)
-    links = _links(conversion)
-    names = _name_files(conversion.meshes, uses)
-    told: dict[str, Made] = {}
-    lost = Lost()
-    left = options.at_most * 2**20
-    counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
-    paths = {filename: conversion.packages.resolve(filename) for filename in uses}
-    there = _there(uses, names, paths, folder, options)
-    made_anew = _made_anew(uses, paths, there, options)
-    for number, (filename, looks) in enumerate(uses.items(), start=1):
-        conversion.progress(f"{filename} ({number} of {len(uses)})")
-        path = paths[filename]
-        if path is None:
-            counts["unusable"] += 1
-            lost.missing[filename] = conversion.packages.looked(filename)
-            continue
-        mesh: Converted | None = None
-        for look, shapes in looks.items():
-            target = folder / f"{names[filename, look]}.wrl"
-            old = there[filename, look]
-            if old is not None and old.made is None:
-                lost.not_ours[filename] = str(target)
-            elif old is not None and old.made is not None and old.current:
-                counts["kept"] += 1
-                counts["bytes"] += old.size
-                told[filename] = old.made
-            else:
-                if mesh is None:
-                    if files.size(path) > left:
-                        counts["unusable"] += 1
-                        lost.too_large[filename] = f"{files.size(path) / 2**20:.3g} MiB"
-                        break
-                    try:
-                        mesh = made_anew(filename)
-                        left -= mesh.size
-                    except MeshError as error:
-                        counts["unusable"] += 1
-                        lost.unreadable[filename] = f"{path}: {error}"
-                        break
-                told[filename], content = mesh.looks[look]
-                for name, digest in told[filename].sources.items():
-                    files.note(path.parent / name, digest)  # another process may have read it
-                conversion.files[target] = content
-                for name, image in mesh.textures.items():
-                    if not files.is_file(folder / name):
-                        conversion.files[folder / name] = image
-                counts["converted"] += 1
-                counts["bytes"] += len(content)
-            for shape in shapes:
-                shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.name}"
-                x, y, z = shape.scale
-                shape.scale = (abs(x), abs(y), abs(z))
-    _tell_lost(conversion, lost, links, options)
-    _tell(conversion, told, links)
-    conversion.report["convert-meshes"] = {
-        "folder": str(folder), **counts,
-        "lost": {
-            kind: {name: {"links": links[name], "why": why} for name, why in files.items()}
-            for kind, files in msgspec.structs.asdict(lost).items()
-        },
-    }  # fmt: skip
 
 
 def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
@@ -214,7 +216,7 @@ def _there(
     names: dict[tuple[str, Look], str],
     paths: dict[str, Path | None],
     folder: Path,
-    options: Options,
+    options: ConvertMeshes,
 ) -> dict[tuple[str, Look], Old | None]:
     """The .wrl files that are there already, for each look of each mesh."""
     from urdf2mbs.meshes.model import read_beside
@@ -241,7 +243,7 @@ def _made_anew(
     uses: dict[str, dict[Look, list[Shape]]],
     paths: dict[str, Path | None],
     there: dict[tuple[str, Look], Old | None],
-    options: Options,
+    options: ConvertMeshes,
 ) -> Callable[[str], Converted]:
     """What gives the meshes that are made anew, asked in the order of ``uses``: each file is read
     once, under however many names the URDF has it, and on all cores where that pays."""
@@ -349,7 +351,7 @@ def _shown_by(links: list[str]) -> str:
 
 
 def _tell_lost(
-    conversion: Conversion, lost: Lost, links: dict[str, list[str]], options: Options
+    conversion: Conversion, lost: Lost, links: dict[str, list[str]], options: ConvertMeshes
 ) -> None:
     """One warning for each reason, which names all meshes that it concerns."""
 
@@ -422,7 +424,7 @@ def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[s
         )
 
 
-def convert(mesh: Mesh, look: Look, options: Options) -> tuple[Made, bytes]:
+def convert(mesh: Mesh, look: Look, options: ConvertMeshes) -> tuple[Made, bytes]:
     """The whole .wrl, and what it was made from."""
     from urdf2mbs.meshes import vrml
     from urdf2mbs.meshes.model import turned
@@ -457,7 +459,7 @@ def made_from(content: bytes) -> Made | None:
         return None
 
 
-def is_current(made: Made, options: Options, look: Look, path: Path, folder: Path) -> bool:
+def is_current(made: Made, options: ConvertMeshes, look: Look, path: Path, folder: Path) -> bool:
     """Whether the mesh file at ``path`` would give this .wrl again."""
     from urdf2mbs.meshes.model import read_beside
 
@@ -473,6 +475,3 @@ def _digest(data: bytes | None) -> str | None:
     from hashlib import sha256  # its library takes as long to load as all our passes
 
     return None if data is None else sha256(data).hexdigest()
-
-
-PASS = Pass("convert-meshes", run, Options, needs=("robot",), changes=("shapes",))

@@ -14,7 +14,7 @@ from pathlib import PurePosixPath
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted, some
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.files import is_portable
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.mbs.names import free_name
@@ -29,21 +29,25 @@ VRML = "PRJPATH/animationR/vrml"
 _LONGEST = 150
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    stems: set[str] = set()
-    for segment in conversion.segments.values():
-        for link, pose in segment.parts.items():
-            visuals = conversion.robot.links[link].visuals
-            for number, visual in enumerate(visuals, start=1):
-                at = compose(pose, visual.origin.pose)
-                name = visual.name or (link if len(visuals) == 1 else f"{link}_{number}")
-                shape = _shape(visual.geometry, name, conversion, stems)
-                rot = multiply(at.rot, Y_ONTO_Z) if shape.kind == "cylinder" else at.rot
-                shape.position = at.xyz
-                shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
-                _colour(shape, visual.material, conversion.robot.materials)
-                segment.holder.shapes.append(shape)
-    _tell(conversion)
+class ConvertVisuals(Pass):
+    reads = ("robot", "bodies")
+    writes = ("shapes",)
+
+    def run(self, conversion: Conversion) -> None:
+        stems: set[str] = set()
+        for segment in conversion.segments.values():
+            for link, pose in segment.parts.items():
+                visuals = conversion.robot.links[link].visuals
+                for number, visual in enumerate(visuals, start=1):
+                    at = compose(pose, visual.origin.pose)
+                    name = visual.name or (link if len(visuals) == 1 else f"{link}_{number}")
+                    shape = _shape(visual.geometry, name, conversion, stems)
+                    rot = multiply(at.rot, Y_ONTO_Z) if shape.kind == "cylinder" else at.rot
+                    shape.position = at.xyz
+                    shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
+                    _colour(shape, visual.material, conversion.robot.materials)
+                    segment.holder.shapes.append(shape)
+        _tell(conversion)
 
 
 def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str]) -> Shape:
@@ -104,6 +108,3 @@ def _tell(conversion: Conversion) -> None:
 
 def _some(links: list[str]) -> str:
     return f"{counted(len(links), 'link')}: {some(links)}"
-
-
-PASS = Pass("convert-visuals", run, needs=("robot", "bodies"), gives=("shapes",))

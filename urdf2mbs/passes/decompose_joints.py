@@ -16,7 +16,7 @@ Table A.2 is corrected: the angle of its R2 is ``-atan2(z, hypot(x, y))``.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Step
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.simulation import ForceTorque
@@ -26,27 +26,31 @@ from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 ROUNDING = 1e-15
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    taken = set(conversion.robot.joints)
-    for segment in conversion.segments.values():
-        joints: list[Joint] = []
-        for step in segment.steps:
-            decompose(step)
-            for joint in step.joints:
-                if joint.name != step.joint.name:
-                    _name_apart(joint, taken)
-            joints += step.joints
-            _tell_axis(conversion, step)
-            if step.flipped:
-                conversion.names.flipped.append(step.joint.name)
-            if step.measured is not None:
-                link = step.joint.child
-                at = segment.parts.get(link) or step.frames[link]
-                conversion.simulation.force_torques.append(
-                    ForceTorque(step.measured, link, step.joints[-6:], at.rot)
-                )
-        if segment.parent is not None:
-            segment.body.joints = joints
+class DecomposeJoints(Pass):
+    reads = ("robot", "bodies")
+    writes = ("joints", "posture")
+
+    def run(self, conversion: Conversion) -> None:
+        taken = set(conversion.robot.joints)
+        for segment in conversion.segments.values():
+            joints: list[Joint] = []
+            for step in segment.steps:
+                decompose(step)
+                for joint in step.joints:
+                    if joint.name != step.joint.name:
+                        _name_apart(joint, taken)
+                joints += step.joints
+                _tell_axis(conversion, step)
+                if step.flipped:
+                    conversion.names.flipped.append(step.joint.name)
+                if step.measured is not None:
+                    link = step.joint.child
+                    at = segment.parts.get(link) or step.frames[link]
+                    conversion.simulation.force_torques.append(
+                        ForceTorque(step.measured, link, step.joints[-6:], at.rot)
+                    )
+            if segment.parent is not None:
+                segment.body.joints = joints
 
 
 def decompose(step: Step) -> None:
@@ -104,6 +108,3 @@ def _tell_axis(conversion: Conversion, step: Step) -> None:
             "axis or plane, and is taken to lie on it",
             joint=joint.name,
         )
-
-
-PASS = Pass("decompose-joints", run, needs=("robot", "bodies"), gives=("joints",))

@@ -4,24 +4,34 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.seal import seal
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    try:
-        output = conversion.settings.output
-        conversion.files[output] = seal(output, write(conversion.mbs))
-    except ValueError as error:
-        raise ConversionError(
-            "mbs-unwritable", f"robot '{conversion.robot.name}': {error}",
-            file=conversion.robot.file,
-            hint="look for huge numbers in the URDF, and for what a plugin's pass has put in",
-        ) from None  # fmt: skip
+class Emit(Pass):
+    reads = (
+        "base",
+        "bodies",
+        "inertias",
+        "joints",
+        "posture",
+        "anchors",
+        "forces",
+        "shapes",
+        "names",
+        "layout",
+        "view",
+    )
+    writes = ("mbs-file",)
 
-
-PASS = Pass(
-    "emit", run, needs=("names", "inertias", "joints", "anchors", "shapes", "layout"),
-    gives=("mbs-file",),
-)  # fmt: skip
+    def run(self, conversion: Conversion) -> None:
+        try:
+            output = conversion.settings.output
+            conversion.files[output] = seal(output, write(conversion.mbs))
+        except ValueError as error:
+            raise ConversionError(
+                "mbs-unwritable", f"robot '{conversion.robot.name}': {error}",
+                file=conversion.robot.file,
+                hint="look for huge numbers in the URDF, and for what a plugin's pass has put in",
+            ) from None  # fmt: skip

@@ -11,8 +11,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
-import msgspec
-
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted, some
@@ -21,7 +19,9 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.seal import intact
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Equations(Pass):
+    reads = ("mbs-file",)
+
     language: Literal["python", "c", "both"] | None = None
     """``python`` (for MBsysPy), ``c`` (for MBsysC) or ``both``; without it, nothing is
     generated."""
@@ -32,18 +32,17 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """In C, let one operation do its work for both of two mirrored limbs.  This takes gcc or
     clang; without it, any C compiler will do."""
 
+    def run(self, conversion: Conversion) -> None:
+        output = conversion.settings.output
+        if output not in conversion.files:
+            return
+        data = conversion.files[output]
+        if self.language is not None:
+            _write(conversion, self, data)
+        _warn_of_stale(conversion, data)
 
-def run(conversion: Conversion, options: Options) -> None:
-    output = conversion.settings.output
-    if output not in conversion.files:
-        return
-    data = conversion.files[output]
-    if options.language is not None:
-        _write(conversion, options, data)
-    _warn_of_stale(conversion, data)
 
-
-def _write(conversion: Conversion, options: Options, data: bytes) -> None:
+def _write(conversion: Conversion, options: Equations, data: bytes) -> None:
 
     from urdf2mbs.equations import generate  # which takes time, and is seldom asked for
 
@@ -106,6 +105,3 @@ def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
             hint="generate them again in MBSysPad, or move them away and make others: "
             f"urdf2mbs equations {output}",
         )
-
-
-PASS = Pass("equations", run, Options, needs=("mbs-file",))

@@ -32,7 +32,10 @@ from urdf2mbs.urdf.packages import Packages
 Solid = tuple[float, Vec, Sym]
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class EstimateInertia(Pass):
+    reads = ("robot",)
+    writes = ("robot",)
+
     density: Annotated[float, msgspec.Meta(gt=0.0, le=1e6)] | None = None
     """kg/m^3 of every link that has no inertia of its own."""
     total_mass: Annotated[float, msgspec.Meta(gt=0.0, le=1e9)] | None = None
@@ -42,11 +45,10 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     repair: bool = False
     """Replace inertias that no body can have by the nearest ones."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    if options.repair:
-        _repair(conversion)
-    _estimate(conversion, options)
+    def run(self, conversion: Conversion) -> None:
+        if self.repair:
+            _repair(conversion)
+        _estimate(conversion, self)
 
 
 #: The reader's warnings about an inertia that no body can have.
@@ -88,7 +90,7 @@ def _repair(conversion: Conversion) -> None:
     conversion.report["inertia-repair"] = repaired
 
 
-def _estimate(conversion: Conversion, options: Options) -> None:
+def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
     if options.density is None and options.total_mass is None:
         return
     if options.density is not None and options.total_mass is not None:
@@ -273,6 +275,3 @@ def _rods(joints: list[Joint], radius: float) -> tuple[Solid, str]:
 def _placed(solid: Solid, pose: Pose) -> Solid:
     volume, centre, tensor = solid
     return volume, compose(pose, Pose(centre)).xyz, rotate_inertia(pose.rot, tensor)
-
-
-PASS = Pass("estimate-inertia", run, Options, changes=("robot",))

@@ -7,22 +7,24 @@ expanded here without any ROS installed: ``$(find)``, ``$(arg)``, includes, ``lo
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.urdf.reader import expanded, read_text
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    settings = conversion.settings
-    data, expansion = expanded(
-        settings.source,
-        conversion.packages,
-        settings.xacro_args,
-        trust_xacro=settings.trust_xacro,
-    )
-    if expansion is not None:
-        conversion.expanded = expansion.text
-    conversion.robot, diagnostics = read_text(settings.source, data, expansion, settings.xacro_args)
-    conversion.diagnostics += diagnostics
+class Expand(Pass):
+    writes = ("robot",)
 
-
-PASS = Pass("expand", run, gives=("robot",))
+    def run(self, conversion: Conversion) -> None:
+        settings = conversion.settings
+        data, expansion = expanded(
+            settings.source,
+            conversion.packages,
+            settings.xacro_args,
+            trust_xacro=settings.trust_xacro,
+        )
+        if expansion is not None:
+            conversion.expanded = expansion.text
+        conversion.robot, diagnostics = read_text(
+            settings.source, data, expansion, settings.xacro_args
+        )
+        conversion.diagnostics += diagnostics

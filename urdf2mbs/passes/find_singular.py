@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.singular import Rule, Singular, find_singular
 from urdf2mbs.urdf.model import Robot
 
@@ -21,44 +21,49 @@ SHOWN = 5
 TURNING = ("revolute", "continuous")
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    rules = {
-        coupling.follower.name: Rule(coupling.leader.name, coupling.multiplier, coupling.offset)
-        for coupling in conversion.simulation.couplings
-    }
-    singular = find_singular(conversion.mbs, rules)
-    if not singular:
-        conversion.report["singular"] = []
-        return
-    owner = {name: joint for joint, names in conversion.names.coordinates.items() for name in names}
-    conversion.report["singular"] = [
-        {**msgspec.to_builtins(one), "urdf_joint": owner.get(one.joint)} for one in singular
-    ]
-    if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
-        return  # a robot without any mass has another warning
-    for code, nearly, always, where in (
-        ("singular", False, True, "at every position"),
-        ("singular", True, True, "at every position"),
-        ("singular-at-start", False, False, "at its initial position"),
-        ("singular-at-start", True, False, "at its initial position"),
-    ):
-        told = [
-            _in_urdf(one, owner)
-            for one in singular
-            if one.always == always and one.nearly == nearly
+class FindSingular(Pass):
+    reads = ("mbs-file",)
+
+    def run(self, conversion: Conversion) -> None:
+        rules = {
+            coupling.follower.name: Rule(coupling.leader.name, coupling.multiplier, coupling.offset)
+            for coupling in conversion.simulation.couplings
+        }
+        singular = find_singular(conversion.mbs, rules)
+        if not singular:
+            conversion.report["singular"] = []
+            return
+        owner = {
+            name: joint for joint, names in conversion.names.coordinates.items() for name in names
+        }
+        conversion.report["singular"] = [
+            {**msgspec.to_builtins(one), "urdf_joint": owner.get(one.joint)} for one in singular
         ]
-        if told:
-            causes = "; ".join(_causes(told, conversion.robot))
-            floats = conversion.inserted in [one.joint for one in told]
-            conversion.warn(
-                code,
-                f"the mass matrix is {'all but ' if nearly else ''}singular {where}, so Robotran "
-                f"cannot {'solve' if always else 'start'} this model: {causes}",
-                joint=None if floats else told[0].joint,
-                hint="if the robot stands on the ground: 'base: fixed'" if floats and always
-                else "give what they move mass and inertia, or make them fixed joints" if always
-                else "start from another position",
-            )  # fmt: skip
+        if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
+            return  # a robot without any mass has another warning
+        for code, nearly, always, where in (
+            ("singular", False, True, "at every position"),
+            ("singular", True, True, "at every position"),
+            ("singular-at-start", False, False, "at its initial position"),
+            ("singular-at-start", True, False, "at its initial position"),
+        ):
+            told = [
+                _in_urdf(one, owner)
+                for one in singular
+                if one.always == always and one.nearly == nearly
+            ]
+            if told:
+                causes = "; ".join(_causes(told, conversion.robot))
+                floats = conversion.inserted in [one.joint for one in told]
+                conversion.warn(
+                    code,
+                    f"the mass matrix is {'all but ' if nearly else ''}singular {where}, so "
+                    f"Robotran cannot {'solve' if always else 'start'} this model: {causes}",
+                    joint=None if floats else told[0].joint,
+                    hint="if the robot stands on the ground: 'base: fixed'" if floats and always
+                    else "give what they move mass and inertia, or make them fixed joints" if always
+                    else "start from another position",
+                )  # fmt: skip
 
 
 def _in_urdf(one: Singular, owner: dict[str, str]) -> Singular:
@@ -96,6 +101,3 @@ def _causes(told: list[Singular], robot: Robot) -> list[str]:
 def _named(names: Sequence[str]) -> str:
     shown = ", ".join(f"'{name}'" for name in names[:SHOWN])
     return f"{shown}, ..." if len(names) > SHOWN else shown
-
-
-PASS = Pass("find-singular", run, needs=("mbs-file",))

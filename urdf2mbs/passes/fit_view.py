@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import hypot
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
 from urdf2mbs.spatial import HERE, ZERO, Rot, Vec, add, from_rpy, multiply, rotate
 from urdf2mbs.urdf.model import Box, Cylinder, Mesh
@@ -14,8 +14,12 @@ from urdf2mbs.urdf.model import Box, Cylinder, Mesh
 HUMAN = 1.8
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    conversion.mbs.view = fit_view(conversion)
+class FitView(Pass):
+    reads = ("robot", "bodies", "posture")
+    writes = ("view",)
+
+    def run(self, conversion: Conversion) -> None:
+        conversion.mbs.view = fit_view(conversion)
 
 
 def fit_view(conversion: Conversion) -> View:
@@ -73,6 +77,3 @@ def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
 def _short(value: float) -> float:
     """Three significant digits: the view is for the eye, the robot is not rounded."""
     return float(f"{value:.3g}")
-
-
-PASS = Pass("fit-view", run, needs=("robot",))

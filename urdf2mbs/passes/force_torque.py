@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
@@ -19,61 +17,60 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.urdf.gazebo import FORCE_TORQUE
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class ForceTorque(Pass):
+    reads = ("robot", "bodies")
+    writes = ("bodies",)
+
     joints: list[str] = []
     """Patterns of the fixed joints that are force-torque sensors."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    sensors = [
-        (sensor, extension)
-        for extension in conversion.robot.extensions
-        for sensor in extension.sensors
-        if sensor.type == FORCE_TORQUE
-    ]
-    if not sensors and not options.joints:
-        return
-    named: dict[str, str] = {}
-    for sensor, _ in sensors:
-        named.setdefault(sensor.on, sensor.name)
-    joints = conversion.robot.joints
-    steps = {step.joint.name: step for step in conversion.steps() if not step.joint.moves}
-    chosen: dict[str, str] = {}
-    for pattern in options.joints:
-        fitting = [name for name in steps if fnmatchcase(name, pattern)]
-        if not fitting:
-            joint = joints.get(pattern)
-            why = (
-                "there is no fixed joint of that name" if joint is None
-                else f"it is {joint.type}, not fixed" if joint.moves
-                else "nothing that has mass hangs on it, so that it measures nothing"
-            )  # fmt: skip
-            raise ConfigError(
-                "force-torque-joint", f"force-torque: '{pattern}': {why}",
-                hint=nearest(pattern, steps),
-            )  # fmt: skip
-        chosen |= {name: named.get(name, name) for name in fitting}
-    names: set[str] = set()
-    for joint_name, name in chosen.items():
-        # the code finds a sensor by its name, which may stand at several joints
-        own = free_name(f"{joint_name}_{name}" if name in names else name, names)
-        names.add(own)
-        steps[joint_name].measured = own
-    conversion.simulation.used += [one for sensor, one in sensors if sensor.on in chosen]
-    left = [name for name in named if name in steps and name not in chosen]
-    if left:
-        conversion.note(
-            "force-torque",
-            f"force-torque sensors at fixed joints that are left out: {', '.join(left)}; "
-            "'passes: {force-torque: {joints: [NAME]}}' makes them, at six driven joints each",
-        )
-    moving = [name for name in named if joints[name].moves]
-    if moving:
-        conversion.note(
-            "force-torque",
-            f"force-torque sensors at joints that move are left out: {', '.join(moving)}; only at "
-            "fixed joints can they be made",
-        )
-
-
-PASS = Pass("force-torque", run, Options, needs=("robot",), changes=("bodies",))
+    def run(self, conversion: Conversion) -> None:
+        sensors = [
+            (sensor, extension)
+            for extension in conversion.robot.extensions
+            for sensor in extension.sensors
+            if sensor.type == FORCE_TORQUE
+        ]
+        if not sensors and not self.joints:
+            return
+        named: dict[str, str] = {}
+        for sensor, _ in sensors:
+            named.setdefault(sensor.on, sensor.name)
+        joints = conversion.robot.joints
+        steps = {step.joint.name: step for step in conversion.steps() if not step.joint.moves}
+        chosen: dict[str, str] = {}
+        for pattern in self.joints:
+            fitting = [name for name in steps if fnmatchcase(name, pattern)]
+            if not fitting:
+                joint = joints.get(pattern)
+                why = (
+                    "there is no fixed joint of that name" if joint is None
+                    else f"it is {joint.type}, not fixed" if joint.moves
+                    else "nothing that has mass hangs on it, so that it measures nothing"
+                )  # fmt: skip
+                raise ConfigError(
+                    "force-torque-joint", f"force-torque: '{pattern}': {why}",
+                    hint=nearest(pattern, steps),
+                )  # fmt: skip
+            chosen |= {name: named.get(name, name) for name in fitting}
+        names: set[str] = set()
+        for joint_name, name in chosen.items():
+            # the code finds a sensor by its name, which may stand at several joints
+            own = free_name(f"{joint_name}_{name}" if name in names else name, names)
+            names.add(own)
+            steps[joint_name].measured = own
+        conversion.simulation.used += [one for sensor, one in sensors if sensor.on in chosen]
+        left = [name for name in named if name in steps and name not in chosen]
+        if left:
+            conversion.note(
+                "force-torque",
+                f"force-torque sensors at fixed joints that are left out: {', '.join(left)}; "
+                "'passes: {force-torque: {joints: [NAME]}}' makes them, at six driven joints each",
+            )
+        moving = [name for name in named if joints[name].moves]
+        if moving:
+            conversion.note(
+                "force-torque",
+                f"force-torque sensors at joints that move are left out: {', '.join(moving)}; only "
+                "at fixed joints can they be made",
+            )

@@ -61,68 +61,71 @@ class SpringOptions(msgspec.Struct, forbid_unknown_fields=True):
     """Where it is at rest (m); none: as long as it is at the start position."""
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Forces(Pass):
+    reads = ("robot", "bodies", "joints", "posture")
+    writes = ("anchors", "forces")
+
     wrenches: dict[str, WrenchOptions] = {}
     """Name: ``{link, at, force, torque, start, stop}``."""
     springs: dict[str, SpringOptions] = {}
     """Name: ``{ends: [{link, at}, {link, at}], stiffness, damping, length}``."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    if not options.wrenches and not options.springs:
-        return
-    mbs, simulation = conversion.mbs, conversion.simulation
-    for name in (*options.wrenches, *options.springs):
-        if identifiers([name]) != [name]:
-            raise ConfigError(
-                "forces-name", f"forces: '{name}' cannot be a name in Robotran",
-                hint="take letters, digits and '_', a letter first",
-            )  # fmt: skip
-    # forces and links share a name space with bodies and joints, and must not take their names
-    taken = conversion.robot.links.keys() | conversion.robot.joints.keys()
-    for name, wrench in options.wrenches.items():
-        segment, point = _point(conversion, name, f"{name}_at", wrench.link, wrench.at)
-        if segment.parent is None:
-            raise ConfigError(
-                "forces-link", f"forces: '{name}' acts on link '{wrench.link}', which never moves"
-            )
-        point.extforce = Sensor(f"{name}_force" if name in taken else name, MEASURES)
-        keys = ("Fx", "Fy", "Fz", "Mx", "My", "Mz", "start", "stop")
-        values = (*wrench.force, *wrench.torque, wrench.start, wrench.stop)
-        model = _model(name, dict(zip(keys, values, strict=True)))
-        mbs.user_models.append(model)
-        simulation.wrenches.append(Wrench(point, model))
-    placement = place(mbs)
-    stiffness: dict[str, float] = {}
-    damping: dict[str, float] = {}
-    lengths: dict[str, float] = {}
-    for name, spring in options.springs.items():
-        ends: list[tuple[str | None, str | None]] = []
-        for number, end in enumerate(spring.ends, start=1):
-            segment, point = _point(conversion, name, f"{name}_{number}", end.link, end.at)
-            ends.append((None if segment.parent is None else segment.body.name, point.name))
-        own = f"{name}_spring" if name in taken else name
-        link = Connection("link", own, ends[0], ends[1])
-        mbs.links.append(link)
-        one, two = (placement.point(mbs, *end) for end in ends)
-        length = dist(one, two) if spring.length is None else spring.length
-        if dist(one, two) == 0.0:
-            raise ConfigError(
-                "forces-spring", f"forces: the ends of spring '{name}' coincide, so that its force "
-                "has no direction",
-            )  # fmt: skip
-        stiffness[own], damping[own], lengths[own] = spring.stiffness, spring.damping, length
-        simulation.springs.append(Spring(link))
-    if stiffness:
-        mbs.user_models += [
-            _model("link_stiffness", stiffness),
-            _model("link_damping", damping),
-            _model("link_length", lengths),
-        ]
-    conversion.report["forces"] = {
-        "wrenches": [wrench.point for wrench in simulation.wrenches],
-        "springs": [spring.link for spring in simulation.springs],
-    }
+    def run(self, conversion: Conversion) -> None:
+        if not self.wrenches and not self.springs:
+            return
+        mbs, simulation = conversion.mbs, conversion.simulation
+        for name in (*self.wrenches, *self.springs):
+            if identifiers([name]) != [name]:
+                raise ConfigError(
+                    "forces-name", f"forces: '{name}' cannot be a name in Robotran",
+                    hint="take letters, digits and '_', a letter first",
+                )  # fmt: skip
+        # forces and links share a name space with bodies and joints, and must not take their names
+        taken = conversion.robot.links.keys() | conversion.robot.joints.keys()
+        for name, wrench in self.wrenches.items():
+            segment, point = _point(conversion, name, f"{name}_at", wrench.link, wrench.at)
+            if segment.parent is None:
+                raise ConfigError(
+                    "forces-link",
+                    f"forces: '{name}' acts on link '{wrench.link}', which never moves",
+                )
+            point.extforce = Sensor(f"{name}_force" if name in taken else name, MEASURES)
+            keys = ("Fx", "Fy", "Fz", "Mx", "My", "Mz", "start", "stop")
+            values = (*wrench.force, *wrench.torque, wrench.start, wrench.stop)
+            model = _model(name, dict(zip(keys, values, strict=True)))
+            mbs.user_models.append(model)
+            simulation.wrenches.append(Wrench(point, model))
+        placement = place(mbs)
+        stiffness: dict[str, float] = {}
+        damping: dict[str, float] = {}
+        lengths: dict[str, float] = {}
+        for name, spring in self.springs.items():
+            ends: list[tuple[str | None, str | None]] = []
+            for number, end in enumerate(spring.ends, start=1):
+                segment, point = _point(conversion, name, f"{name}_{number}", end.link, end.at)
+                ends.append((None if segment.parent is None else segment.body.name, point.name))
+            own = f"{name}_spring" if name in taken else name
+            link = Connection("link", own, ends[0], ends[1])
+            mbs.links.append(link)
+            one, two = (placement.point(mbs, *end) for end in ends)
+            length = dist(one, two) if spring.length is None else spring.length
+            if dist(one, two) == 0.0:
+                raise ConfigError(
+                    "forces-spring", f"forces: the ends of spring '{name}' coincide, so that its "
+                    "force has no direction",
+                )  # fmt: skip
+            stiffness[own], damping[own], lengths[own] = spring.stiffness, spring.damping, length
+            simulation.springs.append(Spring(link))
+        if stiffness:
+            mbs.user_models += [
+                _model("link_stiffness", stiffness),
+                _model("link_damping", damping),
+                _model("link_length", lengths),
+            ]
+        conversion.report["forces"] = {
+            "wrenches": [wrench.point for wrench in simulation.wrenches],
+            "springs": [spring.link for spring in simulation.springs],
+        }
 
 
 def _point(
@@ -137,6 +140,3 @@ def _point(
 
 def _model(name: str, values: dict[str, float]) -> UserModel:
     return UserModel(name, [Parameter(k, "scalar", (repr(float(v)),)) for k, v in values.items()])
-
-
-PASS = Pass("forces", run, Options, needs=("robot", "joints", "posture"), changes=("anchors",))

@@ -14,50 +14,58 @@ from __future__ import annotations
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    robot = conversion.robot
-    conversion.mbs.base.gravity = conversion.settings.gravity
-    root = robot.root()
-    welded, floating = _welded_to(robot, root)
-    asked = conversion.settings.base
+class InsertBase(Pass):
+    reads = ("robot",)
+    writes = ("robot", "base")
 
-    if floating is not None:
-        conversion.floating, conversion.base_reason = False, "own joint"
-        why = f"joint '{floating}' lets it float, so none is added"
-    elif asked != "auto":
-        conversion.floating, conversion.base_reason = asked == "floating", "as asked"
-        why = "as asked for"
-    elif "world" in welded:
-        conversion.floating, conversion.base_reason = False, "world"
-        why = f"root link '{root}' is " + ("called" if root == "world" else "welded to") + " world"
-    elif not any(_mass(robot.links[link]) for link in welded):
-        conversion.floating, conversion.base_reason = False, "massless root"
-        why = f"root link '{root}' has no mass, nor has what is fixed to it"
-    else:
-        conversion.floating, conversion.base_reason = True, "free root"
-        why = f"nothing ties root link '{root}' to the world, and it has mass"
-    kind = "floating" if conversion.floating else "fixed"
-    said = why if floating is not None else f"{kind} base: {why}"
-    conversion.note("base", said, link=root)
+    def run(self, conversion: Conversion) -> None:
+        robot = conversion.robot
+        conversion.mbs.base.gravity = conversion.settings.gravity
+        root = robot.root()
+        welded, floating = _welded_to(robot, root)
+        asked = conversion.settings.base
 
-    # a robot of one link without mass must have a body, too
-    if conversion.floating or not robot.links[root].massless or not robot.joints:
-        ground = _unused("ground", robot)
-        joint = Joint(
-            name=_unused(f"{kind}_base", robot), type=kind,
-            parent=ground, child=root,
-        )  # fmt: skip
-        conversion.inserted = joint.name
-        conversion.robot = msgspec.structs.replace(
-            robot,
-            links={ground: Link(ground), **robot.links},
-            joints={joint.name: joint, **robot.joints},
-        )
+        if floating is not None:
+            conversion.floating, conversion.base_reason = False, "own joint"
+            why = f"joint '{floating}' lets it float, so none is added"
+        elif asked != "auto":
+            conversion.floating, conversion.base_reason = asked == "floating", "as asked"
+            why = "as asked for"
+        elif "world" in welded:
+            conversion.floating, conversion.base_reason = False, "world"
+            why = (
+                f"root link '{root}' is "
+                + ("called" if root == "world" else "welded to")
+                + " world"
+            )
+        elif not any(_mass(robot.links[link]) for link in welded):
+            conversion.floating, conversion.base_reason = False, "massless root"
+            why = f"root link '{root}' has no mass, nor has what is fixed to it"
+        else:
+            conversion.floating, conversion.base_reason = True, "free root"
+            why = f"nothing ties root link '{root}' to the world, and it has mass"
+        kind = "floating" if conversion.floating else "fixed"
+        said = why if floating is not None else f"{kind} base: {why}"
+        conversion.note("base", said, link=root)
+
+        # a robot of one link without mass must have a body, too
+        if conversion.floating or not robot.links[root].massless or not robot.joints:
+            ground = _unused("ground", robot)
+            joint = Joint(
+                name=_unused(f"{kind}_base", robot), type=kind,
+                parent=ground, child=root,
+            )  # fmt: skip
+            conversion.inserted = joint.name
+            conversion.robot = msgspec.structs.replace(
+                robot,
+                links={ground: Link(ground), **robot.links},
+                joints={joint.name: joint, **robot.joints},
+            )
 
 
 def _mass(link: Link) -> float:
@@ -80,6 +88,3 @@ def _welded_to(robot: Robot, root: str) -> tuple[set[str], str | None]:
 
 def _unused(name: str, robot: Robot) -> str:
     return free_name(name, robot.links.keys() | robot.joints.keys())
-
-
-PASS = Pass("insert-base", run, changes=("robot",), gives=("base",))

@@ -46,7 +46,10 @@ from urdf2mbs.urdf.model import Joint
 FASTEST = 300.0
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class JointParameters(Pass):
+    reads = ("robot", "inertias", "joints", "couplings", "posture")
+    writes = ("forces",)
+
     stops: bool = True
     """Whether joints have soft stops at their limits."""
     stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
@@ -55,55 +58,56 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     """The speed (rad/s or m/s) from which on friction is nearly constant; more for a joint that
     moves little inertia."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    # the limits of a joint that counts the other way round have changed places and signs
-    joints = conversion.robot.with_flipped(conversion.names.flipped).joints
-    held = {
-        step.joint.name: (joints.get(step.joint.name, step.joint), step.coordinates[0])
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if len(step.coordinates) == 1
-    }
-    kinds = _kinds(conversion, list(held.values()))
-    models: dict[str, dict[str, float]] = {kind: values for kind, values in kinds.items() if values}
-    switches: dict[str, float] = {}
-    wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["friction"]}
-    inertias = _inertias(conversion, wanted) if wanted else {}
-    stiff = (2 * pi * options.stop_frequency) ** 2
-    if "damping" in models:
-        switches["damping"] = 1.0
-    if "friction" in models:
-        switches["friction"] = 1.0
-        models["friction_speed"] = {
-            name: _short(max(options.friction_speed, value / (FASTEST * inertias[name])))
-            if inertias[name] > 0.0
-            else options.friction_speed
-            for name, value in models["friction"].items()
+    def run(self, conversion: Conversion) -> None:
+        # the limits of a joint that counts the other way round have changed places and signs
+        joints = conversion.robot.with_flipped(conversion.names.flipped).joints
+        held = {
+            step.joint.name: (joints.get(step.joint.name, step.joint), step.coordinates[0])
+            for segment in conversion.segments.values()
+            for step in segment.steps
+            if len(step.coordinates) == 1
         }
-    stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
-    if stopped and options.stops:
-        switches |= {"stops": 1.0, "stop_speed": 1.0}
-        models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
-    if switches:
-        models = {"joint_forces": switches, **models}
-    texts: dict[str, tuple[str, ...]] = {}
-    for model, values in models.items():
-        parameters = [
-            Parameter(name, "scalar", texts.setdefault(text := repr(value), (text,)))
-            for name, value in values.items()
-        ]
-        conversion.mbs.user_models.append(UserModel(model, parameters))
-    if models:
-        conversion.report["joint-parameters"] = models
-    if conversion.settings.project is None and {"damping", "friction"} & models.keys():
-        names = {**models.get("damping", {}), **models.get("friction", {})}
-        conversion.warn(
-            "joint-dynamics",
-            f"damping and friction of {len(names)} joints are in user models, but nothing "
-            "applies them",
-            hint="a project does: 'output: {project: DIR}'; or add them in user_JointForces",
-        )
+        kinds = _kinds(conversion, list(held.values()))
+        models: dict[str, dict[str, float]] = {
+            kind: values for kind, values in kinds.items() if values
+        }
+        switches: dict[str, float] = {}
+        wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["friction"]}
+        inertias = _inertias(conversion, wanted) if wanted else {}
+        stiff = (2 * pi * self.stop_frequency) ** 2
+        if "damping" in models:
+            switches["damping"] = 1.0
+        if "friction" in models:
+            switches["friction"] = 1.0
+            models["friction_speed"] = {
+                name: _short(max(self.friction_speed, value / (FASTEST * inertias[name])))
+                if inertias[name] > 0.0
+                else self.friction_speed
+                for name, value in models["friction"].items()
+            }
+        stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
+        if stopped and self.stops:
+            switches |= {"stops": 1.0, "stop_speed": 1.0}
+            models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
+        if switches:
+            models = {"joint_forces": switches, **models}
+        texts: dict[str, tuple[str, ...]] = {}
+        for model, values in models.items():
+            parameters = [
+                Parameter(name, "scalar", texts.setdefault(text := repr(value), (text,)))
+                for name, value in values.items()
+            ]
+            conversion.mbs.user_models.append(UserModel(model, parameters))
+        if models:
+            conversion.report["joint-parameters"] = models
+        if conversion.settings.project is None and {"damping", "friction"} & models.keys():
+            names = {**models.get("damping", {}), **models.get("friction", {})}
+            conversion.warn(
+                "joint-dynamics",
+                f"damping and friction of {len(names)} joints are in user models, but nothing "
+                "applies them",
+                hint="a project does: 'output: {project: DIR}'; or add them in user_JointForces",
+            )
 
 
 def _kinds(
@@ -204,8 +208,3 @@ def moved_inertias(model: mbs.Mbs, wanted: Container[str]) -> dict[str, float]:
 def _short(value: float) -> float:
     """Two significant digits: enough for a number that we choose and the robot does not state."""
     return float(f"{value:.2g}")
-
-
-PASS = Pass(
-    "joint-parameters", run, Options, needs=("robot", "inertias", "joints", "anchors", "posture")
-)  # fmt: skip

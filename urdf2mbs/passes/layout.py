@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-import msgspec
-
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConversionError
@@ -19,18 +17,20 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Layout(Pass):
+    reads = ("joints", "anchors", "forces", "names")
+    writes = ("layout",)
+
     style: Literal["robot", "tree", "method"] = "robot"
     """``robot`` draws a ``tree`` where the robot has no shape worth following."""
     keep: bool = False
     """Take the places from the output that is there, as you left them in MBSysPad."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    report: dict[str, Any] = {"style": arrange(conversion.mbs, options.style)}
-    if options.keep:
-        report["kept"] = _keep(conversion)
-    conversion.report["layout"] = report
+    def run(self, conversion: Conversion) -> None:
+        report: dict[str, Any] = {"style": arrange(conversion.mbs, self.style)}
+        if self.keep:
+            report["kept"] = _keep(conversion)
+        conversion.report["layout"] = report
 
 
 def _keep(conversion: Conversion) -> int:
@@ -54,6 +54,3 @@ def _keep(conversion: Conversion) -> int:
     count = len(conversion.mbs.bodies)
     conversion.note("layout-kept", f"{kept} of {count} bodies stay where '{output.name}' has them")
     return kept
-
-
-PASS = Pass("layout", run, Options, needs=("joints", "anchors", "names"), gives=("layout",))

@@ -8,49 +8,52 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted, some
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.urdf.model import Joint
 
 #: What most accounts of Robotran's generator of equations allow.
 JOINTS, CUTS, SENSORS = 80, 30, 30
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    # a fixed joint has no motion that could be damped or limited
-    joints = [joint for joint in conversion.robot.joints.values() if joint.moves]
-    kept = conversion.simulation.kept
-    _tell_mimic(conversion)
-    _tell_limits(conversion)
-    lossy = [
-        joint
-        for joint in joints
-        if joint.dynamics
-        and (joint.dynamics.damping or joint.dynamics.friction)
-        and joint.name not in kept.get("joint-dynamics", ())
-    ]
-    if lossy:
-        conversion.warn(
-            "joint-dynamics",
-            f".mbs has no joint damping or friction; left out on {_some(lossy)}",
-            hint="add them in user_JointForces",
-        )
-    for code, what, found in (
-        ("limit", "limits", [j for j in joints if j.limit]),
-        ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
-        ("calibration", "calibration", [j for j in joints if j.calibration]),
-    ):
-        found = [joint for joint in found if joint.name not in kept.get(code, ())]
-        if found:
-            conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
-    tags: dict[str, int] = {}
-    used = set(map(id, conversion.simulation.used))
-    for extension in conversion.robot.extensions:
-        if id(extension) in used:
-            continue
-        tags[extension.tag] = tags.get(extension.tag, 0) + 1
-    if tags:
-        listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
-        conversion.note("extension", f".mbs has no place for {listed}; left out")
+class LeftOut(Pass):
+    reads = ("robot", "names")
+
+    def run(self, conversion: Conversion) -> None:
+        # a fixed joint has no motion that could be damped or limited
+        joints = [joint for joint in conversion.robot.joints.values() if joint.moves]
+        kept = conversion.simulation.kept
+        _tell_mimic(conversion)
+        _tell_limits(conversion)
+        lossy = [
+            joint
+            for joint in joints
+            if joint.dynamics
+            and (joint.dynamics.damping or joint.dynamics.friction)
+            and joint.name not in kept.get("joint-dynamics", ())
+        ]
+        if lossy:
+            conversion.warn(
+                "joint-dynamics",
+                f".mbs has no joint damping or friction; left out on {_some(lossy)}",
+                hint="add them in user_JointForces",
+            )
+        for code, what, found in (
+            ("limit", "limits", [j for j in joints if j.limit]),
+            ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
+            ("calibration", "calibration", [j for j in joints if j.calibration]),
+        ):
+            found = [joint for joint in found if joint.name not in kept.get(code, ())]
+            if found:
+                conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
+        tags: dict[str, int] = {}
+        used = set(map(id, conversion.simulation.used))
+        for extension in conversion.robot.extensions:
+            if id(extension) in used:
+                continue
+            tags[extension.tag] = tags.get(extension.tag, 0) + 1
+        if tags:
+            listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
+            conversion.note("extension", f".mbs has no place for {listed}; left out")
 
 
 def _tell_limits(conversion: Conversion) -> None:
@@ -102,6 +105,3 @@ def _tell_mimic(conversion: Conversion) -> None:
 
 def _some(joints: list[Joint]) -> str:
     return f"{counted(len(joints), 'joint')}: {some(joint.name for joint in joints)}"
-
-
-PASS = Pass("left-out", run, needs=("robot", "names"))

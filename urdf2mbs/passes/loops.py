@@ -70,7 +70,10 @@ class Cut(msgspec.Struct, forbid_unknown_fields=True):
     """Of a rod (m); none: the distance at the start position."""
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Loops(Pass):
+    reads = ("robot", "bodies", "joints", "couplings", "posture")
+    writes = ("anchors", "joints", "posture", "forces")
+
     cuts: dict[str, Cut] = {}
     """Name: ``{kind: ball, rod or solid, ends: [{link, at}, {link, at}], length}``."""
     from_urdf: bool = True
@@ -78,58 +81,57 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     dependent: list[str] = []
     """Patterns of the joints to make dependent, instead of those that are chosen."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    mbs = conversion.mbs
-    cuts = dict(options.cuts)
-    doubtful: set[str] = set()
-    for extension in conversion.robot.extensions if options.from_urdf else ():
-        for joint in extension.joints:
-            if joint.name not in options.cuts:
-                _from_sdf(conversion, joint, cuts, doubtful)
-                conversion.simulation.used.append(extension)
-    if not cuts:
-        return
-    for name, cut in cuts.items():
-        if name in conversion.robot.links:
-            raise ConfigError("loops-name", f"loops: a cut and a link are both called '{name}'")
-        if cut.length is not None and cut.kind != "rod":
+    def run(self, conversion: Conversion) -> None:
+        mbs = conversion.mbs
+        cuts = dict(self.cuts)
+        doubtful: set[str] = set()
+        for extension in conversion.robot.extensions if self.from_urdf else ():
+            for joint in extension.joints:
+                if joint.name not in self.cuts:
+                    _from_sdf(conversion, joint, cuts, doubtful)
+                    conversion.simulation.used.append(extension)
+        if not cuts:
+            return
+        for name, cut in cuts.items():
+            if name in conversion.robot.links:
+                raise ConfigError("loops-name", f"loops: a cut and a link are both called '{name}'")
+            if cut.length is not None and cut.kind != "rod":
+                raise ConfigError(
+                    "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
+                    hint="only a rod has a length",
+                )  # fmt: skip
+            first, second = (_end(conversion, name, number, cut) for number in (1, 2))
+            mbs.cuts.append(Connection(cut.kind, name, first, second))
+        placement = place(mbs)
+        for connection in mbs.cuts:
+            if connection.kind == "rod":
+                given = cuts[connection.name].length
+                one, two = _ends(mbs, placement, connection)
+                connection.length = dist(one, two) if given is None else given
+        rows = [row for connection in mbs.cuts for row in _rows(conversion, placement, connection)]
+        order = _order(conversion, placement, self)
+        if doubtful:
+            rows = _without_needless(conversion, placement, doubtful)
+        dependent = independent_columns(rows, order)
+        if self.dependent and len(dependent) < rank(rows, placement):
             raise ConfigError(
-                "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
-                hint="only a rod has a length",
-            )  # fmt: skip
-        first, second = (_end(conversion, name, number, cut) for number in (1, 2))
-        mbs.cuts.append(Connection(cut.kind, name, first, second))
-    placement = place(mbs)
-    for connection in mbs.cuts:
-        if connection.kind == "rod":
-            given = cuts[connection.name].length
-            one, two = _ends(mbs, placement, connection)
-            connection.length = dist(one, two) if given is None else given
-    rows = [row for connection in mbs.cuts for row in _rows(conversion, placement, connection)]
-    order = _order(conversion, placement, options)
-    if doubtful:
-        rows = _without_needless(conversion, placement, doubtful)
-    dependent = independent_columns(rows, order)
-    if options.dependent and len(dependent) < rank(rows, placement):
-        raise ConfigError(
-            "loops-dependent",
-            f"loops: the cuts make {rank(rows, placement)} joints dependent, of which "
-            f"{len(dependent)} can be among those in 'dependent'",
-            hint="name more, or leave 'dependent' out to have them chosen",
+                "loops-dependent",
+                f"loops: the cuts make {rank(rows, placement)} joints dependent, of which "
+                f"{len(dependent)} can be among those in 'dependent'",
+                hint="name more, or leave 'dependent' out to have them chosen",
+            )
+        for index in dependent:
+            placement.joints[index].joint.nature = "dependent"
+            placement.joints[index].joint.actuated = False
+        _tell_open(conversion, placement)
+        names = [placement.joints[index].joint for index in dependent]
+        conversion.report["loops"] = {"cuts": mbs.cuts, "dependent": names}
+        conversion.note(
+            "loops",
+            f"{counted(len(mbs.cuts), 'cut')} {'makes' if len(mbs.cuts) == 1 else 'make'} "
+            f"{counted(len(names), 'joint')} dependent: "
+            f"{', '.join(joint.name for joint in names) or 'none'}",
         )
-    for index in dependent:
-        placement.joints[index].joint.nature = "dependent"
-        placement.joints[index].joint.actuated = False
-    _tell_open(conversion, placement)
-    names = [placement.joints[index].joint for index in dependent]
-    conversion.report["loops"] = {"cuts": mbs.cuts, "dependent": names}
-    conversion.note(
-        "loops",
-        f"{counted(len(mbs.cuts), 'cut')} {'makes' if len(mbs.cuts) == 1 else 'make'} "
-        f"{counted(len(names), 'joint')} dependent: "
-        f"{', '.join(joint.name for joint in names) or 'none'}",
-    )
 
 
 # --- where cuts come from ---
@@ -250,7 +252,7 @@ def _folded(
     return out
 
 
-def _order(conversion: Conversion, placement: Placement, options: Options) -> list[int]:
+def _order(conversion: Conversion, placement: Placement, options: Loops) -> list[int]:
     """The joints that may become dependent, the best first."""
     of = {
         id(joint): step.joint.name
@@ -357,9 +359,3 @@ def _tell_open(conversion: Conversion, placement: Placement) -> None:
                 "to close it",
                 hint="give a start position that closes it: 'passes: {posture: {joints: ...}}'",
             )
-
-
-PASS = Pass(
-    "loops", run, Options,
-    needs=("robot", "joints", "couplings", "posture"), changes=("anchors",),
-)  # fmt: skip

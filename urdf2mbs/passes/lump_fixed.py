@@ -10,56 +10,56 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.spatial import HERE, Pose, compose, fewest_turns, from_turns
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class LumpFixed(Pass):
+    reads = ("robot", "bodies")
+    writes = ("bodies",)
+
     keep: list[str] = []
     """Patterns of links that stay bodies, on a T3 driven at 0, though a fixed joint holds them."""
 
-
-def run(conversion: Conversion, options: Options) -> None:
-    kept: dict[str, Segment] = {}
-    moved: dict[str, tuple[Segment, Pose]] = {}
-    """Where each old segment's frame is now."""
-    still = not any(
-        s.joint.moves for segment in conversion.segments.values() for s in segment.steps
-    )
-    for segment in conversion.segments.values():
-        if segment.parent is None:
-            kept[segment.link] = segment
-            moved[segment.link] = (segment, HERE)
-            continue
-        holder, offset = moved[segment.parent]
-        steps: list[Step] = []
-        for step in segment.steps:
-            pose = compose(offset, Pose(step.xyz, from_turns(step.turns)))
-            carried = {link: compose(pose, at) for link, at in step.frames.items()}
-            needed = not steps and step is segment.steps[-1]
-            stays = needed and (_matches(segment.link, options.keep) or (still and len(kept) == 1))
-            if step.joint.moves or step.measured or stays:
-                if offset is not HERE:
-                    step.xyz, step.turns = pose.xyz, fewest_turns(pose.rot)
-                steps.append(step)
-                offset = HERE
+    def run(self, conversion: Conversion) -> None:
+        kept: dict[str, Segment] = {}
+        moved: dict[str, tuple[Segment, Pose]] = {}
+        """Where each old segment's frame is now."""
+        still = not any(
+            s.joint.moves for segment in conversion.segments.values() for s in segment.steps
+        )
+        for segment in conversion.segments.values():
+            if segment.parent is None:
+                kept[segment.link] = segment
+                moved[segment.link] = (segment, HERE)
+                continue
+            holder, offset = moved[segment.parent]
+            steps: list[Step] = []
+            for step in segment.steps:
+                pose = compose(offset, Pose(step.xyz, from_turns(step.turns)))
+                carried = {link: compose(pose, at) for link, at in step.frames.items()}
+                needed = not steps and step is segment.steps[-1]
+                stays = needed and (_matches(segment.link, self.keep) or (still and len(kept) == 1))
+                if step.joint.moves or step.measured or stays:
+                    if offset is not HERE:
+                        step.xyz, step.turns = pose.xyz, fewest_turns(pose.rot)
+                    steps.append(step)
+                    offset = HERE
+                else:
+                    # the frames after a fixed joint move with what is before it
+                    (steps[-1].frames if steps else holder.parts).update(carried)
+                    offset = pose
+            parts = {link: compose(offset, at) for link, at in segment.parts.items()}
+            if steps:
+                segment.steps, segment.parts, segment.parent = steps, parts, holder.link
+                kept[segment.link] = segment
+                moved[segment.link] = (segment, offset)
             else:
-                # the frames after a fixed joint move with what is before it
-                (steps[-1].frames if steps else holder.parts).update(carried)
-                offset = pose
-        parts = {link: compose(offset, at) for link, at in segment.parts.items()}
-        if steps:
-            segment.steps, segment.parts, segment.parent = steps, parts, holder.link
-            kept[segment.link] = segment
-            moved[segment.link] = (segment, offset)
-        else:
-            holder.parts.update(parts)
-            moved[segment.link] = (holder, offset)
-    conversion.regroup(kept)
-    _tell_ground(conversion)
+                holder.parts.update(parts)
+                moved[segment.link] = (holder, offset)
+        conversion.regroup(kept)
+        _tell_ground(conversion)
 
 
 def _matches(link: str, patterns: list[str]) -> bool:
@@ -76,6 +76,3 @@ def _tell_ground(conversion: Conversion) -> None:
             f"{mass:.6g} kg fixed to the ground have no body, as they never move: "
             f"{', '.join(heavy)}",
         )
-
-
-PASS = Pass("lump-fixed", run, Options, needs=("robot",), changes=("bodies",))

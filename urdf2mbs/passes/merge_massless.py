@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from urdf2mbs.conversion import Conversion, Segment, Step
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.spatial import (
     ROUNDING,
     ZERO,
@@ -28,27 +28,31 @@ from urdf2mbs.spatial import (
 )
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    children: dict[str, dict[str, Segment]] = {link: {} for link in conversion.segments}
-    for segment in conversion.segments.values():
-        if segment.parent is not None:
-            children[segment.parent][segment.link] = segment
-    gone: set[str] = set()
-    # from the base outwards: a body takes the joints of the massless one before it, and so on
-    for segment in conversion.segments.values():
-        if segment.parent is None or len(children[segment.link]) != 1:
-            continue
-        (body,) = children[segment.link].values()
-        if _bare(segment, conversion) and _join(segment, body, children[body.link]):
-            siblings = children[segment.parent]
-            del siblings[segment.link]
-            siblings[body.link] = body
-            body.parent = segment.parent
-            gone.add(segment.link)
-    if gone:
-        conversion.regroup(
-            {link: segment for link, segment in conversion.segments.items() if link not in gone}
-        )
+class MergeMassless(Pass):
+    reads = ("robot", "bodies")
+    writes = ("bodies",)
+
+    def run(self, conversion: Conversion) -> None:
+        children: dict[str, dict[str, Segment]] = {link: {} for link in conversion.segments}
+        for segment in conversion.segments.values():
+            if segment.parent is not None:
+                children[segment.parent][segment.link] = segment
+        gone: set[str] = set()
+        # from the base outwards: a body takes the joints of the massless one before it, and so on
+        for segment in conversion.segments.values():
+            if segment.parent is None or len(children[segment.link]) != 1:
+                continue
+            (body,) = children[segment.link].values()
+            if _bare(segment, conversion) and _join(segment, body, children[body.link]):
+                siblings = children[segment.parent]
+                del siblings[segment.link]
+                siblings[body.link] = body
+                body.parent = segment.parent
+                gone.add(segment.link)
+        if gone:
+            conversion.regroup(
+                {link: segment for link, segment in conversion.segments.items() if link not in gone}
+            )
 
 
 def _bare(segment: Segment, conversion: Conversion) -> bool:
@@ -119,6 +123,3 @@ def _commutes(shift: Vec, step: Step, axis: Vec) -> bool:
     if step.joint.type in ("prismatic", "floating"):
         return step.joint.type == "prismatic"
     return max(map(abs, cross(shift, axis))) <= ROUNDING * max(map(abs, shift))
-
-
-PASS = Pass("merge-massless", run, needs=("robot",), changes=("bodies",))

@@ -51,7 +51,10 @@ class HoldOptions(Gains, forbid_unknown_fields=True):
     """Pattern of joints: other gains for these; a later pattern overrules."""
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Posture(Pass):
+    reads = ("robot", "joints", "couplings")
+    writes = ("posture",)
+
     joints: dict[str, Coordinate] = {}
     """Pattern of joints: initial position (rad or m); a later pattern overrules."""
     srdf: str | None = None
@@ -63,30 +66,31 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     inside: bool = True
     """Whether, in a project, each joint starts within its limits."""
 
+    def run(self, conversion: Conversion) -> None:
+        asked = self.joints or self.srdf or self.state
+        settable, followers = _joints(conversion) if asked else ({}, set())
+        given = _group_state(conversion, self, settable) if self.srdf or self.state else {}
+        for pattern, value in self.joints.items():
+            names = [name for name in settable if fnmatchcase(name, pattern)]
+            if not names:
+                raise _unknown(conversion, pattern, settable, followers)
+            given |= dict.fromkeys(names, value)
+        for name, value in given.items():
+            settable[name].q = -value if name in conversion.names.flipped else value
+        _follow(conversion)
+        _keep_limits(
+            conversion, given, move=self.inside and conversion.settings.project is not None
+        )
+        if self.hold is not None:
+            conversion.simulation.hold = _hold(conversion, self.hold)
+        if given:
+            conversion.report["posture"] = given
+
 
 #: Of what a joint carries (Hz), and its damping ratio, where the config has no other.
 FREQUENCY, DAMPING_RATIO = 4.0, 0.3
 #: What a joint may be beyond its limits (rad or m): the rounding of numbers in a file.
 ROUNDING = 1e-9
-
-
-def run(conversion: Conversion, options: Options) -> None:
-    asked = options.joints or options.srdf or options.state
-    settable, followers = _joints(conversion) if asked else ({}, set())
-    given = _group_state(conversion, options, settable) if options.srdf or options.state else {}
-    for pattern, value in options.joints.items():
-        names = [name for name in settable if fnmatchcase(name, pattern)]
-        if not names:
-            raise _unknown(conversion, pattern, settable, followers)
-        given |= dict.fromkeys(names, value)
-    for name, value in given.items():
-        settable[name].q = -value if name in conversion.names.flipped else value
-    _follow(conversion)
-    _keep_limits(conversion, given, move=options.inside and conversion.settings.project is not None)
-    if options.hold is not None:
-        conversion.simulation.hold = _hold(conversion, options.hold)
-    if given:
-        conversion.report["posture"] = given
 
 
 def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
@@ -126,7 +130,7 @@ def _unknown(
 
 
 def _group_state(
-    conversion: Conversion, options: Options, settable: dict[str, Joint]
+    conversion: Conversion, options: Posture, settable: dict[str, Joint]
 ) -> dict[str, float]:
     """The positions in a ``<group_state>``; states of one name in several groups add up."""
     if options.srdf is None or options.state is None:
@@ -291,8 +295,3 @@ def _hold(conversion: Conversion, options: HoldOptions) -> list[Held]:
         ratio = next(value for value in ratios if value is not None)
         held.append(Held(joint, chosen.stiffness, chosen.damping, frequency, ratio))
     return held
-
-
-PASS = Pass(
-    "posture", run, Options, needs=("robot", "joints", "couplings"), gives=("posture",)
-)  # fmt: skip

@@ -14,39 +14,42 @@ from pathlib import Path
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import counted, some
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.seal import intact
 
 #: The generated module, where a user function loads it.
 _MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    folder = conversion.settings.project
-    if folder is None or conversion.rejected is not None:
-        return
-    from urdf2mbs.project import EQUATIONS_FIT, starters
-    from urdf2mbs.project.c import generated
-    from urdf2mbs.project.python import robot_module
+class Project(Pass):
+    reads = ("mbs-file",)
 
-    mbs = conversion.mbs
-    if "python" in conversion.settings.languages:
-        conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
-            mbs, conversion.simulation
-        )
-        conversion.files[folder / "userfctR" / "equations_fit.py"] = EQUATIONS_FIT.read_bytes()
-    if "c" in conversion.settings.languages:
-        for name, data in generated(mbs, conversion.simulation).items():
-            conversion.files[folder / "userfctR" / name] = data
-    _remove_obsolete(conversion, folder / "userfctR")
-    for language in conversion.settings.languages:
-        for path, data in starters(language, mbs.name).items():
-            conversion.starters[folder / path] = data
-    conversion.report["project"] = {
-        "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
-        "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
-    }
-    _tell_renamed(conversion)
+    def run(self, conversion: Conversion) -> None:
+        folder = conversion.settings.project
+        if folder is None or conversion.rejected is not None:
+            return
+        from urdf2mbs.project import EQUATIONS_FIT, starters
+        from urdf2mbs.project.c import generated
+        from urdf2mbs.project.python import robot_module
+
+        mbs = conversion.mbs
+        if "python" in conversion.settings.languages:
+            conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
+                mbs, conversion.simulation
+            )
+            conversion.files[folder / "userfctR" / "equations_fit.py"] = EQUATIONS_FIT.read_bytes()
+        if "c" in conversion.settings.languages:
+            for name, data in generated(mbs, conversion.simulation).items():
+                conversion.files[folder / "userfctR" / name] = data
+        _remove_obsolete(conversion, folder / "userfctR")
+        for language in conversion.settings.languages:
+            for path, data in starters(language, mbs.name).items():
+                conversion.starters[folder / path] = data
+        conversion.report["project"] = {
+            "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
+            "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
+        }
+        _tell_renamed(conversion)
 
 
 def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
@@ -82,6 +85,3 @@ def _tell_renamed(conversion: Conversion) -> None:
             f"the project is called '{new}', and your files use '{name}_robot': {', '.join(users)}",
             hint=f"change '{name}_robot' to '{new}_robot' in them, or move them away",
         )
-
-
-PASS = Pass("project", run, needs=("mbs-file",))

@@ -16,8 +16,6 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
@@ -26,35 +24,37 @@ from urdf2mbs.spatial import HERE, ZERO, Pose, compose, inverse
 from urdf2mbs.urdf.model import JOINT_TYPES, Joint
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class PruneMassless(Pass):
+    reads = ("robot", "base")
+    writes = ("bodies",)
+
     keep: list[str] = []
     """Patterns (``*`` for all) of massless links that stay, as bodies without mass."""
 
+    def run(self, conversion: Conversion) -> None:
+        robot = conversion.robot
+        root = robot.root()
+        order = robot.depth_first()
+        children = robot.children()
 
-def run(conversion: Conversion, options: Options) -> None:
-    robot = conversion.robot
-    root = robot.root()
-    order = robot.depth_first()
-    children = robot.children()
+        bodied = {
+            link.name
+            for link in robot.links.values()
+            if not link.massless or any(fnmatchcase(link.name, p) for p in self.keep)
+        }
+        needed = _with_way(bodied | {root}, order)
+        if conversion.settings.project is not None:
+            # only a project's code couples joints
+            bodied |= _leaders(conversion, needed)
+            needed = _with_way(needed | bodied, order)
+        if not any(joint.child in needed for joint in order):
+            bodied = needed = set(robot.links)
+        if all(link.massless for link in robot.links.values()):
+            _tell_no_mass(conversion)
 
-    bodied = {
-        link.name
-        for link in robot.links.values()
-        if not link.massless or any(fnmatchcase(link.name, p) for p in options.keep)
-    }
-    needed = _with_way(bodied | {root}, order)
-    if conversion.settings.project is not None:
-        # only a project's code couples joints
-        bodied |= _leaders(conversion, needed)
-        needed = _with_way(needed | bodied, order)
-    if not any(joint.child in needed for joint in order):
-        bodied = needed = set(robot.links)
-    if all(link.massless for link in robot.links.values()):
-        _tell_no_mass(conversion)
-
-    chained = _chained(conversion, order, children, bodied, needed)
-    _make_segments(conversion, root, order, needed, chained)
-    _attach_frames(conversion, order, needed, chained)
+        chained = _chained(conversion, order, children, bodied, needed)
+        _make_segments(conversion, root, order, needed, chained)
+        _attach_frames(conversion, order, needed, chained)
 
 
 def _with_way(links: set[str], order: list[Joint]) -> set[str]:
@@ -203,6 +203,3 @@ def _tell_held(conversion: Conversion, held: list[Joint]) -> None:
         link=first.child,
         hint=f'keep {"it" if one else "them"} with prune-massless: {{keep: ["*"]}}',
     )
-
-
-PASS = Pass("prune-massless", run, Options, needs=("robot", "base"), gives=("bodies",))

@@ -8,17 +8,21 @@ about the centre of mass in both.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.spatial import Sym, Vec, compose, lump, rotate_inertia
 from urdf2mbs.urdf.model import Robot
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    for segment in conversion.segments.values():
-        inertial = inertia_of(segment, conversion.robot)
-        if inertial is not None and segment.parent is not None:
-            body = segment.body
-            body.mass, body.com, body.inertia = inertial
+class ReframeInertia(Pass):
+    reads = ("robot", "bodies")
+    writes = ("inertias",)
+
+    def run(self, conversion: Conversion) -> None:
+        for segment in conversion.segments.values():
+            inertial = inertia_of(segment, conversion.robot)
+            if inertial is not None and segment.parent is not None:
+                body = segment.body
+                body.mass, body.com, body.inertia = inertial
 
 
 def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:
@@ -34,6 +38,3 @@ def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:
             at = compose(pose, inertial.origin.pose)
             inertias.append((inertial.mass, at.xyz, rotate_inertia(at.rot, inertial.inertia)))
     return lump(inertias) if inertias else None
-
-
-PASS = Pass("reframe-inertia", run, needs=("robot", "bodies"), gives=("inertias",))

@@ -10,8 +10,6 @@ The generated code has a helper for each, which knows the sensor's own axes: a p
 
 from __future__ import annotations
 
-import msgspec
-
 from urdf2mbs.conversion import Conversion, Segment, choose
 from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.hookspecs import Pass
@@ -30,7 +28,10 @@ MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
 CLOSE = 1e-6
 
 
-class Options(msgspec.Struct, forbid_unknown_fields=True):
+class Sensors(Pass):
+    reads = ("robot", "bodies")
+    writes = ("anchors",)
+
     links: list[str] = []
     """Patterns of links that get a sensor at their frame, called as they are."""
     from_urdf: bool = True
@@ -38,38 +39,37 @@ class Options(msgspec.Struct, forbid_unknown_fields=True):
     only: list[str] = []
     """Patterns of those sensors of the URDF that are taken; none: all."""
 
+    def run(self, conversion: Conversion) -> None:
+        simulation = conversion.simulation
+        wanted = _from_urdf(conversion, self) if self.from_urdf else []
+        for pattern in self.links:
+            links = choose(pattern, conversion.robot.links, "sensors-links", "sensors: no link")
+            wanted += [Sensor(link, "frame", link) for link in links]
+        if not wanted and not simulation.sensors:
+            return
+        parts = conversion.parts()
+        lost: list[str] = []
+        for name, sensor in _named_apart(conversion, wanted).items():
+            segment, at = parts.get(sensor.on, (None, HERE))
+            if segment is None or segment.parent is None:
+                # the C library overruns its memory for sensors on the base
+                lost.append(f"{name} (link '{sensor.on}')")
+                continue
+            simulation.sensors.append(_put(conversion, segment, name, sensor, at))
+        if lost:
+            conversion.warn(
+                "sensor-left-out",
+                f"{counted(len(lost), 'sensor')} left out, on links that are no part of a moving "
+                f"body: {', '.join(lost)}",
+            )
+        if simulation.sensors:
+            conversion.report["sensors"] = [
+                {"name": s.name, "kind": s.kind, "link": s.link, "point": s.point}
+                for s in simulation.sensors
+            ]
 
-def run(conversion: Conversion, options: Options) -> None:
-    simulation = conversion.simulation
-    wanted = _from_urdf(conversion, options) if options.from_urdf else []
-    for pattern in options.links:
-        links = choose(pattern, conversion.robot.links, "sensors-links", "sensors: no link")
-        wanted += [Sensor(link, "frame", link) for link in links]
-    if not wanted and not simulation.sensors:
-        return
-    parts = conversion.parts()
-    lost: list[str] = []
-    for name, sensor in _named_apart(conversion, wanted).items():
-        segment, at = parts.get(sensor.on, (None, HERE))
-        if segment is None or segment.parent is None:
-            # the C library overruns its memory for sensors on the base
-            lost.append(f"{name} (link '{sensor.on}')")
-            continue
-        simulation.sensors.append(_put(conversion, segment, name, sensor, at))
-    if lost:
-        conversion.warn(
-            "sensor-left-out",
-            f"{counted(len(lost), 'sensor')} left out, on links that are no part of a moving "
-            f"body: {', '.join(lost)}",
-        )
-    if simulation.sensors:
-        conversion.report["sensors"] = [
-            {"name": s.name, "kind": s.kind, "link": s.link, "point": s.point}
-            for s in simulation.sensors
-        ]
 
-
-def _from_urdf(conversion: Conversion, options: Options) -> list[Sensor]:
+def _from_urdf(conversion: Conversion, options: Sensors) -> list[Sensor]:
     """The sensors of motion that are wanted."""
     sensors = [
         (sensor, extension)
@@ -140,6 +140,3 @@ def _put(
     taken = name in robot.links or name in robot.joints
     point.sensor = mbs.Sensor(f"{name}_sensor" if taken else name, MEASURES)
     return PointSensor(name, sensor.type, link, point, at.rot)
-
-
-PASS = Pass("sensors", run, Options, needs=("robot",), changes=("anchors",))

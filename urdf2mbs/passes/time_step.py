@@ -28,7 +28,7 @@ from math import floor, hypot, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.simulation import Simulation
 
@@ -67,18 +67,32 @@ NAMES = {
 Models = dict[str, dict[str, float]]
 
 
-def run(conversion: Conversion, options: NoOptions) -> None:
-    simulation = conversion.simulation
-    in_project = conversion.settings.project is not None
-    if not conversion.mbs.bodies or not (simulation.hold or in_project):
-        return
-    from urdf2mbs.mbs.mass import Mass
+class TimeStep(Pass):
+    reads = (
+        "robot",
+        "base",
+        "bodies",
+        "inertias",
+        "joints",
+        "couplings",
+        "anchors",
+        "posture",
+        "forces",
+    )
+    writes = ("forces",)
 
-    mass = Mass(conversion.mbs)
-    if simulation.hold:
-        _add_hold(conversion, mass)
-    if in_project:
-        _choose(conversion, mass)
+    def run(self, conversion: Conversion) -> None:
+        simulation = conversion.simulation
+        in_project = conversion.settings.project is not None
+        if not conversion.mbs.bodies or not (simulation.hold or in_project):
+            return
+        from urdf2mbs.mbs.mass import Mass
+
+        mass = Mass(conversion.mbs)
+        if simulation.hold:
+            _add_hold(conversion, mass)
+        if in_project:
+            _choose(conversion, mass)
 
 
 # --- the gains of hold ---
@@ -269,8 +283,3 @@ def _rounded_down(value: float) -> float:
     """To two significant digits."""
     digit = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{floor(value / digit * (1 + 1e-9)) * digit:.1e}")
-
-
-PASS = Pass(
-    "time-step", run, needs=("robot", "inertias", "joints", "couplings", "anchors", "posture")
-)

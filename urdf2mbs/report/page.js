@@ -1,6 +1,5 @@
 "use strict";
 (() => {
-const THREE = MeshCat.THREE;
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 const element = (tag, kind, text) => {

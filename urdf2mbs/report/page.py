@@ -2,7 +2,7 @@
 
 The page is self-contained: it loads nothing, from no network, and its own security policy
 would not let it.  Its .mbs side is read back from the file's bytes.  three.js comes out of the
-installed package meshcat and is put in when the page is made.
+installed package jupyter-threejs-sage, which has nothing else in it.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 import json
 import re
 from html import escape
+from importlib.metadata import distribution
 from importlib.resources import files
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -31,9 +31,8 @@ from urdf2mbs.summary import report, verdict
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
 
-#: Where meshcat keeps three.js, bundled with its viewer.
-BUNDLE = "viewer/dist/main.min.js"
-LICENSES = ("viewer/LICENSE", "viewer/dist/main.min.js.THIRD_PARTY_LICENSES.json")
+#: The package that brings three.js, and where in it three.js is.
+THREE = ("jupyter-threejs-sage", "jupyter_threejs_sage/static/r130/three.min.js")
 
 
 class Page(msgspec.Struct):
@@ -50,8 +49,7 @@ def make(conversion: Conversion) -> Page:
     """The page of a conversion that has run; writes nothing.
 
     The URDF's meshes are drawn as RViz draws them, whatever convert-meshes was told, so that a
-    wrong turn shows.  Raises ConfigError where the package with three.js is not installed
-    or no .mbs was made.
+    wrong turn shows.  Raises ConfigError where no .mbs was made.
     """
     viewer, licenses = _viewer()
     settings = conversion.settings
@@ -114,24 +112,11 @@ def _own(name: str) -> str:
 
 
 def _viewer() -> tuple[str, str]:
-    """three.js as meshcat brings it, and the licences of all that is in it.
-
-    The package itself is not imported: it would start to look for a server.
-    """
-    spec = find_spec("meshcat")
-    folder = Path(spec.origin).parent if spec and spec.origin else None
-    try:
-        if folder is None:
-            raise FileNotFoundError
-        bundle = (folder / BUNDLE).read_text("utf-8")
-        licenses = "\n\n".join((folder / name).read_text("utf-8") for name in LICENSES)
-    except OSError:
-        raise ConfigError(
-            "extra-missing",
-            "the report needs the package 'meshcat', which brings three.js and is not installed",
-            hint="pip install 'urdf2mbs[report]'",
-        ) from None
-    return bundle, licenses
+    """three.js and its licence."""
+    package = distribution(THREE[0])
+    return Path(str(package.locate_file(THREE[1]))).read_text("utf-8"), package.read_text(
+        "LICENSE"
+    ) or ""
 
 
 def _script(text: str) -> str:
@@ -421,6 +406,6 @@ def _footer(conversion: Conversion, licenses: str, viewer: int, meshes: int) -> 
         f"<p>{escape(settings.source.name)} → {escape(settings.output.name)}, by urdf2mbs. "
         f"In this page: three.js {viewer / 1e6:.2f} MB, meshes and textures {meshes / 1e6:.2f} MB. "
         "It loads nothing from elsewhere.</p>"
-        "<details><summary>Licences of the 3D viewer in this page (MeshCat, three.js and what "
-        f"they contain)</summary><pre>{escape(licenses)}</pre></details>"
+        "<details><summary>Licence of three.js, which draws the 3D model</summary>"
+        f"<pre>{escape(licenses)}</pre></details>"
     )

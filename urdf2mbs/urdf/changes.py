@@ -55,7 +55,12 @@ def snapshot(robot: Robot) -> bytes:
 
     Raises TypeError or ValueError where the robot holds what a URDF cannot hold.
     """
-    return msgspec.msgpack.encode(robot, enc_hook=_plain)
+    return encode(robot)
+
+
+def encode(data: Any) -> bytes:
+    """Data as bytes that can be compared; raises TypeError or ValueError where they cannot."""
+    return msgspec.msgpack.encode(data, enc_hook=_plain)
 
 
 def _plain(value: Any) -> Any:

@@ -1,0 +1,213 @@
+"""Each order of the passes gives the same file, or is refused: what a pass changed is seen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from making import make, passes_of
+
+from urdf2mbs import convert
+from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.engine.order import check_order
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.sections import SECTIONS, changed, look
+from urdf2mbs.passes import urdf2mbs_passes
+from urdf2mbs.testing import TINY, convert_text, run_pass
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+BUILT_IN = {kind.name: kind for kind in urdf2mbs_passes()}
+PRESETS = ("faithful", "compact")
+
+#: Robots of ours, and options with which all passes have something to do.
+ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
+    "biped": (
+        CONFIGS / "biped.urdf.xacro",
+        {
+            "contacts": {"links": ["*foot*"]},
+            "posture": {"hold": {"stiffness": 300, "damping": 4}},
+            "estimate-inertia": {"total_mass": 30.0},
+            "equations": {"language": "python"},
+        },
+    ),
+    "lamp": (CONFIGS / "lamp.urdf", {}),
+    "arm": (CONFIGS / "arm.urdf.xacro", {}),
+}
+
+
+def pipeline(robot: str, preset: str | list[str], folder: Path) -> Pipeline:
+    source, options = ROBOTS[robot]
+    given = {
+        "source": str(source), "output": {"project": str(folder)}, "pipeline": preset,
+        "passes": options,
+    }  # fmt: skip
+    return Pipeline(typed(Config, given, Lines()), Lines())
+
+
+class Seen:
+    """What each pass changes."""
+
+    def __init__(self) -> None:
+        self.sections: dict[str, set[str]] = {}
+
+    @hookimpl
+    def urdf2mbs_before_pass(self, pass_: Pass, conversion: Any) -> None:
+        self.before = look(conversion)
+
+    @hookimpl
+    def urdf2mbs_after_pass(self, pass_: Pass, conversion: Any) -> None:
+        now = changed(self.before, look(conversion))
+        self.sections.setdefault(pass_.name, set()).update(now)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_built_in_passes_say_what_they_change(robot: str, preset: str, tmp_path: Path) -> None:
+    seen, whole = Seen(), pipeline(robot, preset, tmp_path)
+    whole.watch(seen)
+    whole.run()
+    for name, sections in seen.sections.items():
+        assert sections <= set(BUILT_IN[name].writes), name
+    assert set.union(*seen.sections.values()) >= set(SECTIONS) - {"base", "couplings", "posture"}
+
+
+def test_sections_are_the_words_of_the_passes() -> None:
+    words = {section for kind in BUILT_IN.values() for section in (*kind.reads, *kind.writes)}
+    assert words == set(SECTIONS)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_each_order_gives_the_same_bytes_or_is_refused(preset: str, tmp_path: Path) -> None:
+    names = passes_of(preset)
+    refused = 0
+    for name in names:
+        rest = [other for other in names if other != name]
+        for place in range(len(names)):
+            order = [*rest[:place], name, *rest[place:]]
+            if order == names:
+                pipeline("biped", order, tmp_path)
+                continue
+            with pytest.raises(ConfigError) as wrong:
+                pipeline("biped", order, tmp_path)
+            assert wrong.value.code == "wrong-order"
+            assert wrong.value.hint
+            refused += 1
+    assert refused == len(names) * (len(names) - 1)
+
+
+A = make("a", lambda c, o: None, writes=("robot",))
+B = make("b", lambda c, o: None, reads=("robot",), writes=("bodies",))
+C = make("c", lambda c, o: None, reads=("bodies",), writes=("joints",))
+D = make("d", lambda c, o: None, reads=("robot",))
+
+
+@pytest.mark.parametrize(
+    ("passes", "code", "said"),
+    [
+        ([A, B, C], "", ""),
+        ([A, B, C, D], "", ""),
+        ([A, A, B, C], "", ""),
+        ([A, D, A, B], "", "a pass that only looks is never stale"),
+        ([B], "need-not-given", "pass 'b' reads the robot, which no pass of this pipeline writes"),
+        ([B, A], "wrong-order", "pass 'b' reads the robot, which 'a' writes only later"),
+        ([A, B, A], "stale", "pass 'a' changes the robot after pass 'b' has made the bodies"),
+        ([A, B, C, B], "stale", "pass 'b' changes the bodies after pass 'c' has made the joints"),
+    ],
+)
+def test_places_of_passes_of_plugins(passes: list[type[Pass]], code: str, said: str) -> None:
+    named = [(kind.name, kind) for kind in passes]
+    if not code:
+        check_order(named, [])
+        return
+    with pytest.raises(ConfigError) as wrong:
+        check_order(named, [])
+    assert (wrong.value.code, said in wrong.value.message) == (code, True), wrong.value.message
+
+
+LATE = """
+from urdf2mbs.plugin import Pass, hookimpl
+
+class Late(Pass):
+    def run(self, conversion):
+        {change}
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Late]
+"""
+
+
+@pytest.mark.parametrize(
+    ("after", "change", "section", "reader"),
+    [
+        ("emit", "conversion.mbs.user_models.clear()", "forces", "assign-names"),
+        ("emit", "conversion.mbs.bodies[0].mass = 3.0", "inertias", "joint-parameters"),
+        ("layout", "conversion.mbs.bodies[0].points.clear()", "anchors", "assign-names"),
+        ("decompose-joints", "conversion.segments['arm'].parts.clear()", "bodies", "reframe-"),
+        ("check", "conversion.mbs.view = None", "view", "emit"),
+    ],
+)
+def test_a_change_that_comes_too_late_is_seen(
+    after: str, change: str, section: str, reader: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "late.py"
+    file.write_text(LATE.format(change=change))
+    with pytest.raises(ConversionError) as wrong:
+        run_pass("late", file, after=after)
+    assert wrong.value.code == "stale"
+    assert f"pass 'late' changes the {section} after pass '{reader}" in wrong.value.message
+    assert wrong.value.file == str(file)
+
+
+def test_a_change_in_time_is_none_of_the_order_s_business(tmp_path: Path) -> None:
+    file = tmp_path / "late.py"
+    file.write_text(LATE.format(change="conversion.mbs.bodies[0].points[0].name = 'socket'"))
+    assert b"socket" in run_pass("late", file, after="collect-anchors").data
+
+
+PRESET = """
+from urdf2mbs.plugin import hookimpl
+
+@hookimpl
+def urdf2mbs_presets():
+    return {
+        "ours": {"extends": "compact", "without": ["fit-view"],
+                 "passes": {"align-frames": {"axes": "z"}}},
+        "more": {"extends": "ours", "passes": {"align-frames": {"tolerance": 1e-6}}},
+        "round": {"extends": "trip"}, "trip": {"extends": "round"},
+        "lost": {"extends": "compakt"},
+    }
+"""
+
+
+def test_a_preset_extends_another(tmp_path: Path) -> None:
+    file = tmp_path / "presets.py"
+    file.write_text(PRESET)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+
+    def of(name: str) -> Pipeline:
+        given = {"source": "tiny.urdf", "plugins": [str(file)], "pipeline": name}
+        return Pipeline(typed(Config, given, Lines()), Lines(folder=tmp_path))
+
+    compact = passes_of("compact")
+    for name, tolerance in (("ours", None), ("more", 1e-6)):
+        passes = {step.pass_.name: step.pass_ for step in of(name).passes}
+        assert list(passes) == [name for name in compact if name != "fit-view"]
+        align: Any = passes["align-frames"]
+        assert align.axes == "z"
+        assert tolerance is None or align.tolerance == tolerance
+    for name, said in (
+        ("round", "extends itself"), ("lost", "there is no preset 'compakt', which 'lost' extends"),
+    ):  # fmt: skip
+        with pytest.raises(ConfigError, match=said):
+            of(name)
+
+
+def test_the_same_robot_by_either_preset(tmp_path: Path) -> None:
+    assert convert_text(pipeline="compact").report.verdict
+    assert convert(CONFIGS / "lamp.urdf", pipeline=passes_of("faithful")).data == (
+        convert(CONFIGS / "lamp.urdf").data
+    )

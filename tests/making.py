@@ -1,0 +1,35 @@
+"""A pass made of a function, for the plugins that tests write as text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.engine import resolve
+from urdf2mbs.engine.config import Lines
+from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.plugin import Pass, hookimpl
+
+__all__ = ["hookimpl", "make", "passes_of"]
+
+
+def passes_of(preset: str) -> list[str]:
+    """The names of the passes of a built-in preset, in their order."""
+    return resolve.preset(preset, Plugins(installed=False), Lines())[0]
+
+
+def make(
+    name: str,
+    run: Callable[[Any, Any], None],
+    *,
+    reads: tuple[str, ...] = (),
+    writes: tuple[str, ...] = (),
+) -> type[Pass]:
+    """A pass without options that calls ``run(conversion, pass)``."""
+    words = {
+        "name": name, "reads": reads, "writes": writes, "__module__": run.__module__,
+        "run": lambda self, conversion: run(conversion, self),
+    }  # fmt: skip
+    return msgspec.defstruct("Made", [], bases=(Pass,), namespace=words)  # type: ignore[return-value]
