@@ -329,8 +329,9 @@ def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
     assert set(ours["properties"]) == set(Config.__struct_fields__)
     assert all(one["description"] for one in ours["properties"].values())
     for name, definition in ours["$defs"].items():
-        for field, one in definition.get("properties", {}).items():
-            assert one.get("description"), f"{name}.{field} has no docstring"
+        if "." in name:  # of a pass
+            for field, one in definition.get("properties", {}).items():
+                assert one.get("description"), f"{name}.{field} has no docstring"
 
 
 def test_a_plugins_options_are_in_the_schema() -> None:

@@ -212,7 +212,7 @@ def test_what_is_said_of_one_preset_only_does_not_stop_the_other(
     more: str, tmp_path: Path, capsys: Any
 ) -> None:
     (tmp_path / "tiny.urdf").write_text(TINY)
-    write(tmp_path, SCALE.replace(', changes=("robot",)', "").replace("*= options.by", "*= 1"))
+    write(tmp_path, SCALE.replace('    writes = ("robot",)\n', "").replace("*= self.by", "*= 1"))
     config = tmp_path / "tiny.yaml"
     config.write_text(f"source: tiny.urdf\nplugins: [lab.py]\npipeline: compact\n{more}\n")
     assert main(["explain", str(config), "--cost"]) == 0

@@ -145,7 +145,7 @@ def urdf2mbs_passes():
     [
         ("emit", "conversion.mbs.user_models.clear()", "forces", "assign-names"),
         ("emit", "conversion.mbs.bodies[0].mass = 3.0", "inertias", "joint-parameters"),
-        ("layout", "conversion.mbs.bodies[0].points.clear()", "anchors", "assign-names"),
+        ("layout", "conversion.mbs.bodies[0].points.clear()", "anchors", "time-step"),
         ("decompose-joints", "conversion.segments['arm'].parts.clear()", "bodies", "reframe-"),
         ("check", "conversion.mbs.view = None", "view", "emit"),
     ],

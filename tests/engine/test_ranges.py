@@ -14,14 +14,14 @@ import pytest
 from msgspec.inspect import FloatType, IntType, StructType, type_info
 
 from urdf2mbs.cli import main
+from urdf2mbs.commands.schema import schema
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.kit.schema import schema
 from urdf2mbs.ranges import LARGEST_TOLERANCE, in_words
 from urdf2mbs.testing import TINY, convert_text
 
-PASSES = {name: found[0].pass_ for name, found in Plugins(installed=False).passes.items()}
+PASSES = {name: found[0].kind for name, found in Plugins(installed=False).passes.items()}
 PAGES = Path(__file__).parents[2] / "docs" / "passes"
 
 
@@ -43,7 +43,7 @@ def numbers(kind: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, 
 ALL = [
     (name, path, number)
     for name, pass_ in PASSES.items()
-    for path, number in numbers(type_info(pass_.options))
+    for path, number in numbers(type_info(pass_))
 ] + [
     ("config", path, number)
     for path, number in numbers(type_info(Config))
@@ -154,5 +154,5 @@ def test_no_tolerance_is_beyond_1e_3(name: str, tolerance: float) -> None:
 
 def test_what_is_no_number_is_still_the_wrong_type() -> None:
     with pytest.raises(ConfigError) as refused:
-        typed(PASSES["check"].options, {"tolerance": "much"}, Lines())
+        typed(PASSES["check"], {"tolerance": "much"}, Lines())
     assert refused.value.code == "config-type"

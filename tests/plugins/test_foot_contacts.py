@@ -141,7 +141,7 @@ def test_a_link_without_a_body_is_an_error() -> None:
 
 def test_too_late_is_an_error() -> None:
     with pytest.raises(
-        ConfigError, match=r"'foot-contacts' changes the anchors after pass 'assign-names' has made"
+        ConfigError, match=r"'foot-contacts' changes the anchors after pass 'time-step' has made"
     ):
         run_pass("foot-contacts", after="layout", options={"links": ["hand"]})
 

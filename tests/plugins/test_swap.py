@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from making import passes_of
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConfigError, ConversionError
-from urdf2mbs.engine.config import Lines, preset
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.testing import TINY, convert_text
 
 BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"
 #: All but check: the verdict is nobody else's.
-BUILT_IN = [name for name in preset("faithful", Lines())[0] if name != "check"]
+BUILT_IN = [name for name in passes_of("faithful") if name != "check"]
 
 STAND_IN = """
 from urdf2mbs.plugin import hookimpl

@@ -197,10 +197,14 @@ class Pipeline:
 
     def _place(self, name: str) -> str:
         """After which pass of the pipeline all that a pass needs is given."""
-        reads = set(self.plugins.passes[name][0].kind.reads)
         passes = [configured.pass_ for configured in self.passes]
-        writers = [pass_.name for pass_ in passes if reads & set(pass_.writes)]
-        return (writers or [passes[0].name])[-1]
+        first = {
+            section: place
+            for place, pass_ in reversed(list(enumerate(passes)))
+            for section in pass_.writes
+        }
+        reads = self.plugins.passes[name][0].kind.reads
+        return passes[max((first.get(section, 0) for section in reads), default=0)].name
 
     def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
         """Call a hook of all plugins, and of those who watch."""
