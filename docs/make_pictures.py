@@ -37,17 +37,19 @@ MISTAKE = '''
 from urdf2mbs.plugin import Pass, hookimpl
 
 
-def run(conversion, options):
+class Mistake(Pass):
     """Forget which way the forearm is turned."""
-    for body in conversion.mbs.bodies:
-        for joint in body.joints:
-            if joint.name.startswith("elbow_origin"):
-                joint.q = 0.6
+
+    def run(self, conversion):
+        for body in conversion.mbs.bodies:
+            for joint in body.joints:
+                if joint.name.startswith("elbow_origin"):
+                    joint.q = 0.6
 
 
 @hookimpl
 def urdf2mbs_passes():
-    return [Pass("mistake", run)]
+    return [Mistake]
 '''
 
 

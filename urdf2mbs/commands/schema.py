@@ -109,7 +109,15 @@ def _inner(kind: type) -> list[type]:
 
 
 def field_docs(kind: type) -> dict[str, str]:
-    """The docstrings that stand below the fields of a class, by field."""
+    """The docstrings that stand below the fields of a class and of its bases, by field."""
+    fields = msgspec.structs.fields(kind)
+    docs: dict[str, str] = {}
+    for base in reversed(kind.__mro__):
+        docs |= _own_docs(base)
+    return {field.name: docs[field.name] for field in fields if field.name in docs}
+
+
+def _own_docs(kind: type) -> dict[str, str]:
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
     except (OSError, TypeError, SyntaxError):
