@@ -2,7 +2,7 @@
 
     python benchmarks/equations.py [--counts | --generation | --speed] [--headers] [ROBOT ...]
 
-Without the first options all three: the table of counts in ``docs/equations.md``, of every robot
+Without the first options all three: the table of counts in ``docs/how-equations-are-made.md``, of every robot
 of ``../shared/robots``; how long the equations take to generate, which needs nothing else; and
 how fast they are.
 
@@ -222,7 +222,7 @@ def generation(names: list[str]) -> None:
 
 
 def counts(names: list[str]) -> None:
-    """Operations of each robot, as the table of ``docs/equations.md`` has them."""
+    """Operations of each robot, as the table of ``docs/how-equations-are-made.md`` has them."""
     spec = importlib.util.spec_from_file_location("robots_of_tests", TESTS / "robots.py")
     assert spec is not None
     assert spec.loader is not None
