@@ -2,9 +2,9 @@
 
     python benchmarks/equations.py [--counts | --generation | --speed] [--headers] [ROBOT ...]
 
-Without the first options all three: the table of counts in ``docs/how-equations-are-made.md``, of every robot
-of ``../shared/robots``; how long the equations take to generate, which needs nothing else; and
-how fast they are.
+Without the first options all three: the operations of every robot of ``../shared/robots``, as
+in ``docs/how-equations-are-made.md``; how long the equations take to generate, which needs nothing
+else; and how fast they are.
 
 For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus
 ``nonLinearEffects``, called from C++ on the same robot, floating, in turn in one run; of each the
