@@ -142,7 +142,7 @@ SECTIONS = [
                 "a joint follows a joint that is not one coordinate; it stays independent"
             ),
             "mimic-driven": "a joint is driven by its leader, which does not feel its inertia",
-            "posture-limit": "joints would start beyond their limits; a project starts them at a limit",
+            "posture-limit": "joints start beyond their limits; a project starts them at a limit",
             "posture-state": "a group state names a joint that has not one position",
             "time-step-softened": "numbers give way, because the time step would be below 1e-5 s",
             "time-step-short": (
