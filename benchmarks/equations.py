@@ -2,9 +2,9 @@
 
     python benchmarks/equations.py [--counts | --generation | --speed] [--headers] [ROBOT ...]
 
-Without the first options all three: the table of counts in ``docs/equations.md``, of every robot
-of ``../shared/robots``; how long the equations take to generate, which needs nothing else; and
-how fast they are.
+Without the first options all three: the operations of every robot of ``../shared/robots``, as
+in ``docs/how-equations-are-made.md``; how long the equations take to generate, which needs nothing
+else; and how fast they are.
 
 For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus
 ``nonLinearEffects``, called from C++ on the same robot, floating, in turn in one run; of each the
@@ -222,7 +222,7 @@ def generation(names: list[str]) -> None:
 
 
 def counts(names: list[str]) -> None:
-    """Operations of each robot, as the table of ``docs/equations.md`` has them."""
+    """Operations of each robot, as the table of ``docs/how-equations-are-made.md`` has them."""
     spec = importlib.util.spec_from_file_location("robots_of_tests", TESTS / "robots.py")
     assert spec is not None
     assert spec.loader is not None

@@ -1,6 +1,6 @@
-"""What MkDocs generates of the reference: commands, config, passes, hooks, Python API.
+"""The generated pages of the reference: commands, config, passes, hooks, Python API.
 
-All of it is read off the program, so none of it can be stale.
+They come from the program itself, so they cannot be stale.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ CODE = "```"
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """MkDocs calls this with all pages: the generated ones join them."""
+    """MkDocs calls this with all pages: add the generated pages."""
     from mkdocs.structure.files import File
 
     for name, text in pages().items():
@@ -38,14 +38,15 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_config(config: Any) -> Any:
-    """MkDocs calls this first: each pass has a page."""
+    """MkDocs calls this first: the reference gets the page of each pass."""
     passes = sorted(file.stem for file in (DOCS / "passes").glob("*.md"))
-    config.nav.append({"Each pass": [{name: f"passes/{name}.md"} for name in passes]})
+    reference = next(part["Reference"] for part in config.nav if "Reference" in part)
+    reference.append({"Each pass": [{name: f"passes/{name}.md"} for name in passes]})
     return config
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Code blocks without the words that are for the tests; no links to files outside docs/."""
+    """Drop words for tests from code blocks, and links to files outside docs/."""
     markdown = re.sub(r"^( *```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
     here = posixpath.dirname(page.file.src_uri)
 
@@ -113,8 +114,8 @@ def _config() -> str:
 
 
 def _passes() -> str:
-    lines = ["# Passes", "", "In the order of the alphabet; "
-             "[what a pass is, and how to write one](../passes.md).", "",
+    lines = ["# Passes", "", "All built-in passes by name. "
+             "[Passes](../passes.md) says what a pass is, and how to write one.", "",
              "| pass | | reads | writes |", "|---|---|---|---|"]  # fmt: skip
     for name, found in sorted(Plugins(installed=False).passes.items()):
         kind = found[0].kind
@@ -127,8 +128,8 @@ def _passes() -> str:
 
 
 def _hooks() -> str:
-    lines = ["# Hooks", "", "What a plugin may implement, with `hookimpl`; it takes those of the "
-             "arguments that it wants. [Passes](../passes.md) shows each at work.", ""]  # fmt: skip
+    lines = ["# Hooks", "", "A plugin implements hooks with `hookimpl`. A hook takes only the "
+             "arguments that it names. [Passes](../passes.md) has examples.", ""]  # fmt: skip
     for name, hook in vars(hookspecs).items():
         if name.startswith("urdf2mbs_"):
             lines += _function(name, hook)

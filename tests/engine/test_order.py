@@ -200,7 +200,7 @@ def test_a_preset_extends_another(tmp_path: Path) -> None:
         assert align.axes == "z"
         assert tolerance is None or align.tolerance == tolerance
     for name, said in (
-        ("round", "extends itself"), ("lost", "there is no preset 'compakt', which 'lost' extends"),
+        ("round", "preset-circle"), ("lost", "there is no preset 'compakt', which 'lost' extends"),
     ):  # fmt: skip
         with pytest.raises(ConfigError, match=said):
             of(name)

@@ -1,6 +1,6 @@
 """Robotran's equations of motion, as files of a project's ``symbolicR``, for any .mbs model.
 
-See ``docs/equations.md``.
+See ``docs/how-equations-are-made.md``.
 """
 
 from urdf2mbs.equations.constraints import constant_gaps

@@ -2,7 +2,7 @@
 
 Forces by the recursive Newton-Euler method (Luh, Walker and Paul, 1980), the mass matrix by
 composite bodies (Walker and Orin, 1982; both in Featherstone, Rigid Body Dynamics Algorithms,
-2008, chapters 5 and 6).  What is particular is in ``docs/equations.md``.
+2008, chapters 5 and 6).  What is particular is in ``docs/how-equations-are-made.md``.
 """
 
 from __future__ import annotations
