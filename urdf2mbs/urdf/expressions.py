@@ -82,7 +82,7 @@ class Guard:
             "__operate": self.operate, "__attribute": self.attribute, "__item": self.item,
             "__slice": slice, "__measured": self.measured, "__each": self.each,
         }  # fmt: skip
-        self._own = {
+        self._own: dict[str, Callable[..., Any]] = {
             "sum": self._fold(sum, partial(self.operate, "Add"), 0),
             "prod": self._fold(math.prod, partial(self.operate, "Mult"), 1),
             "lcm": self._lcm, "isinstance": _isinstance, "tokenize": _tokenize,

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from urdf2mbs import files
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import is_xacro
@@ -152,9 +151,8 @@ def parse(
 def read_file(source: Path) -> bytes:
     """The bytes of a robot's file; raises ConversionError, also where there are none."""
     file = str(source)
-    data = standard_input.taken(source)
     try:
-        data = files.read(source) if data is None else data
+        data = standard_input.read(source)
     except FileNotFoundError:
         try:
             known = [
