@@ -193,6 +193,16 @@ def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, express
     assert here == there
 
 
+@pytest.mark.parametrize("call", ["round(1, 2, 3)", "sum([1], 2, 3)", "factorial()", "prod()"])
+def test_wrong_arguments_are_those_of_the_function_that_was_called(
+    tmp_path: Path, call: str
+) -> None:
+    message = failure(tmp_path, link(call.replace("sum", "python.sum"))).message
+    assert f"{call.partition('(')[0]}() " in message
+    assert "Guard" not in message
+    assert "fold" not in message
+
+
 def test_a_format_and_a_mapping() -> None:
     names = {"x": 1.5}
     assert Guard().evaluate("'{0[1]} {a:>5} {0}'.format([1, 2], a='b')", names) == "2     b [1, 2]"

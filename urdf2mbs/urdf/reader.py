@@ -42,11 +42,7 @@ def read_robot(
 
 
 def expanded(
-    source: Path,
-    packages: Packages,
-    xacro_args: Mapping[str, str],
-    *,
-    trust_xacro: bool = False,
+    source: Path, packages: Packages, xacro_args: Mapping[str, str], *, trust_xacro: bool = False
 ) -> tuple[bytes, Expansion | None]:
     """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
 

@@ -67,9 +67,7 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
                     shape = child
     if shape is None:
         reading.warn(
-            "geometry-unknown",
-            f"<{owner.tag}> without a geometry is left out",
-            owner.sourceline,
+            "geometry-unknown", f"<{owner.tag}> without a geometry is left out", owner.sourceline
         )
         return None
     tag = shape.tag
