@@ -75,7 +75,7 @@ def test_an_attack_through_every_command(command: str, here: Path, capsys: Any) 
 def test_an_attack_through_a_folder_a_sweep_and_standard_input(
     command: str, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    """A plain URDF is data, however it comes in; with --trust-xacro the attack does what it says."""
+    """A plain URDF is data, however it comes in; --trust-xacro lets the attack through."""
     text = f'<robot name="r">\n<link name="{ATTACK}"/>\n</robot>\n'
     (here / "robots").mkdir()
     (here / "robots" / "r.urdf").write_text(text)

@@ -168,12 +168,11 @@ class Guard:
                 return value[name]
             except KeyError:
                 raise NameError(f"name '{name}' is not defined") from None
-        if isinstance(value, _DATA):
-            method = getattr(type(value), name, None)
-            if callable(method):
-                return self._method(value, name)
-            return getattr(value, name)
-        raise refused(f"the attribute '{name}' of a {type(value).__name__}")
+        if not isinstance(value, _DATA):
+            raise refused(f"the attribute '{name}' of a {type(value).__name__}")
+        if callable(getattr(type(value), name, None)):
+            return self._method(value, name)
+        return getattr(value, name)
 
     def item(self, value: Any, key: Any) -> Any:
         """``value[key]``."""
@@ -182,8 +181,8 @@ class Guard:
             return self.attribute(value, key)
         if not isinstance(value, _DATA):
             raise TypeError(f"'{type(value).__name__}' object is not subscriptable")
-        found = value[key]  # type: ignore[index]
-        return self.measured(found) if isinstance(key, slice) else found
+        part = value[key]  # type: ignore[index]
+        return self.measured(part) if isinstance(key, slice) else part
 
     def measured(self, value: Any) -> Any:
         """The same value, where it is within the bounds."""
@@ -210,6 +209,8 @@ class Guard:
             elif isinstance(value, int):
                 if value.bit_length() > MOST_BITS:
                     raise too_large("a number of so many digits")
+            elif isinstance(value, slice):
+                todo += [value.start, value.stop, value.step]
             elif isinstance(value, range):
                 size += abs(value.stop - value.start) // abs(value.step)
             elif isinstance(value, (list, tuple, set, frozenset, dict, *_VIEWS)):
@@ -254,11 +255,9 @@ class Guard:
 
         def bounded(*args: Any, **more: Any) -> Any:
             size = self._take(value)
-            for given in (*args, *more.values()):
-                if isinstance(value, (str, int)):  # 'a'.ljust(10**9), 'aa'.replace('a', ...)
-                    _check_product(
-                        size, abs(given) if isinstance(given, int) else self._take(given)
-                    )
+            # 'a'.ljust(10**9), 'aa'.replace('a', ...)
+            for given in (*args, *more.values()) if isinstance(value, (str, int)) else ():
+                _check_product(size, abs(given) if isinstance(given, int) else self._take(given))
             return method(*args, **more)
 
         return self._watched(bounded)

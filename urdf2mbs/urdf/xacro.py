@@ -321,7 +321,7 @@ class _Run:
     def check_file(self, name: str) -> None:
         """Raise ConversionError for a file outside of what the robot may read."""
         file = Path(os.path.realpath(name))
-        given = {os.path.realpath(value) for value in self.args.given.values()}
+        given = set(map(os.path.realpath, self.args.given.values()))
         if self.trust or str(file) in given or not file.exists():
             return
         source = Path(os.path.realpath(self.file))
@@ -412,9 +412,9 @@ class _Run:
         if "unbound prefix" in str(error):
             hint = 'declare xmlns:xacro="http://www.ros.org/wiki/xacro" on the root element'
             return self.fault("xacro", "the prefix xacro: is not declared", [], hint, error.lineno)
-        file = absolute(self.xacro.filestack[-1])
+        file = absolute((self.xacro.filestack or [self.file])[-1])
         try:
-            xml.explain_text(standard_input.read(Path(file)), file)
+            xml.parse(standard_input.read(Path(file)), file)
         except ConversionError as explained:
             return self.fault(explained.code, explained.message, [], explained.hint, explained.line)
         text = "not well-formed XML: it cannot be read here"

@@ -127,14 +127,6 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     return text, slips
 
 
-def explain_text(data: bytes, file: str) -> None:
-    """Raise the error for a text that another parser has refused, if ours refuses it, too."""
-    data, _ = mend(data)
-    _, log, error = _attempt(data)
-    if error is not None and not _only_prefixes(log):
-        explain(data, file, error, log, _BEGINS)
-
-
 def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
     parser = xml_lines.parser()
     try:
