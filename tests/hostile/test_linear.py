@@ -93,7 +93,6 @@ def _written(text: str, here: Path) -> None:
 
 def _message(text: str, here: Path) -> None:
     xacro._quoted(text)
-    xacro._undefined_arg([KeyError("a")], text)
     render("error", "a", text, "a", 1, None)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +68,30 @@ def test_an_attack_through_every_command(command: str, here: Path, capsys: Any) 
     assert "r.xacro:2: error[xacro-expression]: a lambda is not allowed" in capsys.readouterr().err
     assert sorted(here.iterdir()) == before
     main([*command.split(), "--trust-xacro"])
+    assert (here / "attacked").exists()
+
+
+@pytest.mark.parametrize("command", ["convert robots -o out", "run sweep.yaml", "convert -"])
+def test_an_attack_through_a_folder_a_sweep_and_standard_input(
+    command: str, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    """A plain URDF is data, however it comes in; --trust-xacro lets the attack through."""
+    text = f'<robot name="r">\n<link name="{ATTACK}"/>\n</robot>\n'
+    (here / "robots").mkdir()
+    (here / "robots" / "r.urdf").write_text(text)
+    (here / "sweep.yaml").write_text(
+        "source: robots/r.urdf\noutput: out/{a}.mbs\nsweep: {xacro_args: {a: [1]}}\n"
+    )
+
+    def run(*more: str) -> int:
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text.encode())))
+        return main([*command.split(), *more])
+
+    assert run() == 1
+    said = capsys.readouterr().err
+    assert ":2: error[xacro-expression]: a lambda is not allowed" in said
+    assert not (here / "attacked").exists()
+    run("--trust-xacro")
     assert (here / "attacked").exists()
 
 

@@ -160,6 +160,7 @@ TOO_LARGE = (
     "[1] * 999 in [[1] * 999] * 999",
     "str([['a' * 999] * 999] * 99)",
     "max(*[python.range(9999)] * 9999)",
+    "[[][a:] for a in [1]" + " for a in [(a, a, a, a, a, a, a, a)]" * 8 + "]",
 )
 
 
@@ -191,6 +192,16 @@ def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, express
     here = expand(source, Packages({}, source), {})
     there = expand(source, Packages({}, source), {}, trust=True)
     assert here == there
+
+
+@pytest.mark.parametrize("call", ["round(1, 2, 3)", "sum([1], 2, 3)", "factorial()", "prod()"])
+def test_wrong_arguments_are_those_of_the_function_that_was_called(
+    tmp_path: Path, call: str
+) -> None:
+    message = failure(tmp_path, link(call.replace("sum", "python.sum"))).message
+    assert f"{call.partition('(')[0]}() " in message
+    assert "Guard" not in message
+    assert "fold" not in message
 
 
 def test_a_format_and_a_mapping() -> None:

@@ -14,7 +14,7 @@ import msgspec
 import yaml
 from lxml import etree
 
-from urdf2mbs import files
+from urdf2mbs import files, xml_lines
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_base, add_robot, add_telling, add_trust, pairs, path
 from urdf2mbs.commands.streams import STREAM
@@ -186,9 +186,8 @@ def _arguments(names: list[str]) -> list[Argument]:
     """The arguments that xacro files declare; the comment before or beside one describes it."""
     found: dict[str, Argument] = {}
     for file in names:
-        parser = etree.XMLParser(resolve_entities=False, no_network=True, recover=True)
         try:
-            root = etree.fromstring(files.read(Path(file)), parser)
+            root = etree.fromstring(files.read(Path(file)), xml_lines.parser(recover=True))
         except (OSError, etree.XMLSyntaxError):
             continue
         for element in () if root is None else root.iter("{*}arg"):

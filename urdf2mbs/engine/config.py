@@ -262,7 +262,10 @@ def _plainly(what: str) -> str:
     said = said.replace("Expected `str` of length >= 1", f"this {_EMPTY}")
     said = said.replace(": expected `str` of length >= 1", f" {_EMPTY}")
     said = re.sub(r"`([a-z |]+)`", kinds, said)
-    said = re.sub(r"[Ee]xpected (.*), got (.*)$", r"\1 is wanted, and this is \2", said)
+    begin = re.search("[Ee]xpected ", said)
+    wanted, got, given = said[begin.end() :].rpartition(", got ") if begin else ("", "", "")
+    if begin and got:
+        said = f"{said[: begin.start()]}{wanted} is wanted, and this is {given}"
     said = re.sub(r"a list of length (\d+)", r"a list of \1", said)
     said = re.sub(r"^Invalid enum value '(.*)'$", r"'\1' is not one of its values", said)
     return said.replace("Object ", "this ")

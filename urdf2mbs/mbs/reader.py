@@ -133,10 +133,7 @@ def _schema() -> etree.RelaxNG:
 def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Element:
     if not data.strip(BLANK):
         raise ConversionError("file-empty", "the file is empty", file=file)
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, collect_ids=False,
-        remove_blank_text=remove_blank_text,
-    )  # fmt: skip
+    parser = xml_lines.parser(collect_ids=False, remove_blank_text=remove_blank_text)
     try:
         root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:

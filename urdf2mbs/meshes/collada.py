@@ -21,6 +21,7 @@ from collada.scene import loadNode
 from collada.triangleset import TriangleSet
 from lxml import etree
 
+from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.meshes.model import MOST_PARTS, UP_AXES, Mesh, MeshError, TooLargeError, add
 from urdf2mbs.meshes.model import Material as Look
@@ -139,10 +140,7 @@ def _material(mesh: Mesh, effect: Any) -> tuple[Look, str | None]:
 def load(data: bytes) -> tuple[Collada, bool, list[str]]:
     """The document, whether it has skinned parts (which are left out), and what of it is
     broken.  Raises what pycollada and lxml raise, where nothing can be read."""
-    parser = etree.XMLParser(
-        remove_comments=True, remove_pis=True, huge_tree=True,
-        resolve_entities=False, no_network=True,
-    )  # fmt: skip
+    parser = xml_lines.parser(remove_comments=True, remove_pis=True, huge_tree=True)
     root = etree.fromstring(data, parser)
     skinned = next(root.iter("{*}instance_controller"), None) is not None
     for tag in NO_SHAPES:

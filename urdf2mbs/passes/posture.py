@@ -24,7 +24,7 @@ import msgspec
 from lxml import etree
 from msgspec import Meta
 
-from urdf2mbs import files
+from urdf2mbs import files, xml_lines
 from urdf2mbs.conversion import Conversion, Step
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
@@ -139,9 +139,8 @@ def _group_state(
             hint="'srdf' names the file, 'state' a group state in it",
         )  # fmt: skip
     file = conversion.settings.folder / options.srdf
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False)
     try:
-        root = etree.fromstring(files.read(file), parser)
+        root = etree.fromstring(files.read(file), xml_lines.parser())
     except OSError as error:
         raise ConfigError(
             "posture-srdf", f"posture: cannot read '{file}': {error.strerror}"

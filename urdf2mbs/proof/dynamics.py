@@ -10,6 +10,7 @@ from typing import Any
 
 from lxml import etree
 
+from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConfigError, ConversionError, Difference
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.proof.compare import POSITIONS
@@ -186,7 +187,7 @@ def _elementary_urdf(
     are held at zero.  Numbers are parted by single blanks, since urdfdom drops an
     inertial whose numbers are parted by newlines.
     """
-    root = etree.fromstring(urdf, etree.XMLParser(remove_comments=True, resolve_entities=False))
+    root = etree.fromstring(urdf, xml_lines.parser(remove_comments=True))
     for element in root.iter():
         for name, value in element.attrib.items():
             if name not in ("name", "link"):

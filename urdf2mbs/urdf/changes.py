@@ -122,9 +122,9 @@ def _renamed(before: list[str], after: list[str]) -> dict[str, str]:
         return {}
     old, new = set(before), set(after)
     return {
-        one: two
-        for one, two in zip(before, after, strict=True)
-        if one not in new and two not in old
+        name: renamed
+        for name, renamed in zip(before, after, strict=True)
+        if name not in new and renamed not in old
     }
 
 
@@ -144,12 +144,8 @@ def _there(
 
 
 def _of_link(before: Link, after: Link) -> Iterator[Change]:
-    one, two = before.inertial, after.inertial
-    for kind, old, new in (
-        ("mass", one and one.mass, two and two.mass),
-        ("centre", one and one.origin, two and two.origin),
-        ("inertia", one and one.inertia, two and two.inertia),
-    ):
+    for kind, field in (("mass", "mass"), ("centre", "origin"), ("inertia", "inertia")):
+        old, new = getattr(before.inertial, field, None), getattr(after.inertial, field, None)
         if old != new:
             yield Change(kind, before.name, old, new)
     for kind in ("visuals", "collisions"):

@@ -72,7 +72,7 @@ def locate(source: str) -> Description:
 
 def _likely(name: str, known: list[str]) -> str | None:
     """A hint: the names that begin as this one, such as 'atlas', else the nearest."""
-    like = [one for one in known if len(name) > 1 and one.startswith(name)]
+    like = [robot for robot in known if len(name) > 1 and robot.startswith(name)]
     return f"there are: {', '.join(like[:6])}" if like else nearest(name, known)
 
 
@@ -94,4 +94,4 @@ def _names() -> list[str]:
     """The robots that the package has as a URDF."""
     from robot_descriptions import DESCRIPTIONS
 
-    return sorted(name for name, one in DESCRIPTIONS.items() if one.has_urdf)
+    return sorted(name for name, robot in DESCRIPTIONS.items() if robot.has_urdf)

@@ -16,56 +16,47 @@ LEGACY_HINT = (
     'write <xacro:{tag} ...> and declare xmlns:xacro="http://www.ros.org/wiki/xacro" on <robot>'
 )
 
+
+def _names(table: dict[str, str]) -> dict[str, frozenset[str]]:
+    return {tag: frozenset(names.split()) for tag, names in table.items()}
+
+
 #: The attributes of each element that we read; any other is reported.
-ATTRIBUTES: dict[str, frozenset[str]] = {
-    "robot": frozenset(("name", "version")),
-    "link": frozenset(("name",)),
-    "inertial": frozenset(),
-    "origin": frozenset(("xyz", "rpy")),
-    "mass": frozenset(("value",)),
-    "inertia": frozenset(("ixx", "ixy", "ixz", "iyy", "iyz", "izz")),
-    "visual": frozenset(("name",)),
-    "collision": frozenset(("name",)),
-    "geometry": frozenset(),
-    "box": frozenset(("size",)),
-    "cylinder": frozenset(("radius", "length")),
-    "sphere": frozenset(("radius",)),
-    "mesh": frozenset(("filename", "scale")),
-    "material": frozenset(("name",)),
-    "color": frozenset(("rgba",)),
-    "texture": frozenset(("filename",)),
-    "joint": frozenset(("name", "type")),
-    "parent": frozenset(("link",)),
-    "child": frozenset(("link",)),
-    "axis": frozenset(("xyz",)),
-    "limit": frozenset(("lower", "upper", "effort", "velocity")),
-    "dynamics": frozenset(("damping", "friction")),
-    "mimic": frozenset(("joint", "multiplier", "offset")),
-    "safety_controller": frozenset(
-        ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
-    ),
-    "calibration": frozenset(("rising", "falling")),
-}
+ATTRIBUTES = _names({
+    "robot": "name version",
+    "link": "name",
+    "inertial": "",
+    "origin": "xyz rpy",
+    "mass": "value",
+    "inertia": "ixx ixy ixz iyy iyz izz",
+    "visual": "name",
+    "collision": "name",
+    "geometry": "",
+    "box": "size",
+    "cylinder": "radius length",
+    "sphere": "radius",
+    "mesh": "filename scale",
+    "material": "name",
+    "color": "rgba",
+    "texture": "filename",
+    "joint": "name type",
+    "parent": "link",
+    "child": "link",
+    "axis": "xyz",
+    "limit": "lower upper effort velocity",
+    "dynamics": "damping friction",
+    "mimic": "joint multiplier offset",
+    "safety_controller": "soft_lower_limit soft_upper_limit k_position k_velocity",
+    "calibration": "rising falling",
+})  # fmt: skip
 #: The children of each element that we read, at most one of each.
-CHILDREN: dict[str, frozenset[str]] = {
-    "inertial": frozenset(("origin", "mass", "inertia")),
-    "visual": frozenset(("origin", "geometry", "material")),
-    "collision": frozenset(("origin", "geometry")),
-    "material": frozenset(("color", "texture")),
-    "joint": frozenset(
-        (
-            "origin",
-            "parent",
-            "child",
-            "axis",
-            "limit",
-            "dynamics",
-            "mimic",
-            "calibration",
-            "safety_controller",
-        )
-    ),
-}
+CHILDREN = _names({
+    "inertial": "origin mass inertia",
+    "visual": "origin geometry material",
+    "collision": "origin geometry",
+    "material": "color texture",
+    "joint": "origin parent child axis limit dynamics mimic calibration safety_controller",
+})  # fmt: skip
 #: Elements of other programs that are usual in URDF files: kept, and no warning.
 FOREIGN = frozenset(("gazebo", "transmission", "sensor", "ros2_control", "mujoco"))
 
@@ -103,16 +94,12 @@ class Elements(Messages):
     def unknown_attributes(self, element: Any) -> None:
         known = ATTRIBUTES[element.tag]
         for name in element.keys():  # noqa: SIM118 (an element iterates over its children)
-            if name in known:
-                continue
-            if name.startswith("{") or ":" in name:
-                continue
-            self.warn(
-                "unknown-attribute",
-                f"the attribute '{name}' of <{element.tag}> is not known and has no effect",
-                element.sourceline,
-                like=(name, known),
-            )
+            if name not in known and ":" not in name and not name.startswith("{"):
+                self.warn(
+                    "unknown-attribute",
+                    f"the attribute '{name}' of <{element.tag}> is not known and has no effect",
+                    element.sourceline, like=(name, known),
+                )  # fmt: skip
 
     def parts(self, element: Any) -> dict[str, Any]:
         """The children of an element by tag, the first of each; others are reported."""
@@ -130,38 +117,22 @@ class Elements(Messages):
         return parts
 
     def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
-        tag = child.tag
-        if not isinstance(tag, str):  # a comment or processing instruction
-            return
-        if self.xacro_left(child):
-            return
-        self.warn(
-            "unknown-element",
-            f"<{plain(tag)}> in <{parent}> is not known and has no effect",
-            child.sourceline,
-            like=(tag, known),
-        )
+        tag = child.tag  # that of a comment or processing instruction is a function
+        if isinstance(tag, str) and not self.xacro_left(child):
+            what = f"<{plain(tag)}> in <{parent}> is not known and has no effect"
+            self.warn("unknown-element", what, child.sourceline, like=(tag, known))
 
     def doubled(self, parent: str, child: Any) -> None:
-        self.warn(
-            "doubled-element",
-            f"more than one <{child.tag}> in <{parent}>, the first one counts",
-            child.sourceline,
-        )
+        what = f"more than one <{child.tag}> in <{parent}>, the first one counts"
+        self.warn("doubled-element", what, child.sourceline)
 
     def xacro_left(self, element: Any) -> bool:
-        """Whether an element is xacro's, which should be gone by now; it is left out with a
-        message."""
+        """True, with a message, if an element is xacro's, which should be gone by now."""
         tag = element.tag
         if is_xacro(element):
-            self.warn(
-                "xacro-macro-unknown",
-                f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro",
-                element.sourceline,
-                level="error",
-            )
-            return True
-        if tag == "property":
+            what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro"
+            self.warn("xacro-macro-unknown", what, element.sourceline, level="error")
+        elif tag == "property":
             self.legacy = self.legacy or element.get("name") or "?"
             self.warn(
                 "property-unused",
@@ -169,8 +140,7 @@ class Elements(Messages):
                 element.sourceline,
                 owner=("property", element.get("name") or ""),
             )
-            return True
-        if tag in LEGACY:
+        elif tag in LEGACY:
             self.warn(
                 "xacro-legacy",
                 f"<{tag}> without the prefix xacro: is not read by xacro any more",
@@ -178,8 +148,9 @@ class Elements(Messages):
                 hint=LEGACY_HINT.format(tag=tag),
                 level="error",
             )
-            return True
-        return False
+        else:
+            return False
+        return True
 
     def unexpanded(self, what: str, line: int | None) -> NoReturn:
         if self.legacy is not None:

@@ -2,10 +2,10 @@
 
 xacro hands each ``${...}`` to Python.  Here the tree of an expression is checked first: it may hold
 constants, names, arithmetic, comparisons, conditions, subscripts, displays, comprehensions, calls
-and attributes without an underscore, and nothing else.  Then each operation in the tree is replaced
-by a call of ``Guard``, and each function that xacro offers by one that ``Guard`` watches.  So an
-expression never reaches a function, a method or an attribute that is not on the list, and
-whatever goes into an operation or comes out of it is measured.
+and attributes without an underscore, and nothing else.  Then a call of ``Guard`` replaces each
+operation in the tree, and a function that ``Guard`` watches replaces each function that xacro
+offers.  So an expression never reaches a function, a method or an attribute that is not on the
+list, and ``Guard`` measures whatever goes into an operation or comes out of it.
 """
 
 from __future__ import annotations
@@ -38,19 +38,24 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "BitOr": operator.or_, "BitXor": operator.xor,
 }  # fmt: skip
 _NODES: tuple[type[ast.AST], ...] = (
-    ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Starred,
+    ast.Expression, ast.Constant, ast.Name, ast.Attribute, ast.Subscript, ast.Slice, ast.Starred,
     ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.keyword,
     ast.List, ast.Tuple, ast.Set, ast.Dict,
     ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp, ast.comprehension,
     ast.expr_context, ast.operator, ast.unaryop, ast.boolop, ast.cmpop,
 )  # fmt: skip
 _NAMES = {"Lambda": "a lambda", "JoinedStr": "an f-string", "NamedExpr": "an assignment"}
+#: Where Python compares or hashes values, or takes them apart, without an operation of its own.
+_MEASURED: dict[type[ast.AST], tuple[str, ...]] = {
+    ast.Compare: ("left", "comparators"), ast.Starred: ("value",), ast.keyword: ("value",),
+    ast.Dict: ("keys", "values"), ast.Set: ("elts",), ast.SetComp: ("elt",), ast.DictComp: ("key",),
+}  # fmt: skip
 _NUMBERS = (int, float, complex)
 #: The kinds of values that have methods and items.
 _DATA = (str, list, tuple, dict, set, frozenset, range, *_NUMBERS)
 _VIEWS = (KeysView, ValuesView, ItemsView)
 #: Functions that xacro offers and that reach beyond values.
-_WITHHELD = ("type", "vars")
+_WITHHELD = ("type", "vars", "issubclass")
 
 
 def refused(what: str) -> ConversionError:
@@ -74,16 +79,17 @@ class Guard:
         """The work at which the expression being evaluated has had enough."""
         self._codes: dict[str, Any] = {}
         self._operations = {
-            f"__{operation.__name__}": operation
-            for operation in (
-                self.operate,
-                self.attribute,
-                self.item,
-                self.part,
-                self.measured,
-                self.each,
-            )
-        }
+            "__operate": self.operate, "__attribute": self.attribute, "__item": self.item,
+            "__slice": slice, "__measured": self.measured, "__each": self.each,
+        }  # fmt: skip
+        self._own: dict[str, Callable[..., Any]] = {
+            "sum": self._fold(sum, partial(self.operate, "Add"), 0),
+            "prod": self._fold(math.prod, partial(self.operate, "Mult"), 1),
+            "lcm": self._lcm, "isinstance": _isinstance, "tokenize": _tokenize,
+            "round": _bounded(round, 1), "factorial": _bounded(math.factorial),
+            "comb": _bounded(math.comb), "perm": _bounded(math.perm),
+        }  # fmt: skip
+        """The functions whose work their arguments do not show, each with a bound."""
 
     def spend(self, work: int) -> None:
         """Count the work of an expression; raises ConversionError where a bound is passed."""
@@ -131,7 +137,7 @@ class Guard:
             elif name in _WITHHELD:
                 dict.__setitem__(names, name, partial(self._withhold, name))
             elif callable(value):
-                dict.__setitem__(names, name, self._watched(getattr(self, f"safe_{name}", value)))
+                dict.__setitem__(names, name, self._watched(self._own.get(name, value)))
 
     # what the tree of an expression calls
 
@@ -162,12 +168,11 @@ class Guard:
                 return value[name]
             except KeyError:
                 raise NameError(f"name '{name}' is not defined") from None
-        if isinstance(value, _DATA):
-            method = getattr(type(value), name, None)
-            if callable(method):
-                return self._method(value, name)
-            return getattr(value, name)
-        raise refused(f"the attribute '{name}' of a {type(value).__name__}")
+        if not isinstance(value, _DATA):
+            raise refused(f"the attribute '{name}' of a {type(value).__name__}")
+        if callable(getattr(type(value), name, None)):
+            return self._method(value, name)
+        return getattr(value, name)
 
     def item(self, value: Any, key: Any) -> Any:
         """``value[key]``."""
@@ -176,12 +181,8 @@ class Guard:
             return self.attribute(value, key)
         if not isinstance(value, _DATA):
             raise TypeError(f"'{type(value).__name__}' object is not subscriptable")
-        found = value[key]  # type: ignore[index]
-        return self.measured(found) if isinstance(key, slice) else found
-
-    def part(self, value: Any, first: Any, last: Any, step: Any) -> Any:
-        """``value[first:last:step]``."""
-        return self.item(value, slice(first, last, step))
+        part = value[key]  # type: ignore[index]
+        return self.measured(part) if isinstance(key, slice) else part
 
     def measured(self, value: Any) -> Any:
         """The same value, where it is within the bounds."""
@@ -208,6 +209,8 @@ class Guard:
             elif isinstance(value, int):
                 if value.bit_length() > MOST_BITS:
                     raise too_large("a number of so many digits")
+            elif isinstance(value, slice):
+                todo += [value.start, value.stop, value.step]
             elif isinstance(value, range):
                 size += abs(value.stop - value.start) // abs(value.step)
             elif isinstance(value, (list, tuple, set, frozenset, dict, *_VIEWS)):
@@ -252,53 +255,50 @@ class Guard:
 
         def bounded(*args: Any, **more: Any) -> Any:
             size = self._take(value)
-            for given in (*args, *more.values()):
-                if isinstance(value, (str, int)):  # 'a'.ljust(10**9), 'aa'.replace('a', ...)
-                    _check_product(
-                        size, abs(given) if isinstance(given, int) else self._take(given)
-                    )
+            # 'a'.ljust(10**9), 'aa'.replace('a', ...)
+            for given in (*args, *more.values()) if isinstance(value, (str, int)) else ():
+                _check_product(size, abs(given) if isinstance(given, int) else self._take(given))
             return method(*args, **more)
 
         return self._watched(bounded)
 
-    def safe_isinstance(self, value: Any, kinds: Any) -> bool:
-        kinds = kinds if isinstance(kinds, tuple) else (kinds,)
-        return isinstance(value, tuple(kind.__wrapped__ for kind in kinds))
+    def _fold(
+        self, function: Callable[..., Any], operate: Callable[[Any, Any], Any], empty: int
+    ) -> Callable[..., Any]:
+        @wraps(function)
+        def fold(items: Iterable[Any], start: Any = empty) -> Any:
+            return reduce(operate, items, start)
 
-    def safe_issubclass(self, kind: Any, kinds: Any) -> bool:
-        kinds = kinds if isinstance(kinds, tuple) else (kinds,)
-        return issubclass(kind.__wrapped__, tuple(kind.__wrapped__ for kind in kinds))
+        return fold
 
-    def safe_sum(self, items: Iterable[Any], start: Any = 0) -> Any:
-        return reduce(lambda left, right: self.operate("Add", left, right), items, start)
-
-    def safe_prod(self, items: Iterable[Any], start: Any = 1) -> Any:
-        return reduce(lambda left, right: self.operate("Mult", left, right), items, start)
-
-    def safe_lcm(self, *numbers: int) -> int:
+    def _lcm(self, *numbers: int) -> int:
         return reduce(lambda left, right: self.measured(math.lcm(left, right)), numbers, 1)
 
-    def safe_round(self, number: Any, digits: int | None = None) -> Any:
-        _check_steep(digits or 0)
-        return round(number, digits)
 
-    def safe_factorial(self, number: int) -> int:
-        _check_steep(number)
-        return math.factorial(number)
+def _bounded(function: Callable[..., Any], first: int = 0) -> Callable[..., Any]:
+    """A function whose result has as many digits as its arguments from ``first`` on say."""
 
-    def safe_comb(self, number: int, chosen: int) -> int:
-        _check_steep(number)
-        return math.comb(number, chosen)
+    @wraps(function)
+    def bounded(*args: Any, **more: Any) -> Any:
+        for number in (*args[first:], *more.values()):
+            if isinstance(number, int) and abs(number) > MOST_BITS:
+                raise too_large("a number of so many digits")
+        return function(*args, **more)
 
-    def safe_perm(self, number: int, chosen: int | None = None) -> int:
-        _check_steep(number)
-        return math.perm(number, chosen)
+    return bounded
 
-    def safe_tokenize(self, text: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
-        if "]" in sep:  # it is a set of letters in a pattern
-            raise refused("']' among the letters of tokenize")
-        words = re.split(f"[{sep}]", text)
-        return [word for word in words if word] if skip_empty else words
+
+@wraps(isinstance)
+def _isinstance(value: Any, kinds: Any) -> bool:
+    kinds = kinds if isinstance(kinds, tuple) else (kinds,)
+    return isinstance(value, tuple(kind.__wrapped__ for kind in kinds))
+
+
+def _tokenize(s: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
+    if "]" in sep:  # it is a set of letters in a pattern
+        raise refused("']' among the letters of tokenize")
+    words = re.split(f"[{sep}]", s)
+    return [word for word in words if word] if skip_empty else words
 
 
 class _Format(Formatter):
@@ -324,11 +324,6 @@ def _check_product(size: int, more: int) -> None:
         raise too_large("so long a text")
 
 
-def _check_steep(number: int) -> None:
-    if abs(number) > MOST_BITS:
-        raise too_large("a number of so many digits")
-
-
 class _Checked(ast.NodeTransformer):
     """A tree with nothing but the nodes that are allowed, whose operations are ``Guard``'s."""
 
@@ -336,7 +331,13 @@ class _Checked(ast.NodeTransformer):
         if not isinstance(node, _NODES):
             name = type(node).__name__
             raise refused(_NAMES.get(name, f"'{name}' of Python"))
-        return super().visit(node)
+        checked = super().visit(node)
+        if isinstance(getattr(node, "ctx", ast.Load()), ast.Load):
+            for field in _MEASURED.get(type(node), ()):
+                part = getattr(node, field)
+                part = list(map(_measured, part)) if isinstance(part, list) else _measured(part)
+                setattr(node, field, part)
+        return checked
 
     def visit_Constant(self, node: ast.Constant) -> Any:
         if not isinstance(node.value, (str, *_NUMBERS, type(None))):
@@ -354,51 +355,15 @@ class _Checked(ast.NodeTransformer):
         return self._call(node, "__attribute", node.value, ast.Constant(node.attr))
 
     def visit_Subscript(self, node: ast.Subscript) -> Any:
-        key = node.slice
-        if not isinstance(key, ast.Slice):
-            return self._call(node, "__item", node.value, key)
-        ends = [end or ast.Constant(None) for end in (key.lower, key.upper, key.step)]
-        return self._call(node, "__part", node.value, *ends)
+        return self._call(node, "__item", node.value, node.slice)
+
+    def visit_Slice(self, node: ast.Slice) -> Any:
+        ends = [end or ast.Constant(None) for end in (node.lower, node.upper, node.step)]
+        return self._call(node, "__slice", *ends)
 
     def visit_BinOp(self, node: ast.BinOp) -> Any:
         name = ast.Constant(type(node.op).__name__)
         return self._call(node, "__operate", name, node.left, node.right)
-
-    def visit_Compare(self, node: ast.Compare) -> Any:
-        self.generic_visit(node)
-        node.left = _measured(node.left)
-        node.comparators = list(map(_measured, node.comparators))
-        return node
-
-    def visit_Starred(self, node: ast.Starred) -> Any:
-        self.generic_visit(node)
-        if isinstance(node.ctx, ast.Load):
-            node.value = _measured(node.value)
-        return node
-
-    def visit_Dict(self, node: ast.Dict) -> Any:
-        for at, (key, value) in enumerate(zip(node.keys, node.values, strict=True)):
-            node.values[at] = self.visit(value)
-            if key is None:  # **value
-                node.values[at] = _measured(node.values[at])
-            else:
-                node.keys[at] = _measured(self.visit(key))
-        return node
-
-    def visit_Set(self, node: ast.Set) -> Any:
-        self.generic_visit(node)
-        node.elts = list(map(_measured, node.elts))
-        return node
-
-    def visit_SetComp(self, node: ast.SetComp) -> Any:
-        self.generic_visit(node)
-        node.elt = _measured(node.elt)
-        return node
-
-    def visit_DictComp(self, node: ast.DictComp) -> Any:
-        self.generic_visit(node)
-        node.key = _measured(node.key)
-        return node
 
     def visit_GeneratorExp(self, node: ast.GeneratorExp) -> Any:
         self.generic_visit(node)
@@ -411,20 +376,14 @@ class _Checked(ast.NodeTransformer):
         node.iter = ast.Call(ast.Name("__each", ast.Load()), [node.iter], [])
         return node
 
-    def visit_keyword(self, node: ast.keyword) -> Any:
-        self.generic_visit(node)
-        if node.arg is None:
-            node.value = _measured(node.value)
-        return node
-
     def _call(self, node: ast.AST, name: str, *args: ast.expr) -> ast.expr:
         if not isinstance(getattr(node, "ctx", ast.Load()), ast.Load):
             raise refused("a change of a value")
         return ast.Call(ast.Name(name, ast.Load()), [self.visit(arg) for arg in args], [])
 
 
-def _measured(node: ast.expr) -> ast.expr:
-    # Python warns of some comparisons of constants
-    if isinstance(node, (ast.Constant, ast.Starred)):
+def _measured(node: ast.expr | None) -> ast.expr | None:
+    # Python warns of some comparisons of constants; ** has no key
+    if node is None or isinstance(node, (ast.Constant, ast.Starred)):
         return node
     return ast.Call(ast.Name("__measured", ast.Load()), [node], [])

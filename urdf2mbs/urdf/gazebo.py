@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from math import radians
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
@@ -36,7 +36,7 @@ from urdf2mbs.spatial import (
 )
 from urdf2mbs.urdf.elements import plain
 from urdf2mbs.urdf.model import ClosingJoint, Extension, Sensor
-from urdf2mbs.urdf.values import shown
+from urdf2mbs.urdf.values import quote
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -84,9 +84,8 @@ def read_sensor(reading: Reading, element: Any, extension: Extension) -> None:
     name = element.get("name") or ""
     if not name:
         name = f"{on}_{kind}"
-        reading.warn(
-            "sensor-renamed", f"a sensor has no name, and is called '{name}'", element.sourceline
-        )
+        what = f"a sensor has no name, and is called '{name}'"
+        reading.warn("sensor-renamed", what, element.sourceline)
     sensor = Sensor(name, kind, on or "", line=element.sourceline)
     origin = element.find("origin")
     with _left_out(reading, "sensor", sensor, extension.sensors):
@@ -120,8 +119,8 @@ def read_pose(reading: Reading, element: Any) -> tuple[Pose, str | None]:
     words, rotation = text(element), element.get("rotation_format", "euler_rpy")
     degrees = truth(reading, element, "degrees", element.get("degrees", "false"))
     if rotation not in ("euler_rpy", "quat_xyzw"):
-        what = f"rotation_format of <pose> is {shown(rotation)}"
-        _fail(reading, element, what, "write euler_rpy or quat_xyzw")
+        what = f"rotation_format of <pose> is {quote(rotation)}"
+        reading.fail("number-invalid", what, element, "write euler_rpy or quat_xyzw")
     if not words:
         return HERE, relative_to
     if rotation == "euler_rpy":
@@ -130,9 +129,13 @@ def read_pose(reading: Reading, element: Any) -> tuple[Pose, str | None]:
         return Pose((x, y, z), from_rpy((roll, pitch, yaw))), relative_to
     x, y, z, *quaternion = reading.numbers(element, "the text", words, 7)
     if degrees:
-        _fail(reading, element, "<pose> is a quaternion in degrees", "leave 'degrees' out")
+        reading.fail(
+            "number-invalid", "<pose> is a quaternion in degrees", element, "leave 'degrees' out"
+        )
     if not any(quaternion):
-        _fail(reading, element, "<pose> has the quaternion zero", "no rotation is 0 0 0 1")
+        reading.fail(
+            "number-invalid", "<pose> has the quaternion zero", element, "no rotation is 0 0 0 1"
+        )
     return Pose((x, y, z), from_quaternion(*quaternion)), relative_to
 
 
@@ -145,7 +148,7 @@ def read_axis(reading: Reading, element: Any) -> tuple[Vec, str | None]:
         return (0.0, 0.0, 1.0), MODEL if model else None
     x, y, z = reading.numbers(xyz, "the text", text(xyz), 3)
     if (x, y, z) == ZERO:
-        _fail(reading, xyz, "<axis> is zero", "give a direction, such as 0 0 1")
+        reading.fail("number-invalid", "<axis> is zero", xyz, "give a direction, such as 0 0 1")
     return (x, y, z), xyz.get("expressed_in") or (MODEL if model else None)
 
 
@@ -157,8 +160,8 @@ def text(element: Any) -> str:
 def truth(reading: Reading, element: Any, what: str, word: str) -> bool:
     """A truth value of SDF."""
     if word.lower() not in TRUTH:
-        what = f"{what} of <{element.tag}> is {shown(word)}"
-        _fail(reading, element, what, "write true or false")
+        what = f"{what} of <{element.tag}> is {quote(word)}"
+        reading.fail("number-invalid", what, element, "write true or false")
     return TRUTH[word.lower()]
 
 
@@ -189,12 +192,8 @@ def check_extensions(reading: Reading, robot: Robot) -> None:
                 ]
         for name in extension.motors:
             if name not in robot.joints:
-                reading.warn(
-                    "actuator-unknown",
-                    f"<{extension.tag}> is for joint '{name}', which does not exist",
-                    extension.line,
-                    like=(name, robot.joints),
-                )
+                what = f"<{extension.tag}> is for joint '{name}', which does not exist"
+                reading.warn("actuator-unknown", what, extension.line, like=(name, robot.joints))
 
 
 def _settle(
@@ -228,10 +227,6 @@ def _check(
             "'base: fixed' ties the root link to the world" if name == "world"
             else nearest(name, known),
         )  # fmt: skip
-
-
-def _fail(reading: Reading, element: Any, what: str, hint: str) -> NoReturn:
-    reading.fail("number-invalid", what, element, hint)
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
@@ -15,15 +15,14 @@ from urdf2mbs.urdf.model import (
     Mimic,
     SafetyController,
 )
-from urdf2mbs.urdf.values import shown
+from urdf2mbs.urdf.tree import loops
+from urdf2mbs.urdf.values import quote
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from urdf2mbs.urdf.model import Robot
     from urdf2mbs.urdf.values import Reading
-
-_Part = TypeVar("_Part")
 
 
 def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None:
@@ -37,33 +36,23 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
     if kind not in JOINT_TYPES:
         types = ", ".join(JOINT_TYPES)
         if not kind:
-            reading.fail(
-                "joint-type-missing", f"joint '{name}' has no type", element,
-                f"the types are: {types}",
-            )  # fmt: skip
+            hint = f"the types are: {types}"
+            reading.fail("joint-type-missing", f"joint '{name}' has no type", element, hint)
         reading.text(element, "type", kind)
         plain = kind.strip().lower()
         if plain not in JOINT_TYPES:
-            reading.fail(
-                "joint-type-unknown",
-                f"joint '{name}' is of the type {shown(kind)}, which URDF does not know",
-                element,
-                nearest(plain, JOINT_TYPES) or f"the types are: {types}",
-            )
-        reading.warn(
-            "joint-type-spelling", f"the type {shown(kind)} is read as '{plain}'",
-            element.sourceline,
-        )  # fmt: skip
+            what = f"joint '{name}' is of the type {quote(kind)}, which URDF does not know"
+            hint = nearest(plain, JOINT_TYPES) or f"the types are: {types}"
+            reading.fail("joint-type-unknown", what, element, hint)
+        what = f"the type {quote(kind)} is read as '{plain}'"
+        reading.warn("joint-type-spelling", what, element.sourceline)
         kind = plain
     parts = reading.parts(element)
     parent = read_end(reading, element, parts, "parent")
     child = read_end(reading, element, parts, "child")
     if parent == child:
-        reading.fail(
-            "joint-same-link",
-            f"joint '{name}' has the link '{parent}' as its parent and as its child",
-            parts["child"],
-        )
+        what = f"joint '{name}' has the link '{parent}' as its parent and as its child"
+        reading.fail("joint-same-link", what, parts["child"])
     kind = reading.words.setdefault(kind, kind)
     joint = joints[name] = Joint(
         name, kind, parent, child, reading.origin(parts.get("origin")), line=element.sourceline
@@ -75,45 +64,24 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
     if limit is not None:
         joint.limit = read_limit(reading, joint, limit)
     elif kind in ("revolute", "prismatic"):
-        reading.warn(
-            "joint-limit-missing",
-            f"a {kind} joint wants a <limit>, and is read as one without limits",
-            element.sourceline,
-        )
-    for tag, read in OPTIONAL.items():
+        what = f"a {kind} joint wants a <limit>, and is read as one without limits"
+        reading.warn("joint-limit-missing", what, element.sourceline)
+    for tag in OPTIONAL:
         if tag in parts:
-            setattr(joint, tag, optional(reading, parts[tag], read))
+            setattr(joint, tag, read_optional(reading, parts[tag]))
 
 
-def optional(reading: Reading, element: Any, read: Callable[[Reading, Any], _Part]) -> _Part | None:
-    """A part of a joint that the .mbs does not have: left out where it cannot be read."""
+def read_optional(reading: Reading, element: Any) -> Any:
+    """A part of a joint that the .mbs does not have; None, with a warning: it cannot be read."""
+    kind = OPTIONAL[element.tag]
     try:
-        return read(reading, element)
+        if kind is SafetyController and element.get("k_velocity") is None:
+            reading.bad_number(element, "k_velocity", None, 1)
+        numbers = known_numbers(reading, element)
+        return Mimic(element.get("joint") or "", **numbers) if kind is Mimic else kind(**numbers)
     except ConversionError as error:
         reading.left_out(element, f"<{element.tag}>", error)
         return None
-
-
-def read_dynamics(reading: Reading, element: Any) -> Dynamics:
-    """Damping (N m s/rad, or N s/m) and friction (N m, or N)."""
-    return Dynamics(**known_numbers(reading, element))
-
-
-def read_mimic(reading: Reading, element: Any) -> Mimic:
-    """The leader's name; multiplier and offset (rad, or m)."""
-    return Mimic(element.get("joint") or "", **known_numbers(reading, element))
-
-
-def read_safety(reading: Reading, element: Any) -> SafetyController:
-    """Gains, and soft limits (rad, or m)."""
-    if element.get("k_velocity") is None:
-        reading.bad_number(element, "k_velocity", None, 1)
-    return SafetyController(**known_numbers(reading, element))
-
-
-def read_calibration(reading: Reading, element: Any) -> Calibration:
-    """Where a reference edge rises or falls (rad, or m)."""
-    return Calibration(**known_numbers(reading, element))
 
 
 def known_numbers(reading: Reading, element: Any) -> dict[str, float]:
@@ -126,12 +94,10 @@ def known_numbers(reading: Reading, element: Any) -> dict[str, float]:
 
 
 #: Parts of a joint that can be left out, by the name that they have in URDF and in the model.
-OPTIONAL: dict[str, Callable[[Reading, Any], Any]] = {
-    "dynamics": read_dynamics,
-    "mimic": read_mimic,
-    "safety_controller": read_safety,
-    "calibration": read_calibration,
-}
+OPTIONAL: dict[str, Callable[..., Any]] = {
+    "dynamics": Dynamics, "mimic": Mimic, "safety_controller": SafetyController,
+    "calibration": Calibration,
+}  # fmt: skip
 
 
 def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) -> str:
@@ -139,12 +105,8 @@ def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) 
     part = parts.get(which)
     name = None if part is None else reading.attribute(part, "link")
     if part is None or not name:
-        reading.fail(
-            "joint-link-missing",
-            f"{reading.where} has no {which} link",
-            element if part is None else part,
-            f'give <{which} link="..."/>',
-        )
+        what, at = f"{reading.where} has no {which} link", element if part is None else part
+        reading.fail("joint-link-missing", what, at, f'give <{which} link="..."/>')
     return reading.words.setdefault(name, name)
 
 
@@ -152,12 +114,9 @@ def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
     """Set the axis, in the child link's frame, as it is written; zero is an error."""
     joint.axis = reading.vector(element, "xyz", reading.attribute(element, "xyz"))
     if joint.axis == ZERO:
-        reading.fail(
-            "axis-zero",
-            f"joint '{joint.name}' is {joint.type}, and its axis is zero",
-            element,
-            'give a direction, such as xyz="0 0 1", or make the joint fixed',
-        )
+        what = f"joint '{joint.name}' is {joint.type}, and its axis is zero"
+        hint = 'give a direction, such as xyz="0 0 1", or make the joint fixed'
+        reading.fail("axis-zero", what, element, hint)
 
 
 def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
@@ -199,20 +158,10 @@ def check_mimics(reading: Reading, robot: Robot) -> None:
             )  # fmt: skip
         else:
             leaders[joint.name] = leader
-    seen: dict[str, str] = {}
-    for start in list(leaders):
-        name = start
-        while name in leaders and name not in seen:
-            seen[name] = start
-            name = leaders[name]
-        if name in leaders and seen[name] == start:
-            loop = [name]
-            while leaders[loop[-1]] != name:
-                loop.append(leaders[loop[-1]])
-            for one in loop:
-                joints[one].mimic = None
-                reading.warn(
-                    "mimic-left-out",
-                    "joints that mimic one another, or themselves, are free",
-                    joints[loop[0]].line, owner=("joint", one),
-                )  # fmt: skip
+    for loop in loops(leaders):
+        for name in loop:
+            joints[name].mimic = None
+            reading.warn(
+                "mimic-left-out", "joints that mimic one another, or themselves, are free",
+                joints[loop[0]].line, owner=("joint", name),
+            )  # fmt: skip

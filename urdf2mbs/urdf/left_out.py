@@ -19,11 +19,8 @@ def left_out(robot: Robot) -> dict[str, dict[str, dict[str, Any]]]:
     """
     left_out: dict[str, dict[str, dict[str, Any]]] = {}
     for joint in robot.joints.values():
-        if not joint.moves:
-            continue
-        parts = {name: part for name in PARTS if (part := getattr(joint, name)) is not None}
-        if parts:
-            left_out[joint.name] = {
-                name: msgspec.structs.asdict(part) for name, part in parts.items()
-            }
+        parts = {name: getattr(joint, name) for name in PARTS}
+        numbers = {name: msgspec.structs.asdict(part) for name, part in parts.items() if part}
+        if joint.moves and numbers:
+            left_out[joint.name] = numbers
     return left_out

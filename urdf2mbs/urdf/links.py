@@ -35,10 +35,10 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
         elif tag == "collision":
             read_collision(reading, child, collisions)
         elif tag == "inertial":
-            if inertial is None:
-                inertial = child
-            else:
+            if inertial is not None:
                 reading.doubled("link", child)
+            else:
+                inertial = child
         else:
             reading.unknown_child("link", child, ("visual", "collision", "inertial"))
     links[name] = Link(
@@ -76,17 +76,15 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
         reading.warn(
             "inertial-incomplete",
             "<inertial> without <mass> is not used, as in ROS: no mass, no inertia",
-            line,
-            hint="give <mass value=.../>, or take <inertial> away",
-        )
+            line, hint="give <mass value=.../>, or take <inertial> away",
+        )  # fmt: skip
         return None
     if inertia_element is None:
         reading.warn(
             "inertial-incomplete",
             "<inertial> without <inertia>: mass, but no inertia, as in ROS",
-            line,
-            hint="give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>",
-        )
+            line, hint="give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>",
+        )  # fmt: skip
         return Inertial(mass, NO_INERTIA, origin)
     if mass == 0.0 and tensor != NO_INERTIA:
         reading.warn("inertia-without-mass", "inertia, but no mass", line)

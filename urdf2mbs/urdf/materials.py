@@ -57,18 +57,14 @@ def check_materials(reading: Reading, robot: Robot) -> None:
     for link in robot.links.values():
         for visual in link.visuals:
             material = visual.material
-            if material is None or not material.name:
-                continue
-            if material.color is None and material.texture is None:
-                used.append((material.name, link.name, visual.line))
-            else:
-                robot.materials.setdefault(material.name, material)
+            if material is not None and material.name:
+                if material.color is None and material.texture is None:
+                    used.append((material.name, link.name, visual.line))
+                else:
+                    robot.materials.setdefault(material.name, material)
     for name, link_name, line in used:
         if name not in robot.materials and name not in reading.colourless:
             reading.warn(
-                "material-undefined",
-                f"the material '{name}' is not defined",
-                line,
-                owner=("link", link_name),
-                like=(name, robot.materials),
-            )
+                "material-undefined", f"the material '{name}' is not defined",
+                line, owner=("link", link_name), like=(name, robot.materials),
+            )  # fmt: skip

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
+import msgspec
+
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written
 
@@ -16,17 +18,14 @@ _NAMES_SHOWN = 4
 MOST_ERRORS = 20
 
 
-class _Group:
+class _Group(msgspec.Struct):
     """Warnings of one kind, said once for all the elements they are about."""
 
-    def __init__(
-        self, level: Literal["error", "warning", "note"], line: int | None, hint: str | None
-    ) -> None:
-        self.level = level
-        self.line = line
-        self.hint = hint
-        self.owners: dict[tuple[str, str], str] = {}
-        """Kind and name of each element, and what the message adds for it alone."""
+    level: Literal["error", "warning", "note"]
+    line: int | None
+    hint: str | None
+    owners: dict[tuple[str, str], str] = {}
+    """Kind and name of each element, and what the message adds for it alone."""
 
 
 class Messages:

@@ -10,13 +10,8 @@ from urdf2mbs.spatial import HERE, NO_INERTIA, ZERO, Pose, Sym, Vec, compose, fr
 
 #: ``type`` of a joint, and how many coordinates it has.
 JOINT_TYPES = {
-    "revolute": 1,
-    "continuous": 1,
-    "prismatic": 1,
-    "fixed": 0,
-    "floating": 6,
-    "planar": 3,
-}
+    "revolute": 1, "continuous": 1, "prismatic": 1, "fixed": 0, "floating": 6, "planar": 3,
+}  # fmt: skip
 
 
 class Origin(msgspec.Struct, frozen=True, gc=False):

@@ -111,21 +111,17 @@ class Packages:
         known = self._found[name]
         if known is None:
             places = "".join(f"\n  {place}" for place in self.places(name))
-            close = nearest(name, self.table)
             stranger = self._further(name)
-            if stranger is not None:
-                raise ConversionError(
-                    "package-not-found",
-                    f"package '{name}' was not found; looked in:{places}",
-                    hint=f"there is one outside, in {stranger}: if you trust it, add "
-                    f"`packages: {{{name}: {stranger}}}` to the config, or "
-                    f"`--package {name}={stranger}`",
-                )
+            if stranger is None:
+                close = nearest(name, self.table)
+                said = f"{close} else " if close else ""
+            else:
+                said = f"there is one outside, in {stranger}: if you trust it, "
             raise ConversionError(
                 "package-not-found",
                 f"package '{name}' was not found; looked in:{places}",
-                hint=f"{close + ' else ' if close else ''}"
-                f"add `packages: {{{name}: DIR}}` to the config, or `--package {name}=DIR`",
+                hint=f"{said}add `packages: {{{name}: {stranger or 'DIR'}}}` to the config, or "
+                f"`--package {name}={stranger or 'DIR'}`",
             )
         return known
 
@@ -142,8 +138,8 @@ class Packages:
             f"{self.source.parent} and the folders above it; what is in {self.root} or, "
             "unless that is a checkout or workspace, beside it",
             *(
-                f"{variable}={os.environ.get(variable) or '(not set)'}"
-                for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
+                f"{name}={os.environ.get(name) or '(not set)'}"
+                for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
             ),
         ]
 
@@ -211,11 +207,11 @@ class Packages:
         for folder in _subfolders(self.root):
             yield folder
             if self.root.name == "src" or _marked(self.root):  # else it may be large
-                yield from self._crawled_to(folder, name)
+                yield self._crawl(folder).get(name, folder)
         for entry in _entries("ROS_PACKAGE_PATH"):
             yield entry
             yield entry / name
-            yield from self._crawled_to(entry, name)
+            yield self._crawl(entry).get(name, entry)
 
     def _further(self, name: str) -> Path | None:
         """A package outside the workspace, below a folder above it; None: there is none."""
@@ -223,20 +219,11 @@ class Packages:
             return None
         if name not in self._beyond:
             beyond = [above for above in self.source.parents if above in self.root.parents]
-            with_xml = (
-                folder
-                for above in beyond
-                for folder in _below(above, name)
-                if _package_name(folder) == name
-            )
-            plain = (above / name for above in beyond if (above / name).is_dir())
-            self._beyond[name] = next(chain(with_xml, plain), None)
+            described = chain.from_iterable(_below(above, name) for above in beyond)
+            candidates = [folder for folder in described if _package_name(folder) == name]
+            candidates += [above / name for above in beyond if (above / name).is_dir()]
+            self._beyond[name] = next(iter(candidates), None)
         return self._beyond[name]
-
-    def _crawled_to(self, top: Path, name: str) -> Iterator[Path]:
-        crawled = self._crawl(top)
-        if name in crawled:
-            yield crawled[name]
 
     def _crawl(self, top: Path) -> dict[str, Path]:
         """All packages below a folder, by name; a package's own folder is not searched further."""

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from urdf2mbs import files
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import standard_input, xml
 from urdf2mbs.urdf.elements import is_xacro
@@ -43,11 +42,7 @@ def read_robot(
 
 
 def expanded(
-    source: Path,
-    packages: Packages,
-    xacro_args: Mapping[str, str],
-    *,
-    trust_xacro: bool = False,
+    source: Path, packages: Packages, xacro_args: Mapping[str, str], *, trust_xacro: bool = False
 ) -> tuple[bytes, Expansion | None]:
     """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
 
@@ -81,15 +76,12 @@ def has_xacro(data: bytes, file: str) -> bool:
     if not any(re.search(sign, text) for sign in _SIGNS):
         return False
     root, _ = xml.parse(data, file)
-    for element in root.iter(etree.Element):
-        if is_xacro(element):
-            return True
-    for child in root.iterchildren("{*}link", "{*}joint", "{*}material"):
-        for element in child.iter(etree.Element):
-            for value in element.values():
-                if "${" in value or "$(" in value:
-                    return True
-    return False
+    return any(map(is_xacro, root.iter(etree.Element))) or any(
+        "${" in value or "$(" in value
+        for child in root.iterchildren("{*}link", "{*}joint", "{*}material")
+        for element in child.iter(etree.Element)
+        for value in element.values()
+    )
 
 
 def read_text(
@@ -99,15 +91,9 @@ def read_text(
     if expansion is None:
         robot, diagnostics = parse(data, str(source))
         if xacro_args:
-            diagnostics.append(
-                Diagnostic(
-                    "warning",
-                    "xacro-unused-arg",
-                    "arguments have no effect, as there is no xacro in the file: "
-                    + ", ".join(sorted(xacro_args)),
-                    file=str(source),
-                )
-            )
+            names = ", ".join(sorted(xacro_args))
+            text = f"arguments have no effect, as there is no xacro in the file: {names}"
+            diagnostics.append(Diagnostic("warning", "xacro-unused-arg", text, file=str(source)))
     else:
         try:
             robot, diagnostics = parse(expansion.text, str(source), expanded=expansion.files)
@@ -152,35 +138,28 @@ def parse(
 def read_file(source: Path) -> bytes:
     """The bytes of a robot's file; raises ConversionError, also where there are none."""
     file = str(source)
-    data = standard_input.taken(source)
     try:
-        data = files.read(source) if data is None else data
+        data = standard_input.read(source)
     except FileNotFoundError:
         try:
-            known = [
-                entry.name
-                for entry in sorted(source.parent.iterdir())
-                if entry.suffix.lower() in (".urdf", ".xacro")
-                and nearest(source.name.split(".")[0], [entry.name.split(".")[0]])
-            ]
+            names = [entry.name for entry in sorted(source.parent.iterdir())]
         except OSError:
-            known = []
-        raise ConversionError(
-            "file-not-found", "no such file", file=file, hint=nearest(source.name, known)
-        ) from None
+            names = []
+        beginning = source.name.split(".")[0]
+        robots = [
+            name
+            for name in names
+            if name.lower().endswith((".urdf", ".xacro"))
+            and nearest(beginning, [name.split(".")[0]])
+        ]
+        hint = nearest(source.name, robots)
+        raise ConversionError("file-not-found", "no such file", file=file, hint=hint) from None
     except IsADirectoryError:
-        raise ConversionError(
-            "file-is-directory",
-            "this is a folder, not a URDF or xacro file",
-            file=file,
-            hint="name the file in it",
-        ) from None
+        what, hint = "this is a folder, not a URDF or xacro file", "name the file in it"
+        raise ConversionError("file-is-directory", what, file=file, hint=hint) from None
     except (OSError, ValueError) as error:
-        raise ConversionError(
-            "file-unreadable",
-            f"cannot be read: {getattr(error, 'strerror', None) or error}",
-            file=file,
-        ) from None
+        what = f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise ConversionError("file-unreadable", what, file=file) from None
     if not data.strip():
         raise ConversionError("file-empty", "the file is empty", file=file)
     return data

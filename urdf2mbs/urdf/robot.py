@@ -59,17 +59,16 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
                 if reading.xacro_left(child):
                     continue
                 if "{" not in tag and ":" not in tag:
-                    reading.warn(
-                        "unknown-element",
-                        f"<{tag}> in <robot> is not known: kept as it is, without effect",
-                        child.sourceline,
-                        like=(tag, ("link", "joint", "material", *FOREIGN)),
-                    )
+                    what = f"<{tag}> in <robot> is not known: kept as it is, without effect"
+                    known = ("link", "joint", "material", *FOREIGN)
+                    reading.warn("unknown-element", what, child.sourceline, like=(tag, known))
             extensions.append(read_extension(reading, child))
     reading.owner = ("robot", "")
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
         raise reading.last
-    _robot_name(reading, root, robot)
+    robot.name = (reading.attributes(root).get("name") or "").strip()
+    if not robot.name:
+        reading.warn("robot-unnamed", "<robot> has no name", root.sourceline)
     check_materials(reading, robot)
     check_tree(reading, robot, root.sourceline)
     check_mimics(reading, robot)
@@ -86,19 +85,9 @@ def _check_root(reading: Reading, root: Any) -> None:
             _strip_namespace(root, f"{{{space}}}")
     if tag == "robot":
         return
-    kind = OTHER_ROOTS.get(tag)
-    reading.fail(
-        "wrong-root",
-        f"the root element is <{tag}>, not <robot>" + (f": this looks like {kind}" if kind else ""),
-        root,
-        "URDF and xacro files are read",
-    )
-
-
-def _robot_name(reading: Reading, root: Any, robot: Robot) -> None:
-    robot.name = (reading.attributes(root).get("name") or "").strip()
-    if not robot.name:
-        reading.warn("robot-unnamed", "<robot> has no name", root.sourceline)
+    looks = f": this looks like {OTHER_ROOTS[tag]}" if tag in OTHER_ROOTS else ""
+    what = f"the root element is <{tag}>, not <robot>{looks}"
+    reading.fail("wrong-root", what, root, "URDF and xacro files are read")
 
 
 def _strip_namespace(root: Any, space: str) -> None:

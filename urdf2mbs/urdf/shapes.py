@@ -55,23 +55,16 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
 
     :raises ConversionError: a number cannot be read
     """
-    shape = None
-    if element is not None:
-        if element.attrib:
-            reading.unknown_attributes(element)
-        for child in element[:]:
-            if isinstance(child.tag, str):
-                if shape is not None:
-                    reading.doubled("geometry", child)
-                else:
-                    shape = child
-    if shape is None:
-        reading.warn(
-            "geometry-unknown",
-            f"<{owner.tag}> without a geometry is left out",
-            owner.sourceline,
-        )
+    shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
+    if element is not None and element.attrib:
+        reading.unknown_attributes(element)
+    for child in shapes[1:]:
+        reading.doubled("geometry", child)
+    if not shapes:
+        what = f"<{owner.tag}> without a geometry is left out"
+        reading.warn("geometry-unknown", what, owner.sourceline)
         return None
+    shape = shapes[0]
     tag = shape.tag
     sizes: tuple[float, ...]
     geometry: Geometry
@@ -79,10 +72,8 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         attributes = reading.attributes(shape)
         filename = attributes.get("filename")
         if not filename or not filename.strip():
-            reading.warn(
-                "geometry-unknown", f"<{owner.tag}> whose mesh has no filename is left out",
-                shape.sourceline,
-            )  # fmt: skip
+            what = f"<{owner.tag}> whose mesh has no filename is left out"
+            reading.warn("geometry-unknown", what, shape.sourceline)
             return None
         filename = re.sub(_UNRESOLVED, "", filename)
         if "scale" not in attributes:
@@ -104,18 +95,12 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         sizes = (geometry.radius,)
     else:
         reading.xacro_left(shape)
-        reading.warn(
-            "geometry-unknown",
-            f"<{owner.tag}> is left out, its geometry <{plain(tag)}> is not known",
-            shape.sourceline,
-        )
+        what = f"<{owner.tag}> is left out, its geometry <{plain(tag)}> is not known"
+        reading.warn("geometry-unknown", what, shape.sourceline)
         return None
     if min(sizes) <= 0.0:
-        reading.warn(
-            "geometry-size",
-            f"the <{tag}> of a <{owner.tag}> has a size that is zero or negative",
-            shape.sourceline,
-        )
+        what = f"the <{tag}> of a <{owner.tag}> has a size that is zero or negative"
+        reading.warn("geometry-size", what, shape.sourceline)
     return geometry
 
 

@@ -37,6 +37,11 @@ def data() -> bytes:
     return sys.stdin.read().encode() if stream is None else files.read_stream(stream, NAME)
 
 
-def taken(source: Path) -> bytes | None:
-    """The bytes of standard input, if a source stands for it."""
-    return _read[0] if source.name == NAME and _read else None
+def stands_for(source: Path) -> bool:
+    """True if standard input was read, and this is the name of its file."""
+    return source.name == NAME and bool(_read)
+
+
+def read(source: Path) -> bytes:
+    """The bytes of a file, or of standard input; raises OSError and ValueError."""
+    return _read[0] if stands_for(source) else files.read(source)

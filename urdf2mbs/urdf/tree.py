@@ -9,7 +9,7 @@ from urdf2mbs.urdf.messages import listed
 from urdf2mbs.urdf.model import Link
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from urdf2mbs.urdf.model import Joint, Robot
     from urdf2mbs.urdf.values import Reading
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 def check_tree(reading: Reading, robot: Robot, line: int | None) -> None:
     """One root, and every other link the child of exactly one joint; ``line``: of <robot>."""
-    links = robot.links
-    if not links:
+    if not robot.links:
         reading.fail("no-links", "the robot has no links", line)
     above: dict[str, Joint] = {}
     imply_world(reading, robot)
@@ -49,12 +48,8 @@ def check_ends(
     """A joint's links exist, and its child has no other parent."""
     for which, name in (("parent", joint.parent), ("child", joint.child)):
         if name not in links:
-            reading.fail(
-                "link-unknown",
-                f"joint '{joint.name}': there is no link called '{name}' ({which})",
-                joint.line,
-                nearest(name, links),
-            )
+            what = f"joint '{joint.name}': there is no link called '{name}' ({which})"
+            reading.fail("link-unknown", what, joint.line, nearest(name, links))
     other = above.setdefault(joint.child, joint)
     if other is not joint:
         reading.fail(
@@ -98,24 +93,28 @@ def without_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list
 
 def check_loops(reading: Reading, links: Mapping[str, Link], above: Mapping[str, Joint]) -> None:
     """Refuse links that are their own ancestors; ``above``: the joint that carries each link."""
+    parents = {name: above[name].parent for name in links if name in above}
+    for names in loops(parents):
+        joints = [above[name] for name in reversed(names)]
+        reading.fail(
+            "loop",
+            f"the links {listed([joint.parent for joint in joints])} form a loop"
+            f" (joints {listed([joint.name for joint in joints])})",
+            joints[0].line,
+            "a robot in URDF is a tree: a loop cannot be closed in it",
+        )
+
+
+def loops(following: Mapping[str, str]) -> Iterator[list[str]]:
+    """The loops in which names lead to one another; ``following``: where each name leads."""
     seen: dict[str, str] = {}
-    for start in links:
+    for start in following:
         name = start
-        while name not in seen:
+        while name in following and name not in seen:
             seen[name] = start
-            if name not in above:
-                break
-            name = above[name].parent
-        else:
-            if seen[name] == start:
-                loop = [above[name]]
-                while loop[-1].parent != name:
-                    loop.append(above[loop[-1].parent])
-                loop.reverse()
-                reading.fail(
-                    "loop",
-                    f"the links {listed([joint.parent for joint in loop])} form a loop"
-                    f" (joints {listed([joint.name for joint in loop])})",
-                    loop[0].line,
-                    "a robot in URDF is a tree: a loop cannot be closed in it",
-                )
+            name = following[name]
+        if seen.get(name) == start:
+            loop = [name]
+            while following[loop[-1]] != name:
+                loop.append(following[loop[-1]])
+            yield loop

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from itertools import zip_longest
 from math import isfinite
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -42,74 +43,53 @@ class Reading(Elements):
         """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
 
     def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
-        """The ``name`` of a link or joint: there must be one, and only once.
+        """The ``name`` of a link or joint: there must be a name, and only once.
 
-        None for an element that repeats another one of that name word for word.
+        None for an element that repeats another element of that name word for word.
         """
         name: str | None = element.get("name")
         bare = name.strip() if name else ""
         if not name or not bare:
-            self.fail(
-                "name-missing",
-                f"a {kind} without a name",
-                element,
-                f"every <{kind}> needs a name of its own",
-            )
+            hint = f"every <{kind}> needs a name of its own"
+            self.fail("name-missing", f"a {kind} without a name", element, hint)
         name = self.words.setdefault(name, name)
         self.owner = (kind, name)
         if name != bare:
-            self.warn(
-                "name-blank", "the name begins or ends with a blank, which is kept",
-                element.sourceline,
-            )  # fmt: skip
+            what = "the name begins or ends with a blank, which is kept"
+            self.warn("name-blank", what, element.sourceline)
         if name in taken:
             if _says_the_same(self._first(element, kind, name), element):
                 self.doubled("robot", element)
                 return None
-            self.fail(
-                "name-doubled",
-                f"two {kind}s are called '{name}'; the first is in line {taken[name].line}",
-                element,
-                f"give one of the {kind}s another name",
-            )
+            what = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
+            self.fail("name-doubled", what, element, f"give one of the {kind}s another name")
         return name
 
     def _first(self, element: Any, kind: str, name: str) -> Any:
         """The first element of this kind and name; all are looked for once."""
         if not self.firsts:
-            for one in element.getparent().iterchildren("link", "joint"):
-                self.firsts.setdefault((one.tag, one.get("name")), one)
+            for child in element.getparent().iterchildren("link", "joint"):
+                self.firsts.setdefault((child.tag, child.get("name")), child)
         return self.firsts[kind, name]
 
     def text(self, element: Any, attribute: str, text: str) -> str:
         if "${" in text or "$(" in text:
-            self.unexpanded(f"{attribute}={shown(text)} of {self.where}", element.sourceline)
+            self.unexpanded(f"{attribute}={quote(text)} of {self.where}", element.sourceline)
         return text
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
         known = self.known.get(text)
-        if known is not None:
-            return known
-        if text is not None and text.isascii() and "_" not in text:
-            try:
-                value = float(text)
-            except ValueError:
-                pass
-            else:
-                if isfinite(value):
-                    self.known[text] = value
-                    return value
-        return self.bad_number(element, attribute, text, 1)
+        if known is None:
+            (known,) = self.numbers(element, attribute, text, 1)
+            self.known[text] = known
+        return known
 
     def numbers(
         self, element: Any, attribute: str, text: str | None, count: int
     ) -> tuple[float, ...]:
         if text is not None and text.isascii() and "_" not in text:
-            try:
+            with suppress(ValueError):
                 values = tuple(map(float, text.split()))
-            except ValueError:
-                pass
-            else:
                 if len(values) == count and all(map(isfinite, values)):
                     return values
         return self.bad_number(element, attribute, text, count)
@@ -128,27 +108,20 @@ class Reading(Elements):
             self.fail("number-missing", f"{what} is missing", element, f"give {wanted}")
         self.text(element, attribute, text)
         for word in text.split() if text.isascii() else [text]:
-            try:
+            value = None
+            with suppress(ValueError):
                 value = float(word) if word.isascii() and "_" not in word else None
-            except ValueError:
-                value = None
             if value is None:
-                self.fail(
-                    "number-invalid",
-                    f"{what} is {shown(text)}: {shown(word)} is not a number",
-                    element,
-                    _comma_hint(text, count) or "write it as 1.5 or -2e-3",
-                )
-            if not isfinite(value):
-                self.fail(
-                    "number-invalid",
-                    f"{what} is {shown(text)}: numbers must be finite",
-                    element,
-                    f"give {wanted}",
-                )
+                fault = f"{quote(word)} is not a number"
+                hint = _comma_hint(text, count) or "write it as 1.5 or -2e-3"
+            elif not isfinite(value):
+                fault, hint = "numbers must be finite", f"give {wanted}"
+            else:
+                continue
+            self.fail("number-invalid", f"{what} is {quote(text)}: {fault}", element, hint)
         self.fail(
             "number-count",
-            f"{what} is {shown(text)}: {wanted} wanted, {len(text.split())} given",
+            f"{what} is {quote(text)}: {wanted} wanted, {len(text.split())} given",
             element,
             f"give {wanted}" + (", with blanks between them" if count > 1 else ""),
         )
@@ -178,16 +151,11 @@ class Reading(Elements):
         """An origin that gives its rotation as a quaternion, as URDF 1.1 permits."""
         attributes = dict(element.items())
         quaternion = self.numbers(element, "quat_xyzw", attributes.pop("quat_xyzw"), 4)
-        zero = not any(quaternion)
-        if zero or "rpy" in attributes:
-            self.fail(
-                "number-invalid",
-                f"{self.where}: quat_xyzw of <origin> is zero"
-                if zero
-                else f"{self.where}: <origin> has both rpy and quat_xyzw",
-                element,
-                "give a rotation, and give it once",
-            )
+        fault = "<origin> has both rpy and quat_xyzw" if "rpy" in attributes else ""
+        fault = fault if any(quaternion) else "quat_xyzw of <origin> is zero"
+        if fault:
+            hint = "give a rotation, and give it once"
+            self.fail("number-invalid", f"{self.where}: {fault}", element, hint)
         inverse = transpose(from_quaternion(*quaternion))
         # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles.
         roll, pitch, yaw = to_xyz_angles(inverse)
@@ -197,14 +165,14 @@ class Reading(Elements):
         )
 
 
-def shown(text: str) -> str:
+def quote(text: str) -> str:
     """A text of the file as a message quotes it: in one line, at most 60 letters."""
     text = _BLANKS.sub(" ", text).strip(" ")
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
 def _says_the_same(first: Any, second: Any) -> bool:
-    """Whether an element repeats another one, but for blanks."""
+    """True if an element repeats another, but for blanks."""
     pairs = zip_longest(first.iter(etree.Element), second.iter(etree.Element))
     return all(a is not None and b is not None and _said(a) == _said(b) for a, b in pairs)
 

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from urdf2mbs import files
+from urdf2mbs.urdf import standard_input
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -22,7 +22,7 @@ _NAME = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
 def text(file: str) -> str:
     """The text of a file; empty where it cannot be read."""
     try:
-        return files.read(Path(file)).decode("utf-8", "replace")
+        return standard_input.read(Path(file)).decode("utf-8", "replace")
     except (OSError, ValueError):
         return ""
 

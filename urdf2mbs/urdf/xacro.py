@@ -28,7 +28,7 @@ from urdf2mbs.urdf.expressions import MOST, TRUST, Guard, too_large
 from urdf2mbs.urdf.packages import absolute, workspace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from urdf2mbs.urdf.packages import Packages
 
@@ -37,18 +37,19 @@ _UNKNOWN_MACRO = "unknown macro name: "
 # Python catches its warnings for all threads at once
 _lock = threading.Lock()
 _EVALUATING = "when evaluating expression '"
-_XACRO_ARG = re.compile(r"""xacro\.arg\(\s*['"]([^'"]+)['"]\s*\)""")
 #: What xacro's own pattern of a macro's parameter means; that takes a time that doubles with each
 #: letter before a quote that is not closed.
 _PARAMETER = re.compile(
     r"""^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?"""
     r"""(\$\{.*?\}|\$\(.*?\)|(?:'[^']*'|"[^"]*"|[^\s'"])+|)(?:\s+|$)(.*)"""
 )
-#: Longer stacks of includes and macros are cut in the middle.
-_SHOWN = 8
-
-#: Something that xacro says: level, text and the file being processed.
-_Said = tuple[Literal["warning", "note"], str, "str | None"]
+#: The lines of a stack of includes and macros at each end that a message shows.
+_STACK_ENDS = 4
+#: The functions of xacro that ``_Run`` has its own of.
+_REPLACED = (
+    "parse", "open", "load_yaml", "handle_macro_call", "eval_text", "replace_node",
+    "parse_macro_arg",
+)  # fmt: skip
 
 #: Stands in for an argument that is not given, while we look for the others that are not.
 _ANY = "0"
@@ -95,49 +96,47 @@ class _Run:
         self.packages = packages
         self.trust = trust
         self.args = _Args(args)
-        self.said: list[_Said] = []
+        self.messages: dict[tuple[Literal["warning", "note"], str, str | None], None] = {}
+        """Level, text, and the file that was being processed."""
         self.slips: dict[tuple[str, xml.Slip], None] = {}
         self.macros: dict[tuple[str, str], None] = {}
         """Macros that are called and not defined, and the file that calls each."""
         self.packages_missing: dict[str, ConversionError] = {}
-        self.text = b""
-        self.read: list[str] = []
+        self.args_missing: dict[str, ConversionError] = {}
+        """The error of each argument that has no value; the run goes on, to find all of them."""
         self.guard = Guard()
         self.xacro = _copy("xacro")
-
-    def __call__(self) -> None:
-        xacro = self.xacro
+        self.plain = SimpleNamespace(**vars(self.xacro))
         self._replace()
-        with _lock, warnings.catch_warnings(record=True) as caught:
+
+    def run(self) -> Expansion:
+        """What xacro makes of the file; raises ConversionError."""
+        with _lock, warnings.catch_warnings(record=True) as python_warnings:
             warnings.simplefilter("always")
             try:
-                document = xacro.process_file(self.file, mappings=self.args, verbosity=1)
-                self.text = document.toprettyxml(indent="  ").encode()
+                document = self.xacro.process_file(self.file, mappings=self.args, verbosity=1)
+                text = document.toprettyxml(indent="  ").encode()
             except Exception as error:
-                failure = _explain(xacro, error, self)
-                failure.said = self.diagnostics()
-                raise failure from error
-        self.read = [absolute(name) for name in (self.file, *xacro.all_includes)]
-        self.said += [
-            ("warning", f"{one.category.__name__}: {one.message}", None) for one in caught
-        ]
+                if not self.args_missing:
+                    failure = self.explain(error)
+                    failure.said = self.diagnostics()
+                    raise failure from error
+        if self.args_missing:
+            raise self.undefined()
+        for warning in python_warnings:
+            name = warning.category.__name__
+            self.messages["warning", f"{name}: {warning.message}", None] = None
+        names = dict.fromkeys(map(absolute, (self.file, *self.xacro.all_includes)))
+        files = [name for name in names if Path(name).is_file()]
+        return Expansion(text, files, [*self.diagnostics(), *self.unused()])
 
     def _replace(self) -> None:
         """Give our copy of xacro its parts of our own."""
         xacro = self.xacro
-        self.plain_parse, self.plain_call = xacro.parse, xacro.handle_macro_call
-        self.plain_text, self.plain_parameter = xacro.eval_text, xacro.parse_macro_arg
-        self.plain_replace = xacro.replace_node
+        vars(xacro).update({name: getattr(self, name) for name in _REPLACED})
         xacro.substitution_args_context = {}
-        xacro.parse = self.parse
-        xacro.open = self.open
-        xacro.load_yaml = self.load_yaml
         xacro.glob = SimpleNamespace(glob=self.glob)
-        xacro.handle_macro_call = self.handle_macro_call
-        xacro.eval_text = self.eval_text
-        xacro.replace_node = self.replace_node
         xacro.re_macro_arg = _PARAMETER
-        xacro.parse_macro_arg = self.parse_macro_arg
         functions: dict[str, Any] = {
             "message": partial(self.say, "note"),
             "warning": partial(self.say, "warning"),
@@ -146,9 +145,10 @@ class _Run:
         }
         xacro._global_symbols = xacro.create_global_symbols()
         vars(xacro).update(functions)
-        xacro._global_symbols["xacro"].update(functions)
+        xacro._global_symbols["xacro"].update(functions, arg=self.argument)
         substitution = _copy("xacro.substitution_args")
         substitution._eval_find = substitution._eval_dict["find"] = self.find
+        substitution._eval_arg = self.argument
 
         def extension(text: str) -> Any:
             filename = absolute(xacro.filestack[-1])
@@ -173,19 +173,34 @@ class _Run:
             def __missing__(self, name: str) -> Any:
                 return substitution.convert_value(context["arg"][name], "auto")
 
-        names = Names(substitution._eval_dict["__builtins__"])
-        names.update(
-            (name, value)
-            for name, value in substitution._eval_dict.items()
-            if not name.startswith("_")
-        )
-        names["arg"] = lambda name: names.__missing__(name)
+        offered = substitution._eval_dict
+        names = Names(offered["__builtins__"])
+        names.update({name: offered[name] for name in offered if not name.startswith("_")})
+        names["arg"] = lambda name: substitution.convert_value(self.argument(name), "auto")
         names["dirname"] = lambda: str(Path(context["filename"]).parent)
         self.guard.offer(names)
         try:
             return str(self.guard.evaluate(text, names))
         except Exception as error:
             raise self.xacro.XacroException(exc=error, suffix=f"\n{_EVALUATING}{text}'") from error
+
+    def argument(self, name: str, args: Any = None) -> str:
+        """The value of ``$(arg NAME)``."""
+        try:
+            return self.args[name]
+        except KeyError:
+            if name not in self.args_missing:
+                declared = written.arguments(self.files())
+                close = nearest(name, declared)
+                error = self.args_missing[name] = self.fault(
+                    "xacro-arg",
+                    f"the argument '{name}' is not defined",
+                    [f"$(arg {name})", f"'{name}'"],
+                    f"give it a value: `xacro_args: {{{name}: VALUE}}` or `--arg {name}:=VALUE`; "
+                    f"{close + ' ' if close else ''}{_declares(declared)}",
+                )
+                error.said = self.diagnostics()
+            return _ANY
 
     def find(self, package: str) -> str:
         try:
@@ -203,7 +218,7 @@ class _Run:
         missing = _missing_package(text, self)
         if missing is not None:  # an include by a pattern, which matches nothing
             raise missing
-        self.said.append((level, text, where))
+        self.messages[level, text, where] = None
         return ""
 
     def eval_text(self, text: Any, symbols: Any) -> Any:
@@ -212,26 +227,27 @@ class _Run:
             return text
         # xacro copies what is left of a text for each expression in it
         self.spend(10 + len(text) * text.count("$") // 1000)
-        result = self.plain_text(text, symbols)
+        result = self.plain.eval_text(text, symbols)
         if isinstance(result, str) and len(result) > MOST and not self.trust:
             raise too_large(f"a text of over {MOST:,} letters")
         return result
 
     def parse_macro_arg(self, text: str) -> Any:
         self.spend(1 + len(text) // 50)  # xacro copies what is left for each parameter
-        return self.plain_parameter(text)
+        return self.plain.parse_macro_arg(text)
 
     def parse(self, _: Any, name: str) -> Any:
         import xml.dom.minidom as minidom
 
-        given = standard_input.taken(Path(name))
+        file = Path(name)
         try:
-            return self.plain_parse(None if given is None else io.BytesIO(given), name)
+            given = standard_input.stands_for(file)
+            return self.plain.parse(io.BytesIO(standard_input.read(file)) if given else None, name)
         except ConversionError:
             self.xacro.filestack.pop()  # the file that includes it is to be named
             raise
         except (ExpatError, UnicodeError):
-            data, slips = xml.mend(read_file(Path(name)) if given is None else given)
+            data, slips = xml.mend(standard_input.read(file))
             document = minidom.parseString(data)
             self.slips.update(((absolute(name), slip), None) for slip in slips)
             return document
@@ -241,7 +257,7 @@ class _Run:
         xacro = self.xacro
         depth = len(xacro.macrostack or ())
         try:
-            return self.plain_call(node, macros, symbols)
+            return self.plain.handle_macro_call(node, macros, symbols)
         except xacro.XacroException as error:
             if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
                 raise
@@ -255,7 +271,7 @@ class _Run:
         nodes = by if isinstance(by, list) else [by] if by is not None else []
         moved = 1 + sum(len(part.childNodes) if content_only else 1 for part in nodes)
         self.spend(moved * len(node.parentNode.childNodes) // 100)
-        self.plain_replace(node, by, content_only)
+        self.plain.replace_node(node, by, content_only)
 
     def open(self, name: str) -> io.BytesIO:
         """A file's bytes: what is included is read up to a bound, as all else is."""
@@ -305,7 +321,7 @@ class _Run:
     def check_file(self, name: str) -> None:
         """Raise ConversionError for a file outside of what the robot may read."""
         file = Path(os.path.realpath(name))
-        given = {os.path.realpath(value) for value in self.args.given.values()}
+        given = set(map(os.path.realpath, self.args.given.values()))
         if self.trust or str(file) in given or not file.exists():
             return
         source = Path(os.path.realpath(self.file))
@@ -325,7 +341,114 @@ class _Run:
             hint=f"add its folder to the config: `packages: {{NAME: {file.parent}}}`; or, {TRUST}",
         )
 
+    def files(self) -> list[str]:
+        """The files being processed, the innermost last, then all others that were read."""
+        read = (*(self.xacro.filestack or ()), *self.xacro.all_includes, self.file)
+        return list(dict.fromkeys(map(absolute, read)))
+
+    def fault(
+        self, code: str, text: str, signs: Sequence[str], hint: str | None, line: int | None = None
+    ) -> ConversionError:
+        """An error, with the macros and includes that led to it.
+
+        Its line is the ``line`` of the file being processed, or where one of the ``signs`` stands.
+        """
+        xacro = self.xacro
+        files = [absolute(name) for name in xacro.filestack or [self.file]]
+        macros = [(macro, _defining(macro)) for macro in reversed(xacro.macrostack or [])]
+        file = files[-1]
+        if line is None:
+            defining = [absolute(where) for _, where in macros if where][:1]
+            places = list(dict.fromkeys([*defining, *self.files()]))
+            file, line = written.locate(signs, places) or (file, None)
+        stack: list[str] = []
+        for macro, where in macros:
+            name = macro.body.getAttribute("name") if macro.body is not None else "?"
+            says = "called by the macro" if stack else "in the macro"
+            stack.append(f"{says} '{name}' of {where or '?'}")
+        first, *others = reversed(files)
+        if others or first != file:
+            stack += [f"in the file {first}", *(f"included from {other}" for other in others)]
+        if len(stack) > 2 * _STACK_ENDS:
+            more = len(stack) - 2 * _STACK_ENDS
+            stack[_STACK_ENDS:-_STACK_ENDS] = [f"... {more} more ..."]
+        return ConversionError(code, "\n  ".join([text, *stack]), file=file, line=line, hint=hint)
+
+    def explain(self, error: Exception) -> ConversionError:
+        """The one error to show for anything that went wrong inside xacro."""
+        chain = _chain(error)
+        text = _sentence(error)
+        # the last one is where it was asked for
+        _, evaluated, expression = str(error).rpartition(_EVALUATING)
+        expression = expression.partition("\n")[0].rstrip("'") if evaluated else ""
+        signs = [f"${{{expression}}}", expression] if expression else []
+        ours = next((cause for cause in chain if isinstance(cause, ConversionError)), None)
+        ours = ours or _missing_package(f"{text} {chain[-1]}", self)
+        if isinstance(ours, ConfigError):
+            return ConfigError(ours.code, ours.message, hint=ours.hint)
+        if ours is not None:
+            signs = [*(signs if ours.code.startswith("xacro-") else ()), *_quoted(ours.message)[:1]]
+            return self.fault(ours.code, ours.message, signs, ours.hint)
+        for cause in chain:
+            if isinstance(cause, ExpatError):
+                return self.explain_syntax(cause)
+        for cause in chain:
+            if isinstance(cause, MemoryError):
+                return self.fault(
+                    "memory-full", "xacro takes more memory than there is", [],
+                    "look for macros that call themselves, and for long texts or lists in "
+                    "expressions",
+                )  # fmt: skip
+            if isinstance(cause, RecursionError):
+                text = "macros, includes or properties that call themselves without an end"
+                return self.fault("xacro", text, [], None)
+            if isinstance(cause, OSError) and cause.filename:
+                text = f"cannot read {cause.filename}: {cause.strerror}"
+                return self.fault("xacro", text, [Path(cause.filename).name], None)
+        return _legacy(self.files()) or self.fault("xacro", text, signs or _quoted(text), None)
+
+    def explain_syntax(self, error: ExpatError) -> ConversionError:
+        """The error for a file that is no XML."""
+        if "unbound prefix" in str(error):
+            hint = 'declare xmlns:xacro="http://www.ros.org/wiki/xacro" on the root element'
+            return self.fault("xacro", "the prefix xacro: is not declared", [], hint, error.lineno)
+        file = absolute((self.xacro.filestack or [self.file])[-1])
+        try:
+            xml.parse(standard_input.read(Path(file)), file)
+        except ConversionError as explained:
+            return self.fault(explained.code, explained.message, [], explained.hint, explained.line)
+        text = "not well-formed XML: it cannot be read here"
+        return self.fault("xacro", text, [], None, error.lineno)
+
+    def undefined(self) -> ConversionError:
+        """The error for the arguments that have no value: that of the first, with all names."""
+        names = list(self.args_missing)
+        error = self.args_missing[names[0]]
+        if len(names) > 1:
+            listed = ", ".join(f"'{name}'" for name in names)
+            stack = error.message.partition("\n")[1:]
+            error.message = "".join([f"the arguments {listed} are not defined", *stack])
+            words = " ".join(f"--arg {name}:=VALUE" for name in names)
+            keys = ", ".join(f"{name}: VALUE" for name in names)
+            error.hint = f"give each a value: `xacro_args: {{{keys}}}` or `{words}`"
+        return error
+
+    def unused(self) -> list[Diagnostic]:
+        """Warnings of arguments that were given for nothing."""
+        given, asked = self.args.given, self.args.asked
+        known = [name for name in asked if name not in given]
+        return [
+            Diagnostic(
+                "warning", "xacro-unused-arg",
+                f"the argument '{name}' has no effect: no file declares or uses it",
+                file=self.file, hint=nearest(name, known) or _declares(asked),
+            )
+            for name in given
+            if name not in asked
+        ]  # fmt: skip
+
     def diagnostics(self) -> list[Diagnostic]:
+        """All warnings and messages so far, and the macros that are not defined."""
         diagnostics = [
             Diagnostic("warning", slip.code, slip.message, file=file, line=slip.line)
             for file, slip in self.slips
@@ -334,40 +457,24 @@ class _Run:
             where = written.locate([f"xacro:{name}"], [caller])
             diagnostics.append(
                 Diagnostic(
-                    "error",
-                    "xacro-macro-unknown",
+                    "error", "xacro-macro-unknown",
                     f"the macro '{name}' is not defined: the <xacro:include> of the file that "
                     "defines it is missing",
-                    file=caller,
-                    line=where and where[1],
-                    hint=_defined_in(name, self.packages)
-                    or f"no .xacro file around defines it; --level {_LOWERED} leaves it out",
+                    file=caller, line=where and where[1], hint=_defined_in(name, self.packages),
                 )
-            )
-        diagnostics += [
-            Diagnostic(
-                "warning",
-                "package-unresolved",
+            )  # fmt: skip
+        for name, failure in self.packages_missing.items():
+            text = (
                 f"package '{name}' was not found; file names that begin with $(find {name}) lead "
-                "nowhere",
-                file=self.file,
-                hint=failure.hint,
+                "nowhere"
             )
-            for name, failure in self.packages_missing.items()
-        ]
-        diagnostics += [
-            Diagnostic(
-                level,
-                "xacro-warning" if level == "warning" else "xacro-message",
-                message,
-                file=where or self.file,
+            diagnostics.append(
+                Diagnostic("warning", "package-unresolved", text, file=self.file, hint=failure.hint)
             )
-            for level, message, where in dict.fromkeys(self.said)
-        ]
+        for level, text, file in self.messages:
+            code = "xacro-warning" if level == "warning" else "xacro-message"
+            diagnostics.append(Diagnostic(level, code, text, file=file or self.file))
         return diagnostics
-
-
-_LOWERED = "xacro-macro-unknown=warning"
 
 
 def _copy(name: str) -> Any:
@@ -393,142 +500,7 @@ def expand(
     :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``,
         ``xacro-expression``, ``xacro-too-large``, ``xacro-file``
     """
-    run = _Run(absolute(source), packages, args, trust)
-    undefined = None
-    try:
-        run()
-    except UndefinedArgumentError as error:
-        undefined = error
-    if undefined is not None:
-        # outside the handler, else each new error would have the first one as its context
-        _list_undefined(undefined, run)
-        raise undefined
-    diagnostics = run.diagnostics()
-    asked = run.args.asked
-    for name in args:
-        if name not in asked:
-            known = [other for other in asked if other not in args]
-            diagnostics.append(
-                Diagnostic(
-                    "warning",
-                    "xacro-unused-arg",
-                    f"the argument '{name}' has no effect: no file declares or uses it",
-                    file=run.file,
-                    hint=nearest(name, known) or _declares(asked),
-                )
-            )
-    files = [name for name in dict.fromkeys(run.read) if Path(name).is_file()]
-    return Expansion(run.text, files, diagnostics)
-
-
-class UndefinedArgumentError(ConversionError):
-    """``xacro-arg``: a value that nobody has given."""
-
-    name = ""
-
-
-def _list_undefined(error: UndefinedArgumentError, first: _Run) -> None:
-    """Make an error name all arguments that are not defined, as far as they can be found."""
-    missing = [error.name]
-    while len(missing) < 50:
-        given = {**first.args.given, **dict.fromkeys(missing, _ANY)}
-        try:
-            _Run(first.file, first.packages, given, first.trust)()
-        except UndefinedArgumentError as other:
-            if other.name in missing:
-                break
-            missing.append(other.name)
-        except ConversionError:
-            break  # the stand-in may be no good value here
-        else:
-            break
-    if len(missing) > 1:
-        listed = ", ".join(f"'{name}'" for name in missing)
-        _, stack, rest = error.message.partition("\n")
-        error.message = f"the arguments {listed} are not defined{stack}{rest}"
-        words = " ".join(f"--arg {name}:=VALUE" for name in missing)
-        keys = ", ".join(f"{name}: VALUE" for name in missing)
-        error.hint = f"give each a value: `xacro_args: {{{keys}}}` or `{words}`"
-
-
-def _explain(xacro: Any, error: Exception, run: _Run) -> ConversionError:
-    """The one error to show for anything that went wrong inside xacro."""
-    source = run.file
-    chain = _chain(error)
-    files = [absolute(name) for name in xacro.filestack or [source]]
-    read = list(dict.fromkeys([*files, *map(absolute, xacro.all_includes), source]))
-    text = _sentence(error)
-    file, line = files[-1], None
-    code, hint = "xacro", None
-
-    ours = next((one for one in chain if isinstance(one, ConversionError)), None)
-    if ours is None:
-        ours = _missing_package(f"{text} {chain[-1]}", run)
-    # the last one is where it was asked for
-    _, evaluated, expression = str(error).rpartition(_EVALUATING)
-    expression = expression.partition("\n")[0].rstrip("'") if evaluated else ""
-    undefined = _undefined_arg(chain, expression)
-    deep = next((one for one in chain if isinstance(one, RecursionError)), None)
-    unread = next((one for one in chain if isinstance(one, OSError)), None)
-    syntax = next((one for one in chain if isinstance(one, ExpatError)), None)
-    if ours is not None:
-        code, text, hint = ours.code, ours.message, ours.hint
-        looked_for = _quoted(text)[:1]
-        if expression and code.startswith("xacro-"):
-            looked_for = [f"${{{expression}}}", expression, *looked_for]
-    elif undefined is not None:
-        code = "xacro-arg"
-        text = f"the argument '{undefined}' is not defined"
-        declared = written.arguments(read)
-        close = nearest(undefined, declared)
-        hint = (
-            f"give it a value: `xacro_args: {{{undefined}: VALUE}}` or "
-            f"`--arg {undefined}:=VALUE`; {close + ' ' if close else ''}{_declares(declared)}"
-        )
-        looked_for = [f"$(arg {undefined})", f"'{undefined}'"]
-    elif syntax is not None:
-        try:
-            xml.explain_text(read_file(Path(file)), file)
-            text, line = "not well-formed XML: it cannot be read here", syntax.lineno
-        except ConversionError as explained:
-            code, text, line = explained.code, explained.message, explained.line
-            hint = explained.hint
-        except OSError:
-            text, line = "not well-formed XML", syntax.lineno
-        looked_for = []
-        if "unbound prefix" in str(syntax):
-            text = "the prefix xacro: is not declared"
-            hint = 'declare xmlns:xacro="http://www.ros.org/wiki/xacro" on the root element'
-    elif any(isinstance(one, MemoryError) for one in chain):
-        code, text = "memory-full", "xacro takes more memory than there is"
-        hint = "look for macros that call themselves, and for long texts or lists in expressions"
-        looked_for = []
-    elif deep is not None:
-        text = "macros, includes or properties that call themselves without an end"
-        looked_for = []
-    elif unread is not None and unread.filename:
-        text = f"cannot read {unread.filename}: {unread.strerror}"
-        looked_for = [Path(unread.filename).name]
-    else:
-        legacy = _legacy(read)
-        if legacy is not None:
-            return legacy
-        looked_for = [f"${{{expression}}}", expression] if expression else _quoted(text)
-    macro_files = [
-        macro.history[-1][-1]
-        for macro in reversed(xacro.macrostack or [])
-        if macro.history and macro.history[-1]
-    ]
-    if line is None:
-        places = dict.fromkeys([*map(absolute, filter(None, macro_files[:1])), *read])
-        file, line = written.locate(looked_for, list(places)) or (file, None)
-    kind = ConversionError if undefined is None else UndefinedArgumentError
-    exception = kind(code, text + _stack(xacro, files, file), file=file, line=line, hint=hint)
-    if isinstance(exception, UndefinedArgumentError):
-        exception.name = undefined or ""
-    if ours is not None and ours.exit_code != exception.exit_code:
-        exception = ConfigError(code, ours.message, hint=ours.hint)
-    return exception
+    return _Run(absolute(source), packages, args, trust).run()
 
 
 def _missing_package(text: str, run: _Run) -> ConversionError | None:
@@ -537,12 +509,18 @@ def _missing_package(text: str, run: _Run) -> ConversionError | None:
     return run.packages_missing.get(named[1]) if named else None
 
 
-def _defined_in(macro: str, packages: Packages) -> str | None:
+def _defined_in(macro: str, packages: Packages) -> str:
     """A hint that names the .xacro file, around the source or in the packages, of a macro."""
     file = written.macro(macro, dict.fromkeys([packages.source.parent, *packages.table.values()]))
     if file is None:
-        return None
+        lowered = "--level xacro-macro-unknown=warning"
+        return f"no .xacro file around defines it; {lowered} leaves it out"
     return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
+
+
+def _defining(macro: Any) -> str | None:
+    """The file of a macro."""
+    return macro.history[-1][-1] if macro.history and macro.history[-1] else None
 
 
 def _sentence(error: BaseException) -> str:
@@ -560,21 +538,11 @@ def _chain(error: BaseException) -> list[BaseException]:
     chain: list[BaseException] = []
     todo: list[BaseException | None] = [error]
     while todo:
-        one = todo.pop()
-        if one is not None and all(one is not other for other in chain):
-            chain.append(one)
-            todo += [one.__context__, one.__cause__, getattr(one, "exc", None)]
+        cause = todo.pop()
+        if cause is not None and all(cause is not known for known in chain):
+            chain.append(cause)
+            todo += [cause.__context__, cause.__cause__, getattr(cause, "exc", None)]
     return chain
-
-
-def _undefined_arg(chain: list[BaseException], expression: str) -> str | None:
-    for one in chain:
-        if type(one).__name__ == "ArgException":
-            return str(one)
-    called = _XACRO_ARG.search(expression)
-    if called and any(isinstance(one, KeyError) and one.args == (called[1],) for one in chain):
-        return called[1]
-    return None
 
 
 def _declares(names: Iterable[str]) -> str:
@@ -594,34 +562,13 @@ def _quoted(text: str) -> list[str]:
     ]
 
 
-def _stack(xacro: Any, files: list[str], shown: str) -> str:
-    """The macros, then the includes, that led to the error, innermost first."""
-    lines = []
-    says = "in the macro"
-    for macro in reversed(xacro.macrostack or []):
-        name = macro.body.getAttribute("name") if macro.body is not None else "?"
-        where = macro.history[-1][-1] if macro.history and macro.history[-1] else "?"
-        lines.append(f"{says} '{name}' of {where}")
-        says = "called by the macro"
-    says = "in the file"
-    for file in reversed(files):
-        if not (len(files) == 1 and file == shown):
-            lines.append(f"{says} {file}")
-        says = "included from"
-    if len(lines) > _SHOWN:
-        half = _SHOWN // 2
-        lines[half:-half] = [f"... {len(lines) - 2 * half} more ..."]
-    return "".join(f"\n  {line}" for line in lines)
-
-
 def _legacy(files: list[str]) -> ConversionError | None:
     """An error for the first element in the form that xacro has not read since 2014."""
     from lxml import etree
 
-    parser = etree.XMLParser(recover=True, resolve_entities=False, no_network=True)
     for file in files:
         try:
-            root = xml_lines.parse(written.text(file).encode(), parser)
+            root = xml_lines.parse(written.text(file).encode(), xml_lines.parser(recover=True))
         except (etree.XMLSyntaxError, ValueError):
             continue
         children: Any = () if root is None else root.iterchildren(*LEGACY)

@@ -26,8 +26,6 @@ class Slip(msgspec.Struct, frozen=True):
 
 
 _BEGINS = "a URDF file begins with <?xml ...?> or <robot name=...>"
-#: How files are parsed that may come from anywhere.
-_SAFE: dict[str, Any] = {"resolve_entities": False, "no_network": True, "load_dtd": False}
 #: Longer comments are not read by libxml2.
 _LONG = 9_999_999
 _BOM = b"\xef\xbb\xbf"
@@ -56,7 +54,7 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
             explain(data, file, error, log, _BEGINS)
         # old files use prefixes that they do not declare
         slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
-        root = xml_lines.parse(data, _parser(recover=True))
+        root = xml_lines.parse(data, xml_lines.parser(recover=True))
     if root is None:
         raise ConversionError("xml-syntax", "there is no XML element in the file", file=file)
     check_entities(root, file)
@@ -129,16 +127,8 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     return text, slips
 
 
-def explain_text(data: bytes, file: str) -> None:
-    """Raise the error for a text that another parser has refused, if ours refuses it, too."""
-    data, _ = mend(data)
-    _, log, error = _attempt(data)
-    if error is not None and not _only_prefixes(log):
-        explain(data, file, error, log, _BEGINS)
-
-
 def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
-    parser = _parser()
+    parser = xml_lines.parser()
     try:
         return xml_lines.parse(data, parser), [], None
     except etree.XMLSyntaxError as error:
@@ -149,10 +139,6 @@ def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
 
 def _only_prefixes(log: list[Any]) -> bool:
     return bool(log) and all(entry.domain_name == "NAMESPACE" for entry in log)
-
-
-def _parser(recover: bool = False) -> etree.XMLParser:
-    return etree.XMLParser(recover=recover, **_SAFE)
 
 
 def _blanked(text: bytes) -> bytes:
