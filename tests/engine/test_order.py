@@ -211,3 +211,12 @@ def test_the_same_robot_by_either_preset(tmp_path: Path) -> None:
     assert convert(CONFIGS / "lamp.urdf", pipeline=passes_of("faithful")).data == (
         convert(CONFIGS / "lamp.urdf").data
     )
+
+
+@pytest.mark.parametrize("name", ["contacts", "sensors", "loops", "forces"])
+def test_points_that_come_after_the_diagram_are_an_error(name: str) -> None:
+    pipeline = [one for one in passes_of("faithful") if one != name]
+    with pytest.raises(ConfigError) as caught:
+        convert_text(pipeline=pipeline, after={"layout": name})
+    assert caught.value.code == "stale"
+    assert name in caught.value.message
