@@ -7,7 +7,7 @@ from math import hypot
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
-from urdf2mbs.spatial import HERE, ZERO, Rot, Vec, add, from_rpy, multiply, rotate
+from urdf2mbs.spatial import add, rotate
 from urdf2mbs.urdf.model import Box, Cylinder, Mesh
 
 #: The height (m) of the human-sized robots whose view the scale factors are taken from.
@@ -46,17 +46,11 @@ def fit_view(conversion: Conversion) -> View:
 def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
     """The box (m) round all link frames, centres of mass and primitive shapes, at zero."""
     robot = conversion.robot
-    frames: dict[str, tuple[Vec, Rot]] = {}
-    for joint in robot.depth_first():
-        xyz, rot = frames.get(joint.parent, HERE)  # the first parent is the root
-        xyz = add(xyz, rotate(rot, joint.origin.xyz))
-        if joint.origin.rpy != ZERO:
-            rot = multiply(rot, from_rpy(joint.origin.rpy))
-        frames[joint.child] = xyz, rot
-    points = [ZERO, *[xyz for xyz, _ in frames.values()]]
+    poses = robot.poses()
+    points = [xyz for xyz, _ in poses.values()]
     for name, link in robot.links.items():
-        xyz, rot = frames.get(name, HERE)
-        if link.inertial is not None and link.inertial.origin.xyz != ZERO:
+        xyz, rot = poses[name]
+        if link.inertial is not None:
             points.append(add(xyz, rotate(rot, link.inertial.origin.xyz)))
         for visual in link.visuals:
             shape = visual.geometry

@@ -41,8 +41,7 @@ class Mimic(Pass):
             for name, joint in robot.joints.items()
             if joint.mimic is not None and joint.moves and name not in conversion.frozen
         ]
-        for pattern in self.joints:
-            choose(pattern, followers, "mimic-joints", "mimic: no joint that mimics another")
+        choose(self.joints, followers, "mimic-joints", "mimic: no joint that mimics another")
         in_project = conversion.settings.project is not None
         natures = {name: _nature(name, self, in_project=in_project) for name in followers}
         for name, nature in natures.items():
