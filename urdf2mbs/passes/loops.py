@@ -71,7 +71,7 @@ class Cut(msgspec.Struct, forbid_unknown_fields=True):
 
 class Loops(Pass):
     reads = ("robot", "bodies", "joints", "couplings", "posture")
-    writes = ("anchors", "joints", "posture", "forces")
+    writes = ("anchors", "joints", "forces")
 
     cuts: dict[str, Cut] = {}
     """Name: ``{kind: ball, rod or solid, ends: [{link, at}, {link, at}], length}``."""
