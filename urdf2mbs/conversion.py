@@ -175,6 +175,20 @@ def choose(patterns: Iterable[str], names: Collection[str], code: str, what: str
     return list(chosen)
 
 
+def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, float, float]:
+    """The first joint up the chain of ``<mimic>`` that follows none or is ``free``, and the
+    multiplier and offset (rad or m) with which the joint ``name`` follows it."""
+    mimic = robot.joints[name].mimic
+    multiplier, offset = 1.0, 0.0
+    # the reader has seen to it that there are no loops
+    while mimic is not None:
+        offset += multiplier * mimic.offset
+        multiplier *= mimic.multiplier
+        name = mimic.joint
+        mimic = None if name in free else robot.joints[name].mimic
+    return name, multiplier, offset
+
+
 class Conversion:
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 

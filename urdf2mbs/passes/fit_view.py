@@ -19,28 +19,20 @@ class FitView(Pass):
     writes = ("view",)
 
     def run(self, conversion: Conversion) -> None:
-        conversion.mbs.view = fit_view(conversion)
-
-
-def fit_view(conversion: Conversion) -> View:
-    """A camera that sees the whole robot at zero, and symbols of a size to match."""
-    low, high = _extent(conversion)
-    x, y, z = (_short((a + b) / 2) for a, b in zip(low, high, strict=True))
-    centre = (x, y, z)
-    size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
-    away = (_short(x + 1.3 * size), _short(y + 0.6 * size), _short(z + 0.5 * size))
-    unit = size / HUMAN
-    return View(
-        frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
-        point=_short(0.3 * unit),
-        viewpoints=[
-            Viewpoint(
-                "Whole_robot", position=away, target=centre,
-                front_clip=_short(0.005 * size), back_clip=_short(30 * size),
-            )
-        ],
-        lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
-    )  # fmt: skip
+        low, high = _extent(conversion)
+        x, y, z = (_short((a + b) / 2) for a, b in zip(low, high, strict=True))
+        size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
+        away = (_short(x + 1.3 * size), _short(y + 0.6 * size), _short(z + 0.5 * size))
+        camera = Viewpoint(
+            "Whole_robot", position=away, target=(x, y, z),
+            front_clip=_short(0.005 * size), back_clip=_short(30 * size),
+        )  # fmt: skip
+        unit = size / HUMAN
+        conversion.mbs.view = View(
+            frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
+            point=_short(0.3 * unit), viewpoints=[camera],
+            lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
+        )  # fmt: skip
 
 
 def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
