@@ -39,3 +39,8 @@ def test_what_is_long_has_a_reason() -> None:
             if isinstance(node, ast.FunctionDef):
                 lines = (node.end_lineno or 0) - node.lineno + 1
                 assert lines <= 70 or f"`{node.name}`" in told, (path, node.name, lines)
+
+
+def test_every_pass_has_its_tests() -> None:
+    for file in (PACKAGE / "passes").glob("[a-z]*.py"):
+        assert (ROOT / "tests" / "passes" / f"test_{file.name}").is_file(), file.name

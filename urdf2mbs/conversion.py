@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference, nearest
 from urdf2mbs.levels import Levels
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
-from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
+from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
@@ -155,16 +155,38 @@ class Proof(msgspec.Struct):
     """What Robotran reads and nothing compared: each thing, and why."""
 
 
-def choose(pattern: str, names: Collection[str], code: str, what: str) -> list[str]:
-    """The names that a pattern of an option fits.
+def fits(name: str, patterns: Iterable[str]) -> bool:
+    """True if a name fits one of the patterns of an option."""
+    return any(fnmatchcase(name, pattern) for pattern in patterns)
 
-    Raises ConfigError of that ``code`` where there is none: ``what`` is called so.
+
+def choose(patterns: Iterable[str], names: Collection[str], code: str, what: str) -> list[str]:
+    """The names that the patterns of an option fit, in the order of the patterns.
+
+    Raises ConfigError of that ``code`` where a pattern fits none: ``what`` is called so.
     """
-    chosen = [name for name in names if fnmatchcase(name, pattern)]
-    if not chosen:
-        hint = nearest(pattern, names) or "'*' in a pattern stands for any text: '*_foot'"
-        raise ConfigError(code, f"{what} is called '{pattern}'", hint=hint)
-    return chosen
+    chosen: dict[str, None] = {}
+    for pattern in patterns:
+        fitting = [name for name in names if fnmatchcase(name, pattern)]
+        if not fitting:
+            hint = nearest(pattern, names) or "'*' in a pattern stands for any text: '*_foot'"
+            raise ConfigError(code, f"{what} is called '{pattern}'", hint=hint)
+        chosen |= dict.fromkeys(fitting)
+    return list(chosen)
+
+
+def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, float, float]:
+    """The first joint up the chain of ``<mimic>`` that follows none or is ``free``, and the
+    multiplier and offset (rad or m) with which the joint ``name`` follows it."""
+    mimic = robot.joints[name].mimic
+    multiplier, offset = 1.0, 0.0
+    # the reader has seen to it that there are no loops
+    while mimic is not None:
+        offset += multiplier * mimic.offset
+        multiplier *= mimic.multiplier
+        name = mimic.joint
+        mimic = None if name in free else robot.joints[name].mimic
+    return name, multiplier, offset
 
 
 class Conversion:
@@ -241,6 +263,10 @@ class Conversion:
         for segment in self.segments.values():
             yield from segment.steps
 
+    def single_coordinates(self) -> list[tuple[Step, mbs.Joint]]:
+        """The URDF's joints that move by one coordinate, each with its joint of the .mbs."""
+        return [(step, step.coordinates[0]) for step in self.steps() if len(step.coordinates) == 1]
+
     def parts(self) -> dict[str, tuple[Segment, Pose]]:
         """Each link that is part of a segment, with its constant pose in it."""
         return {
@@ -249,14 +275,19 @@ class Conversion:
             for link, pose in segment.parts.items()
         }
 
-    def part(self, link: str, code: str, what: str) -> tuple[Segment, Pose]:
-        """The segment that a link is part of, and the link's constant pose in it.
+    def add_point(
+        self, name: str, link: str, at: Vec, code: str, what: str
+    ) -> tuple[str | None, mbs.Point]:
+        """Make an anchor point at a place of a link (m, in its frame).
 
-        Raises ConfigError of that ``code`` where there is none: ``what`` is at this link.
+        Returns the name of the body (None: the base) and the point.  Raises ConfigError of that
+        ``code`` where the link is part of no segment: ``what`` is at this link.
         """
         for segment in self.segments.values():
             if link in segment.parts:
-                return segment, segment.parts[link]
+                point = mbs.Point(name, compose(segment.parts[link], Pose(at)).xyz)
+                segment.holder.points.append(point)
+                return None if segment.parent is None else segment.body.name, point
         known = self.robot.links
         raise ConfigError(
             code,

@@ -8,11 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import parse
-from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.output import write_files
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -77,17 +73,3 @@ def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any)
     assert main(["equations", str(tmp_path / "no.mbs")]) == 2
     assert main(["equations", str(model), "--numba", "--language", "c"]) == 2
     assert "Traceback" not in capsys.readouterr().err
-
-
-def test_the_pass_works_where_it_is_asked_to(tmp_path: Path) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    asked = "source: tiny.urdf\noutput: {project: tiny}\npasses:\n  equations: {language: c}\n"
-    for text, wanted in (("source: tiny.urdf\n", 0), (asked, 11)):
-        conversion = Pipeline(*parse(text, tmp_path / "tiny.yaml")).run()
-        files = [path for path in conversion.files if path.parent.name == "symbolicR"]
-        assert len(files) == wanted
-    write_files(conversion.files)
-    (tmp_path / "tiny" / "symbolicR" / "mbs_link_tiny.c").write_text("mine")
-    conversion = Pipeline(*parse(asked, tmp_path / "tiny.yaml")).run()
-    with pytest.raises(ConfigError, match="has no seal of urdf2mbs"):
-        write_files(conversion.files)

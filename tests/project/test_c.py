@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import SHARED
+from passes.test_mimic import CHAIN
 from project.standin import MbsData, from1, make, user_functions, without_meshes
-from project.test_mimic import CHAIN
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADERS = Path(__file__).with_name("mbsysc")

@@ -79,7 +79,9 @@ SECTIONS: dict[str, Callable[[Conversion], Any]] = {
     "inertias": lambda c: [
         (body.mass, body.com, body.inertia) for body in c.mbs.bodies if body.mass is not None
     ],
-    "joints": lambda c: [(joint.type, joint.nature, joint.symbols) for joint in _joints_of(c)],
+    "joints": lambda c: [
+        (joint.type, joint.nature, joint.symbols, joint.actuated) for joint in _joints_of(c)
+    ],
     "couplings": _couplings,
     "anchors": _anchors,
     "posture": lambda c: [joint.q for joint in _joints_of(c) if joint.q],

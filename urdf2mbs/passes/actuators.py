@@ -26,9 +26,8 @@ class Actuators(Pass):
         joints = {
             step.joint.name: step.coordinates for step in conversion.steps() if step.coordinates
         }
-        for pattern in self.joints:
-            what = "actuators: no joint that moves"
-            chosen.update(choose(pattern, joints, "actuators-joints", what))
+        what = "actuators: no joint that moves"
+        chosen.update(choose(self.joints, joints, "actuators-joints", what))
         for name, coordinates in joints.items():
             # a joint that follows another has no motor of its own
             if name in chosen:

@@ -18,7 +18,6 @@ robot at zero has its feet below the ground.
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from math import dist, hypot, sqrt
 from typing import Annotated, Any
 
@@ -109,12 +108,11 @@ class Contacts(Pass):
 def _chosen(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
     """The links, each with its body and its pose in it."""
     links = list(conversion.robot.links)
-    for name in (*options.links, *options.points):
-        choose(name, links, "contacts-links", "contacts: no link")
+    chosen = choose((*options.links, *options.points), links, "contacts-links", "contacts: no link")
     parts = conversion.parts()
     places: dict[str, tuple[Segment, Pose]] = {}
     for link in links:
-        if link not in options.points and not any(fnmatchcase(link, p) for p in options.links):
+        if link not in chosen:
             continue
         segment, pose = parts.get(link, (None, None))
         if segment is None or pose is None or segment.parent is None:

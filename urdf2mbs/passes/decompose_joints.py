@@ -24,6 +24,7 @@ from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
 #: What a unit axis may be off a coordinate axis or plane without a word: the rounding of a double.
 ROUNDING = 1e-15
+SIX: tuple[str, ...] = ("T1", "T2", "T3", "R1", "R2", "R3")
 
 
 class DecomposeJoints(Pass):
@@ -38,7 +39,9 @@ class DecomposeJoints(Pass):
                 decompose(step)
                 for joint in step.joints:
                     if joint.name != step.joint.name:
-                        _name_apart(joint, taken)
+                        # a URDF joint may have the name of a driven joint of ours
+                        joint.name = free_name(joint.name, taken)
+                        taken.add(joint.name)
                 joints += step.joints
                 _tell_axis(conversion, step)
                 if step.flipped:
@@ -56,21 +59,15 @@ class DecomposeJoints(Pass):
 def decompose(step: Step) -> None:
     """Give a step its .mbs joints, in the order in which they act."""
     name, kind = step.joint.name, step.joint.type
-    origin = [_driven(f"{name}_origin_R{k}", k, angle) for k, angle in step.turns]
-    turns: tuple[Turn, ...] = ()
-    if kind == "fixed" and step.measured is not None:
-        step.coordinates = []
-        six = ("T1", "T2", "T3", "R1", "R2", "R3")
-        held = [Joint(f"{name}_{type_}", type_, "driven", q=0.0, symbols=("q",)) for type_ in six]
-        step.joints = [*origin, *held]
-        return
+    origin = _turns(f"{name}_origin", step.turns)
     if kind == "fixed":
+        held = {f"{name}_{type_}": type_ for type_ in SIX} if step.measured else {name: "T3"}
         step.coordinates = []
-        step.joints = [*origin, Joint(name, "T3", "driven", q=0.0, symbols=("q",))]
+        step.joints = [*origin, *(_driven(name, type_, 0.0) for name, type_ in held.items())]
         return
-    if kind == "floating":
-        types: tuple[str, ...] = ("T1", "T2", "T3", "R1", "R2", "R3")
-    else:
+    turns: tuple[Turn, ...] = ()
+    types = SIX
+    if kind != "floating":
         turns, k = axis_turns(step.axis)
         if kind == "planar":
             types = (f"T{k % 3 + 1}", f"T{(k + 1) % 3 + 1}", f"R{k}")
@@ -80,20 +77,17 @@ def decompose(step: Step) -> None:
         step.coordinates = [Joint(f"{name}_flipped" if step.flipped else name, types[0])]
     else:
         step.coordinates = [Joint(f"{name}_{type_}", type_) for type_ in types]
-    there = [_driven(f"{name}_axis_R{k}", k, angle) for k, angle in turns]
-    turned_back = [(k, -angle) for k, angle in reversed(turns)]
-    back = [_driven(f"{name}_back_R{k}", k, angle) for k, angle in (*turned_back, *step.after)]
+    undone = tuple((k, -angle) for k, angle in reversed(turns))
+    there, back = _turns(f"{name}_axis", turns), _turns(f"{name}_back", undone + step.after)
     step.joints = [*origin, *there, *step.coordinates, *back]
 
 
-def _name_apart(joint: Joint, taken: set[str]) -> None:
-    """Rename one of our driven joints where a URDF joint has its name already."""
-    joint.name = free_name(joint.name, taken)
-    taken.add(joint.name)
+def _turns(name: str, turns: tuple[Turn, ...]) -> list[Joint]:
+    return [_driven(f"{name}_R{k}", f"R{k}", angle) for k, angle in turns]
 
 
-def _driven(name: str, k: int, angle: float) -> Joint:
-    return Joint(name, f"R{k}", "driven", q=angle, symbols=("q",))
+def _driven(name: str, type_: str, q: float) -> Joint:
+    return Joint(name, type_, "driven", q=q, symbols=("q",))
 
 
 def _tell_axis(conversion: Conversion, step: Step) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
@@ -38,29 +38,25 @@ class Equations(Pass):
             return
         data = conversion.files[output]
         if self.language is not None:
-            _write(conversion, self, data)
+            self._write(conversion, data)
         _warn_of_stale(conversion, data)
 
+    def _write(self, conversion: Conversion, data: bytes) -> None:
+        from urdf2mbs.equations import generate  # which takes time, and is seldom asked for
 
-def _write(conversion: Conversion, options: Equations, data: bytes) -> None:
-
-    from urdf2mbs.equations import generate  # which takes time, and is seldom asked for
-
-    output = conversion.settings.output
-    mbs = read(data, str(output), mechanics_only=True)
-    folder = _folder(conversion)
-    languages = ("python", "c") if options.language == "both" else (options.language or "python",)
-    for language in languages:
-        made = generate(
-            mbs, data, output.name, language=language, fold=options.fold, pairs=options.pairs
-        )
-        for name, text in made.files.items():
-            conversion.files[folder / name] = text
-    report: dict[str, Any] = {
-        "counts": {name: count.operations for name, count in made.counts.items()},
-        "not_generated": made.left_out,
-    }
-    conversion.report["equations"] = report
+        output = conversion.settings.output
+        mbs = read(data, str(output), mechanics_only=True)
+        for language in ("python", "c"):
+            if self.language in (language, "both"):
+                made = generate(
+                    mbs, data, output.name, language=language, fold=self.fold, pairs=self.pairs
+                )
+                for name, text in made.files.items():
+                    conversion.files[_folder(conversion) / name] = text
+        conversion.report["equations"] = {
+            "counts": {name: count.operations for name, count in made.counts.items()},
+            "not_generated": made.left_out,
+        }
 
 
 def _folder(conversion: Conversion) -> Path:

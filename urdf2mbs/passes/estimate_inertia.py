@@ -75,7 +75,8 @@ def _repair(conversion: Conversion) -> None:
     if not repaired:
         return
     # the warnings about these inertias no longer hold
-    conversion.diagnostics = [d for d in conversion.diagnostics if d.code not in IMPOSSIBLE]
+    for code in IMPOSSIBLE:
+        conversion.settle(code)
     listed = some(
         f"link '{name}' by {it['moved']:.3g} kg m^2 ({100 * it['moved_relative']:.3g} %)"
         + (f" and from {it['mass'][0]:.6g} kg to 0" if it["mass"][0] < 0.0 else "")

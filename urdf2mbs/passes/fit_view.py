@@ -7,7 +7,7 @@ from math import hypot
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
-from urdf2mbs.spatial import HERE, ZERO, Rot, Vec, add, from_rpy, multiply, rotate
+from urdf2mbs.spatial import add, rotate
 from urdf2mbs.urdf.model import Box, Cylinder, Mesh
 
 #: The height (m) of the human-sized robots whose view the scale factors are taken from.
@@ -19,44 +19,30 @@ class FitView(Pass):
     writes = ("view",)
 
     def run(self, conversion: Conversion) -> None:
-        conversion.mbs.view = fit_view(conversion)
-
-
-def fit_view(conversion: Conversion) -> View:
-    """A camera that sees the whole robot at zero, and symbols of a size to match."""
-    low, high = _extent(conversion)
-    x, y, z = (_short((a + b) / 2) for a, b in zip(low, high, strict=True))
-    centre = (x, y, z)
-    size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
-    away = (_short(x + 1.3 * size), _short(y + 0.6 * size), _short(z + 0.5 * size))
-    unit = size / HUMAN
-    return View(
-        frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
-        point=_short(0.3 * unit),
-        viewpoints=[
-            Viewpoint(
-                "Whole_robot", position=away, target=centre,
-                front_clip=_short(0.005 * size), back_clip=_short(30 * size),
-            )
-        ],
-        lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
-    )  # fmt: skip
+        low, high = _extent(conversion)
+        x, y, z = (_short((a + b) / 2) for a, b in zip(low, high, strict=True))
+        size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
+        away = (_short(x + 1.3 * size), _short(y + 0.6 * size), _short(z + 0.5 * size))
+        camera = Viewpoint(
+            "Whole_robot", position=away, target=(x, y, z),
+            front_clip=_short(0.005 * size), back_clip=_short(30 * size),
+        )  # fmt: skip
+        unit = size / HUMAN
+        conversion.mbs.view = View(
+            frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
+            point=_short(0.3 * unit), viewpoints=[camera],
+            lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
+        )  # fmt: skip
 
 
 def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
     """The box (m) round all link frames, centres of mass and primitive shapes, at zero."""
     robot = conversion.robot
-    frames: dict[str, tuple[Vec, Rot]] = {}
-    for joint in robot.depth_first():
-        xyz, rot = frames.get(joint.parent, HERE)  # the first parent is the root
-        xyz = add(xyz, rotate(rot, joint.origin.xyz))
-        if joint.origin.rpy != ZERO:
-            rot = multiply(rot, from_rpy(joint.origin.rpy))
-        frames[joint.child] = xyz, rot
-    points = [ZERO, *[xyz for xyz, _ in frames.values()]]
+    poses = robot.poses()
+    points = [xyz for xyz, _ in poses.values()]
     for name, link in robot.links.items():
-        xyz, rot = frames.get(name, HERE)
-        if link.inertial is not None and link.inertial.origin.xyz != ZERO:
+        xyz, rot = poses[name]
+        if link.inertial is not None:
             points.append(add(xyz, rotate(rot, link.inertial.origin.xyz)))
         for visual in link.visuals:
             shape = visual.geometry

@@ -12,15 +12,15 @@ from math import dist
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Segment
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Connection, Parameter, Point, Sensor, UserModel
+from urdf2mbs.mbs.model import Connection, Parameter, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.ranges import Force, Gain, Length, Place, Time
 from urdf2mbs.simulation import Spring, Wrench
-from urdf2mbs.spatial import ZERO, Pose, Vec, compose
+from urdf2mbs.spatial import ZERO
 
 #: All that Robotran can compute at a point.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
@@ -83,8 +83,9 @@ class Forces(Pass):
         # forces and links share a name space with bodies and joints, and must not take their names
         taken = conversion.robot.links.keys() | conversion.robot.joints.keys()
         for name, wrench in self.wrenches.items():
-            segment, point = _point(conversion, name, f"{name}_at", wrench.link, wrench.at)
-            if segment.parent is None:
+            acts = ("forces-link", f"forces: '{name}' acts on")
+            body, point = conversion.add_point(f"{name}_at", wrench.link, wrench.at, *acts)
+            if body is None:
                 raise ConfigError(
                     "forces-link",
                     f"forces: '{name}' acts on link '{wrench.link}', which never moves",
@@ -100,10 +101,11 @@ class Forces(Pass):
         damping: dict[str, float] = {}
         lengths: dict[str, float] = {}
         for name, spring in self.springs.items():
+            acts = ("forces-link", f"forces: '{name}' acts on")
             ends: list[tuple[str | None, str | None]] = []
             for number, end in enumerate(spring.ends, start=1):
-                segment, point = _point(conversion, name, f"{name}_{number}", end.link, end.at)
-                ends.append((None if segment.parent is None else segment.body.name, point.name))
+                body, point = conversion.add_point(f"{name}_{number}", end.link, end.at, *acts)
+                ends.append((body, point.name))
             own = f"{name}_spring" if name in taken else name
             link = Connection("link", own, ends[0], ends[1])
             mbs.links.append(link)
@@ -126,16 +128,6 @@ class Forces(Pass):
             "wrenches": [wrench.point for wrench in simulation.wrenches],
             "springs": [spring.link for spring in simulation.springs],
         }
-
-
-def _point(
-    conversion: Conversion, name: str, point: str, link: str, at: Vec
-) -> tuple[Segment, Point]:
-    """A new anchor point of a link, and what carries it."""
-    segment, pose = conversion.part(link, "forces-link", f"forces: '{name}' acts on")
-    made = Point(point, compose(pose, Pose(at)).xyz)
-    segment.holder.points.append(made)
-    return segment, made
 
 
 def _model(name: str, values: dict[str, float]) -> UserModel:

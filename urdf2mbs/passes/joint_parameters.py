@@ -62,10 +62,8 @@ class JointParameters(Pass):
         # the limits of a joint that counts the other way round have changed places and signs
         joints = conversion.robot.with_flipped(conversion.names.flipped).joints
         held = {
-            step.joint.name: (joints.get(step.joint.name, step.joint), step.coordinates[0])
-            for segment in conversion.segments.values()
-            for step in segment.steps
-            if len(step.coordinates) == 1
+            step.joint.name: (joints.get(step.joint.name, step.joint), joint)
+            for step, joint in conversion.single_coordinates()
         }
         kinds = _kinds(conversion, list(held.values()))
         models: dict[str, dict[str, float]] = {

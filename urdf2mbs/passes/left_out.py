@@ -48,9 +48,8 @@ class LeftOut(Pass):
         tags: dict[str, int] = {}
         used = set(map(id, conversion.simulation.used))
         for extension in conversion.robot.extensions:
-            if id(extension) in used:
-                continue
-            tags[extension.tag] = tags.get(extension.tag, 0) + 1
+            if id(extension) not in used:
+                tags[extension.tag] = tags.get(extension.tag, 0) + 1
         if tags:
             listed = ", ".join(f"{count} <{tag}>" for tag, count in tags.items())
             conversion.note("extension", f".mbs has no place for {listed}; left out")

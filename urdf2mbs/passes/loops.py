@@ -14,17 +14,16 @@ out before those nearer to the base.  A loop that is not closed there is told, w
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from math import asin, dist
 from typing import Literal
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Segment
+from urdf2mbs.conversion import Conversion, fits
 from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.kinematics import Placed, Placement, place
-from urdf2mbs.mbs.model import Connection, Mbs, Point
+from urdf2mbs.mbs.kinematics import Placement, place
+from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.ranges import Place, PositiveLength
 from urdf2mbs.spatial import (
@@ -72,7 +71,7 @@ class Cut(msgspec.Struct, forbid_unknown_fields=True):
 
 class Loops(Pass):
     reads = ("robot", "bodies", "joints", "couplings", "posture")
-    writes = ("anchors", "joints", "posture", "forces")
+    writes = ("anchors", "joints", "forces")
 
     cuts: dict[str, Cut] = {}
     """Name: ``{kind: ball, rod or solid, ends: [{link, at}, {link, at}], length}``."""
@@ -100,8 +99,14 @@ class Loops(Pass):
                     "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
                     hint="only a rod has a length",
                 )  # fmt: skip
-            first, second = (_end(conversion, name, number, cut) for number in (1, 2))
-            mbs.cuts.append(Connection(cut.kind, name, first, second))
+            ends: list[tuple[str | None, str | None]] = []
+            for number, end in enumerate(cut.ends, start=1):
+                what = f"loops: cut '{name}' ends at"
+                body, point = conversion.add_point(
+                    f"{name}_{number}", end.link, end.at, "loops-link", what
+                )
+                ends.append((body, point.name))
+            mbs.cuts.append(Connection(cut.kind, name, ends[0], ends[1]))
         placement = place(mbs)
         for connection in mbs.cuts:
             if connection.kind == "rod":
@@ -135,20 +140,6 @@ class Loops(Pass):
 
 
 # --- where cuts come from ---
-
-
-def _end(conversion: Conversion, name: str, number: int, cut: Cut) -> tuple[str | None, str | None]:
-    """Body and anchor point of one end of a cut; the point is made."""
-    end = cut.ends[number - 1]
-    segment, pose = _holder(conversion, name, end.link)
-    ground = segment.parent is None
-    point = Point(f"{name}_{number}", compose(pose, Pose(end.at)).xyz)
-    segment.holder.points.append(point)
-    return None if ground else segment.body.name, point.name
-
-
-def _holder(conversion: Conversion, name: str, link: str) -> tuple[Segment, Pose]:
-    return conversion.part(link, "loops-link", f"loops: cut '{name}' ends at")
 
 
 def _from_sdf(
@@ -254,23 +245,13 @@ def _folded(
 
 def _order(conversion: Conversion, placement: Placement, options: Loops) -> list[int]:
     """The joints that may become dependent, the best first."""
-    of = {
-        id(joint): step.joint.name
-        for step in conversion.steps()
-        if len(step.coordinates) == 1
-        for joint in step.coordinates
+    free = {
+        id(joint)
+        for step, joint in conversion.single_coordinates()
+        if joint.nature == "independent" and fits(step.joint.name, options.dependent or ["*"])
     }
-    free = [i for i, placed in enumerate(placement.joints) if _free(placed, of)]
-    if options.dependent:
-        free = [
-            i for i in free
-            if any(fnmatchcase(of[id(placement.joints[i].joint)], p) for p in options.dependent)
-        ]  # fmt: skip
-    return sorted(free, key=lambda i: (placement.joints[i].joint.actuated, -i))
-
-
-def _free(placed: Placed, of: dict[int, str]) -> bool:
-    return id(placed.joint) in of and placed.joint.nature == "independent"
+    indices = [i for i, placed in enumerate(placement.joints) if id(placed.joint) in free]
+    return sorted(indices, key=lambda i: (placement.joints[i].joint.actuated, -i))
 
 
 def independent_columns(rows: list[dict[int, float]], order: list[int]) -> list[int]:
@@ -320,11 +301,9 @@ def _without_needless(
         if rank(rows(), placement) < before:
             mbs.cuts.append(second)
             continue
-        for body_name, point_name in (second.endpoint1, second.endpoint2):
-            owner = mbs.base if body_name is None else next(
-                body for body in mbs.bodies if body.name == body_name
-            )  # fmt: skip
-            owner.points[:] = [point for point in owner.points if point.name != point_name]
+        ends = (second.endpoint1, second.endpoint2)
+        for owner, points in ((None, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)):
+            points[:] = [point for point in points if (owner, point.name) not in ends]
     return rows()
 
 

@@ -8,9 +8,7 @@ part of the ground, except where nothing at all moves, since an .mbs wants a bod
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
-from urdf2mbs.conversion import Conversion, Segment, Step
+from urdf2mbs.conversion import Conversion, Segment, Step, fits
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.spatial import HERE, Pose, compose, fewest_turns, from_turns
 
@@ -26,9 +24,7 @@ class LumpFixed(Pass):
         kept: dict[str, Segment] = {}
         moved: dict[str, tuple[Segment, Pose]] = {}
         """Where each old segment's frame is now."""
-        still = not any(
-            s.joint.moves for segment in conversion.segments.values() for s in segment.steps
-        )
+        still = not any(step.joint.moves for step in conversion.steps())
         for segment in conversion.segments.values():
             if segment.parent is None:
                 kept[segment.link] = segment
@@ -40,7 +36,7 @@ class LumpFixed(Pass):
                 pose = compose(offset, Pose(step.xyz, from_turns(step.turns)))
                 carried = {link: compose(pose, at) for link, at in step.frames.items()}
                 needed = not steps and step is segment.steps[-1]
-                stays = needed and (_matches(segment.link, self.keep) or (still and len(kept) == 1))
+                stays = needed and (fits(segment.link, self.keep) or (still and len(kept) == 1))
                 if step.joint.moves or step.measured or stays:
                     if offset is not HERE:
                         step.xyz, step.turns = pose.xyz, fewest_turns(pose.rot)
@@ -60,10 +56,6 @@ class LumpFixed(Pass):
                 moved[segment.link] = (holder, offset)
         conversion.regroup(kept)
         _tell_ground(conversion)
-
-
-def _matches(link: str, patterns: list[str]) -> bool:
-    return any(fnmatchcase(link, pattern) for pattern in patterns)
 
 
 def _tell_ground(conversion: Conversion) -> None:

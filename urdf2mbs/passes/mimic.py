@@ -11,14 +11,14 @@ warning, unless the option says otherwise.
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from typing import Literal
 
-from urdf2mbs.conversion import Conversion, choose
+import msgspec
+
+from urdf2mbs.conversion import Conversion, choose, fits, follow
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import UserConstraint
 from urdf2mbs.simulation import Coupling
-from urdf2mbs.urdf.model import Robot
 
 Nature = Literal["dependent", "independent", "driven"]
 
@@ -41,14 +41,14 @@ class Mimic(Pass):
             for name, joint in robot.joints.items()
             if joint.mimic is not None and joint.moves and name not in conversion.frozen
         ]
-        for pattern in self.joints:
-            choose(pattern, followers, "mimic-joints", "mimic: no joint that mimics another")
+        choose(self.joints, followers, "mimic-joints", "mimic: no joint that mimics another")
         in_project = conversion.settings.project is not None
-        natures = {name: _nature(name, self, in_project=in_project) for name in followers}
+        natures = {name: self._nature(name, in_project=in_project) for name in followers}
+        free = {name for name, nature in natures.items() if nature == "independent"}
         for name, nature in natures.items():
-            if nature == "independent":
+            if name in free:
                 continue
-            leader, multiplier, offset = resolve(robot, name, natures)
+            leader, multiplier, offset = follow(robot, name, free)
             own, others = coordinates.get(name, []), coordinates.get(leader, [])
             if len(own) == 1 and not others and not multiplier:
                 own[0].nature, own[0].q, own[0].symbols = "driven", offset, ("q",)
@@ -88,33 +88,12 @@ class Mimic(Pass):
                 conversion.mbs.user_constraints.append(
                     UserConstraint(f"{name}_mimic", (own[0].name, others[0].name))
                 )
-        conversion.report["mimic"] = [
-            {
-                "follower": coupling.follower, "leader": coupling.leader,
-                "multiplier": coupling.multiplier, "offset": coupling.offset,
-            }
-            for coupling in (*simulation.couplings, *simulation.driven)
-        ]  # fmt: skip
-        if not conversion.report["mimic"]:
-            del conversion.report["mimic"]
+        couplings = [*simulation.couplings, *simulation.driven]
+        if couplings:
+            conversion.report["mimic"] = [msgspec.structs.asdict(c) for c in couplings]
 
-
-def resolve(robot: Robot, name: str, natures: dict[str, Nature]) -> tuple[str, float, float]:
-    """The first joint up the chain of mimics that is free, and the multiplier and offset (rad
-    or m) with which ``name`` follows it."""
-    mimic = robot.joints[name].mimic
-    multiplier, offset = 1.0, 0.0
-    # the reader has seen to it that there are no loops
-    while mimic is not None:
-        offset += multiplier * mimic.offset
-        multiplier *= mimic.multiplier
-        name = mimic.joint
-        mimic = None if natures.get(name) == "independent" else robot.joints[name].mimic
-    return name, multiplier, offset
-
-
-def _nature(name: str, options: Mimic, *, in_project: bool) -> Nature:
-    for pattern, nature in options.joints.items():
-        if fnmatchcase(name, pattern):
-            return nature
-    return "dependent" if in_project else "independent"
+    def _nature(self, name: str, *, in_project: bool) -> Nature:
+        for pattern, nature in self.joints.items():
+            if fits(name, [pattern]):
+                return nature
+        return "dependent" if in_project else "independent"

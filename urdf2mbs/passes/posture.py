@@ -25,7 +25,7 @@ from lxml import etree
 from msgspec import Meta
 
 from urdf2mbs import files, xml_lines
-from urdf2mbs.conversion import Conversion, Step
+from urdf2mbs.conversion import Conversion, Step, fits
 from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
@@ -115,7 +115,7 @@ def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
 def _unknown(
     conversion: Conversion, pattern: str, settable: dict[str, Joint], followers: set[str]
 ) -> ConfigError:
-    if any(fnmatchcase(name, pattern) for name in followers):
+    if any(fits(name, [pattern]) for name in followers):
         why, hint = "follows another joint", "give the position of that one"
     elif pattern in conversion.frozen:
         why, hint = f"is not in the .mbs: {conversion.frozen[pattern]}", None
@@ -190,10 +190,9 @@ def _follow(conversion: Conversion) -> None:
 def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool) -> None:
     """Say which joints start beyond their limits, and ``move`` them to the nearest."""
     steps = {
-        step.coordinates[0].name: step
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if len(step.coordinates) == 1 and step.joint.type != "continuous"
+        joint.name: step
+        for step, joint in conversion.single_coordinates()
+        if step.joint.type != "continuous"
     }
     limits = {name: _limits(step) for name, step in steps.items()}
     beyond = {
@@ -268,12 +267,9 @@ def _move_inside(
 
 def _hold(conversion: Conversion, options: HoldOptions) -> list[Held]:
     joints = {
-        step.joint.name: step.coordinates[0]
-        for segment in conversion.segments.values()
-        for step in segment.steps
-        if len(step.coordinates) == 1
-        and step.coordinates[0].nature == "independent"
-        and any(fnmatchcase(step.joint.name, pattern) for pattern in options.joints or ["*"])
+        step.joint.name: joint
+        for step, joint in conversion.single_coordinates()
+        if joint.nature == "independent" and fits(step.joint.name, options.joints or ["*"])
     }
     for pattern in options.gains or ["*"]:
         if not any(fnmatchcase(name, pattern) for name in joints):

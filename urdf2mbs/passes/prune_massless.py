@@ -14,9 +14,7 @@ added in the bodytree".  Neglected are the links, never their frames nor their c
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
-from urdf2mbs.conversion import Conversion, Segment, Step
+from urdf2mbs.conversion import Conversion, Segment, Step, fits, follow
 from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Body
@@ -40,7 +38,7 @@ class PruneMassless(Pass):
         bodied = {
             link.name
             for link in robot.links.values()
-            if not link.massless or any(fnmatchcase(link.name, p) for p in self.keep)
+            if not link.massless or fits(link.name, self.keep)
         }
         needed = _with_way(bodied | {root}, order)
         if conversion.settings.project is not None:
@@ -73,10 +71,8 @@ def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
     for joint in joints.values():
         if joint.mimic is None or joint.child not in needed:
             continue
-        multiplier, leader = 1.0, joint
-        while leader.mimic is not None:
-            multiplier *= leader.mimic.multiplier
-            leader = joints[leader.mimic.joint]
+        name, multiplier, _ = follow(conversion.robot, joint.name)
+        leader = joints[name]
         if multiplier and leader.child not in needed and JOINT_TYPES[leader.type] == 1:
             leaders[leader.name] = leader.child
     for name in leaders:

@@ -41,10 +41,9 @@ class Sensors(Pass):
 
     def run(self, conversion: Conversion) -> None:
         simulation = conversion.simulation
-        wanted = _from_urdf(conversion, self) if self.from_urdf else []
-        for pattern in self.links:
-            links = choose(pattern, conversion.robot.links, "sensors-links", "sensors: no link")
-            wanted += [Sensor(link, "frame", link) for link in links]
+        wanted = self._of_urdf(conversion) if self.from_urdf else []
+        links = choose(self.links, conversion.robot.links, "sensors-links", "sensors: no link")
+        wanted += [Sensor(link, "frame", link) for link in links]
         if not wanted and not simulation.sensors:
             return
         parts = conversion.parts()
@@ -68,23 +67,17 @@ class Sensors(Pass):
                 for s in simulation.sensors
             ]
 
-
-def _from_urdf(conversion: Conversion, options: Sensors) -> list[Sensor]:
-    """The sensors of motion that are wanted."""
-    sensors = [
-        (sensor, extension)
-        for extension in conversion.robot.extensions
-        for sensor in extension.sensors
-        if sensor.type in MOTION
-    ]
-    names = {sensor.name: sensor for sensor, _ in sensors}
-    only = set(names) if not options.only else {
-        name
-        for pattern in options.only
-        for name in choose(pattern, names, "sensors-only", "sensors: no sensor of the URDF")
-    }  # fmt: skip
-    conversion.simulation.used += [extension for one, extension in sensors if one.name in only]
-    return [sensor for sensor, _ in sensors if sensor.name in only]
+    def _of_urdf(self, conversion: Conversion) -> list[Sensor]:
+        """The sensors of motion that are wanted."""
+        extensions = conversion.robot.extensions
+        sensors = [s for element in extensions for s in element.sensors if s.type in MOTION]
+        names = [sensor.name for sensor in sensors]
+        only = choose(self.only or names, names, "sensors-only", "sensors: no sensor of the URDF")
+        wanted = [sensor for sensor in sensors if sensor.name in only]
+        for element in extensions:
+            if any(sensor in wanted for sensor in element.sensors):
+                conversion.simulation.used.append(element)
+        return wanted
 
 
 def _named_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
-from project.test_mimic import CHAIN
 
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from descriptions import stand_in
-from project.test_mimic import joint, link
+from passes.test_mimic import joint, link
 
 from urdf2mbs import convert
 from urdf2mbs.diagnostics import ConfigError

@@ -169,40 +169,6 @@ def test_damping_of_the_robot_does_not_give_way(tmp_path: Path) -> None:
 
 # --- the start ---
 
-LIMITED = (
-    '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01) + link("b", 1.0, 0.01)
-    + joint("one", "world", "a", '<limit lower="0.5" upper="1.5" effort="0" velocity="1"/>')
-    + joint("two", "a", "b", '<limit lower="-4" upper="-1.8" effort="0" velocity="1"/>'
-            '<mimic joint="one" multiplier="-2" offset="0.2"/>')
-    + "</robot>"
-)  # fmt: skip
-
-
-def starts(result: Result) -> dict[str, float]:
-    return {j.name: j.q or 0.0 for body in result.mbs.bodies for j in body.joints}
-
-
-def test_a_joint_starts_within_its_limits_and_those_of_its_followers(tmp_path: Path) -> None:
-    result = convert_project(LIMITED, tmp_path)
-    assert starts(result)["one"] == pytest.approx(1.0)
-    assert starts(result)["two"] == pytest.approx(-1.8)
-    told = messages(result)["posture-limit"]
-    assert "one at 0 of [0.5, 1.5] rad starts at 1" in told
-    assert "two at 0.2 of [-4, -1.8] rad starts at -1.8" in told
-    # asked for, or only a file: it stays, and is told
-    result = convert_project(LIMITED, tmp_path, posture={"inside": False})
-    assert starts(result)["one"] == 0.0
-    assert "posture-limit" in messages(result)
-    result = convert_text(LIMITED)
-    assert starts(result)["one"] == 0.0
-    assert "one at 0 of [0.5, 1.5] rad" in messages(result)["posture-limit"]
-
-
-def test_within_its_limits_nothing_moves(tmp_path: Path) -> None:
-    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.25}})
-    assert starts(result)["one"] == 1.25
-    assert "posture-limit" not in messages(result)
-
 
 # --- what joints and the ground carry ---
 

@@ -1,0 +1,37 @@
+"""Actuators: the joints that a motor moves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.testing import TINY, convert_text
+
+
+def test_actuated_joints() -> None:
+    more = (
+        '<transmission name="t"><joint name="shoulder"/></transmission>'
+        '<ros2_control name="c" type="system"><joint name="wrist_roll"><command_interface '
+        'name="position"/></joint><joint name="wrist_pitch"><state_interface name="position"/>'
+        "</joint></ros2_control></robot>"
+    )
+    result = convert_text(TINY.replace("</robot>", more))
+    actuated = [j.name for b in result.mbs.bodies for j in b.joints if j.actuated]
+    assert actuated == ["shoulder", "wrist_roll"]
+    result = convert_text(TINY, options={"actuators": {"joints": ["wrist_*"]}})
+    actuated = [j.name for b in result.mbs.bodies for j in b.joints if j.actuated]
+    assert actuated == ["wrist_roll", "wrist_pitch"]
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        ({"joints": ["tool_mount"]}, "actuators-joints"),
+    ],
+)
+def test_wrong_options(options: dict[str, Any], code: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        convert_text(TINY, options={"actuators": options})
+    assert caught.value.code == code

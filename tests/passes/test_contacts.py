@@ -1,0 +1,160 @@
+"""Contacts: where a robot touches the ground, and the law of the generated code."""
+
+from __future__ import annotations
+
+from math import tanh
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from project.standin import MbsData, from1, make, user_functions
+
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.spatial import add, dot, rotate
+from urdf2mbs.testing import TINY, convert_text
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+BIPED = ROOT / "configs" / "biped.urdf.xacro"
+
+
+STANCE = {"*_hip_pitch": -0.3, "*_knee": 0.6, "*_ankle": -0.3}
+
+
+def test_the_robot_stands_on_its_lowest_points(tmp_path: Path) -> None:
+    passes = {"posture": {"joints": STANCE}, "contacts": {"links": ["*_foot"]}}
+    project = make(tmp_path, BIPED, passes=passes)
+    data = MbsData(project / "dataR" / "robot.mbs")
+    placement = place(data.mbs)
+    heights = []
+    for _, owner, point in data.forces:
+        pose = placement.bodies[owner]
+        heights.append(add(pose.xyz, rotate(pose.rot, point.coordinates))[2])
+    assert len(heights) == 8
+    assert min(heights) == pytest.approx(0.0, abs=1e-12)
+    assert max(heights) < 1e-9, "the feet are level in this position"
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (0.0, 0.0, 9.81), (0.0, -9.81, 0.0)])
+def test_up_is_against_gravity(tmp_path: Path, gravity: tuple[float, float, float]) -> None:
+    passes = {"contacts": {"links": ["*_foot"], "ground": 0.25}}
+    project = make(tmp_path, BIPED, passes=passes, gravity=list(gravity))
+    data = MbsData(project / "dataR" / "robot.mbs")
+    placement = place(data.mbs)
+    x, y, z = (-c / 9.81 for c in gravity)
+    heights = [
+        dot((x, y, z), add(placement.bodies[o].xyz, rotate(placement.bodies[o].rot, p.coordinates)))
+        for _, o, p in data.forces
+    ]
+    assert min(heights) == pytest.approx(0.25, abs=1e-12)
+
+
+def test_the_contact_law(tmp_path: Path) -> None:
+    options = {"links": ["*_foot"], "depth": 0.001, "speed": 0.1, "slip_speed": 0.02}
+    project = make(tmp_path, BIPED, passes={"contacts": options})
+    data = MbsData(project / "dataR" / "robot.mbs")
+    law = data.user_model["contact"]
+    total = sum(body.mass or 0.0 for body in data.mbs.bodies) * 9.81
+    assert law["stiffness"] * 0.001 * 8 == pytest.approx(total, rel=0.05)
+    R = from1(3, 3)
+    random = np.random.default_rng(1)
+    with user_functions(project) as user:
+
+        def force(point: Any, speed: Any, number: int = 2) -> Any:
+            P, V, none = from1(3), from1(3), from1(3)
+            P[1:4], V[1:4] = point, speed
+            row = user["user_ExtForces"].user_ExtForces(
+                P, R, V, none, none, none, data, 0.0, number
+            )
+            assert np.shares_memory(row, data.SWr), "the row of SWr itself is to be returned"
+            where = data.dpt[1:4, data.xfidpt[number]]
+            assert np.array_equal(np.array(row)[7:], np.array(where))
+            assert np.array_equal(np.array(row)[4:7], np.zeros(3))
+            return np.array(row)[1:4]
+
+        assert np.array_equal(force((0, 0, 1e-9), (1, 1, -1)), np.zeros(3))
+        k = law["stiffness"]
+        assert force((1, 2, -0.002), (0, 0, 0)) == pytest.approx([0, 0, k * 0.002])
+        assert force((0, 0, -0.002), (0, 0, -0.1)) == pytest.approx([0, 0, 2 * k * 0.002])
+        assert np.array_equal(force((0, 0, -0.002), (0, 0, 0.11)), np.zeros(3)), "it never pulls"
+        for _ in range(20):
+            V = random.normal(size=3) * 0.05
+            fx, fy, fz = force((0, 0, -0.002), V)
+            slip = np.hypot(V[0], V[1])
+            assert np.hypot(fx, fy) == pytest.approx(0.8 * fz * tanh(slip / 0.02))
+            assert fx * V[0] + fy * V[1] <= 0.0, "friction does not drive"
+            assert fx * V[1] == pytest.approx(fy * V[0], abs=1e-12)
+        robot = user["user_ExtForces"].robot
+        force((0, 0, -0.002), (0, 0, 0), 1)
+        assert robot.contact_force(data, "left_foot")[2] == pytest.approx(
+            sum(data.SWr[number, 3] for number in (1, 2, 3, 4))
+        )
+
+
+SHAPES = {
+    '<sphere radius="0.1"/>': [(0.0, 0.0, -0.1)],
+    '<cylinder radius="0.1" length="0.4"/>': [
+        (0.1, 0.0, -0.2), (0.0, 0.1, -0.2), (-0.1, 0.0, -0.2), (0.0, -0.1, -0.2),
+    ],
+    '<box size="0.2 0.4 0.6"/>': [
+        (0.1, 0.2, -0.3), (0.1, -0.2, -0.3), (-0.1, -0.2, -0.3), (-0.1, 0.2, -0.3),
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_points_of_shapes(tmp_path: Path, shape: str) -> None:
+    robot = TINY.replace('<box size="0.2 0.1 0.3"/>', shape)
+    project = make(tmp_path, robot, passes={"contacts": {"links": ["body"]}})
+    data = MbsData(project / "dataR" / "robot.mbs")
+    found = [point.coordinates for _, _, point in data.forces]
+    assert found == [pytest.approx(point, abs=1e-15) for point in SHAPES[shape]]
+
+
+def test_a_lying_cylinder_touches_along_its_lowest_line(tmp_path: Path) -> None:
+    robot = TINY.replace(
+        '<geometry><box size="0.2 0.1 0.3"/>',
+        '<origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1" length="0.4"/>',
+    )
+    project = make(tmp_path, robot, passes={"contacts": {"links": ["body"]}})
+    data = MbsData(project / "dataR" / "robot.mbs")
+    found = sorted(point.coordinates for _, _, point in data.forces)
+    assert found[0] == pytest.approx((0.0, -0.2, -0.1), abs=1e-12) or found[0] == pytest.approx(
+        (0.0, 0.2, -0.1), abs=1e-12
+    )
+    assert {round(y, 9) for _, y, _ in found} == {-0.2, 0.2}
+    assert [z for _, _, z in found] == pytest.approx([-0.1, -0.1])
+
+
+def test_corners_of_a_mesh(tmp_path: Path) -> None:
+    """A sole with a pointed heel, and an ankle far above it that does not count."""
+    corners = ["0 0 0", "0.2 0.05 0", "0.2 -0.05 0", "-0.1 0.03 0", "-0.1 -0.03 0", "0 0 0.3"]
+    (tmp_path / "foot.obj").write_text(
+        "".join(f"v {corner}\n" for corner in corners) + "f 1 2 3\nf 1 4 5\nf 1 2 6\n"
+    )
+    robot = TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="foot.obj" scale="1 2 1"/>')
+    project = make(tmp_path, robot, passes={"contacts": {"links": ["body"]}})
+    data = MbsData(project / "dataR" / "robot.mbs")
+    found = sorted(point.coordinates for _, _, point in data.forces)
+    assert found == [
+        pytest.approx(point)
+        for point in [(-0.1, -0.06, 0), (-0.1, 0.06, 0), (0.2, -0.1, 0), (0.2, 0.1, 0)]
+    ]
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        ({"links": ["*_fot"]}, "contacts-links"),
+        ({"links": ["tool"], "stiffness": -1.0}, "value-range"),
+        ({"links": ["tool"]}, "contacts-shape"),
+        ({"links": ["wrist"]}, "contacts-body"),
+    ],
+)
+def test_wrong_contacts(options: dict[str, Any], code: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        convert_text(TINY, options={"contacts": options})
+    assert caught.value.code == code

@@ -1,0 +1,85 @@
+"""Posture: the position that a simulation starts from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from passes.test_time_step import convert_project, joint, link, messages
+
+from urdf2mbs import Result
+from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.testing import TINY, convert_text
+
+
+def test_a_group_state(tmp_path: Path) -> None:
+    (tmp_path / "robot.srdf").write_text(
+        '<robot name="tiny"><group_state name="home" group="a"><joint name="shoulder" '
+        'value="0.5"/></group_state><group_state name="home" group="b"><joint name="wrist_pitch" '
+        'value="-1.5"/><joint name="gone" value="1"/></group_state></robot>'
+    )
+    file = str(tmp_path / "robot.srdf")
+    passes = {"srdf": file, "state": "home", "joints": {"shoulder": 0.25}}
+    result = convert_text(TINY, options={"posture": passes})
+    start = {j.name: j.q for b in result.mbs.bodies for j in b.joints}
+    assert start["shoulder"] == 0.25
+    assert start["wrist_pitch"] == -1.5
+    told = {found.code: found.message for found in result.diagnostics}
+    assert "gone" in told["posture-state"]
+    assert "wrist_pitch at -1.5 of [-1, 1] rad" in told["posture-limit"]
+    with pytest.raises(ConfigError, match="no group state 'hoem'") as caught:
+        convert_text(TINY, options={"posture": {"srdf": file, "state": "hoem"}})
+    assert caught.value.hint == "did you mean 'home'?"
+
+
+LIMITED = (
+    '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01) + link("b", 1.0, 0.01)
+    + joint("one", "world", "a", '<limit lower="0.5" upper="1.5" effort="0" velocity="1"/>')
+    + joint("two", "a", "b", '<limit lower="-4" upper="-1.8" effort="0" velocity="1"/>'
+            '<mimic joint="one" multiplier="-2" offset="0.2"/>')
+    + "</robot>"
+)  # fmt: skip
+
+
+def starts(result: Result) -> dict[str, float]:
+    return {j.name: j.q or 0.0 for body in result.mbs.bodies for j in body.joints}
+
+
+def test_a_joint_starts_within_its_limits_and_those_of_its_followers(tmp_path: Path) -> None:
+    result = convert_project(LIMITED, tmp_path)
+    assert starts(result)["one"] == pytest.approx(1.0)
+    assert starts(result)["two"] == pytest.approx(-1.8)
+    told = messages(result)["posture-limit"]
+    assert "one at 0 of [0.5, 1.5] rad starts at 1" in told
+    assert "two at 0.2 of [-4, -1.8] rad starts at -1.8" in told
+    # asked for, or only a file: it stays, and is told
+    result = convert_project(LIMITED, tmp_path, posture={"inside": False})
+    assert starts(result)["one"] == 0.0
+    assert "posture-limit" in messages(result)
+    result = convert_text(LIMITED)
+    assert starts(result)["one"] == 0.0
+    assert "one at 0 of [0.5, 1.5] rad" in messages(result)["posture-limit"]
+
+
+def test_within_its_limits_nothing_moves(tmp_path: Path) -> None:
+    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.25}})
+    assert starts(result)["one"] == 1.25
+    assert "posture-limit" not in messages(result)
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        ({"joints": {"shuolder": 1.0}}, "posture-joint"),
+        ({"joints": {"tool_mount": 1.0}}, "posture-joint"),
+        ({"joints": {"shoulder": float("nan")}}, "value-range"),
+        ({"hold": {"stiffness": float("inf"), "damping": 1.0}}, "value-range"),
+        ({"state": "home"}, "posture-srdf"),
+        ({"state": "home", "srdf": "not_there.srdf"}, "posture-srdf"),
+    ],
+)
+def test_wrong_options(options: dict[str, Any], code: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        convert_text(TINY, options={"posture": options})
+    assert caught.value.code == code
