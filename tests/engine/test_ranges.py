@@ -12,7 +12,6 @@ from typing import Any
 import msgspec
 import pytest
 from msgspec.inspect import FloatType, IntType, StructType, type_info
-from urdf2mbs.kit.schema import schema
 
 from urdf2mbs.cli import main
 from urdf2mbs.commands.schema import schema
