@@ -327,6 +327,11 @@ SECTIONS = [
                 "the config states, and that does not give way",
                 level="warning",
             ),
+            "contacts-balance": Code(
+                "the centre of mass of a robot that floats is not over its contact points, so "
+                "that it falls: give another start position",
+                level="warning",
+            ),
             "contacts-mesh": Code(
                 "a mesh whose lowest points are wanted cannot be used", level="warning"
             ),

@@ -288,7 +288,7 @@ def test_coaxial_wrists_do_not_explode(tmp_path: Path) -> None:
 def test_the_biped_stands_still(tmp_path: Path) -> None:
     """Five seconds with the lines that ``init`` offers."""
     passes = {"contacts": {"links": ["left_foot", "right_foot"]}, "equations": {"language": "c"},
-              "posture": {"hold": {"frequency": 4, "damping_ratio": 0.3}}}  # fmt: skip
+              "posture": {"hold": {"frequency": 10, "damping_ratio": 0.3}}}  # fmt: skip
     project = make(tmp_path, BIPED, language="c", pipeline=without_meshes("compact"), passes=passes)
     run = Compiled(project)
     q = run.run(5.0, run.step, 5)

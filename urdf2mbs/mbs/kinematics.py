@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from urdf2mbs.mbs.model import Joint, Mbs
+from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
 
 
@@ -49,6 +49,15 @@ class Placement(msgspec.Struct):
             indices.append(at)
             at = self.joints[at].before
         return indices
+
+
+def floating(mbs: Mbs) -> Body | None:
+    """The body that floats in the world: three free shifts are between it and the base."""
+    for body in mbs.bodies:
+        shifts = [j for j in body.joints if j.type[0] == "T" and j.nature == "independent"]
+        if body.parent is None and len(shifts) == 3:
+            return body
+    return None
 
 
 def place(mbs: Mbs) -> Placement:

@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import NoOptions, Pass
+from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.simulation import Simulation
 
@@ -116,13 +117,13 @@ def _carried(simulation: Simulation, mass: Mass) -> dict[str, float]:
     feet = {owners[id(contact.point)] for contact in simulation.contacts}
     joints = mass.placement.joints
     whole = mass.whole()
-    floating = joints[0].joint.type[0] == "T" and joints[0].joint.nature == "independent"
+    floats = floating(mass.mbs) is not None
     carried: dict[str, float] = {}
     for index, placed in enumerate(joints):
         twist = mass.twists[index]
         inertia = float(mass.matrix[index, index])
         standing = sum(index in mass.placement.way(foot) for foot in feet)
-        if standing and floating:
+        if standing and floats:
             rest = float(twist @ (whole - mass.behind[index]) @ twist)
             inertia = max(inertia, rest * standing / len(feet))
         carried[placed.joint.name] = inertia
