@@ -245,6 +245,47 @@ def test_a_leg_carries_the_robot_and_an_arm_itself(tmp_path: Path) -> None:
     assert ratio == pytest.approx(1.0, rel=0.05)
 
 
+def test_a_leader_carries_what_follows_it(tmp_path: Path) -> None:
+    """A knuckle without inertia of its own, as in the hand of a NAO, moves a heavy finger."""
+    text = (
+        '<robot name="r"><link name="world"/>' + link("a", 1e-6, 1e-9) + link("b", 1.0, 0.01)
+        + joint("one", "world", "a", WIDE)
+        + joint("two", "world", "b", WIDE + '<mimic joint="one" multiplier="2"/>')
+        + "</robot>"
+    )  # fmt: skip
+    hold = {"frequency": 1.0, "damping_ratio": 0.5, "joints": ["one"]}
+    result = convert_project(text, tmp_path, posture={"hold": hold})
+    models = {m.name: {p.name: float(p.values[0]) for p in m.parameters}
+              for m in result.mbs.user_models}  # fmt: skip
+    assert models["hold_stiffness"]["one"] == pytest.approx(0.04 * (2 * pi) ** 2, rel=0.05)
+    assert models["hold_damping"]["one"] == pytest.approx(0.04 * 2 * pi, rel=0.05)
+
+
+@pytest.mark.parametrize(("lean", "side"), [(0.0, 0.0), (-0.9, 1.0), (0.9, -1.0)])
+def test_a_robot_that_leans_too_far_is_told(lean: float, side: float) -> None:
+    options = {"contacts": {"links": ["*_foot"]}, "posture": {"joints": {"*_hip_pitch": lean}}}
+    result = convert(BIPED, options=options, pipeline="compact")
+    said = [d for d in result.diagnostics if d.code == "contacts-balance"]
+    if not side:
+        assert not said
+        return
+    mbs = result.mbs
+    model = to_pinocchio(mbs)
+    start = {j.name: j.q or 0.0 for body in mbs.bodies for j in body.joints}
+    data = model.createData()
+    centre = pin.centerOfMass(model, data, np.array([start[n] for n in list(model.names)[1:]]))
+    placement = Mass(mbs).placement
+    x = [placement.point(mbs, body.name, point.name)[0]
+         for body in mbs.bodies for point in body.points if point.extforce is not None]  # fmt: skip
+    away = min(side * (np.array(x) - centre[0]))
+    assert away > 0.05
+    assert f"but {away:.3g} m beside them" in said[0].message
+    assert f"it must come ({side * away:.3g}, " in (said[0].hint or "")
+    # fixed to the world, it cannot fall
+    held = convert(BIPED, options=options, pipeline="compact", base="fixed")
+    assert not [d for d in held.diagnostics if d.code == "contacts-balance"]
+
+
 # --- what comes out ---
 
 ROBOTS = [
@@ -285,6 +326,7 @@ def test_coaxial_wrists_do_not_explode(tmp_path: Path) -> None:
 
 
 @needs_gcc
+@pytest.mark.any_python
 def test_the_biped_stands_still(tmp_path: Path) -> None:
     """Five seconds with the lines that ``init`` offers."""
     passes = {"contacts": {"links": ["left_foot", "right_foot"]}, "equations": {"language": "c"},
