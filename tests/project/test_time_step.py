@@ -140,6 +140,19 @@ def test_a_calm_robot_takes_half_a_millisecond(tmp_path: Path) -> None:
     assert step_of(project) == 5e-4
 
 
+def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
+    """With w = 2 pi frequency: stiffness 2 I w^2, damping I w."""
+    text = (
+        '<robot name="r"><link name="world"/>' + link("a", 1.0, 0.01)
+        + joint("one", "world", "a", WIDE) + "</robot>"
+    )  # fmt: skip
+    project = make(tmp_path, text, passes={"joint-parameters": {"stop_frequency": 800}})
+    rates = 2 * pi * 800 * np.roots([1.0, 1.0, 2.0])
+    wanted = 0.4 * longest_steps(rates).min()
+    assert wanted < 4e-4
+    assert step_of(project) == pytest.approx(wanted, rel=0.05)
+
+
 # --- below 1e-5 s ---
 
 
