@@ -52,16 +52,6 @@ class Mass:
         self.matrix: Array = np.triu(upper) + np.triu(upper, 1).T
         """(n, n), symmetric."""
 
-    def whole(self) -> Array:
-        """The inertia (6, 6) of the whole robot."""
-        return np.asarray(
-            sum(
-                (self.behind[j] for j, placed in enumerate(self.placement.joints)
-                 if placed.before < 0),
-                np.zeros((6, 6)),
-            )
-        )  # fmt: skip
-
     def point(self, body: str | None, at: Vec) -> Array:
         """(3, n): the velocity of a point of a body, which is ``at`` (m) in the base, by the
         velocities of the joints."""

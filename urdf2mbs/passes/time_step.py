@@ -118,7 +118,7 @@ def _carried(simulation: Simulation, mass: Mass, reduction: Array) -> list[float
     owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
     feet = {owners[id(contact.point)] for contact in simulation.contacts}
     reduced = reduction.T @ mass.matrix @ reduction
-    whole = mass.whole()
+    whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
     floats = floating(mass.mbs) is not None
     carried: list[float] = []
     for index, twist in enumerate(mass.twists):
