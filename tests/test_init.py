@@ -112,7 +112,7 @@ xacro_args:
 # Uncomment to let the robot stand on the ground, held by a controller:
 # passes:
 #   contacts: {links: [left_foot, right_foot]}
-#   posture: {hold: {frequency: 4, damping_ratio: 0.3}}   # Hz; 1 does not swing
+#   posture: {hold: {frequency: 10, damping_ratio: 0.3}}   # Hz; 1 does not swing
 """
     )
     assert main(["run", "biped.yaml"]) == 0

@@ -148,6 +148,9 @@ SECTIONS = [
             "time-step-short": (
                 "a number of the robot or the config makes the time step shorter than 1e-5 s"
             ),
+            "contacts-balance": (
+                "the centre of mass of a robot that floats is not over its contact points"
+            ),
             "contacts-mesh": "the lowest points of a mesh cannot be found",
             "sensor-left-out": "a sensor is on no moving body, or cannot be read",
             "sensor-renamed": "a sensor has no name, or the name of another; it gets its own",

@@ -95,6 +95,7 @@ class _Data(ctypes.Structure):
         *((name, _row) for name in ("q", "qd", "qdd", "q0", "Qq", "Qc", "ux", "uxd")),
         ("dpt", _row * 4), ("xfidpt", ctypes.POINTER(ctypes.c_int)),
         ("SWr", _table), ("l3DWr", _table), ("g", _double * 4), ("user_model", ctypes.c_void_p),
+        ("DonePart", ctypes.c_int), ("tsim", _double),
         *((name, _row) for name in ("m", "lrod", "Z", "Zd", "Fl")),
         *((name, _table) for name in ("l", "In", "frc", "trq")),
     ]  # fmt: skip
@@ -108,7 +109,12 @@ class Compiled:
         self.data = data = MbsData(model)
         self.step = self._step(project)
         (project / "run.c").write_text(RUN)
-        sources = [*project.glob("userfctR/*.c"), *project.glob("symbolicR/*.c"), project / "run.c"]
+        used = (
+            f"mbs_{name}_*.c"
+            for name in ("accelred", "dirdyna", "extforces", "link", "link3D", "cons*")
+        )
+        sources = [file for name in used for file in project.glob(f"symbolicR/{name}")]
+        sources += [*project.glob("userfctR/*.c"), project / "run.c"]
         library = project / "run.so"
         subprocess.run(
             ["gcc", "-std=gnu99", *(flags or ("-O0",)), "-w", "-DMBS_BEFORE_2025", f"-I{HEADERS}",

@@ -397,7 +397,7 @@ def _passes(found: Findings) -> list[str]:
             "# Uncomment to let the robot stand on the ground, held by a controller:",
             "# passes:",
             f"#   contacts: {{links: {feet}}}",
-            "#   posture: {hold: {frequency: 4, damping_ratio: 0.3}}   # Hz; 1 does not swing",
+            "#   posture: {hold: {frequency: 10, damping_ratio: 0.3}}   # Hz; 1 does not swing",
         ]
     return lines
 

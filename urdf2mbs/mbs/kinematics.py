@@ -1,17 +1,18 @@
-"""Where everything in an .mbs is at its initial position: forward kinematics, joint by joint."""
+"""Where everything in an .mbs is at one position: forward kinematics, joint by joint."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import msgspec
 
-from urdf2mbs.mbs.model import Joint, Mbs
-from urdf2mbs.spatial import HERE, Pose, Vec, add, from_turn, multiply, rotate
+from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.spatial import HERE, ZERO, Pose, Vec, add, cross, from_turn, multiply, rotate
 
 
 class Placed(NamedTuple):
-    """A joint at its initial position, in the axes of the base."""
+    """Where a joint is, in the axes of the base."""
 
     joint: Joint
     axis: Vec
@@ -21,9 +22,15 @@ class Placed(NamedTuple):
     before: int
     """Index of the joint before it, on the way to the base; -1: there is none."""
 
+    @property
+    def twist(self) -> tuple[Vec, Vec]:
+        """At speed 1: the angular velocity, and the velocity of the point at the base's origin."""
+        turns = self.joint.type[0] == "R"
+        return (self.axis, cross(self.origin, self.axis)) if turns else (ZERO, self.axis)
+
 
 class Placement(msgspec.Struct):
-    """Where bodies and joints are at the initial position, in the base (m)."""
+    """Where bodies and joints are, in the base (m)."""
 
     bodies: dict[str | None, Pose]
     """By name; None is the base."""
@@ -51,8 +58,18 @@ class Placement(msgspec.Struct):
         return indices
 
 
-def place(mbs: Mbs) -> Placement:
-    """The initial position of a model whose bodies stand parents first."""
+def floating(mbs: Mbs) -> Body | None:
+    """The body that floats in the world: three free shifts are between it and the base."""
+    for body in mbs.bodies:
+        shifts = [j for j in body.joints if j.type[0] == "T" and j.nature == "independent"]
+        if body.parent is None and len(shifts) == 3:
+            return body
+    return None
+
+
+def place(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:
+    """A model whose bodies stand parents first, with its joints at these values (rad or m), or at
+    their initial ones."""
     points: dict[tuple[str | None, str | None], Vec] = {
         (None, point.name): point.coordinates for point in mbs.base.points
     } | {(body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points}
@@ -70,7 +87,7 @@ def place(mbs: Mbs) -> Placement:
             axis = (rot[k - 1], rot[k + 2], rot[k + 5])
             joints.append(Placed(joint, axis, xyz, before))
             before = len(joints) - 1
-            q = joint.q
+            q = joint.q if values is None else values[joint.name]
             if not q:
                 continue
             if joint.type[0] == "R":

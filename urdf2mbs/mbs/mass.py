@@ -14,7 +14,7 @@ import numpy as np
 
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Body, Mbs
-from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Vec, add, cross, rotate, rotate_inertia
+from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Vec, add, rotate, rotate_inertia
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,15 +30,13 @@ class Mass:
         self.placement = place(mbs)
         joints = self.placement.joints
         n = len(joints)
-        self.twists: Array = np.zeros((n, 6))
+        self.twists: Array = np.array([sum(placed.twist, ()) for placed in joints]).reshape(n, 6)
         """Of the joints, each at speed 1."""
         self.moves = np.zeros((n, n), bool)
         """``moves[i, j]``: joint i moves joint j, or is joint j."""
-        for j, (joint, axis, origin, before) in enumerate(joints):
-            turns = joint.type[0] == "R"
-            self.twists[j] = (*axis, *cross(origin, axis)) if turns else (*ZERO, *axis)
-            if before >= 0:
-                self.moves[:, j] = self.moves[:, before]
+        for j, placed in enumerate(joints):
+            if placed.before >= 0:
+                self.moves[:, j] = self.moves[:, placed.before]
             self.moves[j, j] = True
         self.behind: Array = np.zeros((n, 6, 6))
         """The inertia of all that a joint moves."""
@@ -53,16 +51,6 @@ class Mass:
         upper = np.where(self.moves, self.twists @ momenta, 0.0)
         self.matrix: Array = np.triu(upper) + np.triu(upper, 1).T
         """(n, n), symmetric."""
-
-    def whole(self) -> Array:
-        """The inertia (6, 6) of the whole robot."""
-        return np.asarray(
-            sum(
-                (self.behind[j] for j, placed in enumerate(self.placement.joints)
-                 if placed.before < 0),
-                np.zeros((6, 6)),
-            )
-        )  # fmt: skip
 
     def point(self, body: str | None, at: Vec) -> Array:
         """(3, n): the velocity of a point of a body, which is ``at`` (m) in the base, by the

@@ -52,25 +52,15 @@ the reader warns of these.  Driven joints do not count: their rows are not solve
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import product
+from itertools import islice, product
 from math import sqrt
 from typing import Literal, NamedTuple
 
 import msgspec
 
+from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Body, Joint, Mbs
-from urdf2mbs.spatial import (
-    HERE,
-    IDENTITY,
-    NO_INERTIA,
-    ZERO,
-    Pose,
-    Vec,
-    compose,
-    cross,
-    from_turn,
-    rotate,
-)
+from urdf2mbs.spatial import NO_INERTIA, ZERO, Pose, Vec, compose, cross, rotate
 
 #: A wrench (torque, force) or a twist (angular velocity, velocity of the point at the origin),
 #: in the base's axes, lengths relative to the robot's size.
@@ -203,7 +193,14 @@ class _Position:
         """For each joint, an orthonormal basis of F, what is resisted behind it."""
         self.found: list[tuple[str, str]] = []
         """The singular joints and their bodies, from the tips inwards."""
-        poses = self._move(mbs, values, size)
+        placement = place(mbs, values)
+        poses, joints = placement.bodies, iter(placement.joints)
+        for body in mbs.bodies:
+            self._twists[body.name] = [
+                (placed.joint, _scaled(placed.twist, size))
+                for placed in islice(joints, len(body.joints))
+                if placed.joint.nature != "driven"
+            ]
         passed: dict[str | None, list[Six]] = {body.name: [] for body in mbs.bodies}
         passed[None] = []
         for body in reversed(mbs.bodies):
@@ -222,36 +219,6 @@ class _Position:
                     felt = _basis([_minus(f, _work(f, twist) / share, most) for f in rest], small)
             if body.parent not in whole:
                 passed[body.parent] += felt
-
-    def _move(self, mbs: Mbs, values: Mapping[str, float], size: float) -> dict[str, Pose]:
-        """Fill the twists; the result is the pose of each body."""
-        points: dict[tuple[str | None, str], Vec] = {
-            (None, point.name): point.coordinates for point in mbs.base.points
-        }
-        poses: dict[str | None, Pose] = {None: HERE}
-        for body in mbs.bodies:
-            pose = poses[body.parent]
-            if body.point is not None:
-                pose = compose(pose, Pose(points[body.parent, body.point]))
-            twists = self._twists[body.name] = []
-            for joint in body.joints:
-                k, value = int(joint.type[1]), values[joint.name]
-                axis = rotate(pose.rot, AXES[k - 1])
-                if joint.type[0] == "R":
-                    x, y, z = cross(pose.xyz, axis)
-                    twist = (*axis, x / size, y / size, z / size)
-                    moved = Pose(ZERO, from_turn((k, value)))
-                else:
-                    twist = (*ZERO, *axis)
-                    x, y, z = AXES[k - 1]
-                    moved = Pose((value * x, value * y, value * z), IDENTITY)
-                if joint.nature != "driven":
-                    twists.append((joint, twist))
-                pose = compose(pose, moved)
-            poses[body.name] = pose
-            for point in body.points:
-                points[body.name, point.name] = point.coordinates
-        return {name: pose for name, pose in poses.items() if name is not None}
 
     def singular(self, rules: Mapping[str, Rule]) -> list[Singular]:
         out: list[Singular] = []
@@ -335,6 +302,12 @@ def _size(mbs: Mbs) -> float:
         for point in body.points:
             lengths += point.coordinates
     return max(map(abs, lengths), default=0.0) or 1.0
+
+
+def _scaled(twist: tuple[Vec, Vec], size: float) -> Six:
+    """Lengths relative to the robot's size; the speed of a shift stays 1."""
+    turn, (x, y, z) = twist
+    return (*turn, x / size, y / size, z / size) if turn != ZERO else (*ZERO, x, y, z)
 
 
 def _resists_all(body: Body, size: float) -> bool:

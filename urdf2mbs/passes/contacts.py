@@ -13,7 +13,8 @@ the law damps by ``stiffness d / speed = m g / speed``, which is ``2 damping_rat
 (m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.
 
 A floating base is raised or lowered, so that the robot stands on the lowest of these points: a
-robot at zero has its feet below the ground.
+robot at zero has its feet below the ground.  A robot whose centre of mass is not over them falls,
+whatever holds its joints: it is told.
 """
 
 from __future__ import annotations
@@ -26,20 +27,11 @@ from msgspec import Meta
 from urdf2mbs.conversion import Conversion, Segment, choose
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Joint, Parameter, Point, Sensor, UserModel
+from urdf2mbs.mbs.kinematics import Placement, floating, place
+from urdf2mbs.mbs.model import Mbs, Parameter, Point, Sensor, UserModel
 from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
 from urdf2mbs.simulation import Contact
-from urdf2mbs.spatial import (
-    Pose,
-    Vec,
-    add,
-    compose,
-    dot,
-    rotate,
-    transpose,
-    unit,
-)
+from urdf2mbs.spatial import ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
 
 #: All that Robotran can compute at a point.  What is not asked for is zero there, or not set.
@@ -60,13 +52,13 @@ class Contacts(Pass):
     """Whether a floating base is shifted so that the lowest contact point is on the ground."""
     ground: Coordinate = 0.0
     """Height of the ground (m)."""
-    sink: Annotated[float, Meta(gt=0, le=1)] = 0.002
+    sink: Annotated[float, Meta(gt=0, le=1)] = 0.001
     """How deep the robot sinks in when it stands on all points, in parts of its longest leg."""
     depth: PositiveLength | None = None
     """The same (m), instead of ``sink``."""
     stiffness: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
     """Of the ground at each point (N/m), instead of ``depth``."""
-    damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 0.5
+    damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 1.0
     """Of the robot that bounces on the ground, standing on all points."""
     speed: Speed | None = None
     """Speed (m/s) at which the ground pushes twice as hard on the way in, instead of
@@ -86,7 +78,7 @@ class Contacts(Pass):
             simulation.up = (0.0 - x, 0.0 - y, 0.0 - z)
         up = simulation.up
         placement = place(mbs)
-        lowest: list[float] = []
+        places: list[Vec] = []
         for link, (segment, pose) in _chosen(conversion, self).items():
             at = compose(placement.bodies[segment.body.name], pose)
             corners = self.points.get(link) or _lowest_points(conversion, link, at, self.within)
@@ -96,9 +88,11 @@ class Contacts(Pass):
                 point.extforce = Sensor(f"{name}_force", MEASURES)
                 segment.body.points.append(point)
                 simulation.contacts.append(Contact(link, point))
-                lowest.append(dot(up, add(at.xyz, rotate(at.rot, corner))))
+                places.append(add(at.xyz, rotate(at.rot, corner)))
         if self.stand:
-            _stand(conversion, self.ground - min(lowest))
+            _stand(conversion, self.ground - min(dot(up, place) for place in places))
+        if floating(mbs) is not None and any(g):
+            _check_balance(conversion, placement, places)
         _add_law(conversion, self)
         conversion.report["contacts"] = [
             {"link": contact.link, "point": contact.point} for contact in simulation.contacts
@@ -127,20 +121,51 @@ def _chosen(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segmen
 
 
 def _stand(conversion: Conversion, rise: float) -> None:
-    """Shift the floating base, the first body that has three shifts, along the vertical."""
-    up = conversion.simulation.up
+    """Shift the floating base along the vertical."""
+    body = floating(conversion.mbs)
+    if body is None:
+        conversion.note("stand", "the base is fixed, and stays where it is, wherever the ground is")
+        return
+    for placed in place(conversion.mbs).joints:
+        if placed.joint in body.joints and placed.joint.type[0] == "T":
+            up = dot(placed.axis, conversion.simulation.up)
+            placed.joint.q = (placed.joint.q or 0.0) + rise * up
+    conversion.note(
+        "stand", f"the base starts {rise:+.4g} m higher, so that the robot touches the ground"
+    )
+
+
+def _check_balance(conversion: Conversion, placement: Placement, places: list[Vec]) -> None:
+    """Warn if the centre of mass is not over the polygon of the contact points."""
+    import numpy as np
+
+    total, moment = 0.0, np.zeros(3)
     for body in conversion.mbs.bodies:
-        shifts = [j for j in body.joints if j.type[0] == "T" and j.nature == "independent"]
-        if body.parent is None and len(shifts) == 3:
-            axes = {placed.joint.name: placed.axis for placed in place(conversion.mbs).joints}
-            for joint in shifts:
-                joint.q = (joint.q or 0.0) + rise * dot(axes[joint.name], up)
-            conversion.note(
-                "stand",
-                f"the base starts {rise:+.4g} m higher, so that the robot touches the ground",
-            )
-            return
-    conversion.note("stand", "the base is fixed, and stays where it is, wherever the ground is")
+        mass, (xyz, rot) = body.mass or 0.0, placement.bodies[body.name]
+        total += mass
+        moment += mass * np.array(add(xyz, rotate(rot, body.com or ZERO)))
+    if not total:
+        return
+    up = np.array(conversion.simulation.up)
+    points = np.array(places) - moment / total
+    points -= np.outer(points @ up, up)
+    # of all lines between two points, the place nearest to the centre of mass
+    lines = points[None] - points[:, None]
+    lengths = np.maximum((lines**2).sum(axis=2), 1e-300)
+    shares = np.clip(-(points[:, None] * lines).sum(axis=2) / lengths, 0.0, 1.0)
+    near = (points[:, None] + shares[..., None] * lines).reshape(-1, 3)
+    x, y, z = way = near[np.argmin((near**2).sum(axis=1))]
+    away = float(np.linalg.norm(way))
+    # the centre is outside if all points are beyond that place
+    if away > 1e-3 and (points @ way >= away**2 * (1 - 1e-9)).all():
+        conversion.warn(
+            "contacts-balance",
+            f"the centre of mass is not over the contact points, but {away:.3g} m beside them: "
+            "the robot falls",
+            hint="give a start position with its feet under it, 'passes: {posture: {joints: "
+            f"{{NAME: VALUE}}}}}}': it must come ({x + 0.0:.3g}, {y + 0.0:.3g}, {z + 0.0:.3g}) m "
+            "nearer",
+        )
 
 
 def _add_law(conversion: Conversion, options: Contacts) -> None:
@@ -151,7 +176,7 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     if depth is None and options.stiffness is not None:
         depth = share * g / options.stiffness
     if depth is None:
-        depth = options.sink * _longest_leg(conversion)
+        depth = options.sink * _longest_leg(mbs)
     stiffness = options.stiffness
     if stiffness is None:
         stiffness = float(f"{share * g / depth:.2g}") or 1000.0
@@ -167,29 +192,22 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     )
 
 
-def _longest_leg(conversion: Conversion) -> float:
+def _longest_leg(mbs: Mbs) -> float:
     """The largest distance (m) from a contact point to the joints that move it, without those of
     a floating base; 1 m where it has no others."""
-    placement = place(conversion.mbs)
+    placement = place(mbs)
+    base = floating(mbs)
     lengths = [0.0]
-    for body in conversion.mbs.bodies:
-        points = [point for point in body.points if point.extforce is not None]
+    for body in mbs.bodies:
         joints = [placement.joints[index] for index in placement.way(body.name)]
-        while joints and _floats(conversion, joints[-1].joint):
-            joints.pop()
-        for point in points:
-            at = placement.point(conversion.mbs, body.name, point.name)
-            lengths += [dist(at, joint.origin) for joint in joints]
+        for point in body.points:
+            at = placement.point(mbs, body.name, point.name)
+            lengths += [
+                dist(at, placed.origin)
+                for placed in joints
+                if point.extforce is not None and (base is None or placed.joint not in base.joints)
+            ]
     return max(lengths) or 1.0
-
-
-def _floats(conversion: Conversion, joint: Joint) -> bool:
-    """True for a joint of a body that floats in the world."""
-    return any(
-        joint in body.joints
-        for body in conversion.mbs.bodies
-        if body.parent is None and len([j for j in body.joints if j.type[0] == "T"]) == 3
-    )
 
 
 # --- the lowest points of shapes ---

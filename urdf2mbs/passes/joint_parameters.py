@@ -159,8 +159,7 @@ def _inertias(conversion: Conversion, wanted: Container[str]) -> dict[str, float
     from urdf2mbs.project.stability import felt, reduction_of
 
     mass = Mass(conversion.mbs)
-    reduction = reduction_of(mass, conversion.simulation)
-    inertias = felt(reduction.T @ mass.matrix @ reduction, reduction)
+    inertias = felt(mass, reduction_of(mass, conversion.simulation))
     return {
         placed.joint.name: float(inertia) if isfinite(inertia) else 0.0
         for placed, inertia in zip(mass.placement.joints, inertias, strict=True)

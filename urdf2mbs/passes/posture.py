@@ -62,7 +62,7 @@ class Posture(Pass):
     state: str | None = None
     """The group state of the SRDF file; ``joints`` overrule it."""
     hold: HoldOptions | None = None
-    """A PD controller that holds the start position: ``{frequency: 4, damping_ratio: 0.3}``."""
+    """A PD controller that holds the start position: ``{frequency: 10, damping_ratio: 0.3}``."""
     inside: bool = True
     """Whether, in a project, each joint starts within its limits."""
 
@@ -88,7 +88,7 @@ class Posture(Pass):
 
 
 #: Of what a joint carries (Hz), and its damping ratio, where the config has no other.
-FREQUENCY, DAMPING_RATIO = 4.0, 0.3
+FREQUENCY, DAMPING_RATIO = 10.0, 0.3
 #: What a joint may be beyond its limits (rad or m): the rounding of numbers in a file.
 ROUNDING = 1e-9
 

@@ -14,11 +14,11 @@ chosen give way, one by one, the one that makes the fastest mode first, and each
 the robot itself states (damping) never does.
 
 The gains of ``hold`` are computed here, since only now it is known what each joint carries: the
-inertia I about its axis of all that hangs on it; or, for a joint between a floating base and the
-ground, that of the rest of the robot, shared by the links that touch the ground, if it is larger.
-``stiffness = I (2 pi frequency)^2``; ``damping = 2 damping_ratio (I stiffness)^(1/2)``, but at most
-``FASTEST`` times the inertia that the joint feels while all others are free: so a light foot below
-a heavy robot asks for no very short step.
+inertia I about its axis of all that hangs on it, and of all joints that follow it; or, for a joint
+between a floating base and the ground, that of the rest of the robot, shared by the links that
+touch the ground, if it is larger.  ``stiffness = I (2 pi frequency)^2``; ``damping = 2
+damping_ratio (I stiffness)^(1/2)``, but at most ``FASTEST`` times the inertia that the joint feels
+while all others are free: so a light foot below a heavy robot asks for no very short step.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.simulation import Simulation
 
@@ -87,34 +88,36 @@ class TimeStep(Pass):
         if not conversion.mbs.bodies or not (simulation.hold or in_project):
             return
         from urdf2mbs.mbs.mass import Mass
+        from urdf2mbs.project.stability import reduction_of
 
         mass = Mass(conversion.mbs)
+        reduction = reduction_of(mass, simulation)
         if simulation.hold:
-            _add_hold(conversion, mass)
+            _add_hold(conversion, mass, reduction)
         if in_project:
-            _choose(conversion, mass)
+            _choose(conversion, mass, reduction)
 
 
 # --- the gains of hold ---
 
 
-def _add_hold(conversion: Conversion, mass: Mass) -> None:
-    from urdf2mbs.project.stability import felt, reduction_of
+def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
+    from urdf2mbs.project.stability import felt
 
     stiffness: dict[str, float] = {}
     damping: dict[str, float] = {}
-    carried = _carried(conversion.simulation, mass)
-    reduction = reduction_of(mass, conversion.simulation)
-    feels = felt(reduction.T @ mass.matrix @ reduction, reduction)
-    numbers = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
-    for held in conversion.simulation.hold:
-        inertia = carried[held.joint.name]
-        k, d = held.stiffness, held.damping
+    carried = _carried(conversion.simulation, mass, reduction)
+    feels = felt(mass, reduction)
+    for index, placed in enumerate(mass.placement.joints):
+        held = next((h for h in conversion.simulation.hold if h.joint is placed.joint), None)
+        if held is None:
+            continue
+        inertia, k, d = carried[index], held.stiffness, held.damping
         if k is None:
             k = _short(inertia * (2 * pi * held.frequency) ** 2)
         if d is None:
-            light = float(feels[numbers[held.joint.name]])
-            d = _short(min(2 * held.damping_ratio * sqrt(inertia * k), FASTEST * light))
+            most = FASTEST * float(feels[index])
+            d = _short(min(2 * held.damping_ratio * sqrt(inertia * k), most))
         stiffness[held.joint.name], damping[held.joint.name] = k, d
     for name, values in (
         ("hold", {"on": 1.0}), ("hold_stiffness", stiffness), ("hold_damping", damping)
@@ -124,33 +127,31 @@ def _add_hold(conversion: Conversion, mass: Mass) -> None:
         )
 
 
-def _carried(simulation: Simulation, mass: Mass) -> dict[str, float]:
-    """The inertia that each joint carries (kg m^2, kg)."""
+def _carried(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
+    """The inertia that each joint carries (kg m^2, kg), with all that follows it."""
     owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
     feet = {owners[id(contact.point)] for contact in simulation.contacts}
-    joints = mass.placement.joints
-    whole = mass.whole()
-    floating = joints[0].joint.type[0] == "T" and joints[0].joint.nature == "independent"
-    carried: dict[str, float] = {}
-    for index, placed in enumerate(joints):
-        twist = mass.twists[index]
-        inertia = float(mass.matrix[index, index])
+    reduced = reduction.T @ mass.matrix @ reduction
+    whole = mass.behind[[placed.before < 0 for placed in mass.placement.joints]].sum(axis=0)
+    floats = floating(mass.mbs) is not None
+    carried: list[float] = []
+    for index, twist in enumerate(mass.twists):
+        inertia = float(reduction[index] @ reduced @ reduction[index])
         standing = sum(index in mass.placement.way(foot) for foot in feet)
-        if standing and floating:
+        if standing and floats:
             rest = float(twist @ (whole - mass.behind[index]) @ twist)
             inertia = max(inertia, rest * standing / len(feet))
-        carried[placed.joint.name] = inertia
+        carried.append(inertia)
     return carried
 
 
 # --- the step ---
 
 
-def _choose(conversion: Conversion, mass: Mass) -> None:
-    from urdf2mbs.project.stability import fastest, reduction_of
+def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
+    from urdf2mbs.project.stability import fastest
 
     simulation = conversion.simulation
-    reduction = reduction_of(mass, simulation)
     reduced = reduction.T @ mass.matrix @ reduction
     models: Models = {
         model.name: {p.name: float(p.values[0]) for p in model.parameters}
@@ -182,7 +183,7 @@ def _slopes(
     """The forces of the generated code, by the velocities of the independent joints."""
     import numpy as np
 
-    from urdf2mbs.project.stability import Slope
+    from urdf2mbs.project.stability import Slope, felt
 
     index = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
     for name, value in models.get("damping", {}).items():
@@ -190,10 +191,11 @@ def _slopes(
     for name, value in models.get("friction", {}).items():
         yield Slope("friction", name, reduction[index[name]], 0.0,
                     value / models["friction_speed"][name])  # fmt: skip
+    feels = felt(mass, reduction)
     for name, value in models.get("stop_stiffness", {}).items():
-        inertia = float(mass.matrix[index[name], index[name]])
         # at stop_speed it goes in by speed / frequency
-        yield Slope("stop", name, reduction[index[name]], 2.0 * value, sqrt(inertia * value))
+        damping = sqrt(min(feels[index[name]], 1e300) * value)
+        yield Slope("stop", name, reduction[index[name]], 2.0 * value, damping)
     for name, value in models.get("hold_stiffness", {}).items():
         yield Slope("hold", name, reduction[index[name]], value, models["hold_damping"][name])
     contacts = conversion.simulation.contacts

@@ -92,12 +92,12 @@ def _closed(mass: Mass, cut: Connection) -> list[Array]:
     return [*apart, *(mass.turn(second) - mass.turn(first) if cut.kind == "solid" else ())]
 
 
-def felt(mass: Array, rows: Array) -> Array:
-    """The inertia that each of the coordinates in ``rows`` feels, all others being free:
-    ``1 / (r M^-1 r')``, infinite for one that does not move."""
-    basis = _unit_mass(mass)
-    mobility = ((rows @ basis) ** 2).sum(axis=1)
-    inertias: Array = np.full(len(rows), inf)
+def felt(mass: Mass, reduction: Array) -> Array:
+    """The inertia that each joint feels while all others are free, ``1 / (M^-1)_ii`` of the
+    reduced M; infinite for one that does not move."""
+    basis = _unit_mass(reduction.T @ mass.matrix @ reduction)
+    mobility = ((reduction @ basis) ** 2).sum(axis=1)
+    inertias: Array = np.full(len(reduction), inf)
     np.divide(1.0, mobility, out=inertias, where=mobility > 0.0)
     return inertias
 
