@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import msgspec
@@ -51,8 +52,9 @@ class Placement(msgspec.Struct):
         return indices
 
 
-def place(mbs: Mbs) -> Placement:
-    """The initial position of a model whose bodies stand parents first."""
+def place(mbs: Mbs, positions: Mapping[str, float] | None = None) -> Placement:
+    """A model whose bodies stand parents first, with its joints at their initial positions or at
+    other ones (rad, m), given by the joints' names."""
     points: dict[tuple[str | None, str | None], Vec] = {
         (None, point.name): point.coordinates for point in mbs.base.points
     } | {(body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points}
@@ -70,7 +72,7 @@ def place(mbs: Mbs) -> Placement:
             axis = (rot[k - 1], rot[k + 2], rot[k + 5])
             joints.append(Placed(joint, axis, xyz, before))
             before = len(joints) - 1
-            q = joint.q
+            q = joint.q if positions is None else positions[joint.name]
             if not q:
                 continue
             if joint.type[0] == "R":

@@ -52,23 +52,21 @@ the reader warns of these.  Driven joints do not count: their rows are not solve
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import product
+from itertools import islice, product
 from math import sqrt
 from typing import Literal, NamedTuple
 
 import msgspec
 
+from urdf2mbs.mbs.kinematics import Placement, place
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.spatial import (
-    HERE,
-    IDENTITY,
     NO_INERTIA,
     ZERO,
     Pose,
     Vec,
     compose,
     cross,
-    from_turn,
     rotate,
 )
 
@@ -122,10 +120,7 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     ``rules``: the joints that follow others, none of which follows another itself.
     """
     size = _size(mbs)
-    whole = {body.name for body in mbs.bodies if body.mass and _resists_all(body, size)}
-    part = _in_question(mbs, whole)
-    if not part.bodies:
-        return []
+    whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body, size)) == 3}
     numbers = mbs.numbers()
     initial: dict[str, float] = {}
     general: dict[str, float] = {}
@@ -140,52 +135,16 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
             values[name] = rule.multiplier * values[rule.leader] + rule.offset
     # what is singular is nearly singular, too
     doubtful = [
-        values
-        for values in (general, initial)
-        if _Position(part, values, size, whole, NEARLY).found
+        values for values in (general, initial) if _Position(mbs, values, size, whole, NEARLY).found
     ]
     out: list[Singular] = []
     for small, values in product((ROUNDING, NEARLY), doubtful):
-        if not _Position(part, values, size, whole, small).found:
-            continue
-        known = {one.joint for one in out}
-        for one in _Position(mbs, values, size, whole, small).singular(rules):
-            if one.joint not in known:
-                one.always, one.nearly = values is general, small == NEARLY
-                out.append(one)
+        known = {singular.joint for singular in out}
+        for singular in _Position(mbs, values, size, whole, small).singular(rules):
+            if singular.joint not in known:
+                singular.always, singular.nearly = values is general, small == NEARLY
+                out.append(singular)
     return out
-
-
-def _in_question(mbs: Mbs, whole: set[str]) -> Mbs:
-    """The robot without the bodies in which no joint can be singular, nor in those before them.
-
-    Joints before a ``whole`` body are not singular if their twists are independent, as all
-    wrenches are resisted behind it; and what they pass on to a body that is whole, too, is not
-    looked at.
-    """
-    parents = {body.name: body.parent for body in mbs.bodies}
-    kept: set[str | None] = set()
-    for body in mbs.bodies:
-        fine = body.parent is None or body.parent in whole
-        if fine and body.name in whole and _independent(body):
-            continue
-        name: str | None = body.name
-        while name is not None and name not in kept:
-            kept.add(name)  # where a body is depends on those before it
-            name = parents[name]
-    return msgspec.structs.replace(mbs, bodies=[one for one in mbs.bodies if one.name in kept])
-
-
-def _independent(body: Body) -> bool:
-    """Whether the joints before a body surely are independent: one, or a floating base at zero,
-    whose shifts and turns are along and about the axes of one frame, each another.
-
-    Those that are independent at the initial position are so at almost every one.
-    """
-    moving = [joint.type for joint in body.joints if joint.nature != "driven"]
-    return len(moving) <= 1 or (
-        len(set(moving)) == len(moving) and not any(joint.q for joint in body.joints)
-    )
 
 
 class _Position:
@@ -203,14 +162,16 @@ class _Position:
         """For each joint, an orthonormal basis of F, what is resisted behind it."""
         self.found: list[tuple[str, str]] = []
         """The singular joints and their bodies, from the tips inwards."""
-        poses = self._move(mbs, values, size)
+        placement = place(mbs, values)
+        self._fill_twists(placement)
         passed: dict[str | None, list[Six]] = {body.name: [] for body in mbs.bodies}
         passed[None] = []
         for body in reversed(mbs.bodies):
             if body.name in whole:
                 felt = ALL
             else:
-                felt = _basis(_resisted(body, poses[body.name], size) + passed[body.name], small)
+                own = _resisted(body, placement.bodies[body.name], size)
+                felt = _basis(own + passed[body.name], small)
             for joint, twist in reversed(self._twists[body.name]):
                 self._behind[joint.name] = felt
                 most = max(felt, key=lambda f: abs(_work(f, twist)), default=None)
@@ -223,35 +184,17 @@ class _Position:
             if body.parent not in whole:
                 passed[body.parent] += felt
 
-    def _move(self, mbs: Mbs, values: Mapping[str, float], size: float) -> dict[str, Pose]:
-        """Fill the twists; the result is the pose of each body."""
-        points: dict[tuple[str | None, str], Vec] = {
-            (None, point.name): point.coordinates for point in mbs.base.points
-        }
-        poses: dict[str | None, Pose] = {None: HERE}
-        for body in mbs.bodies:
-            pose = poses[body.parent]
-            if body.point is not None:
-                pose = compose(pose, Pose(points[body.parent, body.point]))
+    def _fill_twists(self, placement: Placement) -> None:
+        joints = iter(placement.joints)
+        for body in self._bodies:
             twists = self._twists[body.name] = []
-            for joint in body.joints:
-                k, value = int(joint.type[1]), values[joint.name]
-                axis = rotate(pose.rot, AXES[k - 1])
-                if joint.type[0] == "R":
-                    x, y, z = cross(pose.xyz, axis)
-                    twist = (*axis, x / size, y / size, z / size)
-                    moved = Pose(ZERO, from_turn((k, value)))
-                else:
-                    twist = (*ZERO, *axis)
-                    x, y, z = AXES[k - 1]
-                    moved = Pose((value * x, value * y, value * z), IDENTITY)
-                if joint.nature != "driven":
-                    twists.append((joint, twist))
-                pose = compose(pose, moved)
-            poses[body.name] = pose
-            for point in body.points:
-                points[body.name, point.name] = point.coordinates
-        return {name: pose for name, pose in poses.items() if name is not None}
+            for joint, axis, origin, _ in islice(joints, len(body.joints)):
+                if joint.nature != "driven" and joint.type[0] == "R":
+                    x, y, z = cross(origin, axis)
+                    size = self._size
+                    twists.append((joint, (*axis, x / size, y / size, z / size)))
+                elif joint.nature != "driven":
+                    twists.append((joint, (*ZERO, *axis)))
 
     def singular(self, rules: Mapping[str, Rule]) -> list[Singular]:
         out: list[Singular] = []
@@ -335,22 +278,6 @@ def _size(mbs: Mbs) -> float:
         for point in body.points:
             lengths += point.coordinates
     return max(map(abs, lengths), default=0.0) or 1.0
-
-
-def _resists_all(body: Body, size: float) -> bool:
-    """Whether a body resists torques in all directions.
-
-    The last step of ``_torques`` is at least a third of the determinant, so a large one leaves no
-    doubt.
-    """
-    xx, xy, xz, yy, yz, zz = body.inertia or NO_INERTIA
-    largest = max(abs(xx), abs(xy), abs(xz), abs(yy), abs(yz), abs(zz))
-    if largest > DUST * abs(body.mass or 0.0) * size * size:
-        a, b, c = xx / largest, xy / largest, xz / largest
-        d, e, f = yy / largest, yz / largest, zz / largest
-        if abs(a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)) > 10.0 * ROUNDING:
-            return True
-    return len(_torques(body, size)) == 3
 
 
 def _torques(body: Body, size: float) -> list[Vec]:
