@@ -362,6 +362,12 @@ SECTIONS = [
                 level="warning",
                 todo="let the ends of the cut be at one place",
             ),
+            "loop-row-of-zeros": Code(
+                "a project in C has a planar loop and joints that follow others by constraints; "
+                "MBsysC of 2017 may find no partition for both",
+                level="warning",
+                todo="move the followers by `passes: {mimic: {joints: {'*': driven}}}`",
+            ),
             "loop-left-out": Code(
                 "a joint in `<gazebo>` closes a loop in a way for which Robotran has no cut, or "
                 "its place, links or frames cannot be read",

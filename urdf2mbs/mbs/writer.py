@@ -37,7 +37,7 @@ from urdf2mbs.mbs.model import (
     UserModel,
     View,
 )
-from urdf2mbs.mbs.reader import read_again
+from urdf2mbs.mbs.reader import INERTIA, read_again
 from urdf2mbs.mbs.rewrite import AT, rewrite
 from urdf2mbs.spatial import Vec
 
@@ -220,17 +220,9 @@ class _Writer:
                 "      </com>\n"
             )  # fmt: skip
         if body.inertia is not None:
-            xx, xy, xz, yy, yz, zz = body.inertia
-            inertia = (
-                "      <inertia>\n"
-                f"        <Ixx>{n[xx]}</Ixx>\n"
-                f"        <Ixy>{n[xy]}</Ixy>\n"
-                f"        <Ixz>{n[xz]}</Ixz>\n"
-                f"        <Iyy>{n[yy]}</Iyy>\n"
-                f"        <Iyz>{n[yz]}</Iyz>\n"
-                f"        <Izz>{n[zz]}</Izz>\n"
-                "      </inertia>\n"
-            )
+            moments = zip(INERTIA, body.inertia, strict=True)
+            parts = "".join([f"        <{tag}>{n[moment]}</{tag}>\n" for tag, moment in moments])
+            inertia = f"      <inertia>\n{parts}      </inertia>\n"
         if body.drawing is not None:
             drawing = self.fields(body.drawing, DRAWING, "          ")
             x2d = f"        <x2D>\n{drawing}        </x2D>\n"
@@ -297,10 +289,9 @@ class _Writer:
 
     def points(self, points: list[Point]) -> str:
         """The points of a body."""
-        n, t = self.number, self.text
+        t = self.text
         out: list[str] = []
         for point in points:
-            x, y, z = point.coordinates
             x2d = more = graphics = ""
             if point.position is not None:
                 position = self.vector("position", point.position, "            ")
@@ -316,11 +307,7 @@ class _Writer:
             out.append(
                 f"      <point{self.at(point)}>\n"
                 f"        <pointname>{t[point.name]}</pointname>\n"
-                "        <coordinates>\n"
-                f"          <x>{n[x]}</x>\n"
-                f"          <y>{n[y]}</y>\n"
-                f"          <z>{n[z]}</z>\n"
-                "        </coordinates>\n"
+                f"{self.vector('coordinates', point.coordinates, '        ')}"
                 f"{graphics}{more}"
                 "      </point>\n"
             )
