@@ -157,6 +157,7 @@ SECTIONS = [
             "actuator-unknown": "a transmission names a joint that does not exist",
             "loop-open": "a loop is open at the start position",
             "loop-never-closes": "no joint can close a loop; Robotran says nothing",
+            "loop-row-of-zeros": "a planar loop and mimic: MBsysC of 2017 may find no partition",
             "loop-left-out": "a joint in `<gazebo>` cannot become a cut, or cannot be read",
             "loop-renamed": "a cut has the name of another cut or of a link; it gets its own",
             "project-renamed": "your user functions call the generated module by another name",

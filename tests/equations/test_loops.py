@@ -59,7 +59,7 @@ def trees(draw: st.DrawFn, most: int = 4) -> Mbs:
 
 
 def written(mbs: Mbs, *, c: bool = False, **options: Any) -> PythonEquations:
-    made = generate(mbs, b"", "tree.mbs", language="c" if c else "python", **options)
+    made = generate(mbs, b"<mbsDescR7/>", "tree.mbs", language="c" if c else "python", **options)
     with tempfile.TemporaryDirectory() as folder:
         return (CEquations if c else PythonEquations)(made, mbs, Path(folder))
 
@@ -401,16 +401,16 @@ def test_a_falling_tree_keeps_its_energy() -> None:
 def test_what_is_not_generated_says_why() -> None:
     mbs = four_bar()
     mbs.cuts[0].kind = "ball"
-    made = generate(mbs, b"", "bars.mbs")
+    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs")
     assert "2 equations, and 1 joints are dependent" in made.left_out["accelred"]
     assert b"Not generated: the cuts make 2" in made.files["mbs_accelred_bars.py"]
     mbs.cuts[0].kind = "rod"
     mbs.bodies.append(Body("lever", None, None, [Joint("follower", "R2", "dependent")]))
     for language, file in (("python", "mbs_accelred_bars.py"), ("c", "mbs_accelred_bars.c")):
-        made = generate(mbs, b"", "bars.mbs", language=language)
+        made = generate(mbs, b"<mbsDescR7/>", "bars.mbs", language=language)
         assert b"user_cons_J_accelred is not called" in made.files[file].partition(b"\n\n")[0]
     mbs.cuts = []
     mbs.bodies = mbs.bodies[:2]
     mbs.bodies[-1].mass = mbs.bodies[-1].inertia = None
-    made = generate(mbs, b"", "bars.mbs")
+    made = generate(mbs, b"<mbsDescR7/>", "bars.mbs")
     assert "no matter moves with joint 'j1'" in made.left_out["accelred"]

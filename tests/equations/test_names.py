@@ -62,8 +62,10 @@ def code(made: Equations) -> dict[str, bytes]:
 @pytest.mark.parametrize("language", ["python", "c"])
 def test_names_are_no_code(kind: str, language: str) -> None:
     names = HOSTILE[kind]
-    plain = generate(model(PLAIN), b"", "arm.mbs", language=language)
-    made = generate(model(names), b"", f"{names[0]}.mbs".replace("/", ""), language=language)
+    plain = generate(model(PLAIN), b"<mbsDescR7/>", "arm.mbs", language=language)
+    made = generate(
+        model(names), b"<mbsDescR7/>", f"{names[0]}.mbs".replace("/", ""), language=language
+    )
     assert code(made) == code(plain)
     mark = "//" if language == "c" else "#"
     for text in made.files.values():
@@ -75,7 +77,7 @@ def test_names_are_no_code(kind: str, language: str) -> None:
 def test_files_with_hostile_names_run(language: str, tmp_path: Path) -> None:
     names = ("*/ a\nb", '"\\', "плечо'''", "//\\\r")
     mbs = model(names)
-    made = generate(mbs, b"", "*/ \\\n'.mbs", language=language)
+    made = generate(mbs, b"<mbsDescR7/>", "*/ \\\n'.mbs", language=language)
     eq = (CEquations if language == "c" else PythonEquations)(made, mbs, tmp_path)
     s = random_state(mbs, np.random.default_rng(1))
     m, c = eq.dirdyna(s)
@@ -87,7 +89,7 @@ def test_files_with_hostile_names_run(language: str, tmp_path: Path) -> None:
 def test_no_matter_behind_a_joint_of_a_hostile_name(language: str, tmp_path: Path) -> None:
     mbs = model(("a", "b", "c", "*/\n\\"))
     mbs.cuts, mbs.bodies[1].joints[0].nature = [], "independent"
-    made = generate(mbs, b"", "arm.mbs", language=language)
+    made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language=language)
     assert "no matter moves" in made.left_out["accelred"]
     (CEquations if language == "c" else PythonEquations)(made, mbs, tmp_path)
 

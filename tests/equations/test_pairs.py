@@ -71,7 +71,7 @@ def limbs(draw: st.DrawFn) -> Mbs:
 )
 @given(limbs(), st.booleans(), st.integers(0, 9))
 def test_random_limbs(mbs: Mbs, fold: bool, seed: int) -> None:
-    made = generate(mbs, b"", "limbs.mbs", language="c", fold=fold)
+    made = generate(mbs, b"<mbsDescR7/>", "limbs.mbs", language="c", fold=fold)
     assert made.counts["dirdyna"].paired > 0
     made.files = {name: text for name, text in made.files.items() if "dyna" in name}
     with tempfile.TemporaryDirectory() as folder:
@@ -102,7 +102,7 @@ def test_humanoids_are_mirrored(name: str, least: float) -> None:
     for k, j in twin.items():
         one, other = sorted((names[k - 1].lower(), names[j - 1].lower()))
         assert one.replace("l", "r") == other.replace("l", "r"), (one, other)
-    count = generate(mbs, b"", "robot.mbs", language="c").counts["dirdyna"]
+    count = generate(mbs, b"<mbsDescR7/>", "robot.mbs", language="c").counts["dirdyna"]
     assert count.paired >= least * count.operations
 
 

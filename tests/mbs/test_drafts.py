@@ -7,7 +7,7 @@ from mbs.models import everything
 
 from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram.draw import draw
-from urdf2mbs.equations import equations
+from urdf2mbs.equations import generate
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
@@ -35,7 +35,7 @@ def test_a_parent_must_be_there_all_the_same() -> None:
 
 
 def test_the_functions_that_need_the_cut_are_left_out_and_it_is_named() -> None:
-    found = equations(read(DRAFT, "m.mbs"), DRAFT, "m.mbs")
+    found = generate(read(DRAFT, "m.mbs"), DRAFT, "m.mbs")
     assert {"cons_hJ", "cons_jdqd"} <= set(found.left_out)
     assert "'a_ball'" in found.left_out["cons_hJ"]
     assert {"dirdyna", "invdyna", "link", "extforces", "sensor"}.isdisjoint(found.left_out)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.equations import equations
+from urdf2mbs.equations import generate
 from urdf2mbs.mbs.equations_fit import fingerprint, fits
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import TINY, convert_text
@@ -20,7 +20,7 @@ def model() -> bytes:
 
 def code(model: bytes, **options: bool) -> tuple[str, bytes]:
     """The code of all equations without what stands above it, and the head of a file."""
-    made = equations(read(model, "m.mbs"), model, "m.mbs", **options)  # type: ignore[arg-type]
+    made = generate(read(model, "m.mbs"), model, "m.mbs", **options)  # type: ignore[arg-type]
     texts = [re.sub(rb"(?m)^#.*\n", b"", text) for text in made.files.values()]
     return b"".join(texts).decode(), next(iter(made.files.values()))
 

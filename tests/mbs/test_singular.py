@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
-from urdf2mbs.mbs.singular import Rule, Singular, _resists_all, _torques, find_singular
+from urdf2mbs.mbs.singular import Rule, Singular, find_singular
 from urdf2mbs.proof.dynamics import to_pinocchio
 
 pin = pytest.importorskip("pinocchio")
@@ -168,17 +168,6 @@ def test_locking_the_joints_that_are_found_makes_it_regular(mbs: Mbs) -> None:
             joint.nature, joint.q = "driven", 0.7 + 0.37 * number
     assert not any(one.always for one in exactly(mbs))
     assert least(mbs)[0] > ABOVE
-
-
-@given(st.tuples(*[st.sampled_from((0.0, 1.0, 1e-10, 3e-11, 1e-12, 0.3))] * 3), ANGLE, ANGLE)
-def test_the_determinant_says_the_same_as_the_torques(
-    moments: tuple[float, float, float], a: float, b: float
-) -> None:
-    turn = _turn(a, b)
-    tensor = turn @ np.diag(moments) @ turn.T
-    inertia: Any = tuple(float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
-    body = Body("b", None, None, mass=1e-9, inertia=inertia)
-    assert _resists_all(body, 1.0) == (len(_torques(body, 1.0)) == 3)
 
 
 @pytest.mark.parametrize(

@@ -115,6 +115,22 @@ def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def test_a_planar_loop_before_followers_is_warned_of(tmp_path: Path) -> None:
+    """MBsysC of 2017 finds no partition where a row of zeros stands before others."""
+    limb = link("hand") + joint("wrist", "left", "hand", at(0, 0, 1))
+    limb = limb.replace("</joint>", "<mimic joint='crank'/></joint>")
+    for text, warned in (
+        (FOUR_BAR.replace("</robot>", limb + "</robot>"), True),
+        (FOUR_BAR, False),
+    ):
+        (tmp_path / "r.urdf").write_text(text)
+        result = convert(
+            tmp_path / "r.urdf", project=tmp_path / "r", language="c", base="fixed",
+            options={"loops": {"cuts": BALL}},
+        )  # fmt: skip
+        assert warned == any(d.code == "loop-row-of-zeros" for d in result.diagnostics)
+
+
 def test_an_open_loop_is_told_with_its_distance() -> None:
     options = {"loops": {"cuts": BALL}, "posture": {"joints": {"crank": pi / 2}}}
     result = convert_text(FOUR_BAR, base="fixed", options=options)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 from ctypes import CDLL, POINTER, Structure, c_double, c_int, c_void_p, cast, pointer
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,8 @@ import pytest
 from conftest import SHARED
 from passes.test_mimic import CHAIN
 from project.standin import MbsData, from1, make, user_functions, without_meshes
+
+from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[2]
 HEADERS = Path(__file__).with_name("mbsysc")
@@ -248,10 +251,24 @@ def test_mimic_chains(tmp_path: Path, nature: str) -> None:
     compare(make(tmp_path, text, passes=passes, language=["python", "c"]), nature)
 
 
+@pytest.mark.parametrize("text", [CHAIN, TINY])
+def test_the_code_is_the_same_for_all_robots_and_clean(tmp_path: Path, text: str) -> None:
+    """The file of the package compiles as it stands, for a project that is called NAME."""
+    project = make(tmp_path, text, name="NAME", language="c")
+    code = files("urdf2mbs.project").joinpath("NAME_robot.c").read_bytes()
+    assert code.strip() in (project / "userfctR" / "NAME_robot.c").read_bytes()
+    flags = ["-std=c99", "-pedantic", "-O2", "-Wall", "-Wextra", "-Werror"]
+    include = [f"-I{HEADERS}", f"-I{project / 'userfctR'}"]
+    command = ["gcc", *flags, *include, "-c", "-o", str(tmp_path / "code.o")]
+    source = str(project / "userfctR" / "NAME_robot.c")
+    done = subprocess.run([*command, source], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_names_that_c_cannot_have(tmp_path: Path) -> None:
     """Joints and links called like words of C, like each other, and like a point's macro."""
     text = CHAIN.replace('"one"', '"double"').replace('"two"', '"a/b"').replace('"b"', '"a b"')
-    text = text.replace('"three"', '"a_c"').replace('"d"', '"stop"')
+    text = text.replace('"three"', '"a_c"').replace('"d"', '"stop"').replace('"four"', '"NONE"')
     compare(make(tmp_path, text, name="while", language="both"), "driven")
 
 

@@ -46,6 +46,11 @@ def constraints(tree: Tree) -> list[Constraint]:
     return [constraint for constraint in every_constraint(tree) if constraint.movable]
 
 
+def drops_row(mbs: Mbs) -> bool:
+    """True if Robotran leaves out an equation of a cut, as that of a ball in a planar loop."""
+    return not all(constraint.movable for constraint in every_constraint(Tree(mbs)))
+
+
 def constant_gaps(mbs: Mbs) -> Iterator[tuple[str, str]]:
     """The cuts that can never close, each with a sentence on an equation that no joint fulfils."""
     tree, still = Tree(mbs), Tree(mbs, still=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-Kind = Literal["text", "number", "xyz", "color", "flag"]
+Kind = Literal["text", "number", "xy", "xyz", "color", "flag", "points"]
 Fields = dict[str, tuple[str, Kind]]
 
 SHAPE: Fields = {
@@ -42,3 +42,12 @@ LIGHT: Fields = {
     "active": ("active", "flag"),
     "direction": ("direction", "xyz"),
 }
+DRAWING: Fields = {
+    "position": ("position", "xy"),
+    "name_pos": ("name_pos", "xy"),
+    "shape": ("shape", "text"),
+    "size": ("size", "xy"),
+    "control_points": ("control_points", "points"),
+    "angle": ("angle", "number"),
+}
+FACTORS: Fields = {tag: (tag, "number") for tag in ("frame", "joint", "com", "point")}

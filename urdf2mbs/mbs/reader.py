@@ -13,13 +13,13 @@ from functools import cache
 from math import isinf
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from lxml import etree
 
 from urdf2mbs import xml_lines
 from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
-from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields, Kind
+from urdf2mbs.mbs.fields import DRAWING, FACTORS, LIGHT, SHAPE, VIEWPOINT, Fields, Kind
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -69,12 +69,10 @@ JOINT = frozenset(
     ["jointname", "type", "nature", "initialvalue", "actuated", "symbols", "graphics"]
 )
 POINT = frozenset(["pointname", "coordinates", "graphics", "sensor", "extforce"])
-DRAWING = frozenset(["position", "name_pos", "shape", "size", "control_points", "angle"])
 CONNECTION = frozenset(["name", "endpoint1", "endpoint2", "length"])
 VIEW = frozenset(["background", "shapeScaleFactors", "viewpoints", "lights"])
 X3D = frozenset(["x3D_shapes"])
 ENDPOINT = frozenset(["bodyname", "pointname"])
-FACTORS = frozenset(["frame", "joint", "com", "point"])
 INERTIA = ["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"]
 XYZ = ["x", "y", "z"]
 COORDINATES, GRAPHICS = frozenset(["coordinates"]), frozenset(["x2D", "x3D"])
@@ -144,6 +142,9 @@ def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Elemen
     return root
 
 
+Object = TypeVar("Object")
+
+
 class _Reader:
     def __init__(self, data: bytes, file: str, *, mechanics_only: bool = False) -> None:
         self.data, self.file, self.mechanics_only = data, file, mechanics_only
@@ -178,14 +179,10 @@ class _Reader:
             self.user_constraint(element, joints)
             for element in self.listed(kids.get("user_constraints"), "user_constraint")
         ]
-        mbs.user_variables = [
-            self.user_variable(element)
-            for element in self.listed(kids.get("user_variables"), "user_variable")
-        ]
-        mbs.user_models = [
-            self.user_model(element)
-            for element in self.listed(kids.get("user_models"), "user_model")
-        ]
+        variables = self.listed(kids.get("user_variables"), "user_variable")
+        mbs.user_variables = list(map(self.user_variable, variables))
+        models = self.listed(kids.get("user_models"), "user_model")
+        mbs.user_models = list(map(self.user_model, models))
         if "x3D" in kids and not self.mechanics_only:
             mbs.view = self.view(kids["x3D"])
         return mbs
@@ -206,7 +203,7 @@ class _Reader:
             if "position" in x2d:
                 base.position = self.xy(x2d["position"])
             if "base_body" in x2d:
-                base.drawing = self.drawing(x2d["base_body"])
+                base.drawing = self.filled(Drawing(), x2d["base_body"], DRAWING)
         if "x3D" in parts:
             base.shapes = self.shapes(parts["x3D"])
         return base
@@ -241,7 +238,7 @@ class _Reader:
         body.points = self.points_of(name, points)
         graphics = self.graphics(kids)
         if "x2D" in graphics and len(graphics["x2D"]):
-            body.drawing = self.drawing(graphics["x2D"])
+            body.drawing = self.filled(Drawing(), graphics["x2D"], DRAWING)
         if "x3D" in graphics:
             body.shapes = self.shapes(graphics["x3D"])
         return body
@@ -379,34 +376,15 @@ class _Reader:
         parts = self.children(graphics["x2D"], X2D)
         return self.xy(parts["position"]) if "position" in parts else None
 
-    def drawing(self, element: _Element) -> Drawing:
-        kids = self.children(element, DRAWING)
-        drawing = Drawing()
-        if "position" in kids:
-            drawing.position = self.xy(kids["position"])
-        if "name_pos" in kids:
-            drawing.name_pos = self.xy(kids["name_pos"])
-        if "size" in kids:
-            drawing.size = self.xy(kids["size"])
-        if "shape" in kids:
-            drawing.shape = self.text(kids["shape"])
-        if "angle" in kids:
-            drawing.angle = self.number(kids["angle"])
-        drawing.control_points = tuple(
-            self.xy(point) for point in self.listed(kids.get("control_points"), "control_point")
-        )
-        return drawing
-
     def shapes(self, x3d: _Element) -> list[Shape]:
         kids = self.children(x3d, X3D)
         if "x3D_shapes" not in kids:
             return []
-        return [self.shape(child) for child in kids["x3D_shapes"] if child.tag in SHAPES]
-
-    def shape(self, element: _Element) -> Shape:
-        shape = Shape(element.tag, "", origin=self.origin(element))
-        self.fill(shape, element, SHAPE)
-        return shape
+        return [
+            self.filled(Shape(child.tag, "", origin=self.origin(child)), child, SHAPE)
+            for child in kids["x3D_shapes"]
+            if child.tag in SHAPES
+        ]
 
     def color(self, element: _Element) -> tuple[int, int, int]:
         rgb = [element.get(part, "") for part in "RGB"]
@@ -488,33 +466,24 @@ class _Reader:
             if "color" in parts:
                 view.background = self.color(parts["color"])
         if "shapeScaleFactors" in kids:
-            for tag, factor in self.children(kids["shapeScaleFactors"], FACTORS).items():
-                if tag in FACTORS:
-                    setattr(view, tag, self.number(factor))
+            self.filled(view, kids["shapeScaleFactors"], FACTORS)
         view.viewpoints = [
-            self.viewpoint(child) for child in self.listed(kids.get("viewpoints"), "viewpoint")
+            self.filled(Viewpoint("", ZERO, ZERO, origin=self.origin(child)), child, VIEWPOINT)
+            for child in self.listed(kids.get("viewpoints"), "viewpoint")
         ]
         view.lights = [
-            self.light(child) for child in self.listed(kids.get("lights"), "directionalLight")
+            self.filled(Light("", ZERO, active=False, origin=self.origin(child)), child, LIGHT)
+            for child in self.listed(kids.get("lights"), "directionalLight")
         ]
         return view
 
-    def viewpoint(self, element: _Element) -> Viewpoint:
-        viewpoint = Viewpoint("", ZERO, ZERO, origin=self.origin(element))
-        self.fill(viewpoint, element, VIEWPOINT)
-        return viewpoint
-
-    def light(self, element: _Element) -> Light:
-        light = Light("", ZERO, active=False, origin=self.origin(element))
-        self.fill(light, element, LIGHT)
-        return light
-
-    def fill(self, made: Shape | Viewpoint | Light, element: _Element, fields: Fields) -> None:
-        """Set the fields of an object whose elements are there."""
+    def filled(self, made: Object, element: _Element, fields: Fields) -> Object:
+        """An object with the fields set whose elements are there."""
         for tag, child in self.children(element, fields.keys()).items():
             if tag in fields:
                 name, kind = fields[tag]
                 setattr(made, name, _KINDS[kind](self, child))
+        return made
 
     def vector(self, element: _Element) -> Vec:
         parts = self.children(element, COORDINATES)
@@ -647,7 +616,11 @@ class _Reader:
 _KINDS: dict[Kind, Callable[[_Reader, _Element], Any]] = {
     "text": _Reader.text,
     "number": _Reader.number,
+    "xy": _Reader.xy,
     "xyz": _Reader.xyz,
+    "points": lambda reader, element: tuple(
+        map(reader.xy, reader.listed(element, "control_point"))
+    ),
     "color": _Reader.color,
     "flag": lambda *_: True,
 }

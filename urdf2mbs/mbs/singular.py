@@ -112,10 +112,7 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     ``rules``: the joints that follow others, none of which follows another itself.
     """
     size = _size(mbs)
-    whole = {body.name for body in mbs.bodies if body.mass and _resists_all(body, size)}
-    part = _in_question(mbs, whole)
-    if not part.bodies:
-        return []
+    whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body, size)) == 3}
     numbers = mbs.numbers()
     initial: dict[str, float] = {}
     general: dict[str, float] = {}
@@ -130,52 +127,16 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
             values[name] = rule.multiplier * values[rule.leader] + rule.offset
     # what is singular is nearly singular, too
     doubtful = [
-        values
-        for values in (general, initial)
-        if _Position(part, values, size, whole, NEARLY).found
+        values for values in (general, initial) if _Position(mbs, values, size, whole, NEARLY).found
     ]
     out: list[Singular] = []
     for small, values in product((ROUNDING, NEARLY), doubtful):
-        if not _Position(part, values, size, whole, small).found:
-            continue
-        known = {one.joint for one in out}
-        for one in _Position(mbs, values, size, whole, small).singular(rules):
-            if one.joint not in known:
-                one.always, one.nearly = values is general, small == NEARLY
-                out.append(one)
+        known = {singular.joint for singular in out}
+        for singular in _Position(mbs, values, size, whole, small).singular(rules):
+            if singular.joint not in known:
+                singular.always, singular.nearly = values is general, small == NEARLY
+                out.append(singular)
     return out
-
-
-def _in_question(mbs: Mbs, whole: set[str]) -> Mbs:
-    """The robot without the bodies in which no joint can be singular, nor in those before them.
-
-    Joints before a ``whole`` body are not singular if their twists are independent, as all
-    wrenches are resisted behind it; and what they pass on to a body that is whole, too, is not
-    looked at.
-    """
-    parents = {body.name: body.parent for body in mbs.bodies}
-    kept: set[str | None] = set()
-    for body in mbs.bodies:
-        fine = body.parent is None or body.parent in whole
-        if fine and body.name in whole and _independent(body):
-            continue
-        name: str | None = body.name
-        while name is not None and name not in kept:
-            kept.add(name)  # where a body is depends on those before it
-            name = parents[name]
-    return msgspec.structs.replace(mbs, bodies=[one for one in mbs.bodies if one.name in kept])
-
-
-def _independent(body: Body) -> bool:
-    """Whether the joints before a body surely are independent: one, or a floating base at zero,
-    whose shifts and turns are along and about the axes of one frame, each another.
-
-    Those that are independent at the initial position are so at almost every one.
-    """
-    moving = [joint.type for joint in body.joints if joint.nature != "driven"]
-    return len(moving) <= 1 or (
-        len(set(moving)) == len(moving) and not any(joint.q for joint in body.joints)
-    )
 
 
 class _Position:
@@ -194,7 +155,7 @@ class _Position:
         self.found: list[tuple[str, str]] = []
         """The singular joints and their bodies, from the tips inwards."""
         placement = place(mbs, values)
-        poses, joints = placement.bodies, iter(placement.joints)
+        joints = iter(placement.joints)
         for body in mbs.bodies:
             self._twists[body.name] = [
                 (placed.joint, _scaled(placed.twist, size))
@@ -207,7 +168,8 @@ class _Position:
             if body.name in whole:
                 felt = ALL
             else:
-                felt = _basis(_resisted(body, poses[body.name], size) + passed[body.name], small)
+                own = _resisted(body, placement.bodies[body.name], size)
+                felt = _basis(own + passed[body.name], small)
             for joint, twist in reversed(self._twists[body.name]):
                 self._behind[joint.name] = felt
                 most = max(felt, key=lambda f: abs(_work(f, twist)), default=None)
@@ -308,22 +270,6 @@ def _scaled(twist: tuple[Vec, Vec], size: float) -> Six:
     """Lengths relative to the robot's size; the speed of a shift stays 1."""
     turn, (x, y, z) = twist
     return (*turn, x / size, y / size, z / size) if turn != ZERO else (*ZERO, x, y, z)
-
-
-def _resists_all(body: Body, size: float) -> bool:
-    """Whether a body resists torques in all directions.
-
-    The last step of ``_torques`` is at least a third of the determinant, so a large one leaves no
-    doubt.
-    """
-    xx, xy, xz, yy, yz, zz = body.inertia or NO_INERTIA
-    largest = max(abs(xx), abs(xy), abs(xz), abs(yy), abs(yz), abs(zz))
-    if largest > DUST * abs(body.mass or 0.0) * size * size:
-        a, b, c = xx / largest, xy / largest, xz / largest
-        d, e, f = yy / largest, yz / largest, zz / largest
-        if abs(a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)) > 10.0 * ROUNDING:
-            return True
-    return len(_torques(body, size)) == 3
 
 
 def _torques(body: Body, size: float) -> list[Vec]:

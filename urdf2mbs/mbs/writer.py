@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT, Fields
+from urdf2mbs.mbs.fields import DRAWING, FACTORS, LIGHT, SHAPE, VIEWPOINT, Fields
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -24,12 +24,11 @@ from urdf2mbs.mbs.model import (
     SENSOR_MEASURES,
     SHAPES,
     SYMBOLS,
+    XY,
     Base,
     Body,
     Connection,
-    Drawing,
     Joint,
-    Light,
     Mbs,
     Part,
     Point,
@@ -37,9 +36,8 @@ from urdf2mbs.mbs.model import (
     Shape,
     UserModel,
     View,
-    Viewpoint,
 )
-from urdf2mbs.mbs.reader import read_again
+from urdf2mbs.mbs.reader import INERTIA, read_again
 from urdf2mbs.mbs.rewrite import AT, rewrite
 from urdf2mbs.spatial import Vec
 
@@ -184,20 +182,15 @@ class _Writer:
                 )
         x2d = ""
         if base.position is not None:
-            x, y = base.position
-            x2d = (
-                "        <position>\n"
-                f"          <x>{self.number[x]}</x>\n          <y>{self.number[y]}</y>\n"
-                "        </position>\n"
-            )
+            x2d = self.vector("position", base.position, "        ")
         if base.drawing is not None:
-            drawing = self.drawing(base.drawing)
+            drawing = self.fields(base.drawing, DRAWING, "          ")
             x2d += f"        <base_body>\n{drawing}        </base_body>\n"
         if x2d:
             x2d = f"      <x2D>\n{x2d}      </x2D>\n"
         return (
             "  <base>\n    <gravity>\n"
-            f"{self.xyz('coordinates', base.gravity, '      ')}"
+            f"{self.vector('coordinates', base.gravity, '      ')}"
             "    </gravity>\n"
             f"    <baseBodyName>{self.text[base.name]}</baseBodyName>\n"
             f"{_outdented(self.points(base.points))}"
@@ -223,23 +216,15 @@ class _Writer:
             mass = f"      <mass>{n[body.mass]}</mass>\n"
         if body.com is not None:
             com = (
-                f"      <com>\n{self.xyz('coordinates', body.com, '        ')}"
+                f"      <com>\n{self.vector('coordinates', body.com, '        ')}"
                 "      </com>\n"
             )  # fmt: skip
         if body.inertia is not None:
-            xx, xy, xz, yy, yz, zz = body.inertia
-            inertia = (
-                "      <inertia>\n"
-                f"        <Ixx>{n[xx]}</Ixx>\n"
-                f"        <Ixy>{n[xy]}</Ixy>\n"
-                f"        <Ixz>{n[xz]}</Ixz>\n"
-                f"        <Iyy>{n[yy]}</Iyy>\n"
-                f"        <Iyz>{n[yz]}</Iyz>\n"
-                f"        <Izz>{n[zz]}</Izz>\n"
-                "      </inertia>\n"
-            )
+            moments = zip(INERTIA, body.inertia, strict=True)
+            parts = "".join([f"        <{tag}>{n[moment]}</{tag}>\n" for tag, moment in moments])
+            inertia = f"      <inertia>\n{parts}      </inertia>\n"
         if body.drawing is not None:
-            drawing = self.drawing(body.drawing)
+            drawing = self.fields(body.drawing, DRAWING, "          ")
             x2d = f"        <x2D>\n{drawing}        </x2D>\n"
         return (
             f"    <body{self.at(body)}>\n"
@@ -281,12 +266,8 @@ class _Writer:
         elif joint.symbols is not None:
             symbols = "        <symbols/>\n"
         if joint.position is not None:
-            x, y = joint.position
-            x2d = (
-                "          <x2D>\n            <position>\n"
-                f"              <x>{n[x]}</x>\n              <y>{n[y]}</y>\n"
-                "            </position>\n          </x2D>\n"
-            )
+            position = self.vector("position", joint.position, "            ")
+            x2d = f"          <x2D>\n{position}          </x2D>\n"
         if joint.type not in JOINT_TYPES or joint.nature not in NATURES:
             raise ValueError(
                 f"joint '{joint.name}' is '{joint.type}', '{joint.nature}': .mbs has no such joint"
@@ -308,18 +289,13 @@ class _Writer:
 
     def points(self, points: list[Point]) -> str:
         """The points of a body."""
-        n, t = self.number, self.text
+        t = self.text
         out: list[str] = []
         for point in points:
-            x, y, z = point.coordinates
             x2d = more = graphics = ""
             if point.position is not None:
-                u, v = point.position
-                x2d = (
-                    "          <x2D>\n            <position>\n"
-                    f"              <x>{n[u]}</x>\n              <y>{n[v]}</y>\n"
-                    "            </position>\n          </x2D>\n"
-                )
+                position = self.vector("position", point.position, "            ")
+                x2d = f"          <x2D>\n{position}          </x2D>\n"
             if point.sensor is not None:
                 sensor = self.sensor("sensor", point.sensor)
                 more = f"        {sensor}\n"
@@ -331,11 +307,7 @@ class _Writer:
             out.append(
                 f"      <point{self.at(point)}>\n"
                 f"        <pointname>{t[point.name]}</pointname>\n"
-                "        <coordinates>\n"
-                f"          <x>{n[x]}</x>\n"
-                f"          <y>{n[y]}</y>\n"
-                f"          <z>{n[z]}</z>\n"
-                "        </coordinates>\n"
+                f"{self.vector('coordinates', point.coordinates, '        ')}"
                 f"{graphics}{more}"
                 "      </point>\n"
             )
@@ -354,42 +326,10 @@ class _Writer:
         _only([shape.kind for shape in shapes], SHAPES, "a shape")
         for shape in shapes:
             out.append(f"            <{shape.kind}{self.at(shape)}>\n")
-            out += self.fields(shape, SHAPE, "              ")
+            out.append(self.fields(shape, SHAPE, "              "))
             out.append(f"            </{shape.kind}>\n")
         out.append("          </x3D_shapes>\n")
         return "".join(out)
-
-    def drawing(self, drawing: Drawing) -> str:
-        n = self.number
-        (left, top), (width, height) = drawing.position, drawing.size
-        x, y = drawing.name_pos
-        points = "".join(
-            [
-                "            <control_point>\n"
-                f"              <x>{n[u]}</x>\n              <y>{n[v]}</y>\n"
-                "            </control_point>\n"
-                for u, v in drawing.control_points
-            ]
-        )
-        control_points = (
-            f"          <control_points>\n{points}          </control_points>\n"
-            if points
-            else "          <control_points/>\n"
-        )
-        return (
-            "          <position>\n"
-            f"            <x>{n[left]}</x>\n            <y>{n[top]}</y>\n"
-            "          </position>\n"
-            "          <name_pos>\n"
-            f"            <x>{n[x]}</x>\n            <y>{n[y]}</y>\n"
-            "          </name_pos>\n"
-            f"          <shape>{self.text[drawing.shape]}</shape>\n"
-            "          <size>\n"
-            f"            <x>{n[width]}</x>\n            <y>{n[height]}</y>\n"
-            "          </size>\n"
-            f"{control_points}"
-            f"          <angle>{n[drawing.angle]}</angle>\n"
-        )
 
     def connection(self, connection: Connection) -> str:
         t = self.text
@@ -470,13 +410,13 @@ class _Writer:
         red, green, blue = view.background
         viewpoints = "".join(
             f"      <viewpoint{self.at(viewpoint)}>\n"
-            f"{''.join(self.fields(viewpoint, VIEWPOINT, '        '))}"
+            f"{self.fields(viewpoint, VIEWPOINT, '        ')}"
             "      </viewpoint>\n"
             for viewpoint in view.viewpoints
         )
         lights = "".join(
             f"      <directionalLight{self.at(light)}>\n"
-            f"{''.join(self.fields(light, LIGHT, '        '))}"
+            f"{self.fields(light, LIGHT, '        ')}"
             "      </directionalLight>\n"
             for light in view.lights
         )
@@ -486,42 +426,41 @@ class _Writer:
             f'      <color R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
             "    </background>\n"
             "    <shapeScaleFactors>\n"
-            f"      <frame>{n[view.frame]}</frame>\n"
-            f"      <joint>{n[view.joint]}</joint>\n"
-            f"      <com>{n[view.com]}</com>\n"
-            f"      <point>{n[view.point]}</point>\n"
+            f"{self.fields(view, FACTORS, '      ')}"
             "    </shapeScaleFactors>\n"
             f"    <viewpoints>\n{viewpoints}    </viewpoints>\n"
             f"    <lights>\n{lights}    </lights>\n"
             "  </x3D>\n"
         )
 
-    def fields(self, written: Shape | Viewpoint | Light, fields: Fields, pad: str) -> list[str]:
+    def fields(self, written: object, fields: Fields, pad: str) -> str:
         """The elements of a table, without those whose value is None."""
         out: list[str] = []
         for tag, (name, kind) in fields.items():
             value = getattr(written, name)
             if value is None:
                 continue
-            if kind == "xyz":
-                out.append(self.xyz(tag, value, pad))
+            if kind in ("xy", "xyz"):
+                out.append(self.vector(tag, value, pad))
             elif kind == "color":
                 red, green, blue = value
                 out.append(f'{pad}<{tag} R="{red:d}" G="{green:d}" B="{blue:d}"/>\n')
             elif kind == "flag":
                 out.append(f"{pad}<{tag}/>\n" if value else "")
+            elif kind == "points":
+                points = "".join(self.vector("control_point", xy, f"{pad}  ") for xy in value)
+                out.append(
+                    f"{pad}<{tag}>\n{points}{pad}</{tag}>\n" if value else f"{pad}<{tag}/>\n"
+                )
             else:
                 text = self.number[value] if kind == "number" else self.text[value]
                 out.append(f"{pad}<{tag}>{text}</{tag}>\n")
-        return out
+        return "".join(out)
 
-    def xyz(self, tag: str, vec: Vec, pad: str) -> str:
-        n = self.number
-        x, y, z = vec
-        return (
-            f"{pad}<{tag}>\n{pad}  <x>{n[x]}</x>\n{pad}  <y>{n[y]}</y>\n"
-            f"{pad}  <z>{n[z]}</z>\n{pad}</{tag}>\n"
-        )
+    def vector(self, tag: str, vector: XY | Vec, pad: str) -> str:
+        values = zip("xyz", vector, strict=False)
+        parts = "".join([f"{pad}  <{x}>{self.number[value]}</{x}>\n" for x, value in values])
+        return f"{pad}<{tag}>\n{parts}{pad}</{tag}>\n"
 
 
 def _outdented(text: str) -> str:

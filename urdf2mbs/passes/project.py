@@ -41,6 +41,7 @@ class Project(Pass):
         if "c" in conversion.settings.languages:
             for name, data in generated(mbs, conversion.simulation).items():
                 conversion.files[folder / "userfctR" / name] = data
+            _warn_of_rows_of_zeros(conversion)
         _remove_obsolete(conversion, folder / "userfctR")
         for language in conversion.settings.languages:
             for path, data in starters(language, mbs.name).items():
@@ -50,6 +51,23 @@ class Project(Pass):
             "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
         }
         _tell_renamed(conversion)
+
+
+def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
+    """MBsysC of 2017 keeps three rows for each ball, and puts the user's rows after these: a row
+    that a planar loop does not need stays zero between others, and counts as dependent."""
+    if not (conversion.mbs.cuts and conversion.simulation.couplings):
+        return
+    from urdf2mbs.equations import drops_row
+
+    if drops_row(conversion.mbs):
+        conversion.warn(
+            "loop-row-of-zeros",
+            "a loop leaves a row of zeros before the constraints of "
+            f"{some(c.follower.name for c in conversion.simulation.couplings)}: the partition of "
+            "MBsysC of 2017 may fail at it",
+            hint="move the followers without constraints: passes: {mimic: {joints: {'*': driven}}}",
+        )
 
 
 def _remove_obsolete(conversion: Conversion, folder: Path) -> None:

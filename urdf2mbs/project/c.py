@@ -1,34 +1,38 @@
-"""The generated files of a project in C: what MBSysPad would generate, and NAME_robot.c and .h."""
+"""The generated files of a project in C: the tables and the code of NAME_robot.c, and what
+MBSysPad would generate."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
+from typing import Any
 
 from urdf2mbs.diagnostics import quoted
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.project import FOLDER, fill
 from urdf2mbs.project.python import dependent
 from urdf2mbs.simulation import Coupling, Simulation
-from urdf2mbs.spatial import Rot
+from urdf2mbs.spatial import IDENTITY
 
 NOTE = (
     "/* urdf2mbs writes this file anew at each conversion: do not edit it.\n"
     " * MBSysPad can write it, too: menu \"generate user files\". */\n\n"
 )  # fmt: skip
 
+#: The numbers of a ground and of a wrench, by their names in the user models.
+GROUND = ("ground", "stiffness", "speed", "friction", "slip_speed")
+WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+
 
 def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
     """The files that are written anew at each conversion, by their name in userfctR."""
-    source = fill(FOLDER / "c_robot.c.in", mbs.name)
-    for mark, lines in _marks(mbs, simulation).items():
-        source = source.replace(f"@{mark}@\n", "".join(f"{line}\n" for line in lines))
-    header = fill(FOLDER / "c_robot.h.in", mbs.name)
+    header = fill(FOLDER / "NAME_robot.h.in", mbs.name)
     header = header.replace("@COUNT@", str(len(simulation.couplings)))
     header = header.replace("@TIME_STEP@", repr(simulation.time_step))
     header = header.replace("@SHORTENED_BY@", _comment(simulation.shortened_by))
     texts = {
         f"{mbs.name}_robot.h": header,
-        f"{mbs.name}_robot.c": source,
+        f"{mbs.name}_robot.c": fill(FOLDER / "NAME_robot.c", mbs.name),
+        f"{mbs.name}_tables.h": _tables(mbs, simulation),
         "user_all_id.h": NOTE + _all_id(mbs),
         "user_model.h": NOTE + _model_header(mbs.user_models),
         "user_model.c": NOTE + _model_source(mbs.user_models),
@@ -36,140 +40,95 @@ def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
     return {name: text.encode() for name, text in texts.items()}
 
 
-# --- NAME_robot.c ---
+# --- NAME_tables.h ---
 
 
-def _marks(mbs: Mbs, simulation: Simulation) -> dict[str, list[str]]:
-    """What stands at each mark of the template."""
+def _tables(mbs: Mbs, simulation: Simulation) -> str:
+    """The tables that NAME_robot.c declares the types of."""
     models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
-    return {
-        "CONSTRAINTS": list(_constraints(simulation.couplings)),
-        "JDQD": [f"    jdqd[{k}] = 0.0;" for k in range(1, len(simulation.couplings) + 1)],
-        "DRIVEN": list(_driven(simulation.driven)),
-        "JOINT_FORCES": list(_joint_forces(models, simulation)),
-        "STOP": _part("c_stop") if "stops" in models.get("joint_forces", []) else [],
-        "HOLD": _part("c_hold") if "hold" in models else [],
-        "GROUND": list(_ground(simulation)) if simulation.contacts else [],
-        "EXTERNAL": list(_external(simulation)),
-        "SPRINGS": list(_springs(simulation)),
-        "SENSORS": list(_sensors(simulation)),
-        "JOINTS": [f'    "{name}",' for name in mbs.numbers()],
-        "DEPENDENT": [f'    "{name}",' for name in dependent(mbs)],
+
+    def place(model: str, name: str) -> str:
+        """Where a number of the user models is in their struct."""
+        there = name in models.get(model, ())
+        return f"AT({model}.{name})" if there else "NONE"
+
+    def rows(model: str, *more: str) -> list[tuple[str, ...]]:
+        """A row for each joint or link of a user model, with its number there and in more."""
+        names = models.get(model, ())
+        return [(f"{name}_id", *(place(m, name) for m in (model, *more))) for name in names]
+
+    stops = [
+        (f"{name}_id", side, place(limit, name), place("stop_stiffness", name))
+        for name in models.get("stop_stiffness", ())
+        for side, limit in (("1.0", "q_max"), ("-1.0", "q_min"))
+        if name in models.get(limit, ())
+    ]
+    wrenches = [
+        (_force(wrench), place(wrench.model.name, "start"), place(wrench.model.name, "stop"),
+         f"{{{', '.join(place(wrench.model.name, part) for part in WRENCH)}}}")
+        for wrench in simulation.wrenches
+    ]  # fmt: skip
+    sensors = [
+        (f"{s.point.sensor.name}_id", f"{{{_row(s.rotation)}}}", f"/* {_comment(s.name)} */")
+        for s in simulation.sensors
+        if s.point.sensor is not None
+    ]
+    switches = {
+        "damping_on": place("joint_forces", "damping"),
+        "friction_on": place("joint_forces", "friction"),
+        "stops_on": place("joint_forces", "stops"),
+        "stop_speed": place("joint_forces", "stop_speed"),
+        "hold_on": place("hold", "on"),
     }
+    ground = ", ".join(place("contact", name) for name in GROUND)
+    return "".join(
+        [
+            f"/* The tables of {mbs.name}_robot.c, which says what they mean.\n"
+            " * urdf2mbs writes this file anew at each conversion: do not edit it. */\n\n",
+            _table("Coupling", "couplings", map(_coupling, simulation.couplings)),
+            _table("Coupling", "driven", map(_coupling, simulation.driven)),
+            *(f"static const size_t {name} = {where};\n" for name, where in switches.items()),
+            "\n",
+            _table("Damping", "dampings", rows("damping")),
+            _table("Friction", "frictions", rows("friction", "friction_speed")),
+            _table("Stop", "stops", stops),
+            _table("Hold", "holds", rows("hold_stiffness", "hold_damping", "effort")),
+            f"static const double up[4] = {{0.0, {_row(simulation.up)}}};\n",
+            f"static const Ground ground = {{{ground}}};\n\n",
+            _list("int", "contacts", map(_force, simulation.contacts), "0"),
+            _table("Wrench", "wrenches", wrenches),
+            _table("Spring", "springs", rows("link_stiffness", "link_length", "link_damping")),
+            _table("Sensor", "sensors", sensors, f"{{0, {{{_row(IDENTITY)}}}}}"),
+            "/* The joints by Robotran's number; those that follow from the constraints. */\n",
+            _names("joints", ["ground", *mbs.numbers()]),
+            _names("dependent", dependent(mbs)),
+        ]
+    )
 
 
-def _constraints(couplings: Iterable[Coupling]) -> Iterator[str]:
-    for k, c in enumerate(couplings, start=1):
-        follower, leader = f"{c.follower.name}_id", f"{c.leader.name}_id"
-        m, b = c.multiplier + 0.0, c.offset + 0.0
-        yield f"    h[{k}] = q[{follower}] - {m!r} * q[{leader}] - {b!r};"
-        yield f"    Jac[{k}][{follower}] = 1.0;"
-        yield f"    Jac[{k}][{leader}] = {-m + 0.0!r};"
+def _coupling(c: Coupling) -> tuple[str, ...]:
+    return f"{c.follower.name}_id", f"{c.leader.name}_id", _row((c.multiplier, c.offset))
 
 
-def _driven(couplings: Iterable[Coupling]) -> Iterator[str]:
-    for c in couplings:
-        follower, leader, m = f"{c.follower.name}_id", f"{c.leader.name}_id", c.multiplier + 0.0
-        yield f"    q[{follower}] = {m!r} * q[{leader}] + {c.offset + 0.0!r};"
-        yield f"    qd[{follower}] = {m!r} * qd[{leader}];"
-        yield f"    qdd[{follower}] = {m!r} * qdd[{leader}];"
+def _table(kind: str, name: str, rows: Iterable[Iterable[str]], last: str = "{0}") -> str:
+    return _list(kind, name, (f"{{{', '.join(row)}}}" for row in rows), last)
 
 
-def _joint_forces(models: dict[str, list[str]], simulation: Simulation) -> Iterator[str]:
-    switches = models.get("joint_forces", [])
-    if switches or "hold" in models:
-        yield "    const UserModel *m = mbs_data->user_model;"
-    if "damping" in switches:
-        yield "    if (m->joint_forces.damping != 0.0) {"
-        for name in models["damping"]:
-            yield f"        Qq[{name}_id] -= m->damping.{name} * qd[{name}_id];"
-        yield "    }"
-    if "friction" in switches:
-        yield "    if (m->joint_forces.friction != 0.0) {"
-        for name in models["friction"]:
-            yield f"        Qq[{name}_id] -= m->friction.{name}"
-            yield f"            * tanh(qd[{name}_id] / m->friction_speed.{name});"
-        yield "    }"
-    if "stops" in switches:
-        yield "    if (m->joint_forces.stops != 0.0) {"
-        yield "        const double speed = m->joint_forces.stop_speed;"
-        for name in models["stop_stiffness"]:
-            number, stiffness = f"{name}_id", f"m->stop_stiffness.{name}"
-            if name in models.get("q_max", ()):
-                yield f"        Qq[{number}] -= stop(q[{number}] - m->q_max.{name}, qd[{number}],"
-                yield f"            {stiffness}, speed);"
-            if name in models.get("q_min", ()):
-                yield f"        Qq[{number}] += stop(m->q_min.{name} - q[{number}], -qd[{number}],"
-                yield f"            {stiffness}, speed);"
-        yield "    }"
-    if "hold" in models:
-        efforts = models.get("effort", [])
-        yield "    if (m->hold.on != 0.0) {"
-        for name in models["hold_stiffness"]:
-            most = f"m->effort.{name}" if name in efforts else "0.0"
-            yield f"        Qq[{name}_id] += hold(mbs_data, {name}_id, m->hold_stiffness.{name},"
-            yield f"            m->hold_damping.{name}, {most});"
-        yield "    }"
+def _list(kind: str, name: str, rows: Iterable[str], last: str) -> str:
+    lines = "".join(f"    {row},\n" for row in rows)
+    return f"static const {kind} {name}[] = {{\n{lines}    {last}\n}};\n\n"
 
 
-def _ground(simulation: Simulation) -> Iterator[str]:
-    x, y, z = simulation.up
-    yield f"static const double up[4] = {{0.0, {x + 0.0!r}, {y + 0.0!r}, {z + 0.0!r}}};"
-    yield ""
-    yield from _part("c_ground")
+def _names(name: str, names: list[str]) -> str:
+    return _list("char *const", name, (f'"{text}"' for text in names), "NULL")
 
 
-def _part(name: str) -> list[str]:
-    return (FOLDER / f"{name}.c.in").read_text("utf-8").splitlines()
+def _force(thing: Any) -> str:
+    return f"{thing.point.extforce.name}_id"
 
 
-def _external(simulation: Simulation) -> Iterator[str]:
-    if simulation.contacts or simulation.wrenches:
-        yield "    switch (ixF) {"
-    for contact in simulation.contacts:
-        yield f"    case {_force(contact)}_id:"
-    if simulation.contacts:
-        yield "        ground_force(PxF, VxF, mbs_data, force);"
-        yield "        break;"
-    for wrench in simulation.wrenches:
-        model = f"mbs_data->user_model->{wrench.model.name}"
-        yield f"    case {_force(wrench)}_id:"
-        yield f"        if ({model}.start <= tsim && tsim < {model}.stop) {{"
-        for k, part in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz"), start=1):
-            yield f"            force[{k}] = {model}.{part};"
-        yield "        }"
-        yield "        break;"
-    if simulation.contacts or simulation.wrenches:
-        yield "    default:"
-        yield "        break;"
-        yield "    }"
-
-
-def _force(thing: object) -> str:
-    return str(thing.point.extforce.name)  # type: ignore[attr-defined]
-
-
-def _springs(simulation: Simulation) -> Iterator[str]:
-    if not simulation.springs:
-        return
-    yield "    const UserModel *m = mbs_data->user_model;"
-    for spring in simulation.springs:
-        name = spring.link.name
-        yield f"    if (ilnk == {name}_id) {{"
-        yield f"        return m->link_stiffness.{name} * (Z - m->link_length.{name})"
-        yield f"            + m->link_damping.{name} * Zd;"
-        yield "    }"
-
-
-def _sensors(simulation: Simulation) -> Iterator[str]:
-    for sensor in simulation.sensors:
-        if sensor.point.sensor is not None:
-            name = sensor.point.sensor.name
-            yield f"    {{{name}_id, {{{_row(sensor.rotation)}}}}},  /* {_comment(sensor.name)} */"
-
-
-def _row(rotation: Rot) -> str:
-    return ", ".join(repr(c + 0.0) for c in rotation)
+def _row(numbers: Iterable[float]) -> str:
+    return ", ".join(repr(number + 0.0) for number in numbers)
 
 
 def _comment(text: str) -> str:

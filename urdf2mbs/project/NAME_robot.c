@@ -1,0 +1,283 @@
+/* What is known of the robot 'NAME': see NAME_robot.h. Written anew at each conversion.
+ *
+ * This code is the same for all robots: what this robot has stands in the tables of
+ * NAME_tables.h. Each table ends with a row of zeros. */
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include "NAME_robot.h"
+
+/* The place of a number in the struct of the user models; NONE: this robot has no such number. */
+#define AT(number) offsetof(UserModel, number)
+enum { NONE = -1 };
+
+typedef struct { int follower, leader; double multiplier, offset; } Coupling;
+typedef struct { int joint; size_t coefficient; } Damping;
+typedef struct { int joint; size_t coefficient, speed; } Friction;
+typedef struct { int joint; double side; size_t limit, stiffness; } Stop; /* side: 1 up, -1 down */
+typedef struct { int joint; size_t stiffness, damping, effort; } Hold;
+typedef struct { size_t ground, stiffness, speed, friction, slip_speed; } Ground;
+typedef struct { int force; size_t start, stop, parts[6]; } Wrench;
+typedef struct { int link; size_t stiffness, length, damping; } Spring;
+typedef struct { int isens; double axes[9]; } Sensor; /* its axes in the body, row by row */
+
+#include "NAME_tables.h"
+
+static double number(const MbsData *mbs_data, size_t place)
+{
+    if (place == (size_t) NONE) {
+        return 0.0;
+    }
+    return *(const double *) ((const char *) mbs_data->user_model + place);
+}
+
+/* --- constraints: joints that follow others --- */
+
+void NAME_constraints(double *h, double **Jac, MbsData *mbs_data)
+{
+    const double *q = mbs_data->q;
+    const Coupling *c;
+    int k = 0;
+
+    for (c = couplings; c->follower != 0; c++) {
+        k++;
+        h[k] = q[c->follower] - c->multiplier * q[c->leader] - c->offset;
+        Jac[k][c->follower] = 1.0;
+        Jac[k][c->leader] = -c->multiplier;
+    }
+}
+
+void NAME_constraints_jdqd(double *jdqd)
+{
+    int k;
+
+    for (k = 1; k <= NAME_N_CONSTRAINTS; k++) {
+        jdqd[k] = 0.0;
+    }
+}
+
+void NAME_driven_joints(MbsData *mbs_data)
+{
+    double *q = mbs_data->q, *qd = mbs_data->qd, *qdd = mbs_data->qdd;
+    const Coupling *c;
+
+    for (c = driven; c->follower != 0; c++) {
+        q[c->follower] = c->multiplier * q[c->leader] + c->offset;
+        qd[c->follower] = c->multiplier * qd[c->leader];
+        qdd[c->follower] = c->multiplier * qdd[c->leader];
+    }
+}
+
+/* --- forces in joints --- */
+
+/* The force of a stop that a joint has gone into by depth: it pushes and never pulls, and pushes
+ * harder on the way in than on the way out. */
+static double stop_force(double depth, double rate, double stiffness, double speed)
+{
+    if (depth <= 0.0) {
+        return 0.0;
+    }
+    return fmax(0.0, stiffness * depth * (1.0 + rate / speed));
+}
+
+void NAME_joint_forces(MbsData *mbs_data)
+{
+    const double *q = mbs_data->q, *qd = mbs_data->qd;
+    double *Qq = mbs_data->Qq;
+
+    if (number(mbs_data, damping_on) != 0.0) {
+        const Damping *d;
+
+        for (d = dampings; d->joint != 0; d++) {
+            Qq[d->joint] -= number(mbs_data, d->coefficient) * qd[d->joint];
+        }
+    }
+    if (number(mbs_data, friction_on) != 0.0) {
+        const Friction *f;
+
+        for (f = frictions; f->joint != 0; f++) {
+            Qq[f->joint] -= number(mbs_data, f->coefficient)
+                * tanh(qd[f->joint] / number(mbs_data, f->speed));
+        }
+    }
+    if (number(mbs_data, stops_on) != 0.0) {
+        const double speed = number(mbs_data, stop_speed);
+        const Stop *s;
+
+        for (s = stops; s->joint != 0; s++) {
+            const double depth = s->side * (q[s->joint] - number(mbs_data, s->limit));
+            const double stiffness = number(mbs_data, s->stiffness);
+
+            Qq[s->joint] -= s->side * stop_force(depth, s->side * qd[s->joint], stiffness, speed);
+        }
+    }
+    if (number(mbs_data, hold_on) != 0.0) {
+        const Hold *h;
+
+        for (h = holds; h->joint != 0; h++) {
+            const double effort = number(mbs_data, h->effort);
+            double push = number(mbs_data, h->stiffness) * (mbs_data->q0[h->joint] - q[h->joint])
+                - number(mbs_data, h->damping) * qd[h->joint];
+
+            if (effort > 0.0) { /* a motor can do no more */
+                push = fmax(-effort, fmin(effort, push));
+            }
+            Qq[h->joint] += push;
+        }
+    }
+}
+
+/* --- external forces --- */
+
+/* The force of the ground on a point: a compliant normal force, and friction that rises with the
+ * speed of slip up to friction times the normal force. */
+static void ground_force(const double P[4], const double V[4], const MbsData *mbs_data,
+    double force[7])
+{
+    const double depth = number(mbs_data, ground.ground)
+        - (up[1] * P[1] + up[2] * P[2] + up[3] * P[3]);
+    const double rise = up[1] * V[1] + up[2] * V[2] + up[3] * V[3];
+    const double normal = number(mbs_data, ground.stiffness) * depth
+        * (1.0 - rise / number(mbs_data, ground.speed));
+    double s[4], slip, grip = 0.0;
+    int i;
+
+    if (depth <= 0.0 || normal <= 0.0) {
+        return; /* the ground pushes and never pulls */
+    }
+    for (i = 1; i <= 3; i++) {
+        s[i] = V[i] - rise * up[i];
+    }
+    slip = sqrt(s[1] * s[1] + s[2] * s[2] + s[3] * s[3]);
+    if (slip > 0.0) {
+        grip = number(mbs_data, ground.friction) * normal
+            * tanh(slip / number(mbs_data, ground.slip_speed)) / slip;
+    }
+    for (i = 1; i <= 3; i++) {
+        force[i] = normal * up[i] - grip * s[i];
+    }
+}
+
+void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double tsim, int ixF,
+    double force[7])
+{
+    const Wrench *w;
+    const int *contact;
+    int i;
+
+    for (i = 1; i <= 6; i++) {
+        force[i] = 0.0;
+    }
+    for (contact = contacts; *contact != 0; contact++) {
+        if (*contact == ixF) {
+            ground_force(PxF, VxF, mbs_data, force);
+        }
+    }
+    for (w = wrenches; w->force != 0; w++) {
+        if (w->force == ixF && number(mbs_data, w->start) <= tsim
+            && tsim < number(mbs_data, w->stop)) {
+            for (i = 1; i <= 6; i++) {
+                force[i] = number(mbs_data, w->parts[i - 1]);
+            }
+        }
+    }
+}
+
+double NAME_link_force(double Z, double Zd, MbsData *mbs_data, int ilnk)
+{
+    const Spring *s;
+
+    for (s = springs; s->link != 0; s++) {
+        if (s->link == ilnk) {
+            return number(mbs_data, s->stiffness) * (Z - number(mbs_data, s->length))
+                + number(mbs_data, s->damping) * Zd;
+        }
+    }
+    return 0.0;
+}
+
+/* --- sensors --- */
+
+void NAME_imu(const MbsSensor *sensor, int isens, const MbsData *mbs_data, double force[4],
+    double turn[4])
+{
+    double f[4], w[4];
+    const Sensor *known = sensors;
+    const double *r;
+    int i;
+
+    while (known->isens != isens && known->isens != 0) {
+        known++;
+    }
+    r = known->axes;
+    for (i = 1; i <= 3; i++) { /* in the axes of the body */
+        f[i] = sensor->R[i][1] * (sensor->A[1] - mbs_data->g[1])
+            + sensor->R[i][2] * (sensor->A[2] - mbs_data->g[2])
+            + sensor->R[i][3] * (sensor->A[3] - mbs_data->g[3]);
+        w[i] = sensor->R[i][1] * sensor->OM[1] + sensor->R[i][2] * sensor->OM[2]
+            + sensor->R[i][3] * sensor->OM[3];
+    }
+    for (i = 1; i <= 3; i++) { /* in those of the sensor */
+        force[i] = r[i - 1] * f[1] + r[i + 2] * f[2] + r[i + 5] * f[3];
+        turn[i] = r[i - 1] * w[1] + r[i + 2] * w[2] + r[i + 5] * w[3];
+    }
+}
+
+/* --- what ends a run: workR/src/main.c and user_dirdyn_loop call these --- */
+
+int NAME_check_partition(const MbsData *mbs_data)
+{
+    int i;
+
+    if (dependent[0] == NULL || mbs_data->DonePart == 1) {
+        return 1;
+    }
+    fprintf(stderr, "error: there is no partition, so the loops would be open:");
+    for (i = 0; dependent[i] != NULL; i++) {
+        fprintf(stderr, " %s", dependent[i]);
+    }
+    fprintf(stderr, " cannot be dependent together at this start position. Choose another start"
+        " position, or other dependent joints (in the config of urdf2mbs:"
+        " 'passes: {posture: ..., loops: {dependent: [...]}}')\n");
+    return 0;
+}
+
+void NAME_check_step(MbsData *mbs_data)
+{
+    static int fastest = 0;
+    static double speed = 0.0;
+    int i, lost = 0, candidate = 0;
+
+    for (i = 1; i <= mbs_data->njoint && lost == 0; i++) {
+        if (!isfinite(mbs_data->q[i]) || !isfinite(mbs_data->qd[i])) {
+            lost = i;
+        } else if (candidate == 0 || fabs(mbs_data->qd[i]) > fabs(mbs_data->qd[candidate])) {
+            candidate = i;
+        }
+    }
+    if (lost == 0) {
+        fastest = candidate;
+        speed = candidate == 0 ? 0.0 : fabs(mbs_data->qd[candidate]);
+    } else if (!mbs_data->flag_stop) {
+        fprintf(stderr, "error: at %g s the position or speed of joint %s is not a number",
+            mbs_data->tsim, joints[lost]);
+        if (fastest != 0) {
+            fprintf(stderr, "; before, joint %s was the fastest, at %.3g rad/s or m/s",
+                joints[fastest], speed);
+        }
+        fprintf(stderr, ". Take a shorter step (dt0), or softer contacts, stops and gains\n");
+        mbs_data->flag_stop = 1;
+    }
+}
+
+int NAME_check_run(MbsData *mbs_data)
+{
+    NAME_check_step(mbs_data);
+    if (mbs_data->flag_stop) {
+        fprintf(stderr, "error: the run stopped at %g s; the lines above say why\n",
+            mbs_data->tsim);
+        return 0;
+    }
+    return 1;
+}
