@@ -331,7 +331,7 @@ def test_two_sensors_without_a_view_and_with_one() -> None:
 
 def test_the_words_of_changes() -> None:
     before, after = everything(), everything()
-    for name in ("body_heavier", "joint_moved", "body_renamed", "link_added", "body_added"):
+    for name in ("body_heavier", "joint_moved", "body_added", "body_renamed", "link_added"):
         EDITS[name](after)
     lines = in_words(differences(before, after))
     assert "body 'trunk' is called 'torso' now" in lines

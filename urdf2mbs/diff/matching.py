@@ -132,7 +132,7 @@ class Matching:
         for kind in ("body", "joint", "sensor", "force", "user model"):
             self._pair(kind, lambda thing: thing.name)
         self._pair_bodies_by_joints()
-        while any([self._pair("body", key, exactly=True) for key in self._of_body()]):
+        while any(self._pair("body", key, exactly=True) for key in self._of_body()):
             pass
         for name_or_type in (
             lambda joint: (joint.part.type, joint.part.nature, joint.part.q),

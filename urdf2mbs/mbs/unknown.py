@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container
 from copy import deepcopy
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
@@ -44,9 +44,10 @@ def unknown(mbs: Mbs) -> dict[int, dict[str, str]]:
         there[f"{path}[{count + 1}]" if count else path] = text
 
     def walk(element: _Element, number: int, path: str) -> None:
-        for name, value in sorted(element.items()):
+        attributes: Any = element.items()
+        for name, value in sorted(attributes):
             if name not in ATTRIBUTES.get(element.tag, ()):
-                note(number, f"{path}@{name}", value)
+                note(number, f"{path}@{name}", str(value))
         for child in element.iterchildren("*"):
             below = f"{path}{child.tag}"
             if child in numbers:
@@ -95,7 +96,7 @@ def _canonical(element: _Element) -> str:
     for part in plain.iter("*"):
         part.text = spelling((part.text or "").strip())
         for name, value in part.items():
-            part.set(name, spelling(value))
+            part.set(name, spelling(str(value)))
         for child in part:
             child.tail = None
     return etree.tostring(plain, method="c14n", with_comments=False).decode()

@@ -33,9 +33,11 @@ class Side(msgspec.Struct):
 
     groups: list[Group]
     frames: dict[str, tuple[int, Frame]]
-    """Link (URDF) or body and joint (.mbs) frames: their group and pose in it."""
+    """Of each link (URDF) or body (.mbs): its group, and its pose in the group."""
     created: dict[str, int]
     """The group that each coordinate moves."""
+    after: dict[str, tuple[int, Frame]] = {}
+    """The frames after joints (.mbs), which may be called as another body: groups and poses."""
     frames_known: dict[Frame, Frame] = {}
     inertias_known: dict[Inertia, Inertia] = {}
     """While a side is made: what many groups of a large robot have is in memory once."""
