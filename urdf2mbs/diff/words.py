@@ -119,6 +119,8 @@ def _value(value: Any) -> str:
         if len(value) == 1:
             return _value(value[0])
         return "(" + ", ".join(map(_value, value)) + ")"
+    if isinstance(value, str) and value.removeprefix("-")[:1].isdigit():
+        return value  # a number of a user model
     if isinstance(value, str):
         return f"'{value}'" if len(value) <= _LONGEST else f"'{value[:_LONGEST]} ...'"
     return str(value)

@@ -6,7 +6,7 @@ have its bodies and frames as it likes.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from urdf2mbs.diagnostics import Difference, counted
@@ -39,7 +39,8 @@ def compare_models(
     comparing.found += problems
     comparing.compare_gravity(first.base.gravity, second.base.gravity)
     comparing.compare_groups()
-    comparing.found += _connections(matching, comparing)
+    but_for: dict[str, str] = {}
+    comparing.found += _connections(matching, comparing, but_for)
     for change in differences(first, second, physics=True).changes:
         kinds: tuple[str, ...] = ("parameter", "user model", "user constraint")
         if change.change in ("added", "removed"):
@@ -52,7 +53,7 @@ def compare_models(
     sensors = [thing for thing in matching.before if thing.kind == "sensor"]
     if sensors:
         not_compared[counted(len(sensors), "sensor")] = "they do not move the robot"
-    return comparing.comparison((mbs_mass(first), mbs_mass(second)), {}, not_compared)
+    return comparing.comparison((mbs_mass(first), mbs_mass(second)), but_for, not_compared)
 
 
 def _joints(
@@ -97,8 +98,11 @@ def _symbols(joint: Joint) -> set[str]:
     return {"q", "qd", "qdd"} if joint.symbols is None else set(joint.symbols)
 
 
-def _connections(matching: Matching, comparing: Comparing) -> Iterator[Difference]:
-    """Where cuts, links and forces are not at the same places of the same groups."""
+def _connections(
+    matching: Matching, comparing: Comparing, but_for: dict[str, str]
+) -> Iterator[Difference]:
+    """Where cuts, links and forces are not at the same places of the same groups; ends that are
+    only exchanged go into ``but_for``."""
 
     def place(body: Thing | str | None, point: Thing | str | None, *, second: bool) -> (
         tuple[int, Frame] | None
@@ -129,21 +133,36 @@ def _connections(matching: Matching, comparing: Comparing) -> Iterator[Differenc
                 yield Difference(old.kind, f"{old.kind} '{old.name}' has another length", length)
         else:
             continue
-        for ours, theirs in ends:
-            here, there = place(*ours, second=False), place(*theirs, second=True)
-            if here is None or there is None:
-                if here != there:
-                    yield Difference(old.kind, f"{old.kind} '{old.name}' has an end on no body")
-            elif here[0] != there[0]:
-                said = f"{old.kind} '{old.name}' is on another body in {comparing.called[1]}"
-                yield Difference(old.kind, said)
-            else:
-                a, b = here[1], there[1]
-                solid = old.kind == "cut" and old.part.kind == "solid"
-                off = distance(a, b, scale) if solid else most(a[9:], b[9:], scale)
-                if not off <= comparing.tolerance:
-                    said = f"{old.kind} '{old.name}' has an end {off * scale:.3g} m elsewhere"
-                    yield Difference(old.kind, said, min(off, 1.0))
+        exchanged = [
+            (ours, theirs) for (ours, _), (_, theirs) in zip(ends, ends[::-1], strict=True)
+        ]
+        problems = list(_ends_apart(old, ends, place, comparing))
+        if problems and any(_ends_apart(old, exchanged, place, comparing)):
+            yield from problems
+        elif problems:
+            but_for[f"{old.kind} '{old.name}'"] = "its ends are exchanged, and so is its sign"
+
+
+def _ends_apart(
+    thing: Thing, ends: list[Any], place: Callable[..., tuple[int, Frame] | None],
+    comparing: Comparing,
+) -> Iterator[Difference]:  # fmt: skip
+    """What differs between the ends of two connections, one by one."""
+    who, scale = f"{thing.kind} '{thing.name}'", max(comparing.scales)
+    solid = thing.kind == "cut" and thing.part.kind == "solid"
+    for ours, theirs in ends:
+        here, there = place(*ours, second=False), place(*theirs, second=True)
+        if here is None or there is None:
+            if here != there:
+                yield Difference(thing.kind, f"{who} has an end on no body")
+        elif here[0] != there[0]:
+            yield Difference(thing.kind, f"{who} is on another body in {comparing.called[1]}")
+        else:
+            a, b = here[1], there[1]
+            off = distance(a, b, scale) if solid else most(a[9:], b[9:], scale)
+            if not off <= comparing.tolerance:
+                said = f"{who} has an end {off * scale:.3g} m elsewhere"
+                yield Difference(thing.kind, said, min(off, 1.0))
 
 
 def compare_robots(
@@ -217,4 +236,6 @@ def _frames(comparing: Comparing) -> Iterator[Difference]:
         if comparing.pairs[group] != number:
             yield Difference("frame", f"link '{link}' moves with another joint", link=link)
         elif not off <= comparing.tolerance:
-            yield Difference("frame", f"link '{link}': its frame is elsewhere", off, link=link)
+            yield Difference(
+                "frame", f"link '{link}': its frame is elsewhere", min(off, 1.0), link=link
+            )
