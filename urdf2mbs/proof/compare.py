@@ -269,8 +269,6 @@ class Comparing:
             self.largest["frame"] = 0.0
         #: Each group's counterpart, parents first: there is one for each.
         self.pairs = [0, *[two.created[names[own]] for own in one.created]]
-        one.made()
-        two.made()
         size = max(group.reach for side in (one, two) for group in side.groups)
         #: m; a joint at the very place of the one before it has the rounding of what is there.
         floor = 1e-4 * size or 1.0

@@ -39,7 +39,6 @@ def mbs_side(mbs: Mbs, moving: set[str], framed: Container[str] = ()) -> Side:
                 at = _stepped(at, joint.type, joint.q)
             if joint.name in framed:
                 side.after[joint.name] = (group, at)
-        at = side.once(at)
         frames[body.name] = (group, at)
         if body.mass or body.inertia:
             tensor = body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
