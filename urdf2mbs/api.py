@@ -228,7 +228,7 @@ def verify(
             hint=f"such as {TOLERANCE}",
         )
     source, model = os.fspath(source), os.fspath(model)
-    kinds = _is_robot(source), _is_robot(model)
+    kinds = not source.lower().endswith(".mbs"), _is_robot(model)
     if kinds == (False, True):
         source, model, kinds = model, source, (True, False)
     given = {
@@ -306,7 +306,7 @@ def verify(
 
 
 def _is_robot(file: str) -> bool:
-    """True for a URDF or xacro file, false for an .mbs."""
+    """True for the name of a URDF or xacro file; an .mbs may have any ending."""
     return file.startswith(PREFIX) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
 
 

@@ -46,7 +46,7 @@ def test_what_is_drawn_is_counted_listed_or_left_out(pair: Path, capsys: Any) ->
     out = capsys.readouterr().out
     assert "no difference, but for the drawing" in out
     assert "transparency" not in out
-    assert main(["diff", "a.mbs", "drawn.mbs", "-v"]) == 1
+    assert main(["diff", "a.mbs", "drawn.mbs", "--drawing"]) == 1
     assert "transparency 0 -> 0.5" in capsys.readouterr().out
     assert main(["diff", "a.mbs", "drawn.mbs", "--physics"]) == 0
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_telling, path
+from urdf2mbs.commands.settings import add_json, path
 from urdf2mbs.commands.streams import STREAM, read_model
 from urdf2mbs.diagnostics import ConversionError, counted, printable
 from urdf2mbs.urdf.standard_input import NAME as STDIN
@@ -25,9 +25,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--physics", action="store_true", help="leave out the diagram, shapes and viewpoints"
     )
     command.add_argument(
-        "-v", "--verbose", action="store_true", help="list the differences of the drawing, too"
+        "--drawing", action="store_true", help="list the differences of the drawing, too"
     )
-    add_telling(command, writes=False)
+    add_json(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -53,7 +53,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if len(physics) < len(differ.changes):
         count += ", but for the drawing" if not physics else ", and the drawing"
     print(f"{files[0]} -> {files[1]}: {count}")
-    for sentence in in_words(differ, verbose=arguments.verbose):
+    for sentence in in_words(differ, drawing=arguments.drawing):
         print(printable(f"  {sentence}"))
     for sentence in remarks(differ):
         print(printable(f"  ({sentence})"))

@@ -23,14 +23,16 @@ UNITS = {
 _LONGEST = 60
 
 
-def in_words(differences: Differences, *, verbose: bool = False) -> list[str]:
-    """A line for each change; those of the drawing are counted, unless ``verbose``."""
-    lines = [line(change) for change in differences.changes if verbose or not change.drawing]
+def in_words(differences: Differences, *, drawing: bool = False) -> list[str]:
+    """A line for each change; those of the drawing are counted, unless ``drawing``."""
+    lines = [line(change) for change in differences.changes if drawing or not change.drawing]
     drawn = [change for change in differences.changes if change.drawing]
-    if drawn and not verbose:
+    if drawn and not drawing:
         things = Counter(kind for kind, _, _ in {(c.kind, c.owner, c.name) for c in drawn})
         of = ", ".join(counted(things[kind], kind) for kind in sorted(things))
-        lines.append(f"the drawing: {counted(len(drawn), 'difference')} of {of} (-v lists them)")
+        lines.append(
+            f"the drawing: {counted(len(drawn), 'difference')} of {of} (--drawing lists them)"
+        )
     return lines
 
 
