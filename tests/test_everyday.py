@@ -56,7 +56,7 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_unknown_option_shows_the_usage_of_the_command(command: str, capsys: Any) -> None:
-    wanted = {"new-pass": ["a"], "completion": ["bash"], "verify": ["a", "b"]}
+    wanted = {"new-pass": ["a"], "completion": ["bash"], "verify": ["a", "b"], "diff": ["a", "b"]}
     words = wanted.get(command, [] if command in ("passes", "schema", "doctor") else ["a"])
     with pytest.raises(SystemExit) as end:
         main([command, *words, "--nosuch"])

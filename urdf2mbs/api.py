@@ -17,12 +17,13 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.output import write
-from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.proof.compare import TOLERANCE, Comparison, compare
 from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, spellings
 from urdf2mbs.proof.verdict import in_words
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.spatial import Vec
 from urdf2mbs.summary import Report, report
+from urdf2mbs.urdf.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import read_file
 from urdf2mbs.urdf.xml import mend
@@ -180,6 +181,8 @@ class Verdict(msgspec.Struct):
     """The URDF's joints that count the other way round, as their names in the .mbs say."""
     diagnostics: list[Diagnostic] = []
     """Warnings and notes of reading the URDF."""
+    called: tuple[str, str] = ("the URDF", "the .mbs")
+    """The two sides: of two .mbs files, or of two URDFs, their names."""
 
     @property
     def same(self) -> bool:
@@ -214,6 +217,8 @@ def verify(
     ``own`` or ``pinocchio``, which compares the equations of motion too.  ``frames``: a link's
     frame that is elsewhere in the .mbs is a difference, too.  ``diagnostics`` and ``strict`` weigh
     the warnings of reading the URDF, and ``trust_xacro`` is as in ``convert``.
+    Both may also be .mbs files, or both URDFs: then ``base`` is for both URDFs, and ``gravity`` and
+    ``engine`` are for neither.
     Raises ConversionError.
     """
     if not 0.0 < tolerance <= LARGEST_TOLERANCE:
@@ -223,26 +228,32 @@ def verify(
             hint=f"such as {TOLERANCE}",
         )
     source, model = os.fspath(source), os.fspath(model)
-    try:
-        data = files.read(Path(model))
-    except OSError as error:
-        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
-    mbs = read(data, model)
-    floats = "floating" if floating_joints(mbs) else "fixed"
+    kinds = not source.lower().endswith(".mbs"), _is_robot(model)
+    if kinds == (False, True):
+        source, model, kinds = model, source, (True, False)
     given = {
-        "source": source,
-        "output": f"{source}.mbs",  # never written
-        "base": floats if base == "auto" else base,
         "packages": {name: os.fspath(path) for name, path in (packages or {}).items()},
         "xacro_args": dict(xacro_args or {}),
+        "base": base,
         "gravity": tuple(gravity),
         "pipeline": ["expand", "insert-base"],
         "trust_xacro": trust_xacro,
         "diagnostics": dict(diagnostics or {}),
         "strict": strict,
     }
-    lines = Lines()
-    conversion = Pipeline(typed(Config, given, lines), lines, installed_plugins=False).run()
+    if kinds[0] == kinds[1]:
+        if engine != "own":
+            raise ConfigError(
+                "usage", f"the engine {engine} compares a URDF with an .mbs", hint="leave it out"
+            )
+        if kinds[0]:
+            return _verify_robots(source, model, given, frames, tolerance)
+        return _verify_models(source, model, tolerance)
+    data = _read_model(model)
+    mbs = read(data, model)
+    floats = _base(mbs)
+    given["base"] = floats if base == "auto" else base
+    conversion = _read_robot(source, given)
     robot = conversion.robot
     found = match(robot, mbs)
     comparison = compare(
@@ -292,6 +303,81 @@ def verify(
         found.flipped,
         conversion.diagnostics,
     )
+
+
+def _is_robot(file: str) -> bool:
+    """True for the name of a URDF or xacro file; an .mbs may have any ending."""
+    return file.startswith(PREFIX) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
+
+
+def _read_model(model: str) -> bytes:
+    try:
+        return files.read(Path(model))
+    except OSError as error:
+        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
+
+
+def _read_robot(source: str, given: Mapping[str, Any]) -> Conversion:
+    lines = Lines()
+    whole = {"source": source, "output": f"{source}.mbs", **given}  # never written
+    return Pipeline(typed(Config, whole, lines), lines, installed_plugins=False).run()
+
+
+def _base(mbs: Mbs) -> str:
+    return "floating" if floating_joints(mbs) else "fixed"
+
+
+def _verify_models(first: str, second: str, tolerance: float) -> Verdict:
+    """Compare two .mbs files."""
+    from urdf2mbs.proof.alike import compare_models
+
+    data = _read_model(first), _read_model(second)
+    one, two = read(data[0], first), read(data[1], second)
+    called = _called(first, second)
+    comparison = compare_models(one, two, tolerance, called)
+    moving = [j.name for body in one.bodies for j in body.joints if j.nature != "driven"]
+    return _alike(
+        one.name, _base(two), comparison, len(moving), called,
+        [str(problem) for k in (0, 1) for problem in validate(data[k], (first, second)[k])],
+    )  # fmt: skip
+
+
+def _verify_robots(
+    first: str, second: str, given: Mapping[str, Any], frames: bool, tolerance: float
+) -> Verdict:
+    """Compare two URDFs."""
+    from urdf2mbs.proof.alike import compare_robots
+
+    one, two = _read_robot(first, given), _read_robot(second, given)
+    called = _called(first, second)
+    names = {one.inserted: two.inserted} if one.inserted and two.inserted else {}
+    comparison = compare_robots(one.robot, two.robot, names, tolerance, called)
+    if frames:
+        comparison.differences += comparison.frames
+        comparison.frames = []
+    moving = [j.name for j in one.robot.joints.values() if j.moves and j.name != one.inserted]
+    return _alike(
+        one.robot.name, "floating" if one.floating else "fixed", comparison, len(moving), called,
+        [], [*one.diagnostics, *two.diagnostics],
+    )  # fmt: skip
+
+
+def _called(first: str, second: str) -> tuple[str, str]:
+    """How messages call two files: by their names, with the folders where these are alike."""
+    names = Path(first).name, Path(second).name
+    return names if names[0] != names[1] else (first, second)
+
+
+def _alike(
+    robot: str, base: str, comparison: Comparison, moving: int, called: tuple[str, str],
+    schema: list[str], diagnostics: Sequence[Diagnostic] = (),
+) -> Verdict:  # fmt: skip
+    """The verdict on two descriptions of one kind."""
+    return Verdict(
+        robot, base, (), {}, moving, comparison.urdf_mass, comparison.mbs_mass, comparison.groups,
+        comparison.positions, comparison.largest, comparison.differences, comparison.frames,
+        comparison.but_for, comparison.not_compared, schema, [], list(diagnostics), called,
+    )  # fmt: skip
 
 
 def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:

@@ -23,6 +23,7 @@ COMMANDS = {
     "convert": "convert one robot, or a folder of them, without a config file",
     "report": "convert, and write one HTML page to look at instead",
     "verify": "compare a robot with an .mbs file: are they the same?",
+    "diff": "say what differs between two .mbs files",
     "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",
     "equations": "write Robotran's equations for an .mbs file",
     "explain": "show the passes of a config, without running them",

@@ -1,9 +1,10 @@
-"""`verify`: is an .mbs the same robot?"""
+"""`verify`: is an .mbs the same robot? Are two .mbs files, or two URDFs?"""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -11,29 +12,37 @@ from urdf2mbs.commands.printing import other_way, print_json, proof_in_words, te
 from urdf2mbs.commands.settings import (
     add_base,
     add_levels,
-    add_model,
     add_robot,
     add_telling,
     add_trust,
     levels,
     pairs,
+    path,
 )
 from urdf2mbs.commands.streams import STREAM
-from urdf2mbs.diagnostics import counted
+from urdf2mbs.diagnostics import counted, printable
 from urdf2mbs.urdf import standard_input
+
+if TYPE_CHECKING:
+    from urdf2mbs.api import Verdict
 
 EXAMPLES = (
     "urdf2mbs verify robot.urdf robot.mbs",
     "urdf2mbs verify robot.urdf robot.mbs --engine pinocchio",
+    "urdf2mbs verify robot.xacro robot.urdf",
+    "urdf2mbs verify before.mbs after.mbs",
 )
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "robot", metavar="ROBOT",
-        help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
+        help="a .urdf or .xacro file, robot_descriptions:NAME, - for standard input, or an .mbs",
     )  # fmt: skip
-    add_model(command)
+    command.add_argument(
+        "model", type=path, metavar="MODEL.mbs",
+        help="of urdf2mbs, or drawn by hand; or a .urdf or .xacro file beside another",
+    )  # fmt: skip
     add_telling(command, writes=False)
     add_levels(command)
     add_robot(command)
@@ -56,7 +65,6 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.api import verify
-    from urdf2mbs.proof.urdf_side import SIX
 
     verdict = verify(
         standard_input.take() if arguments.robot == STREAM else arguments.robot,
@@ -76,6 +84,35 @@ def carry_out(arguments: argparse.Namespace) -> int:
         words = {"same": verdict.same, "verdict": verdict.verdict}
         print_json({**words, **msgspec.to_builtins(verdict)})
         return code
+    if verdict.called != ("the URDF", "the .mbs"):
+        first, second = verdict.called
+        print(f"{first} and {second}: {counted(verdict.moving, 'joint')} move")
+        print(
+            f"  {verdict.urdf_mass:.6g} kg move in {first}, {verdict.mbs_mass:.6g} kg in {second}"
+        )
+    else:
+        _tell_match(verdict)
+    print(f"  {proof_in_words(verdict)}")
+    if verdict.frames:
+        print(
+            f"  {counted(len(verdict.frames), 'frame')} of links and points elsewhere than by "
+            f"{verdict.called[0]}, as a model may choose (--frames lists them, as differences)"
+        )
+    if verdict.differences:
+        print("not the same, by relative size:")
+    for difference in verdict.differences:
+        print(printable(f"  {difference.size:8.2e}  {difference.message}"))
+    for problem in verdict.schema:
+        print(problem, file=sys.stderr)
+    tell_diagnostics(verdict.diagnostics, arguments.verbose)
+    print(verdict.verdict)
+    return code
+
+
+def _tell_match(verdict: Verdict) -> None:
+    """Which joints of the URDF and of the .mbs are the same, and what they move."""
+    from urdf2mbs.proof.urdf_side import SIX
+
     own = [f"'{name}'" for name, joints in verdict.joints.items() if len(joints) == len(SIX)]
     base = ", and the floating base" if verdict.floating_base else ", the base is fixed"
     if own:
@@ -84,18 +121,3 @@ def carry_out(arguments: argparse.Namespace) -> int:
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
     if verdict.flipped:
         print(f"  {other_way(verdict.flipped)}")
-    print(f"  {proof_in_words(verdict)}")
-    if verdict.frames:
-        print(
-            f"  {counted(len(verdict.frames), 'frame')} of links and points elsewhere than by the "
-            "URDF, as a model may choose (--frames lists them, as differences)"
-        )
-    if verdict.differences:
-        print("not the same, by relative size:")
-    for difference in verdict.differences:
-        print(f"  {difference.size:8.2e}  {difference.message}")
-    for problem in verdict.schema:
-        print(problem, file=sys.stderr)
-    tell_diagnostics(verdict.diagnostics, arguments.verbose)
-    print(verdict.verdict)
-    return code

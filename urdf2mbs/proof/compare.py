@@ -34,11 +34,11 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import LinkFrame
-from urdf2mbs.diagnostics import Difference
-from urdf2mbs.mbs.model import Mbs, UserModel
+from urdf2mbs.diagnostics import Difference, counted
+from urdf2mbs.mbs.model import Body, Mbs, UserModel
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.proof.coordinates import Coordinates, coordinates
-from urdf2mbs.proof.groups import Group
+from urdf2mbs.proof.coordinates import coordinates
+from urdf2mbs.proof.groups import Group, Side
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.parameters import compare_parameters
 from urdf2mbs.proof.rigid import (
@@ -128,10 +128,40 @@ def compare(
     are the .mbs joints that are driven on purpose, though the URDF has them follow others;
     ``models`` the user models as they should be, where that is known.
     """
-    found = coordinates(robot, mbs, joints, frozen or {}, orders or {}, driven)
-    return _Comparing(robot, mbs, frames, tolerance).compare(
-        found, joints, frozen or {}, weightless, orders or {}, models, gravity
-    )
+    frozen, orders = frozen or {}, orders or {}
+    known = coordinates(robot, mbs, joints, frozen, orders, driven)
+    more, missing, not_compared = compare_parameters(robot, mbs, joints, frozen, models)
+    framed = {at.joint for at in (frames or {}).values() if at.joint is not None}
+    comparing = Comparing(
+        urdf_side(robot, known.names, known.held, orders),
+        mbs_side(mbs, set(known.names.values()), framed),
+        known.names, {joint.name: joint.child for joint in robot.joints.values()},
+        tolerance, frames=frames, bodies=mbs.bodies,
+    )  # fmt: skip
+    comparing.found += [*known.differences, *more, *_heavy(robot, weightless)]
+    comparing.compare_gravity(gravity, mbs.base.gravity)
+    comparing.compare_groups()
+    comparing.compare_frames()
+    comparing.compare_points(mbs)
+    return comparing.comparison(
+        (urdf_mass(robot), mbs_mass(mbs)),
+        {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
+        | known.but_for | missing,
+        known.not_compared | not_compared,
+    )  # fmt: skip
+
+
+def _heavy(robot: Robot, weightless: Collection[str]) -> list[Difference]:
+    """What is left out as moving nothing that has mass, and moves what has mass."""
+    useful = carriers(robot) if weightless else set()
+    return [
+        Difference(
+            "joint-missing", f"joint '{name}' is left out, and it moves what has mass",
+            link=robot.joints[name].child, joint=name,
+        )
+        for name in weightless
+        if robot.joints[name].child in useful
+    ]  # fmt: skip
 
 
 _Move = Callable[[float], Frame]
@@ -206,47 +236,39 @@ class _Pair(msgspec.Struct, gc=False):
         return found
 
 
-class _Comparing:
-    """One comparison in the making."""
+class Comparing:
+    """One comparison in the making, of two sides whose groups are matched."""
 
     def __init__(
-        self, robot: Robot, mbs: Mbs, frames: Mapping[str, LinkFrame] | None, tolerance: float
+        self,
+        one: Side,
+        two: Side,
+        names: Mapping[str, str],
+        children: Mapping[str, str],
+        tolerance: float,
+        *,
+        called: tuple[str, str, str] = ("the URDF", "the .mbs", "link"),
+        frames: Mapping[str, LinkFrame] | None = None,
+        bodies: Sequence[Body] = (),
     ) -> None:
-        self.robot = robot
-        self.mbs = mbs
+        """``names`` maps the coordinates that move on both sides, ``children`` each joint to the
+        link (URDF) or body that it moves.  ``called`` is how messages call the two sides, and what
+        a part of them is; ``bodies`` are those of the second side, if it is an .mbs.
+        """
+        self.one, self.two = one, two
+        self.children = children
         self.tolerance = tolerance
+        self.called = called
         self.frames = frames or {}
+        self.bodies = bodies
         self.hanging: dict[int, list[tuple[Group, Group]]] | None = None
         self.found: list[Difference] = []
         self.elsewhere: list[Difference] = []
         self.largest = {"gravity": 0.0, "motion": 0.0, "mass": 0.0, "centre": 0.0, "inertia": 0.0}
         if frames is not None:
             self.largest["frame"] = 0.0
-
-    def compare(
-        self,
-        found: Coordinates,
-        joints: Mapping[str, Sequence[str]],
-        frozen: Mapping[str, str],
-        weightless: Collection[str],
-        orders: Mapping[str, tuple[str, ...]],
-        models: Sequence[UserModel] | None,
-        gravity: Vec,
-    ) -> Comparison:
-        names, held = found.names, found.held
-        more, missing, not_compared = compare_parameters(
-            self.robot, self.mbs, joints, frozen, models
-        )
-        self.found += [*found.differences, *more]
-        self._gravity(gravity)
-        self._weightless(weightless)
-        one = self.one = urdf_side(self.robot, names, held, orders)
-        framed = {at.joint for at in self.frames.values() if at.joint is not None}
-        two = self.two = mbs_side(self.mbs, set(names.values()), framed)
         #: Each group's counterpart, parents first: there is one for each.
         self.pairs = [0, *[two.created[names[own]] for own in one.created]]
-        one.made()
-        two.made()
         size = max(group.reach for side in (one, two) for group in side.groups)
         #: m; a joint at the very place of the one before it has the rounding of what is there.
         floor = 1e-4 * size or 1.0
@@ -257,18 +279,6 @@ class _Comparing:
         ]
         #: Each group's pose in its counterpart.
         self.apart: list[Frame] = [HERE] * len(one.groups)
-        self._groups()
-        self._frames()
-        self._points()
-        for listed in (self.found, self.elsewhere):
-            listed.sort(key=lambda difference: -difference.size)
-        return Comparison(
-            self.found, self.elsewhere, self.largest, len(one.groups),
-            _urdf_mass(self.robot), _mbs_mass(self.mbs),
-            {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
-            | found.but_for | missing,
-            found.not_compared | not_compared,
-        )  # fmt: skip
 
     def _differ(self, kind: str, message: str, size: float = 1.0, **more: Any) -> None:
         self.found.append(Difference(kind, message, min(size, 1.0), **more))
@@ -277,29 +287,27 @@ class _Comparing:
         """Whether a deviation is a difference; so is one that is not a number."""
         return not off <= self.tolerance
 
-    def _gravity(self, gravity: Vec) -> None:
-        own = self.mbs.base.gravity
-        off = most(gravity, own, max(map(abs, (*gravity, *own))) or 1.0)
+    def compare_gravity(self, ours: Vec, theirs: Vec) -> None:
+        off = most(ours, theirs, max(map(abs, (*ours, *theirs))) or 1.0)
         self.largest["gravity"] = off
         if self._beyond(off):
-            told = f"gravity is {_short(own)}, and should be {_short(gravity)} m/s^2"
-            self._differ("gravity", told, off, urdf=gravity, mbs=own)
+            said = f"gravity is {_short(theirs)}, and should be {_short(ours)} m/s^2"
+            self._differ("gravity", said, off, urdf=ours, mbs=theirs)
 
-    def _weightless(self, weightless: Collection[str]) -> None:
-        """What is left out as moving nothing that has mass must move nothing that has mass."""
-        useful = carriers(self.robot) if weightless else set()
-        for name in weightless:
-            joint = self.robot.joints[name]
-            if joint.child in useful:
-                self._differ(
-                    "joint-missing",
-                    f"joint '{name}' is left out, and it moves what has mass",
-                    link=joint.child, joint=name,
-                )  # fmt: skip
+    def comparison(
+        self, masses: tuple[float, float], but_for: dict[str, str], not_compared: dict[str, str]
+    ) -> Comparison:
+        """What came of it; ``masses`` (kg) are of all that can move on the two sides."""
+        for differences in (self.found, self.elsewhere):
+            differences.sort(key=lambda difference: -difference.size)
+        return Comparison(
+            self.found, self.elsewhere, self.largest, len(self.one.groups), *masses,
+            but_for, not_compared,
+        )  # fmt: skip
 
     # --- group by group ---
 
-    def _groups(self) -> None:
+    def compare_groups(self) -> None:
         """Compare how each group moves on the one before it, and what moves.
 
         Joint by joint, so that each difference is named where it arises: all poses are products
@@ -325,8 +333,8 @@ class _Comparing:
             )  # fmt: skip
             link = leader.get(mine)
             if hangs:
-                told = f"joint '{ours.joint}' stands after another joint in the .mbs"
-                child = self.robot.joints[ours.joint].child
+                told = f"joint '{ours.joint}' stands after another joint in {self.called[1]}"
+                child = self.children[ours.joint]
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
                     self._differ("parent", told, link=child, joint=ours.joint)
             self.apart[mine] = self._place(pair, other, link, hangs)
@@ -364,7 +372,7 @@ class _Comparing:
     def _tell_motion(self, pair: _Pair, place: Frame, motion: float) -> None:
         """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
         ours, theirs, name = pair.ours, pair.theirs, pair.ours.joint
-        link = self.robot.joints[name].child
+        link = self.children[name]
         where: dict[str, Any] = {"link": link, "joint": name}
         placed = pair.placed()
         off = distance(placed, place, pair.scale)
@@ -374,7 +382,7 @@ class _Comparing:
             if self._beyond(tilt):
                 back = inverse(self.apart[ours.parent])
                 a, b = turned(back, a), turned(back, b)
-                told = f"its axis is {_short(a)} in the .mbs, and should be {_short(b)}"
+                told = f"its axis is {_short(a)} in {self.called[1]}, and should be {_short(b)}"
                 told += f": {tilt:.6g} rad off"
             else:
                 a, b = pair.their_before[9:], pair.our_before[9:]
@@ -392,12 +400,12 @@ class _Comparing:
         left = distance(rest, HERE, pair.scale)
         if left <= max(self.tolerance, 1e-3 * off):
             unit = "rad" if ours.turns else "m"
-            told = f"joint '{name}': its zero is the URDF's {amount:.6g} {unit}"
+            told = f"joint '{name}': its zero is {self.called[0]}'s {amount:.6g} {unit}"
             if self._beyond(left):
-                told += f", and link '{link}' is {_told(rest)}"
+                told += f", and {self.called[2]} '{link}' is {_told(rest)}"
             self._differ("zero", told, off, urdf=0.0, mbs=amount, **where)
             return
-        told = f"link '{link}': joint '{name}' puts it elsewhere, {_told(away)}"
+        told = f"{self.called[2]} '{link}': joint '{name}' puts it elsewhere, {_told(away)}"
         driven = self._driven_before(theirs.joint)
         if driven:
             told += f" (driven before it: {driven})"
@@ -408,7 +416,7 @@ class _Comparing:
     def _driven_before(self, name: str) -> str:
         """What is driven in a body before one of its joints."""
         told: list[str] = []
-        for body in self.mbs.bodies:
+        for body in self.bodies:
             told.clear()
             for joint in body.joints:
                 if joint.name == name:
@@ -430,11 +438,11 @@ class _Comparing:
         if not self._beyond(most):
             return
         joint = pair.ours.joint
-        link = self.robot.joints[joint].child
+        link = self.children[joint]
         lost = self._lost(pair)
         for name in lost:
             mass = dict(pair.ours.inertias)[name][0]
-            told = f"link '{name}': its {_short(mass)} kg are not in the .mbs"
+            told = f"{self.called[2]} '{name}': its {_short(mass)} kg are not in {self.called[1]}"
             self._differ(
                 "mass", told, mass / (pair.our_inertia[0] or 1.0),
                 link=name, joint=joint, urdf=mass, mbs=0.0,
@@ -443,16 +451,23 @@ class _Comparing:
         for names, ours, theirs in self._parts(pair, lost):
             ours = seen(ours, place)
             names = names or [link]
-            who = f"link{'s' * (len(names) > 1)} " + " + ".join(f"'{name}'" for name in names[:3])
+            who = (
+                counted(len(names), self.called[2]).split()[1]
+                + " "
+                + " + ".join(f"'{name}'" for name in names[:3])
+            )
             if len(names) > 3:
                 who += f" and {len(names) - 3} more"
             for index, (kind, off) in enumerate(inertias_apart(ours, theirs, pair.scale).items()):
                 if self._beyond(off):
                     a, b = ours[index], theirs[index]
-                    told = f"{who}: {kind} is {_short(b)} in the .mbs, and should be {_short(a)}"
+                    told = f"{who}: {kind} is {_short(b)} in {self.called[1]}, "
+                    told += f"and should be {_short(a)}"
                     self._differ(kind, told, off, link=names[0], joint=joint, urdf=a, mbs=b)
         if not lost and len(self.found) == before:  # only in sum, as where two were exchanged
-            self._differ("inertia", f"link '{link}': inertia", most, link=link, joint=joint)
+            self._differ(
+                "inertia", f"{self.called[2]} '{link}': inertia", most, link=link, joint=joint
+            )
 
     def _lost(self, pair: _Pair) -> list[str]:
         """The links of a group whose mass is just what the .mbs has too little."""
@@ -494,12 +509,16 @@ class _Comparing:
     def _said(self, at: LinkFrame) -> tuple[int, Frame]:
         """Where a link's frame is said to be: the group in the .mbs, -1 if there is none, and the
         pose in it."""
-        group, pose = self.two.frames.get(at.joint or at.body or "", (-1, HERE))
+        nowhere = (-1, HERE)
+        if at.joint is not None:
+            group, pose = self.two.after.get(at.joint, nowhere)
+        else:
+            group, pose = self.two.frames.get(at.body or "", nowhere)
         if at.pose.xyz != ORIGIN or at.pose.rot != UNTURNED:
             pose = compose(pose, (*at.pose.rot, *at.pose.xyz))
         return group, pose
 
-    def _frames(self) -> None:
+    def compare_frames(self) -> None:
         """Compare where each link's frame is with where it is said to be."""
         for link, at in self.frames.items():
             if link not in self.one.frames:
@@ -521,12 +540,12 @@ class _Comparing:
                     Difference("frame", f"link '{link}': its frame is {told}", off, link=link)
                 )
 
-    def _points(self) -> None:
+    def compare_points(self, mbs: Mbs) -> None:
         """Compare the anchor points named after links that are rigid with the point's body."""
         links = _one_spelling(self.one.frames)
         for body, points in (
-            (None, self.mbs.base.points),
-            *((body.name, body.points) for body in self.mbs.bodies),
+            (None, mbs.base.points),
+            *((body.name, body.points) for body in mbs.bodies),
         ):
             other, at = self.two.frames[body or ""]
             for point in points:
@@ -545,7 +564,7 @@ class _Comparing:
                     self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
 
 
-def _urdf_mass(robot: Robot) -> float:
+def urdf_mass(robot: Robot) -> float:
     """kg, of all links behind a joint that moves."""
     moving: set[str] = set()
     for joint in robot.depth_first():
@@ -556,7 +575,7 @@ def _urdf_mass(robot: Robot) -> float:
     )
 
 
-def _mbs_mass(mbs: Mbs) -> float:
+def mbs_mass(mbs: Mbs) -> float:
     """kg, of all bodies behind a joint that is not driven."""
     moving: set[str | None] = set()
     for body in mbs.bodies:

@@ -33,22 +33,11 @@ class Side(msgspec.Struct):
 
     groups: list[Group]
     frames: dict[str, tuple[int, Frame]]
-    """Link (URDF) or body and joint (.mbs) frames: their group and pose in it."""
+    """Of each link (URDF) or body (.mbs): its group, and its pose in the group."""
     created: dict[str, int]
     """The group that each coordinate moves."""
-    frames_known: dict[Frame, Frame] = {}
-    inertias_known: dict[Inertia, Inertia] = {}
-    """While a side is made: what many groups of a large robot have is in memory once."""
-
-    def once(self, frame: Frame) -> Frame:
-        """The same frame, as the one object that all who have it share."""
-        return frame if frame is HERE else self.frames_known.setdefault(frame, frame)
-
-    def made(self) -> None:
-        """Forget what is only needed to make it."""
-        self.created.clear()
-        self.frames_known.clear()
-        self.inertias_known.clear()
+    after: dict[str, tuple[int, Frame]] = {}
+    """The frames after joints (.mbs), which may be called as another body: groups and poses."""
 
     def add(
         self,
@@ -63,7 +52,7 @@ class Side(msgspec.Struct):
         reach = max(abs(before[9]), abs(before[10]), abs(before[11]))
         if reach > self.groups[parent].reach:
             self.groups[parent].reach = reach
-        group = Group(parent, self.once(before), turns, axis, move, coordinate, joint, reach)
+        group = Group(parent, before, turns, axis, move, coordinate, joint, reach)
         self.groups.append(group)
         self.created[coordinate] = len(self.groups) - 1
         return len(self.groups) - 1
@@ -73,7 +62,6 @@ class Side(msgspec.Struct):
         reach = max(abs(x), abs(y), abs(z))
         if reach > self.groups[group].reach:
             self.groups[group].reach = reach
-        inertia = self.inertias_known.setdefault(inertia, inertia)
         self.groups[group].inertias.append((name, inertia))
 
     def world(self) -> list[Frame]:
@@ -87,6 +75,4 @@ class Side(msgspec.Struct):
 def only_ground(root: str) -> Side:
     """A robot of which nothing is known yet but its root, which stands on the ground."""
     ground = Group(0, HERE, False, X, lambda _: HERE, "", "", 0.0)
-    side = Side([ground], {root: (0, HERE)}, {})
-    side.once(HERE)  # what is equal to it is it
-    return side
+    return Side([ground], {root: (0, HERE)}, {})

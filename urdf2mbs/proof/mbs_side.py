@@ -38,8 +38,7 @@ def mbs_side(mbs: Mbs, moving: set[str], framed: Container[str] = ()) -> Side:
             elif joint.nature == "driven" and joint.q:
                 at = _stepped(at, joint.type, joint.q)
             if joint.name in framed:
-                frames[joint.name] = (group, at)
-        at = side.once(at)
+                side.after[joint.name] = (group, at)
         frames[body.name] = (group, at)
         if body.mass or body.inertia:
             tensor = body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

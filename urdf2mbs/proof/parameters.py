@@ -39,9 +39,9 @@ def compare_parameters(
         names = joints.get(joint.name, ())
         if not joint.moves or joint.name in frozen or len(names) != 1:
             continue
-        stated = _stated(joint)
+        numbers = stated(joint)
         for kind in STATED:
-            text, value = there.get(kind, {}).get(names[0]), stated.get(kind)
+            text, value = there.get(kind, {}).get(names[0]), numbers.get(kind)
             if text is None:
                 if value is not None:
                     missing[kind] = missing.get(kind, 0) + 1
@@ -64,10 +64,10 @@ def compare_parameters(
             said = f"user model '{model.name}' is not in the file as the passes made it"
             differences.append(Difference("parameter", said))
     followers = {name for j in robot.joints.values() if j.mimic for name in joints.get(j.name, ())}
-    return differences, but_for, _not_compared(mbs, [*STATED, *known], followers)
+    return differences, but_for, left_out(mbs, [*STATED, *known], followers)
 
 
-def _not_compared(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str, str]:
+def left_out(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str, str]:
     """What Robotran reads, and what a URDF has no word for: each with the reason."""
     points = [point for body in mbs.bodies for point in body.points]
     start = sum(
@@ -95,7 +95,7 @@ def _not_compared(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict
     }
 
 
-def _stated(joint: Joint) -> dict[str, float]:
+def stated(joint: Joint) -> dict[str, float]:
     """A URDF joint's numbers; a limit without room, and damping or friction of zero, is none."""
     numbers: dict[str, float | None] = {}
     limit, safety = joint.limit, joint.safety_controller

@@ -45,7 +45,7 @@ def urdf_side(
                     at = HERE
                 elif held.get(own):
                     at = compose(at, move(held[own]))
-        frames[joint.child] = (group, side.once(at))
+        frames[joint.child] = (group, at)
     for name, link in robot.links.items():
         if link.inertial is not None:
             group, at = frames[name]
