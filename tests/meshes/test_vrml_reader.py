@@ -9,8 +9,12 @@ import pytest
 from meshes.wrl import HEAD, SQUARE, of
 
 from urdf2mbs.meshes import reader, vrml
-from urdf2mbs.meshes.model import MeshError
-from urdf2mbs.meshes.vrml_reader import read
+from urdf2mbs.meshes.model import MeshError, Part
+from urdf2mbs.meshes.vrml_reader import read as read_mesh
+
+
+def read(text: bytes) -> list[Part]:
+    return read_mesh(text).parts
 
 
 def test_polygons_become_fans() -> None:
@@ -68,7 +72,7 @@ def test_transforms_names_and_comments() -> None:
         b"",
         b"solid x\n",
         HEAD,
-        HEAD + b"Shape { geometry Box { size 1 1 1 } }",
+        HEAD + b"Shape { geometry IndexedLineSet { coordIndex [0 1 -1] } }",
         of(SQUARE)[:-20],
         of(SQUARE.replace(b"0 2 3", b"0 2 9")),
         of(SQUARE.replace(b"1 1 0", b"1 x 0")),
