@@ -469,7 +469,7 @@ def test_a_joint_is_marked_everywhere(opened: Open, tiny: Conversion, click: str
     [
         '#bodies tr[data-body="arm"]',
         '#names tr[data-link="arm"]',
-        '#paper g.body[data-body="arm"] text',
+        '#paper g.body-name[data-body="arm"] text',
         '#tree [data-link="arm"]',
     ],
 )

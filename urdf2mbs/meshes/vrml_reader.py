@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-_TOKEN = re.compile(rb'[\s,]*(?:#[^\n]*[\s,]*)*("(?:[^"\\]|\\.)*"|[{}\[\]]|[^\s,{}\[\]"#]+)')
+_TOKEN = re.compile(
+    rb'[\s,]*(?:#[^\n]*(?:\n|\Z)[\s,]*)*("(?:[^"\\]|\\.)*"|[{}\[\]]|[^\s,{}\[\]"#]+)'
+)
 _NUMBER = re.compile(rb"[+-]?(\d|\.\d)")
 _NUMBERS = re.compile(rb"(?:[^\]#]|#[^\n]*)*")
 _BOOLEANS = {b"TRUE": True, b"FALSE": False}
@@ -352,12 +354,13 @@ def _transform(node: Node) -> NDArray[np.float64]:
         pose[:3, 3] = xyz
         return pose
 
-    scale = node.get("scale", node.get("scaleFactor", (1.0, 1.0, 1.0)))
+    scale: Any = node.get("scale", node.get("scaleFactor", (1.0, 1.0, 1.0)))
+    stretched = np.diag(np.append(scale, 1.0))
     centre = np.asarray(node.get("center", (0.0, 0.0, 0.0)), float)
     turned = _turn(node.get("scaleOrientation"))
     return (
         shift(node.get("translation", (0.0, 0.0, 0.0))) @ shift(centre)
-        @ _turn(node.get("rotation")) @ turned @ np.diag([*scale, 1.0]) @ turned.T @ shift(-centre)
+        @ _turn(node.get("rotation")) @ turned @ stretched @ turned.T @ shift(-centre)
     )  # fmt: skip
 
 
