@@ -255,7 +255,8 @@ def test_no_boxes_of_the_diagram_overlap(report: Opened) -> None:
 def test_names_fit_into_their_boxes(report: Opened) -> None:
     too_wide = report.ask(
         """() => [...document.querySelectorAll("#paper g.body")].filter((body) =>
-          document.querySelector(`#paper g.body-name[data-body="${body.dataset.body}"] text`).getBoundingClientRect().width
+          document.querySelector(`#paper g.body-name[data-body="${body.dataset.body}"] text`)
+            .getBoundingClientRect().width
             > body.querySelector(".box").getBoundingClientRect().width
         ).map((body) => body.dataset.body)"""
     )
