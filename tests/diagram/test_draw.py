@@ -215,6 +215,45 @@ def test_cuts_and_links_are_drawn() -> None:
     assert "length 0.3 m" in text
 
 
+def test_the_label_of_a_cut_keeps_off_other_words() -> None:
+    """Two cuts that cross at their middles: the second label goes aside."""
+    mbs = small()
+    mbs.cuts = [
+        Connection("rod", "first", ("one", "q"), ("three", None)),
+        Connection("rod", "again", ("one", "q"), ("three", None)),
+    ]
+    picture = Picture(draw(mbs))
+    places = [g.find(f"{SVG}text") for g in picture.groups("connection")]
+    first, again = ((float(t.get("x")), float(t.get("y"))) for t in places)
+    assert max(abs(first[0] - again[0]) / 39, abs(first[1] - again[1]) / 30) >= 1
+
+
+def test_a_polyline_is_drawn_corner_by_corner() -> None:
+    mbs = small()
+    mbs.bodies[0].drawing = Drawing((0, 0), (60, 40), ((0, 0), (60, 0), (60, 40)), shape="polyline")
+    assert '<polygon class="box" points="100,200 160,200 160,240"/>' in draw(mbs)
+
+
+def test_names_stand_above_the_arrows() -> None:
+    text = draw(small())
+    assert text.rindex('class="arrow"') < text.index('class="body-name')
+
+
+def test_a_new_model_without_bodies_shows_its_base() -> None:
+    assert Picture(draw(Mbs("new"))).boxes() == {"": (-60, -28, 60, 28)}
+
+
+def test_all_samples_are_drawn(shared: Path) -> None:
+    files = sorted((shared / "mbs-samples").glob("*.mbs"))
+    assert len(files) > 20
+    for file in files:
+        mbs = read(file.read_bytes(), str(file))
+        picture = Picture(draw(mbs))
+        placed = [c for c in (*mbs.cuts, *mbs.links) if not c.is_draft]
+        assert len(picture.groups("connection")) == len(placed), file.name
+        assert len(picture.groups("body")) == len(mbs.bodies) + 1, file.name
+
+
 def test_names_are_escaped() -> None:
     mbs = small()
     mbs.bodies[0].name = mbs.bodies[1].parent = "<b>&\"'"

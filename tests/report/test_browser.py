@@ -255,7 +255,8 @@ def test_no_boxes_of_the_diagram_overlap(report: Opened) -> None:
 def test_names_fit_into_their_boxes(report: Opened) -> None:
     too_wide = report.ask(
         """() => [...document.querySelectorAll("#paper g.body")].filter((body) =>
-          body.querySelector("text").getBoundingClientRect().width
+          document.querySelector(`#paper g.body-name[data-body="${body.dataset.body}"] text`)
+            .getBoundingClientRect().width
             > body.querySelector(".box").getBoundingClientRect().width
         ).map((body) => body.dataset.body)"""
     )
@@ -469,7 +470,7 @@ def test_a_joint_is_marked_everywhere(opened: Open, tiny: Conversion, click: str
     [
         '#bodies tr[data-body="arm"]',
         '#names tr[data-link="arm"]',
-        '#paper g.body[data-body="arm"] text',
+        '#paper g.body-name[data-body="arm"] text',
         '#tree [data-link="arm"]',
     ],
 )

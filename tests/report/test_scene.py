@@ -44,7 +44,7 @@ def test_arrays_come_back_and_are_stored_once() -> None:
     points = unpack(store, part["points"]).view("<f4").reshape(-1, 3)
     triangles = unpack(store, part["triangles"])
     colors = unpack(store, part["colors"])
-    (read_back,) = vrml_reader.read(text)
+    (read_back,) = vrml_reader.read(text).parts
     assert (
         points[triangles].tolist() == read_back.points[read_back.triangles].reshape(-1, 3).tolist()
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from urdf2mbs.diagram import robot, tree
-from urdf2mbs.diagram.boxes import Node, nodes
+from urdf2mbs.diagram.boxes import nodes
 from urdf2mbs.diagram.shape import look
 from urdf2mbs.mbs.model import Mbs
 
@@ -22,18 +22,9 @@ def arrange(mbs: Mbs, style: str = "robot") -> str:
         method.arrange(mbs)
         return style
     order = nodes(mbs)
-    try:
-        return _arrange(mbs, order, style)
-    finally:
-        for node in order:  # they lead to one another, and would wait for the garbage collector
-            node.let_go()
-
-
-def _arrange(mbs: Mbs, order: list[Node], style: str) -> str:
     shape = look(order)
     bones = robot.spine(order, shape) if style == "robot" else None
     if bones is not None:
-        shape.limbs.clear()  # of a large robot they take much memory, and have done their work
         robot.arrange(mbs, order, bones)
         return "robot"
     tree.arrange(mbs, order, shape)

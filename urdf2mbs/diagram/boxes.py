@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from copy import copy
 from math import ceil, sqrt
 
 import msgspec
@@ -49,7 +48,7 @@ AHEAD, BACK = 0, 2
 """Which way a child runs from its parent's box; -1 and 1 are the sides."""
 
 
-class Lead(msgspec.Struct, gc=False):
+class Lead(msgspec.Struct):
     """A point, and the bodies that it carries."""
 
     point: Point | None
@@ -57,7 +56,7 @@ class Lead(msgspec.Struct, gc=False):
     nodes: list[Node] = []
 
 
-class Node(msgspec.Struct, gc=False):
+class Node(msgspec.Struct):
     """A body of the diagram, or the base (``body`` None), and all that hangs on it."""
 
     body: Body | None
@@ -82,15 +81,8 @@ class Node(msgspec.Struct, gc=False):
             self.leads.sort(key=lambda lead: round(place(lead.nodes[0]), 2))
             self.children = [node for lead in self.leads for node in lead.nodes]
 
-    def let_go(self) -> None:
-        """Forget all others."""
-        self.alike = None
-        self.leads.clear()
-        self.children.clear()
-        self.plan.clear()
 
-
-class Plan(msgspec.Struct, gc=False):
+class Plan(msgspec.Struct):
     """A body and all below it, in the body's own frame."""
 
     vertical: bool
@@ -315,14 +307,6 @@ Way = tuple[float, float, float, float, float, float]
 """A frame on the sheet: x, y where it begins; x, y of the direction of ``a``; of that of ``b``."""
 
 
-class _Tenths(dict[float, float]):
-    """Each number rounded to one digit; many are alike, and each is kept once."""
-
-    def __missing__(self, value: float) -> float:
-        rounded = self[value] = value if value.is_integer() else round(value, 1)
-        return rounded
-
-
 def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
     """Give everything its place on the sheet, the upper left corner at the margin."""
     todo = [(base, whole, way)]
@@ -351,25 +335,27 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
             todo.append((child, below, (u, v, *along)))
     dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
 
-    tenths = _Tenths()
-    boxes: dict[tuple[float, float, float, float], Drawing] = {}
     for node, drawn, (x, y, ax, ay, bx, by), (x0, y0, x1, y1) in placed:
-        here = (tenths[x + ax * drawn.origin + dx], tenths[y + ay * drawn.origin + dy])
-        box = (tenths[x0 + dx], tenths[y0 + dy], tenths[x1 + dx], tenths[y1 + dy])
+        here = (round(x + ax * drawn.origin + dx, 1), round(y + ay * drawn.origin + dy, 1))
+        box = (round(x0 + dx, 1), round(y0 + dy, 1), round(x1 + dx, 1), round(y1 + dy, 1))
         u, v = here
-        edges = (tenths[box[0] - u], tenths[box[1] - v], tenths[box[2] - u], tenths[box[3] - v])
-        # most boxes are alike: each is its own, of the same numbers
-        drawing = copy(boxes.get(edges) or boxes.setdefault(edges, _box(*edges)))
+        edges = (
+            round(box[0] - u, 1),
+            round(box[1] - v, 1),
+            round(box[2] - u, 1),
+            round(box[3] - v, 1),
+        )
+        drawing = _box(*edges)
         if node.body is None:
             mbs.base.position, mbs.base.drawing = here, drawing
         else:
             node.body.drawing = drawing
             for joint, a in zip(node.joints, drawn.joints, strict=True):
-                joint.position = (tenths[x + ax * a + dx], tenths[y + ay * a + dy])
+                joint.position = (round(x + ax * a + dx, 1), round(y + ay * a + dy, 1))
         taken = [here]
         for point, a, b in drawn.points:
             point.position = (
-                tenths[x + ax * a + bx * b + dx], tenths[y + ay * a + by * b + dy]
+                round(x + ax * a + bx * b + dx, 1), round(y + ay * a + by * b + dy, 1)
             )  # fmt: skip
             taken.append(point.position)
         if node.frames:

@@ -11,7 +11,7 @@ from html import escape
 from math import hypot
 
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.mbs.model import ORIGIN, XY, Body, Connection, Drawing, Joint, Mbs, Point
+from urdf2mbs.mbs.model import CUTS, ORIGIN, XY, Body, Connection, Drawing, Joint, Mbs, Point
 
 #: Round everything that is drawn (px).
 MARGIN = 20.0
@@ -19,11 +19,21 @@ MARGIN = 20.0
 #: its ends, aside by this share of its length, but at most by so much (px).
 ASIDE, MOST_ASIDE = 0.2, 40.0
 
+#: Where on its line the label of a cut or link may stand, the best place first.
+SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
+
+#: Left, top, right, bottom.
+Box = tuple[float, float, float, float]
+
+#: The base where the file does not say how it is drawn, as in a new model of MBSysPad.
+BASE = Drawing(position=(-60.0, -28.0), size=(120.0, 56.0))
+
 STYLE = """
 .mbs text { font: 12px "DejaVu Sans", Verdana, Arial, sans-serif; fill: #333; text-anchor: middle }
-.mbs .body > text { font-weight: bold }
 .mbs .label { paint-order: stroke; stroke: #fff; stroke-width: 3px }
 .mbs .box { fill: #ffffe8; stroke: #ee82ee }
+.mbs .body-name > text { font-weight: bold; stroke: #ffffe8 }
+.mbs .base > text { stroke: #b0b0b0 }
 .mbs .base > .box { fill: #b0b0b0 }
 .mbs .wire { fill: none; stroke: #00f }
 .mbs .arrow { fill: none; stroke: #800040 }
@@ -57,6 +67,7 @@ def draw(mbs: Mbs) -> str:
             f' height="{_n(height)}" fill="#fff"/>',
             *picture.boxes(),
             *picture.arrows(),
+            *picture.names(),
             *picture.wires(),
             *picture.connections(),
             *picture.dots(),
@@ -105,11 +116,16 @@ class _Picture:
         return min(xs), min(ys), max(xs), max(ys)
 
     def _drawings(self) -> Iterator[tuple[str | None, Drawing]]:
-        if self.mbs.base.drawing is not None:
-            yield None, self.mbs.base.drawing
+        yield None, self.mbs.base.drawing or BASE
         for body in self.mbs.bodies:
             if body.drawing is not None:
                 yield body.name, body.drawing
+
+    def _name_at(self, name: str | None, drawing: Drawing) -> XY:
+        x, y = self.frames[name]
+        (left, top), (width, height) = _bounds(drawing)
+        dx, dy = drawing.name_pos
+        return (x + left + width / 2 + dx, y + top + height / 2 - 6 + dy)
 
     def boxes(self) -> Iterator[str]:
         bodies = {body.name: body for body in self.mbs.bodies}
@@ -123,22 +139,30 @@ class _Picture:
                     f'<ellipse class="box" cx="{_n(cx)}" cy="{_n(cy)}" rx="{_n(rx)}"'
                     f' ry="{_n(ry)}"/>'
                 )
+            elif drawing.shape == "polyline" and drawing.control_points:
+                corners = " ".join(_p(x + dx, y + dy) for dx, dy in drawing.control_points)
+                shape = f'<polygon class="box" points="{corners}"/>'
             else:
                 shape = (
                     f'<rect class="box" x="{_n(left)}" y="{_n(top)}" width="{_n(width)}"'
                     f' height="{_n(height)}"/>'
                 )
             if name is None:
-                kind, shown, about = "body base", "Base", f"{self.mbs.base.name}: the base"
+                kind, about = "body base", f"{self.mbs.base.name}: the base"
             else:
-                kind, shown, about = "body", name, _about_body(bodies[name])
-            dx, dy = drawing.name_pos
-            at = (left + width / 2 + dx, top + height / 2 - 6 + dy)
+                kind, about = "body", _about_body(bodies[name])
             dot = f'<circle cx="{_n(x)}" cy="{_n(y)}" r="6"/>' if name is None else ""
             yield (
                 f'<g class="{kind}" data-body="{_t(name or "")}"><title>{_t(about)}</title>{shape}'
-                f"{_text(shown, at)}{dot}</g>"
+                f"{dot}</g>"
             )
+
+    def names(self) -> Iterator[str]:
+        """The names of the bodies, above the arrows that cross them."""
+        for name, drawing in self._drawings():
+            kind = "body-name base" if name is None else "body-name"
+            words = _text("Base" if name is None else name, self._name_at(name, drawing), "label")
+            yield f'<g class="{kind}" data-body="{_t(name or "")}">{words}</g>'
 
     def arrows(self) -> Iterator[str]:
         """From a body's frame to each of its points."""
@@ -178,12 +202,22 @@ class _Picture:
                 before = after
 
     def connections(self) -> Iterator[str]:
-        kinds = [("cut", cut) for cut in self.mbs.cuts] + [("link", ln) for ln in self.mbs.links]
-        for kind, connection in kinds:
+        """The cuts, then the links, each labelled where its line is clear of other words."""
+        taken = self._words()
+        for connection in (*self.mbs.cuts, *self.mbs.links):
             if connection.is_draft:
                 continue
+            kind = "cut" if connection.kind in CUTS else "link"
             a, b = self._place(*connection.endpoint1), self._place(*connection.endpoint2)
-            x, y = (a[0] + b[0]) / 2, (a[1] + b[1]) / 2
+            half = 3.5 * max(len(connection.name), len(connection.kind)) + 2
+            spots = [
+                (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])) for share in SHARES
+            ]
+            boxes = [(x - half, y - 14, x + half, y + 16) for x, y in spots]
+            crowd = [sum(_overlap(box, word) for word in taken) for box in boxes]
+            best = crowd.index(min(crowd))
+            taken.append(boxes[best])
+            x, y = spots[best]
             about = _about_connection(connection)
             yield (
                 f'<g class="connection" data-name="{_t(connection.name)}">'
@@ -192,6 +226,22 @@ class _Picture:
                 + _text(connection.name, (x, y + 12), "label")
                 + "</g>"
             )
+
+    def _words(self) -> list[Box]:
+        """Where words and dots stand: of joints, points and bodies."""
+        dots = [*self.frames.values(), *self.points.values()]
+        boxes = [(x - 8, y - 8, x + 8, y + 8) for x, y in dots]
+        for body in self.mbs.bodies:
+            before = self._place(body.parent, body.point)
+            for after in (_at(joint.position) for joint in body.joints):
+                x, y = (before[0] + after[0]) / 2, (before[1] + after[1]) / 2
+                boxes.append((x - 14, y - 14, x + 14, y + 16))
+                before = after
+        for name, drawing in self._drawings():
+            x, y = self._name_at(name, drawing)
+            half = 4.5 * len(name or "Base")
+            boxes.append((x - half, y - 12, x + half, y + 4))
+        return boxes
 
     def dots(self) -> Iterator[str]:
         for owner, points in self._owners():
@@ -222,7 +272,7 @@ class _Picture:
 
 
 def _require_drawings(mbs: Mbs) -> None:
-    missing = [] if mbs.base.position else ["the base"]
+    missing = [] if mbs.base.position or not mbs.bodies else ["the base"]
     missing += [f"point '{point.name}'" for point in mbs.base.points if point.position is None]
     for body in mbs.bodies:
         if body.drawing is None:
@@ -256,6 +306,13 @@ def _bounds(drawing: Drawing) -> tuple[XY, XY]:
     if drawing.shape in ("circle", "ellipse"):
         return (x - width, y - height), (2 * width, 2 * height)
     return (x, y), (width, height)
+
+
+def _overlap(one: Box, another: Box) -> float:
+    """The area that two boxes share."""
+    width = min(one[2], another[2]) - max(one[0], another[0])
+    height = min(one[3], another[3]) - max(one[1], another[1])
+    return max(width, 0.0) * max(height, 0.0)
 
 
 def _curve(a: XY, b: XY) -> str:

@@ -22,7 +22,7 @@ LEFT = re.compile(r"[Ll]eft|LEFT|(^|[^A-Za-z])[lL]([^A-Za-z]|$)|^L[A-Z][a-z]|(^|
 RIGHT = re.compile(r"[Rr]ight|RIGHT|(^|[^A-Za-z])[rR]([^A-Za-z]|$)|^R[A-Z][a-z]|(^|_)[FHRB]R(_|$)")
 
 
-class Limb(msgspec.Struct, gc=False):
+class Limb(msgspec.Struct):
     """A body and all below it: lengths in m, seen from the front (aside, away, up)."""
 
     start: Vec

@@ -34,7 +34,6 @@ def arrange(mbs: Mbs, order: list[Node], shape: Shape) -> None:
     up = bool(rises) and sum(rises) / len(rises) > UP * shape.size
     for node in order:
         node.sort(shape.aside)
-    shape.limbs.clear()  # of a large robot they take much memory, and have done their work
     ways = _ways(order)
     for node in reversed(order):
         plan_tree(node, ways[node.name])

@@ -1,189 +1,378 @@
-"""VRML97 (ISO/IEC 14772-1) read into triangles, as far as it draws them."""
+"""VRML97 (ISO/IEC 14772-1) and VRML 1.0 read into triangles.
+
+Faces, boxes, spheres, cylinders and cones are read, in groups and transforms, with their colours
+and textures.  Lines, lights, scripts and prototypes draw nothing.
+"""
 
 from __future__ import annotations
 
+import gzip
 import re
-from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.meshes.model import Material, MeshError, Part
+from urdf2mbs import files
+from urdf2mbs.meshes.model import MOST_PARTS, Material, Mesh, MeshError, TooLargeError, add
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-_TOKEN = re.compile(rb'[\s,]*(?:#[^\n]*[\s,]*)*("(?:[^"\\]|\\.)*"|[{}\[\]]|[^\s,{}\[\]"#]+)')
+_TOKEN = re.compile(
+    rb'[\s,]*(?:#[^\n]*(?:\n|\Z)[\s,]*)*("(?:[^"\\]|\\.)*"|[{}\[\]]|[^\s,{}\[\]"#]+)'
+)
 _NUMBER = re.compile(rb"[+-]?(\d|\.\d)")
+_NUMBERS = re.compile(rb"(?:[^\]#]|#[^\n]*)*")
 _BOOLEANS = {b"TRUE": True, b"FALSE": False}
 
+#: The nodes that keep to themselves what VRML 1.0 sets inside; all nodes of VRML97 do.
+_SEPARATORS = ("Separator", "TransformSeparator", "WWWAnchor", "LOD", "Switch")
+_MOVES = ("Transform", "Translation", "Rotation", "Scale", "MatrixTransform")
+#: What VRML 1.0 sets for the faces that follow.
+_SET = ("Material", "MaterialBinding", "Coordinate3", "Texture2", "TextureCoordinate2")
+_PRIMITIVES = ("Box", "Cube", "Sphere", "Cylinder", "Cone")
+_NOT_DRAWN = ("ElevationGrid", "Extrusion", "Inline", "WWWInline", "AsciiText", "Text")
+
 Node = dict[str, Any]
+"""The node's fields; its type stands under ``""``, the nodes inside it under ``children``."""
 
 
-def read(data: bytes) -> list[Part]:
-    """The triangles of a .wrl: Shapes with an IndexedFaceSet, in Groups and Transforms.
+def read(data: bytes) -> Mesh:
+    """The triangles of a .wrl; ``problems`` names what is not drawn.
 
-    Raises MeshError for a file that is no VRML97 or holds nothing of the kind.
+    Raises MeshError for a file that is no VRML or holds no triangles.
     """
-    if not data.startswith(b"#VRML V2.0"):
-        raise MeshError("it is not VRML97")
+    if data.startswith(b"\x1f\x8b"):
+        try:
+            data = gzip.GzipFile(fileobj=BytesIO(data)).read(files.MOST)
+        except (OSError, EOFError) as error:
+            raise MeshError(f"it is a broken gzip file ({error})") from None
+    data = data.removeprefix(b"\xef\xbb\xbf").lstrip()
+    if not data.startswith((b"#VRML V2.0", b"#VRML V1.0")):
+        raise MeshError("it is not VRML97, nor VRML 1.0")
     try:
-        parts = list(_parts(_Vrml(data).scene()))
+        scene = _Scene(data.startswith(b"#VRML V1.0"))
+        for node in _Text(data).scene():
+            scene.draw(node, scene.start)
     except (ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
-        raise MeshError(f"it is not VRML97 as far as we can read it ({error})") from None
-    if not parts:
-        raise MeshError("it holds no triangles")
-    return parts
+        raise MeshError(f"it is not VRML as far as we can read it ({error})") from None
+    if not scene.mesh.parts:
+        raise MeshError("; ".join(["it holds no triangles", *scene.mesh.problems]))
+    return scene.mesh
 
 
-class _Vrml:
-    """Nodes as dicts: their type under ``""``, and their fields."""
+class _Text:
+    """The text of a file, read from its start to its end."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data
         self.at = 0
         self.named: dict[bytes, Node] = {}
 
-    def _next(self, *, keep: bool = False) -> bytes | None:
+    def peek(self) -> bytes | None:
+        match = _TOKEN.match(self.data, self.at)
+        return match and match[1]
+
+    def next(self) -> bytes:
         match = _TOKEN.match(self.data, self.at)
         if match is None:
-            return None
-        if not keep:
-            self.at = match.end()
+            raise ValueError("it is cut off")
+        self.at = match.end()
         return match[1]
 
     def scene(self) -> list[Node]:
-        nodes = []
-        while (word := self._next()) is not None:
-            nodes.append(self._node(word))
+        nodes: list[Node] = []
+        while self.peek() is not None:
+            self.add_node(self.next(), nodes)
         return nodes
 
-    def _node(self, word: bytes | None) -> Node:
+    def add_node(self, word: bytes, nodes: list[Node]) -> None:
+        """Read what begins with ``word``: a node, or a statement that draws nothing."""
+        if word == b"ROUTE":
+            for _ in ("from", "TO", "to"):
+                self.next()
+        elif word in (b"PROTO", b"EXTERNPROTO"):
+            for _ in ("name", "interface", "body"):
+                self.skip()
+        elif word != b"NULL":
+            nodes.append(self.node(word))
+
+    def skip(self) -> None:
+        """Pass a word, or all that stands between brackets."""
+        depth = 0
+        while True:
+            word = self.next()
+            depth += (word in (b"{", b"[")) - (word in (b"}", b"]"))
+            if depth <= 0:
+                return
+
+    def node(self, word: bytes) -> Node:
         if word == b"USE":
-            return self.named[self._next() or b""]
-        name = None
+            return self.named[self.next()]
+        node: Node = {"children": []}
         if word == b"DEF":
-            name, word = self._next(), self._next()
-        if word is None or self._next() != b"{":
+            self.named[self.next()] = node
+            word = self.next()
+        if self.next() != b"{":
             raise ValueError(f"no node at byte {self.at}")
-        node: Node = {"": word.decode("ascii", "replace")}
-        if name is not None:
-            self.named[name] = node
-        while (field := self._next()) != b"}":
-            if field is None:
-                raise ValueError("it is cut off")
-            node[field.decode("ascii", "replace")] = self._value()
+        node[""] = word.decode("ascii", "replace")
+        while (word := self.next()) != b"}":
+            if word in (b"eventIn", b"eventOut", b"field", b"exposedField"):  # of a Script
+                self.next()
+                name = self.next()
+                if not word.startswith(b"event"):
+                    node[name.decode("ascii", "replace")] = self.value()
+                elif self.peek() == b"IS":
+                    self.skip()
+                    self.skip()
+            elif word in (b"DEF", b"USE", b"ROUTE", b"PROTO") or self.peek() == b"{":
+                self.add_node(word, node["children"])  # VRML 1.0 has no field for them
+            else:
+                node[word.decode("ascii", "replace")] = self.value()
         return node
 
-    def _value(self) -> Any:
-        word = self._next()
-        if word is None:
-            raise ValueError("it is cut off")
+    def value(self) -> Any:
+        word = self.next()
         if word == b"[":
-            return self._list()
-        if word.startswith(b'"'):
-            return _string(word)
-        if word in _BOOLEANS:
-            return _BOOLEANS[word]
+            return self.list()
         if not _NUMBER.match(word):
-            return self._node(word) if word != b"NULL" else None
-        numbers = [float(word)]
-        while (word := self._next(keep=True)) is not None and _NUMBER.match(word):
-            numbers.append(float(word))
-            self._next()
+            return self.single(word)
+        numbers = [_number(word)]
+        while _NUMBER.match(self.peek() or b""):
+            numbers.append(_number(self.next()))
         return numbers
 
-    def _list(self) -> Any:
+    def single(self, word: bytes) -> Any:
+        """A text, a node, TRUE, FALSE, NULL or another word, such as PER_FACE."""
+        if word.startswith(b'"'):
+            return re.sub(r"\\(.)", r"\1", word[1:-1].decode("utf-8", "replace"))
+        if word in _BOOLEANS:
+            return _BOOLEANS[word]
+        if word in (b"DEF", b"USE") or self.peek() == b"{":
+            return self.node(word)
+        if word == b"IS":
+            self.next()
+            return None
+        if word in (b"{", b"}", b"]"):
+            raise ValueError(f"no value at byte {self.at}")
+        return None if word == b"NULL" else word.decode("ascii", "replace")
+
+    def list(self) -> Any:
         import numpy as np
 
-        first = self._next(keep=True)
-        if first is not None and _NUMBER.match(first):
-            end = self.data.index(b"]", self.at)
-            text = self.data[self.at : end].replace(b",", b" ")
-            self.at = end + 1
-            if b"#" in text:
-                text = re.sub(rb"#[^\n]*", b"", text)
-            return np.array(text.split(), dtype=np.float64)
-        out: list[Any] = []
-        while (word := self._next()) != b"]":
-            if word is None:
+        if _NUMBER.match(self.peek() or b""):
+            text = _NUMBERS.match(self.data, self.at)
+            assert text is not None
+            if text.end() == len(self.data):
                 raise ValueError("it is cut off")
-            out.append(_string(word) if word.startswith(b'"') else self._node(word))
-        return out
+            self.at = text.end() + 1
+            words = re.sub(rb"#[^\n]*", b"", text[0]).replace(b",", b" ").split()
+            return np.array(words, dtype=np.float64)
+        values: list[Any] = []
+        while (word := self.next()) != b"]":
+            if word in (b"ROUTE", b"PROTO", b"EXTERNPROTO"):
+                self.add_node(word, values)
+            else:
+                values.append(self.single(word))
+        return values
 
 
-def _string(word: bytes) -> str:
-    return re.sub(r"\\(.)", r"\1", word[1:-1].decode("utf-8", "replace"))
+def _number(word: bytes) -> float:
+    return float(int(word, 16)) if word[:2] in (b"0x", b"0X") else float(word)
 
 
-def _parts(nodes: list[Node]) -> Iterator[Part]:
+class _Scene:
+    """What the nodes draw."""
+
+    def __init__(self, old: bool) -> None:
+        import numpy as np
+
+        self.old = old
+        """True for VRML 1.0."""
+        self.mesh = Mesh(Path("mesh.wrl"))
+        self.visits = 0
+        self.start: Node = {"pose": np.eye(4)}
+
+    def draw(self, node: Node, state: Node) -> None:
+        """Add what a node draws.  ``state`` has the pose, and the nodes that say the looks."""
+        self.visits += 1
+        if self.visits > MOST_PARTS:
+            raise TooLargeError(f"it has more than {MOST_PARTS:,} nodes, each copy counted")
+        kind = node[""]
+        if not self.old or kind in _SEPARATORS:
+            state = dict(state)
+        if kind in _MOVES:
+            state["pose"] = state["pose"] @ _transform(node)
+        elif kind in _SET:
+            state[kind] = node
+        elif kind == "Shape":
+            geometry, appearance = node.get("geometry"), node.get("appearance") or {}
+            if isinstance(geometry, dict):
+                state |= {
+                    "Material": appearance.get("material"),
+                    "Texture2": appearance.get("texture"),
+                    "Coordinate3": geometry.get("coord"),
+                    "TextureCoordinate2": geometry.get("texCoord"),
+                }
+                self.draw(geometry, state)
+        elif kind == "IndexedFaceSet":
+            self._add_faces(node, state)
+        elif kind in _PRIMITIVES:
+            self._add_primitive(node, state)
+        elif kind in _NOT_DRAWN:
+            self.mesh.problems.append(f"its {kind} is not drawn")
+        for child in self._shown(node):
+            self.draw(child, state)
+
+    def _shown(self, node: Node) -> list[Node]:
+        """The nodes inside a node that are drawn."""
+        name = {"Switch": "choice", "LOD": "level"}.get(node[""], "children")
+        inside = node.get(name) or node["children"]
+        children = inside if isinstance(inside, list) else [inside]
+        if node[""] == "LOD":
+            children = children[:1]
+        elif node[""] == "Switch":
+            which = int(node.get("whichChild" if self.old else "whichChoice", [-1])[0])
+            if not (self.old and which == -3):  # which is all
+                children = children[which : which + 1] if which >= 0 else []
+        return [child for child in children if isinstance(child, dict)]
+
+    def _add_primitive(self, node: Node, state: Node) -> None:
+        import numpy as np
+
+        try:
+            from trimesh import creation
+        except ImportError:
+            raise MeshError("boxes, spheres and cylinders need 'urdf2mbs[meshes]'") from None
+
+        def size(name: str, default: float) -> float:
+            return float(node.get(name, [default])[0])
+
+        match node[""]:
+            case "Sphere":
+                solid = creation.uv_sphere(radius=size("radius", 1.0))
+            case "Cylinder":
+                solid = creation.cylinder(radius=size("radius", 1.0), height=size("height", 2.0))
+            case "Cone":
+                height = size("height", 2.0)
+                solid = creation.cone(radius=size("bottomRadius", 1.0), height=height)
+                solid.apply_translation((0.0, 0.0, -height / 2))
+            case _:
+                sides = [size(name, 2.0) for name in ("width", "depth", "height")]
+                if "size" in node:
+                    sides = [node["size"][axis] for axis in (0, 2, 1)]
+                solid = creation.box(sides)
+        upright = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # from axis z to axis y
+        add(
+            self.mesh, state["pose"], solid.vertices @ upright, solid.faces,
+            material=_material(state), smooth=node[""] not in ("Box", "Cube"),
+        )  # fmt: skip
+
+    def _add_faces(self, node: Node, state: Node) -> None:
+        import numpy as np
+
+        coordinates, texture = state.get("Coordinate3"), state.get("TextureCoordinate2")
+        if not coordinates or not len(node.get("coordIndex", ())):
+            return
+        points = np.asarray(coordinates.get("point", ()), float).reshape(-1, 3)
+        index = np.asarray(node["coordIndex"]).astype(np.int64)
+        corners, face = _triangulate(index)
+        triangles = index[corners]
+        if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(points):
+            raise ValueError("a face names a point that is not there")
+        if not np.isfinite(points[triangles]).all():
+            raise ValueError("a point is not finite")
+
+        def by_corner(name: str) -> NDArray[np.int64]:
+            given = node.get(name)
+            usable = given is not None and len(given) > int(corners.max(initial=0))
+            return np.asarray(given if usable else index).astype(np.int64)[corners]
+
+        material, uv = _material(state), None
+        if material.texture and texture:
+            uv = np.asarray(texture["point"], float).reshape(-1, 2)[by_corner("texCoordIndex")]
+        palette, by_point, name = _palette(node, state)
+        colors = None
+        if palette is not None:
+            order = node.get(name)
+            if len(palette) == 1:
+                chosen = np.zeros(len(face), np.int64)
+            elif by_point:
+                chosen = by_corner(name)
+            else:
+                chosen = face if order is None else np.asarray(order).astype(np.int64)[face]
+            if 0 <= chosen.min(initial=0) <= chosen.max(initial=0) < len(palette):
+                colors = np.round(255 * palette[chosen]).astype(np.int64)
+            else:
+                self.mesh.problems.append("its faces name colours that are not there")
+        crease = float(node.get("creaseAngle", [0.0])[0])
+        add(
+            self.mesh, state["pose"], points, triangles,
+            material=material, smooth=crease > 0.0, colors=colors, uv=uv,
+        )  # fmt: skip
+
+
+def _palette(node: Node, state: Node) -> tuple[NDArray[np.float64] | None, bool, str]:
+    """The colours of faces or points; True for points; the field that says which has which."""
     import numpy as np
 
-    stack = [(node, np.eye(4)) for node in reversed(nodes)]
-    while stack:
-        node, pose = stack.pop()
-        if node[""] == "Shape":
-            part = _shape(node, pose)
-            if part is not None:
-                yield part
-        elif node[""] == "Transform":
-            if any(key in node for key in ("center", "scaleOrientation")):
-                raise ValueError("a Transform with a centre")
-            pose = pose @ _transform(node)
-        children = node.get("children") or []
-        children = [children] if isinstance(children, dict) else children
-        stack.extend((child, pose) for child in reversed(children) if isinstance(child, dict))
+    if node.get("color"):
+        given, by_point = node["color"]["color"], bool(node.get("colorPerVertex", True))
+        return np.asarray(given, float).reshape(-1, 3), by_point, "colorIndex"
+    binding = str((state.get("MaterialBinding") or {}).get("value", ""))
+    colors = (state.get("Material") or {}).get("diffuseColor", ())
+    if not binding.startswith("PER_") or len(colors) <= 3:
+        return None, False, ""
+    name = "materialIndex" if binding.endswith("INDEXED") else ""
+    return np.asarray(colors, float).reshape(-1, 3), "VERTEX" in binding, name
+
+
+def _material(state: Node) -> Material:
+    look, picture = state.get("Material") or {}, state.get("Texture2") or {}
+    texture = picture.get("url") or picture.get("filename")
+    if isinstance(texture, list):
+        texture = texture[0] if texture else None
+    red, green, blue = (float(c) for c in look.get("diffuseColor", (0.8, 0.8, 0.8))[:3])
+    clear = look.get("transparency", ())
+    return Material(
+        diffuse=(red, green, blue),
+        transparency=float(clear[0]) if len(clear) else 0.0,
+        texture=texture,
+    )
 
 
 def _transform(node: Node) -> NDArray[np.float64]:
+    """T C R SR S -SR -C (ISO/IEC 14772-1, 6.52), or the matrix of VRML 1.0, by rows."""
     import numpy as np
 
-    pose = np.eye(4)
-    x, y, z, angle = node.get("rotation", (0.0, 0.0, 1.0, 0.0))
+    if node[""] == "MatrixTransform":
+        return np.asarray(node.get("matrix", np.eye(4)), float).reshape(4, 4).T
+
+    def shift(xyz: Any) -> NDArray[np.float64]:
+        pose = np.eye(4)
+        pose[:3, 3] = xyz
+        return pose
+
+    scale: Any = node.get("scale", node.get("scaleFactor", (1.0, 1.0, 1.0)))
+    stretched = np.diag(np.append(scale, 1.0))
+    centre = np.asarray(node.get("center", (0.0, 0.0, 0.0)), float)
+    turned = _turn(node.get("scaleOrientation"))
+    return (
+        shift(node.get("translation", (0.0, 0.0, 0.0))) @ shift(centre)
+        @ _turn(node.get("rotation")) @ turned @ stretched @ turned.T @ shift(-centre)
+    )  # fmt: skip
+
+
+def _turn(rotation: Any) -> NDArray[np.float64]:
+    """The turn about an axis by an angle (rad), by Rodrigues' formula."""
+    import numpy as np
+
+    x, y, z, angle = rotation or (0.0, 0.0, 1.0, 0.0)
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) / (float(np.hypot(np.hypot(x, y), z)) or 1)
-    turn = np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
-    pose[:3, :3] = turn @ np.diag(node.get("scale", (1.0, 1.0, 1.0)))
-    pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    pose = np.eye(4)
+    pose[:3, :3] += np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
     return pose
-
-
-def _shape(node: Node, pose: NDArray[np.float64]) -> Part | None:
-    import numpy as np
-
-    faces = node.get("geometry") or {"": ""}
-    if faces[""] != "IndexedFaceSet" or not faces.get("coord"):
-        return None
-    appearance = node.get("appearance") or {}
-    look = appearance.get("material") or {}
-    texture = (appearance.get("texture") or {}).get("url")
-    if isinstance(texture, list):
-        texture = texture[0] if texture else None
-    points = np.asarray(faces["coord"]["point"], float).reshape(-1, 3)
-    points = points @ pose[:3, :3].T + pose[:3, 3]
-    index = np.asarray(faces["coordIndex"]).astype(np.int64)
-    corners, face = _triangulate(index)
-    named = index[corners]
-    if named.size and not 0 <= named.min() <= named.max() < len(points):
-        raise ValueError("a face names a point that is not there")
-    colors = uv = None
-    if faces.get("color"):
-        palette = np.round(255 * np.asarray(faces["color"]["color"], float).reshape(-1, 3))
-        if faces.get("colorPerVertex", True):
-            chosen = np.asarray(faces.get("colorIndex", index)).astype(np.int64)[corners]
-        else:
-            order = faces.get("colorIndex")
-            chosen = face if order is None else np.asarray(order).astype(np.int64)[face]
-        colors = palette[chosen].astype(np.int64)
-    if texture and faces.get("texCoord"):
-        at = np.asarray(faces.get("texCoordIndex", index)).astype(np.int64)[corners]
-        uv = np.asarray(faces["texCoord"]["point"], float).reshape(-1, 2)[at]
-    diffuse = [float(c) for c in look.get("diffuseColor", (0.8, 0.8, 0.8))]
-    material = Material(
-        diffuse=(diffuse[0], diffuse[1], diffuse[2]),
-        transparency=float(look.get("transparency", [0.0])[0]),
-        texture=texture,
-    )
-    smooth = float(faces.get("creaseAngle", [0.0])[0]) > 0.0
-    return Part(points, named, material, smooth, colors, uv)
 
 
 def _triangulate(index: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -9,10 +9,10 @@ from html import escape
 from math import dist
 from typing import Any
 
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
 from urdf2mbs.report.table import number, titled, vector
+from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import ZERO, Vec, add, rotate
 
 
@@ -29,10 +29,9 @@ def _coordinates(model: Mbs) -> dict[tuple[str | None, str | None], Vec]:
     return {(body, point.name): point.coordinates for body, point in _points(model)}
 
 
-def _purposes(conversion: Conversion) -> dict[str, tuple[str, str]]:
+def _purposes(simulation: Simulation) -> dict[str, tuple[str, str]]:
     """What a sensor or external force is (by its name), and the URDF link it belongs to."""
     found: dict[str, tuple[str, str]] = {}
-    simulation = conversion.simulation
     for sensor in simulation.sensors:
         if sensor.point.sensor is not None:
             found[sensor.point.sensor.name] = (f"{sensor.kind} '{sensor.name}'", sensor.link)
@@ -56,12 +55,12 @@ def _stops(model: Mbs) -> dict[str, tuple[float | None, float | None]]:
     return {name: (low.get(name), high.get(name)) for name in model.numbers() if name in low | high}
 
 
-def marks(conversion: Conversion, model: Mbs) -> dict[str, Any]:
+def marks(simulation: Simulation, model: Mbs) -> dict[str, Any]:
     """What the 3D model shows beside shapes."""
-    purposes = _purposes(conversion)
+    purposes = _purposes(simulation)
     turned = {
         sensor.point.sensor.name: sensor.rotation
-        for sensor in conversion.simulation.sensors
+        for sensor in simulation.sensors
         if sensor.point.sensor is not None
     }
     at = _coordinates(model)
@@ -82,24 +81,25 @@ def marks(conversion: Conversion, model: Mbs) -> dict[str, Any]:
         "lines": [
             (one.kind, end(one.endpoint1), end(one.endpoint2))
             for one in (*model.cuts, *model.links)
+            if not one.is_draft
         ],
         "stops": list(_stops(model).items()),
     }
 
 
-def tables(conversion: Conversion, model: Mbs) -> str:
+def tables(simulation: Simulation, model: Mbs) -> str:
     """Tables of points, loops, stops and user models; those of what there is."""
     parts = [
-        _point_table(conversion, model),
-        _force_torque_table(conversion),
+        _point_table(simulation, model),
+        _force_torque_table(simulation),
         _connection_table(model),
         _user_model_tables(model),
     ]
     return "".join(parts) or '<p class="note">None.</p>'
 
 
-def _point_table(conversion: Conversion, model: Mbs) -> str:
-    purposes = _purposes(conversion)
+def _point_table(simulation: Simulation, model: Mbs) -> str:
+    purposes = _purposes(simulation)
     rows = []
     for body, point in _points(model):
         for one, kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
@@ -110,22 +110,24 @@ def _point_table(conversion: Conversion, model: Mbs) -> str:
                 (
                     f' data-body="{escape(body or "")}"',
                     [
-                        escape(one.name), kind, escape(what), escape(link),
+                        escape(one.name), kind, escape(", ".join(one.measures)),
                         escape(body or "base"), escape(point.name), vector(point.coordinates),
+                        *([escape(what), escape(link)] if purposes else []),
                     ],
                 )
             )  # fmt: skip
-    head = ("name", "kind", "what it is", "URDF link", "body", "point", "at [m]")
-    return titled("Sensors, contacts and external forces", head, rows, right=(6,))
+    head = ("name", "kind", "measures", "body", "point", "at [m]")
+    known = ("what it is", "URDF link") if purposes else ()
+    return titled("Sensors, contacts and external forces", (*head, *known), rows, right=(5,))
 
 
-def _force_torque_table(conversion: Conversion) -> str:
+def _force_torque_table(simulation: Simulation) -> str:
     rows = [
         (
             f' data-link="{escape(one.link)}"',
             [escape(one.name), escape(one.link), escape(", ".join(j.name for j in one.joints))],
         )
-        for one in conversion.simulation.force_torques
+        for one in simulation.force_torques
     ]
     head = ("sensor", "URDF link", "driven joints whose Qc it reads")
     return titled("Force-torque sensors", head, rows)
@@ -146,11 +148,13 @@ def _connection_table(model: Mbs) -> str:
         return escape("/".join((end[0] or "base", *([end[1]] if end[1] else []))))
 
     def row(one: Connection) -> tuple[str, list[str]]:
-        apart = dist(where(one.endpoint1), where(one.endpoint2))
+        apart = "not chosen yet"
+        if not one.is_draft:
+            apart = f"{dist(where(one.endpoint1), where(one.endpoint2)):.6g}"
         return (
             f' data-body="{escape(one.endpoint2[0] or "")}"',
             [escape(one.name), one.kind, words(one.endpoint1), words(one.endpoint2),
-             number(one.length), f"{apart:.6g}"],
+             number(one.length), apart],
         )  # fmt: skip
 
     rows = [row(one) for one in (*model.cuts, *model.links)]

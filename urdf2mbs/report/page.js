@@ -9,6 +9,8 @@ const element = (tag, kind, text) => {
   return made;
 };
 const matrix = () => new THREE.Matrix4();
+// a page of an .mbs alone has no URDF side
+const alone = data.urdf.root === null;
 
 // --- the .mbs: elementary joints, each in the current frame, in the order of the file ---------
 
@@ -26,7 +28,7 @@ function mbsPoses(q) {
   for (const body of data.mbs.bodies) {
     const pose = bodies.get(body.parent).clone().multiply(matrix().makeTranslation(...body.at));
     for (const joint of body.joints) {
-      const value = joint.nature === "driven" ? joint.q || 0 : q.get(joint.name);
+      const value = q.has(joint.name) ? q.get(joint.name) : joint.q || 0;
       pose.multiply(ELEMENTARY[joint.type](value));
       joints.set(joint.name, pose.clone());
     }
@@ -107,7 +109,7 @@ let count = 0;
 for (const body of data.mbs.bodies) {
   for (const joint of body.joints) {
     numbers.set(joint.name, ++count);
-    if (joint.nature !== "driven") moving.push(joint);
+    if (alone || joint.nature !== "driven") moving.push(joint);
   }
 }
 for (const joint of moving) {
@@ -670,6 +672,7 @@ function measured(one, pose) {
 let shapesCompared = 0;
 function compareShapes() {
   evaluate();
+  if (alone) return;
   const owners = new Map();
   for (const one of drawn.filter((d) => d.side === "mbs")) {
     owners.set(one.owner, [...(owners.get(one.owner) || []), [one, measured(one, matrix())]]);
@@ -731,8 +734,8 @@ function update() {
 }
 
 function show() {
-  const side = document.querySelector("input[name=side]:checked").value;
-  const on = (id) => byId(id).checked;
+  const side = alone ? "mbs" : document.querySelector("input[name=side]:checked").value;
+  const on = (id) => byId(id) && byId(id).checked;
   sides.mbs.visible = side !== "urdf";
   sides.urdf.visible = side !== "mbs";
   for (const kind of Object.keys(kinds)) {
@@ -749,6 +752,11 @@ function show() {
     if (off && side === "both" && on("show-shapes")) one.group.visible = blink === (one.side === "mbs");
     for (const object of one.objects) tint(object, one, off && side === "both", clear);
   }
+  needsRender = true;
+  if (!alone) agree();
+}
+
+function agree() {
   const line = byId("agreement");
   line.textContent = "";
   const say = (kind, text) => line.append(element("span", kind, text));
@@ -766,7 +774,6 @@ function show() {
   } else {
     say("yes", `URDF and .mbs agree here: ${compared} link frames${shapes}, apart by at most ${farthest.toExponential(1)} m`);
   }
-  needsRender = true;
 }
 
 const some = (names) => names.slice(0, 6).join(", ")
@@ -841,9 +848,10 @@ function extent() {
 
 function fit() {
   const ball = extent().getBoundingSphere(new THREE.Sphere());
-  eye.target.copy(ball.center);
+  // a little room around it, and more above, where the buttons are
+  eye.target.copy(ball.center).setZ(ball.center.z + 0.06 * ball.radius);
   const half = camera.fov * Math.PI / 360, wide = Math.atan(Math.tan(half) * camera.aspect);
-  eye.distance = Math.max(ball.radius, 0.05 * size) / Math.sin(Math.min(half, wide));
+  eye.distance = 1.12 * Math.max(ball.radius, 0.05 * size) / Math.sin(Math.min(half, wide));
   aim();
 }
 
@@ -950,7 +958,7 @@ function choose(name, joint) {
     const joints = body.joints.map((one) => `q${numbers.get(one.name)} ${one.type} ${one.name}`);
     about.append(element("b", "", body.name),
       joint === undefined ? "" : `\njoint: ${told(bodyOfJoint.get(joint)[1])}`,
-      `\nlinks: ${links.slice(0, 8).join(", ")}${links.length > 8 ? ", ..." : ""}`
+      (alone ? "" : `\nlinks: ${links.slice(0, 8).join(", ")}${links.length > 8 ? ", ..." : ""}`)
       + `\nmass: ${body.mass === null ? "none" : `${+body.mass.toPrecision(6)} kg`}`
       + (joint === undefined
         ? `\njoints: ${joints.slice(0, 8).join("; ")}${joints.length > 8 ? "; ..." : ""}` : ""));
@@ -1094,22 +1102,26 @@ function makeSliders() {
   };
 }
 
-// --- the tree of links -----------------------------------------------------------------------------
+// --- the tree of links, or of bodies where there is no URDF -----------------------------------------------------------------------------
 
 function makeTree() {
   const tree = byId("tree"), below = new Map();
-  for (const joint of data.urdf.joints) {
-    below.set(joint.parent, [...(below.get(joint.parent) || []), joint]);
-  }
-  const todo = [[data.urdf.root, null, 0]];
+  const parts = alone
+    ? data.mbs.bodies.map(({name, parent, joints}) =>
+      ({name, parent, about: joints.map((joint) => `${joint.type} ${joint.name}`).join(", ")}))
+    : data.urdf.joints.map(({child, parent, type, name}) =>
+      ({name: child, parent, about: `${type} ${name}`}));
+  for (const part of parts) below.set(part.parent, [...(below.get(part.parent) || []), part]);
+  const todo = [[{name: data.urdf.root, about: ""}, 0]];
   while (todo.length) {
-    const [link, joint, depth] = todo.pop(), row = element("div", "link", link);
+    const [{name, about}, depth] = todo.pop();
+    const row = element("div", "link", name === null ? data.mbs.base.name : name);
     row.style.paddingLeft = `${6 + 13 * Math.min(depth, 14)}px`;
-    if (joint) row.append(element("span", "q", ` ${joint.type} ${joint.name}`));
-    row.dataset.link = link;
+    if (about) row.append(element("span", "q", ` ${about}`));
+    row.dataset[alone ? "body" : "link"] = name || "";
     makeChoosable(row);
     tree.append(row);
-    for (const next of (below.get(link) || []).reverse()) todo.push([next.child, next, depth + 1]);
+    for (const next of (below.get(name) || []).reverse()) todo.push([next, depth + 1]);
   }
   const turn = (links) => {
     tree.hidden = !links;

@@ -1,4 +1,4 @@
-"""One HTML page that shows a conversion: diagram, 3D model, tables, proof.
+"""One HTML page that shows a conversion, or an .mbs alone: 3D model, diagram, tables, proof.
 
 The page is self-contained: it loads nothing, from no network, and its own security policy
 would not let it.  Its .mbs side is read back from the file's bytes.  three.js comes out of the
@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import json
 import re
+from collections import Counter
 from html import escape
 from importlib.metadata import distribution
 from importlib.resources import files
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import msgspec
@@ -24,9 +25,10 @@ from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.report import around
-from urdf2mbs.report.scene import Store, lookup, mbs_side, urdf_side
+from urdf2mbs.report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
 from urdf2mbs.report.table import number, table, titled, vector
 from urdf2mbs.seal import seal
+from urdf2mbs.simulation import Simulation
 from urdf2mbs.summary import report, verdict
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
@@ -49,9 +51,9 @@ def make(conversion: Conversion) -> Page:
     """The page of a conversion that has run; writes nothing.
 
     The URDF's meshes are drawn as RViz draws them, whatever convert-meshes was told, so that a
-    wrong turn shows.  Raises ConfigError where no .mbs was made.
+    wrong turn shows.  Where the .mbs names a .wrl that no project has yet, the URDF's own mesh
+    stands for it.  Raises ConfigError where no .mbs was made.
     """
-    viewer, licenses = _viewer()
     settings = conversion.settings
     output = conversion.rejected or settings.output
     if output not in conversion.files:
@@ -62,10 +64,19 @@ def make(conversion: Conversion) -> Page:
     model = read(conversion.files[output], str(output))
     store = Store()
     robot = conversion.robot.with_flipped(conversion.names.flipped)  # one slider moves both
-    project = settings.project or settings.output.parent
-    data = {
-        "name": model.name,
-        "mbs": mbs_side(model, store, lookup(conversion.files, project)),
+    fetch = lookup(conversion.files, settings.project or settings.output.parent)
+    filenames = {stem: filename for filename, stem in conversion.meshes.items()}
+    stand_ins: set[str] = set()
+
+    def stand_in(url: str) -> Path | None:
+        filename = filenames.get(PurePosixPath(url).stem)
+        if filename is None or fetch(url) is not None:
+            return None
+        stand_ins.add(url)
+        return conversion.packages.resolve(filename)
+
+    data = _data(model, store, mbs_side(model, store, fetch, stand_in))
+    data |= {
         "urdf": urdf_side(robot, store, conversion.packages.resolve),
         "frames": [
             (link, {"body": at.body, "joint": at.joint, "pose": (*at.pose.rot, *at.pose.xyz)})
@@ -73,37 +84,93 @@ def make(conversion: Conversion) -> Page:
         ],
         "coordinates": list(conversion.names.coordinates.items()),
         "joints": list(conversion.names.joints.items()),
+        "marks": around.marks(conversion.simulation, model),
+    }
+    if model.view:
+        data |= {"size": 18 * model.view.frame, "frame": model.view.frame}
+    return _fill(
+        store, data, f"{settings.source.name} → {settings.output.name}",
+        {
+            "name": escape(conversion.robot.name),
+            "title": f"{escape(conversion.robot.name)}: URDF and .mbs",
+            "tree": "Links",
+            "diagram": _diagram(model),
+            "verdict": _verdict(conversion),
+            "facts": _facts(conversion),
+            "notes": _notes(store, stand_ins),
+            "joints": _joints(model, _urdf_joints(conversion, model)),
+            "bodies": _bodies(model, _links_of(conversion)),
+            "around": around.tables(conversion.simulation, model),
+            "names": _names(conversion),
+            "left_out": _left_out(conversion),
+            "proof": _proof(conversion),
+            "messages": _messages(conversion),
+        },
+    )  # fmt: skip
+
+
+def make_of_model(model: Mbs, file: Path) -> Page:
+    """The page of an .mbs alone, without a URDF; ``file`` is where it lies.
+
+    ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
+    """
+    folder = file.absolute().parent
+    project = folder.parent if folder.name == "dataR" else folder
+    store = Store()
+    none = Simulation()
+    drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))
+    data = _data(model, store, drawn) | {"marks": around.marks(none, model)}
+    return _fill(
+        store, data, file.name,
+        {
+            "name": escape(model.name),
+            "title": escape(model.name),
+            "tree": "Bodies",
+            "diagram": _diagram(model),
+            "facts": _facts_of_model(model),
+            "notes": _notes(store, set()),
+            "joints": _joints(model),
+            "bodies": _bodies(model),
+            "around": around.tables(none, model),
+        },
+    )  # fmt: skip
+
+
+def _data(model: Mbs, store: Store, mbs: dict[str, Any]) -> dict[str, Any]:
+    """What the page draws, with a URDF side that is empty."""
+    size = extent(model)
+    return {
+        "name": model.name,
+        "mbs": mbs,
+        "urdf": {"root": None, "links": [], "joints": []},
+        "frames": [],
+        "coordinates": [],
+        "joints": [],
         "meshes": store.meshes,
         "textures": store.textures,
-        "marks": around.marks(conversion, model),
-        "size": 18 * model.view.frame if model.view else 1.0,
-        "frame": model.view.frame if model.view else 0.1,
+        "size": size,
+        "frame": size / 18,
     }
+
+
+def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, str]) -> Page:
+    """Fill the template; its parts for a conversion are left out where there is no verdict."""
+    viewer, licenses = _viewer()
     arrays = store.packed()
-    textures = sum(len(url) for url in store.textures)
-    fields = {
-        "name": escape(conversion.robot.name),
+    meshes = len(arrays) + sum(len(url) for url in store.textures)
+    fields |= {
         "css": _own("page.css"),
         "js": _own("page.js"),
         "viewer": _script(viewer),
         "data": _island(data),
         "arrays": arrays,
-        "diagram": _diagram(model),
-        "verdict": _verdict(conversion),
-        "facts": _facts(conversion),
-        "notes": _notes(store.missing),
-        "joints": _joints(conversion, model),
-        "bodies": _bodies(conversion, model),
-        "around": around.tables(conversion, model),
-        "names": _names(conversion),
-        "left_out": _left_out(conversion),
-        "proof": _proof(conversion),
-        "messages": _messages(conversion),
-        "footer": _footer(conversion, licenses, len(viewer), len(arrays) + textures),
+        "footer": _footer(made_from, licenses, len(viewer), meshes),
     }
-    text = re.sub(r"\{\{(\w+)\}\}", lambda found: fields[found[1]], _own("page.html"))
+    kept = r"\1" if "verdict" in fields else ""
+    template = re.sub(r"\{\{#urdf\}\}(.*?)\{\{/urdf\}\}", kept, _own("page.html"), flags=re.DOTALL)
+    text = re.sub(r"\{\{(\w+)\}\}", lambda field: fields[field[1]], template)
     page = seal(Path("page.html"), text.encode())
-    sizes = {"viewer": len(viewer), "meshes": len(arrays) + textures, "all": len(page)}
+    sizes = {"viewer": len(viewer), "meshes": meshes, "all": len(page)}
     return Page(page, sizes, list(store.missing))
 
 
@@ -160,97 +227,121 @@ def _facts(conversion: Conversion) -> str:
     return " · ".join(facts)
 
 
-def _notes(missing: dict[str, str]) -> str:
-    if not missing:
-        return ""
-    reasons: dict[str, list[str]] = {}
-    for name, why in missing.items():
-        reasons.setdefault(why, []).append(name)
-    lines = [
-        f"<li>{escape(why)}: {len(names)}, "
-        f"{escape(', '.join(names[:4]))}{', ...' if len(names) > 4 else ''}</li>"
-        for why, names in reasons.items()
+def _facts_of_model(model: Mbs) -> str:
+    natures = Counter(joint.nature for body in model.bodies for joint in body.joints)
+    facts = [
+        counted(len(model.bodies), "body"),
+        f"{counted(natures.total(), 'joint')}"
+        f" ({', '.join(f'{n} {nature}' for nature, n in natures.items())})" * bool(natures),
+        f"{sum(body.mass or 0.0 for body in model.bodies):.6g} kg",
+        *(counted(len(cuts), "cut") for cuts in [model.cuts] if cuts),
+        *(counted(len(links), "link") for links in [model.links] if links),
     ]
-    return (
-        f'<div class="note warn">{len(missing)} meshes cannot be drawn; a small frame shows the '
-        f"place of each:<ul>{''.join(lines)}</ul></div>"
-    )
+    return " · ".join(facts)
+
+
+def _notes(store: Store, stand_ins: set[str]) -> str:
+    """What the pictures of the meshes leave out."""
+    notes = []
+    if stand_ins:
+        notes.append(
+            f"<p>{counted(len(stand_ins), 'mesh')} of the .mbs: no .wrl file is there yet "
+            "('output: {project: DIR}' makes them). The URDF's own meshes are drawn instead.</p>"
+        )
+    for reason_of, words in (
+        (store.missing, "cannot be drawn; a small frame shows its place"),
+        (store.in_part, "drawn in part"),
+    ):
+        reasons: dict[str, list[str]] = {}
+        for name, why in reason_of.items():
+            reasons.setdefault(why, []).append(name)
+        lines = [
+            f"<li>{escape(why)}: {len(names)}, "
+            f"{escape(', '.join(names[:4]))}{', ...' if len(names) > 4 else ''}</li>"
+            for why, names in reasons.items()
+        ]
+        if lines:
+            count = counted(len(reason_of), "mesh")
+            notes.append(f"<p>{count} {words}:</p><ul>{''.join(lines)}</ul>")
+    return f'<div class="note warn">{"".join(notes)}</div>' if notes else ""
 
 
 # --- tables ------------------------------------------------------------------------------------
 
 
-def _joints(conversion: Conversion, model: Mbs) -> str:
-    origin = {
-        name: urdf for urdf, names in conversion.names.joints.items() for name in names
-    }  # .mbs joint: URDF joint
-    alone = {
-        names[0]: urdf for urdf, names in conversion.names.coordinates.items() if len(names) == 1
-    }
+def _joints(model: Mbs, urdf: dict[str, list[str]] | None = None) -> str:
+    """The joints; ``urdf`` has the cells of each that come from the URDF."""
     numbers = model.numbers()
-    robot = conversion.robot.with_flipped(conversion.names.flipped)
-    rows = []
-    for body in model.bodies:
-        for joint in body.joints:
-            urdf = robot.joints.get(alone.get(joint.name, ""))
-            limit = urdf.limit if urdf else None
-            ranged = limit is not None and urdf is not None and urdf.type != "continuous"
-            mimic = urdf.mimic if urdf else None
-            rows.append(
-                (
-                    f' class="{joint.nature}" data-joint="{escape(joint.name)}"',
-                    [
-                        f"q{numbers[joint.name]}",
-                        escape(joint.name),
-                        joint.type,
-                        joint.nature,
-                        number(joint.q),
-                        escape(body.name),
-                        escape(origin.get(joint.name, "")),
-                        vector((limit.lower, limit.upper)) if limit and ranged else "",
-                        number(limit.velocity) if limit else "",
-                        number(limit.effort) if limit else "",
-                        ""
-                        if mimic is None
-                        else escape(f"{mimic.multiplier:g} · {mimic.joint} + {mimic.offset:g}"),
-                    ],
-                )
-            )
-    head = (
-        "number", "joint", "type", "nature", "initial q [rad, m]", "body", "URDF joint",
-        "limits [rad, m]", "velocity", "effort", "follows",
-    )  # fmt: skip
+    rows = [
+        (
+            f' class="{escape(joint.nature)}" data-joint="{escape(joint.name)}"',
+            [
+                f"q{numbers[joint.name]}", escape(joint.name), joint.type, escape(joint.nature),
+                number(joint.q), escape(body.name), *(urdf[joint.name] if urdf else []),
+            ],
+        )
+        for body in model.bodies
+        for joint in body.joints
+    ]  # fmt: skip
+    head = ["number", "joint", "type", "nature", "initial q [rad, m]", "body"]
+    if urdf is not None:
+        head += ["URDF joint", "limits [rad, m]", "velocity", "effort", "follows"]
     return table(head, rows, right=(0, 4, 7, 8, 9))
 
 
-def _bodies(conversion: Conversion, model: Mbs) -> str:
+def _urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[str]]:
+    """What the URDF says of each .mbs joint: its joint, limits, velocity, effort, leader."""
+    origin = {name: urdf for urdf, names in conversion.names.joints.items() for name in names}
+    alone = {
+        names[0]: urdf for urdf, names in conversion.names.coordinates.items() if len(names) == 1
+    }
+    robot = conversion.robot.with_flipped(conversion.names.flipped)
+    cells = {}
+    for name in model.numbers():
+        urdf = robot.joints.get(alone.get(name, ""))
+        limit = urdf.limit if urdf else None
+        mimic = urdf.mimic if urdf else None
+        ranged = limit is not None and urdf is not None and urdf.type != "continuous"
+        cells[name] = [
+            escape(origin.get(name, "")),
+            vector((limit.lower, limit.upper)) if limit and ranged else "",
+            number(limit.velocity) if limit else "",
+            number(limit.effort) if limit else "",
+            escape(f"{mimic.multiplier:g} · {mimic.joint} + {mimic.offset:g}") if mimic else "",
+        ]
+    return cells
+
+
+def _links_of(conversion: Conversion) -> dict[str, list[str]]:
+    """The URDF links of each body."""
     links: dict[str, list[str]] = {}
     for link, at in conversion.frames.items():
         if at.body is not None and at.joint is None:
             links.setdefault(at.body, []).append(link)
-    total = sum(body.mass or 0.0 for body in model.bodies)
+    return links
+
+
+def _bodies(model: Mbs, links: dict[str, list[str]] | None = None) -> str:
     rows = [
         (
             f' data-body="{escape(body.name)}"',
             [
-                escape(body.name),
-                escape(body.parent or "base"),
-                escape(body.point or "origin"),
-                number(body.mass),
-                vector(body.com),
-                vector(body.inertia),
-                str(len(body.joints)),
+                escape(body.name), escape(body.parent or "base"), escape(body.point or "origin"),
+                number(body.mass), vector(body.com), vector(body.inertia), str(len(body.joints)),
                 str(len(body.shapes)),
-                escape(", ".join(links.get(body.name, ()))),
+                *([] if links is None else [escape(", ".join(links.get(body.name, ())))]),
             ],
         )
         for body in model.bodies
-    ]
-    head = (
+    ]  # fmt: skip
+    head = [
         "body", "parent", "at point", "mass [kg]", "centre of mass [m]",
-        "inertia xx, xy, xz, yy, yz, zz [kg m²]", "joints", "shapes", "URDF links",
-    )  # fmt: skip
-    foot = ["total", "", "", number(total), *[""] * 5]
+        "inertia xx, xy, xz, yy, yz, zz [kg m²]", "joints", "shapes",
+    ]  # fmt: skip
+    if links is not None:
+        head.append("URDF links")
+    total = sum(body.mass or 0.0 for body in model.bodies)
+    foot = ["total", "", "", number(total), *[""] * (len(head) - 4)]
     return table(head, rows, right=(3, 4, 5, 6, 7), foot=foot)
 
 
@@ -400,10 +491,9 @@ def _messages(conversion: Conversion) -> str:
     return table(("", "code", "what", "where"), rows)
 
 
-def _footer(conversion: Conversion, licenses: str, viewer: int, meshes: int) -> str:
-    settings = conversion.settings
+def _footer(made_from: str, licenses: str, viewer: int, meshes: int) -> str:
     return (
-        f"<p>{escape(settings.source.name)} → {escape(settings.output.name)}, by urdf2mbs. "
+        f"<p>{escape(made_from)}, by urdf2mbs. "
         f"In this page: three.js {viewer / 1e6:.2f} MB, meshes and textures {meshes / 1e6:.2f} MB. "
         "It loads nothing from elsewhere.</p>"
         "<details><summary>Licence of three.js, which draws the 3D model</summary>"

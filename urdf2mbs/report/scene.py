@@ -1,8 +1,7 @@
 """What the report's 3D view draws, as plain data: an .mbs file, a URDF, and their meshes.
 
-The two sides know nothing of each other.  The .mbs's shapes are what its .wrl files hold,
-read here by a VRML reader of its own; the URDF's are its own mesh files.  Where both give the
-same triangles, these are stored once.
+The two sides know nothing of each other.  The .mbs's shapes are what its .wrl files hold; the
+URDF's are its own mesh files.  Triangles that both sides have are stored once.
 """
 
 from __future__ import annotations
@@ -16,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.files import read, size
+from urdf2mbs.files import is_file, read, size
 from urdf2mbs.mbs import model as mbs
+from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.meshes import reader as meshes
 from urdf2mbs.meshes import vrml_reader
 from urdf2mbs.meshes.model import MeshError, Part, distinct
-from urdf2mbs.spatial import Vec
+from urdf2mbs.spatial import Vec, add, rotate
 from urdf2mbs.urdf import model as urdf
 
 if TYPE_CHECKING:
@@ -45,14 +45,21 @@ class Store:
         self.textures: list[str] = []
         self.missing: dict[str, str] = {}
         """Meshes that cannot be drawn, and why."""
+        self.in_part: dict[str, str] = {}
+        """The .wrl files that are drawn in part, and what is left out."""
         self._arrays: dict[bytes, int] = {}
         self._index: list[tuple[int, int, int]] = []
         self._known: dict[tuple[str, str], int | None] = {}
         self._offset = 0
         self._left = MOST
 
-    def wrl(self, url: str, fetch: Fetch) -> int | None:
-        """The number of the mesh that an .mbs's ``url`` shows, None where it cannot be drawn."""
+    def wrl(self, url: str, fetch: Fetch, path: Path | None = None) -> int | None:
+        """The number of the mesh that an .mbs's ``url`` shows, None where it cannot be drawn.
+
+        A file of another format than .wrl is read from its ``path``.
+        """
+        if path is not None and path.suffix.lower() in meshes.FORMATS:
+            return self.source(url, path)
         return self._once("wrl", url, lambda: self._read_wrl(url, fetch))
 
     def source(self, filename: str, path: Path | None) -> int | None:
@@ -69,7 +76,7 @@ class Store:
             except MeshError as error:
                 self.missing[name] = str(error)
             else:
-                self.meshes.append([self._part(part, fetch) for part in parts])
+                self.meshes.append([self._part(part, fetch) for part in _joined(parts)])
                 number = len(self.meshes) - 1
             self._known[kind, name] = number
         return self._known[kind, name]
@@ -78,8 +85,11 @@ class Store:
         data = fetch(url)
         if data is None:
             raise MeshError("the .wrl is not there ('output: {project: DIR}' makes it)")
-        folder = PurePosixPath(url).parent
-        return vrml_reader.read(data), lambda name: fetch(str(folder / name))
+        mesh = vrml_reader.read(data)
+        if mesh.problems:
+            self.in_part[url] = "; ".join(dict.fromkeys(mesh.problems))
+        folder = PurePosixPath(url.replace("\\", "/")).parent
+        return mesh.parts, lambda name: fetch(str(folder / name))
 
     def _read_source(self, path: Path | None) -> tuple[list[Part], Fetch]:
         if path is None:
@@ -107,8 +117,11 @@ class Store:
             "transparency": look.transparency,
         }
         texture = fetch(look.texture) if look.texture and part.uv is not None else None
-        if texture is not None and part.uv is not None:
-            out["texture"] = self._texture(texture)
+        kind = next(
+            (kind for start, kind in IMAGES.items() if (texture or b"").startswith(start)), ""
+        )
+        if texture is not None and kind and part.uv is not None:
+            out["texture"] = self._texture(texture, kind)
             out["uv"] = self._array(part.uv.astype(np.float32).reshape(-1, 2).view(np.uint32))
         if part.colors is not None:
             colors = np.asarray(part.colors)
@@ -140,8 +153,7 @@ class Store:
             self._offset += len(packed)
         return [self._arrays[packed], len(flat), int(differences)]
 
-    def _texture(self, data: bytes) -> int:
-        kind = next((kind for start, kind in IMAGES.items() if data.startswith(start)), "image/png")
+    def _texture(self, data: bytes, kind: str) -> int:
         url = f"data:{kind};base64,{base64.b64encode(data).decode()}"
         if url not in self.textures:
             self.textures.append(url)
@@ -152,8 +164,34 @@ class Store:
         return base64.b64encode(gzip.compress(b"".join(self._arrays), 9, mtime=0)).decode()
 
 
-def mbs_side(model: mbs.Mbs, store: Store, fetch: Fetch) -> dict[str, Any]:
-    """The .mbs's own joint list, points and shapes."""
+def _joined(parts: list[Part]) -> list[Part]:
+    """The parts, those that look the same as one: a browser draws few large ones faster."""
+    import numpy as np
+
+    alike: dict[Any, list[Part]] = {}
+    for number, part in enumerate(parts):
+        plain = part.uv is None and part.colors is None
+        alike.setdefault((part.material, part.smooth) if plain else number, []).append(part)
+    joined = []
+    for group in alike.values():
+        starts = np.cumsum([0, *(len(part.points) for part in group)])
+        triangles = [part.triangles + start for part, start in zip(group, starts, strict=False)]
+        points = np.concatenate([part.points for part in group])
+        whole = msgspec.structs.replace(
+            group[0], points=points, triangles=np.concatenate(triangles)
+        )
+        joined.append(whole if len(group) > 1 else group[0])
+    return joined
+
+
+def mbs_side(
+    model: mbs.Mbs,
+    store: Store,
+    fetch: Fetch,
+    find: Callable[[str], Path | None] = lambda url: None,
+) -> dict[str, Any]:
+    """The .mbs's own joint list, points and shapes; ``find`` gives the file of a url that is no
+    .wrl."""
 
     def shapes(given: list[mbs.Shape]) -> list[dict[str, Any]]:
         out = []
@@ -166,7 +204,7 @@ def mbs_side(model: mbs.Mbs, store: Store, fetch: Fetch) -> dict[str, Any]:
                 )
             }  # fmt: skip
             if shape.url is not None:
-                drawn["mesh"] = store.wrl(shape.url, fetch)
+                drawn["mesh"] = store.wrl(shape.url, fetch, find(shape.url))
             out.append(drawn)
         return out
 
@@ -258,16 +296,39 @@ def urdf_side(
     }
 
 
+def path_of(url: str, project: Path) -> Path:
+    """The file that a url names: ``PRJPATH`` is the project's folder; the folder around it is
+    tried, too, since some models name their project after ``PRJPATH``."""
+    plain = url.replace("\\", "/")
+    inside = Path(plain.replace("PRJPATH", str(project), 1))
+    around = Path(plain.replace("PRJPATH", str(project.absolute().parent), 1))
+    return around if not is_file(inside) and is_file(around) else inside
+
+
 def lookup(files: Mapping[Path, bytes], project: Path) -> Fetch:
     """Fetches what ``PRJPATH`` urls name: what is about to be written, else what lies there."""
 
     def fetch(url: str) -> bytes | None:
-        path = Path(url.replace("PRJPATH", str(project), 1))
+        path = path_of(url, project)
         if path in files:
             return files[path]
         try:
             return read(path)
-        except OSError:
+        except (OSError, ValueError):
             return None
 
     return fetch
+
+
+def extent(model: mbs.Mbs) -> float:
+    """The longest side of the box around all frames, points and shapes (m); 1 where there is
+    no extent."""
+    poses = place(model).bodies
+    places = [point.coordinates for point in model.base.points]
+    for body in model.bodies:
+        pose = poses[body.name]
+        inside = [(0.0, 0.0, 0.0), *(point.coordinates for point in body.points)]
+        inside += [shape.position for shape in body.shapes]
+        places += [add(pose.xyz, rotate(pose.rot, xyz)) for xyz in inside]
+    sides = [max(column) - min(column) for column in zip(*places, strict=True)]
+    return max(sides, default=0.0) or 1.0
