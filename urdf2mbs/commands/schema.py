@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import ast
-import inspect
-import textwrap
 import typing
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from urdf2mbs.commands.printing import print_json, warn_of
-from urdf2mbs.commands.settings import add_no_plugins, add_plugin
-from urdf2mbs.engine.config import Config
+from urdf2mbs.commands.settings import add_fields, add_no_plugins
+from urdf2mbs.engine.config import Config, field_docs
 from urdf2mbs.engine.plugins import GROUP, Plugins
 
 EXAMPLES = ("urdf2mbs schema > config.schema.json",)
@@ -23,7 +19,7 @@ EXAMPLES = ("urdf2mbs schema > config.schema.json",)
 
 def add_options(command: argparse.ArgumentParser) -> None:
     add_no_plugins(command)
-    add_plugin(command)
+    add_fields(command, "plugins")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -106,26 +102,6 @@ def _inner(kind: type) -> list[type]:
             found.append(one)
             todo += typing.get_type_hints(one).values()
     return found
-
-
-def field_docs(kind: type) -> dict[str, str]:
-    """The docstrings that stand below the fields of a class, by field."""
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
-    except (OSError, TypeError, SyntaxError):
-        return {}
-    docs: dict[str, str] = {}
-    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
-    for field, after in pairwise(body):
-        if (
-            isinstance(field, ast.AnnAssign)
-            and isinstance(field.target, ast.Name)
-            and isinstance(after, ast.Expr)
-            and isinstance(after.value, ast.Constant)
-            and isinstance(after.value.value, str)
-        ):
-            docs[field.target.id] = " ".join(after.value.value.split())
-    return docs
 
 
 def _accept_one_word(one: dict[str, Any]) -> None:

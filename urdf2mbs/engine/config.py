@@ -32,6 +32,12 @@ Number = Annotated[int, Meta(ge=-(10**15), le=10**15)] | Annotated[float, Meta(g
 Name = Annotated[str, Meta(min_length=1)]
 
 
+
+def _flag(words: str) -> Meta:
+    """The option of a command line that sets a field, with the form of its value."""
+    return Meta(extra={"flag": words})
+
+
 class Project(msgspec.Struct, forbid_unknown_fields=True):
     """A whole Robotran project folder instead of one file."""
 
@@ -73,25 +79,29 @@ class Preset(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Config(msgspec.Struct, forbid_unknown_fields=True):
-    """A config file's content. Paths are relative to the folder of the file."""
+    """A config file's content. Paths are relative to the folder of the file.
+
+    A field is a key of the file, a keyword of ``urdf2mbs.convert``, and an option of the command
+    line where it has a flag; the text below it is the help of all three.
+    """
 
     source: Name
     """the robot: a .urdf or .xacro file, or robot_descriptions:NAME"""
     output: Name | Project | None = None
     """the .mbs file (default: the source's name)"""
-    base: Literal["auto", "floating", "fixed"] = "auto"
+    base: Annotated[Literal["auto", "floating", "fixed"], _flag("--base")] = "auto"
     """whether the base floats; auto: it does unless it is tied to 'world'"""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
     """acceleration in base axes, m/s^2"""
-    packages: dict[Name, Name] = {}
+    packages: Annotated[dict[Name, Name], _flag("--package NAME=DIR")] = {}
     """ROS package name: its directory"""
-    xacro_args: dict[Name, str] = {}
+    xacro_args: Annotated[dict[Name, str], _flag("--arg NAME:=VALUE")] = {}
     """xacro argument: its value"""
-    plugins: list[Name] = []
+    plugins: Annotated[list[Name], _flag("--plugin FILE.py")] = []
     """Python files that bring passes"""
-    pipeline: str | list[str] = "faithful"
+    pipeline: Annotated[str | list[str], _flag("--pipeline PRESET")] = "faithful"
     """the name of a preset, or the passes in their order"""
-    after: dict[str, str | list[str]] = {}
+    after: Annotated[dict[str, str | list[str]], _flag("--after PASS=NEW")] = {}
     """pass: the passes to put right after it"""
     before: dict[str, str | list[str]] = {}
     """pass: the passes to put right before it"""
@@ -101,16 +111,41 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     """new name: the pass that it is, to run a pass twice"""
     swap: dict[str, str] = {}
     """pass: the plugin whose pass of the same name replaces it"""
-    passes: dict[str, dict[str, Any]] = {}
+    passes: Annotated[dict[str, dict[str, Any]], _flag("--set PASS.OPTION=VALUE")] = {}
     """pass: its options"""
-    diagnostics: dict[str, Level] = {}
-    """code of a warning, say: how much it weighs"""
-    strict: bool = False
+    diagnostics: Annotated[dict[str, Level], _flag("--level CODE=LEVEL")] = {}
+    """code of a warning, say: how much it weighs (error, warning, note or ignore)"""
+    strict: Annotated[bool, _flag("--strict")] = False
     """warnings are errors"""
-    trust_xacro: bool = False
+    trust_xacro: Annotated[bool, _flag("--trust-xacro")] = False
     """let the robot's xacro do whatever Python can, and read any file"""
     sweep: Sweep | None = None
     """make a family of robots, one for each combination"""
+
+
+def field_docs(kind: type) -> dict[str, str]:
+    """The docstrings that stand below the fields of a class, by field."""
+    import ast
+    import inspect
+    from itertools import pairwise
+    from textwrap import dedent
+
+    try:
+        tree = ast.parse(dedent(inspect.getsource(kind)))
+    except (OSError, TypeError, SyntaxError):
+        return {}
+    docs: dict[str, str] = {}
+    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
+    for field, after in pairwise(body):
+        if (
+            isinstance(field, ast.AnnAssign)
+            and isinstance(field.target, ast.Name)
+            and isinstance(after, ast.Expr)
+            and isinstance(after.value, ast.Constant)
+            and isinstance(after.value.value, str)
+        ):
+            docs[field.target.id] = " ".join(after.value.value.split())
+    return docs
 
 
 class Lines:
