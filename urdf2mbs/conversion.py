@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference, nearest
-from urdf2mbs.levels import Levels
+from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, rpy_turns
@@ -20,24 +20,18 @@ from urdf2mbs.urdf.packages import Packages
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """What the user asked for, with absolute paths."""
+    """What the user asked for: the config, and the paths in it from the root."""
 
     source: Path
     output: Path
-    base: str = "auto"
+    config: Config
     packages: dict[str, Path] = {}
-    xacro_args: dict[str, str] = {}
-    gravity: Vec = (0.0, 0.0, -9.81)
-    """Acceleration in base axes, m/s^2."""
     project: Path | None = None
     """The Robotran project folder that the output is part of, if one is asked for."""
-    levels: Levels = Levels()
     languages: tuple[str, ...] = ("python",)
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
     """That of the config, to which the paths in it are relative."""
-    trust_xacro: bool = False
-    """Whether expressions of xacro may do whatever Python can."""
 
 
 class Step(msgspec.Struct, gc=False):

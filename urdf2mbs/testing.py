@@ -71,7 +71,7 @@ def assert_same_robot(result: Result, expected: Result | None = None) -> None:
         frozen=result.frozen,
         weightless=sorted(result.conversion.weightless & result.frozen.keys()),
         driven=[one.follower.name for one in result.conversion.simulation.driven],
-        gravity=result.conversion.settings.gravity,
+        gravity=result.conversion.settings.config.gravity,
     )
     found = [difference.message for difference in comparison.differences + comparison.frames]
     found += [str(one) for one in result.conversion.changed if not one.declared]

@@ -12,12 +12,12 @@ from typing import Any
 import msgspec
 import pytest
 from msgspec.inspect import FloatType, IntType, StructType, type_info
+from urdf2mbs.kit.schema import schema
 
 from urdf2mbs.cli import main
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.kit.schema import schema
 from urdf2mbs.ranges import LARGEST_TOLERANCE, in_words
 from urdf2mbs.testing import TINY, convert_text
 

@@ -140,9 +140,12 @@ def find(conversion: Conversion) -> Findings:
     settings = conversion.settings
     packages = Packages(settings.packages, settings.source)
     data, expansion = expanded(
-        settings.source, packages, settings.xacro_args, trust_xacro=settings.trust_xacro
+        settings.source,
+        packages,
+        settings.config.xacro_args,
+        trust_xacro=settings.config.trust_xacro,
     )
-    robot, _ = read_text(settings.source, data, expansion, settings.xacro_args)
+    robot, _ = read_text(settings.source, data, expansion, settings.config.xacro_args)
     shapes = [
         shape
         for link in robot.links.values()
@@ -271,7 +274,7 @@ def _text(
         ("base", "auto" if own else base, _why(conversion)),
         ("pipeline", "compact", "the fewest joints; or faithful: every link's frame is a body's"),
     ]
-    if conversion.settings.trust_xacro:
+    if conversion.settings.config.trust_xacro:
         settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
     width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
     lines = [

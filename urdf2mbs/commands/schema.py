@@ -86,8 +86,10 @@ def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
 def _describe(kind: type, component: dict[str, Any]) -> None:
     """Put the docstrings of a class's fields into its schema."""
     properties = component.get("properties", {})
-    for name, text in field_docs(kind).items():
-        if name in properties:
+    docs = field_docs(kind)
+    for field in msgspec.structs.fields(kind):
+        name, text = field.encode_name, docs.get(field.name)
+        if name in properties and text is not None:
             properties[name].setdefault("description", text)
 
 

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
+import msgspec
+
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, field_docs, load, typed
 from urdf2mbs.files import is_folder
@@ -83,10 +85,8 @@ def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines
     values = typed(Config, {"source": config.source, **given}, Lines())
     for field in given:
         value = getattr(values, field)
-        if isinstance(value, dict):
-            value = {**getattr(config, field), **value}
-        setattr(config, field, value)
-    return config, lines
+        given[field] = {**getattr(config, field), **value} if isinstance(value, dict) else value
+    return msgspec.structs.replace(config, **given), lines
 
 
 def levels(arguments: argparse.Namespace) -> dict[str, Any]:

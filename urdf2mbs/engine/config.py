@@ -16,7 +16,6 @@ from msgspec import Meta
 
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.levels import Level
 from urdf2mbs.ranges import Acceleration, in_words
 
 #: The most bytes of a config that are read.
@@ -28,9 +27,11 @@ Key = tuple[str | int, ...]
 #: Of a range: whole, or with a point.
 Number = Annotated[int, Meta(ge=-(10**15), le=10**15)] | Annotated[float, Meta(ge=-1e15, le=1e15)]
 
+#: How much a message weighs.
+Level = Literal["error", "warning", "note", "ignore"]
+
 #: A name or a path. One that is empty would stand for the folder of the config.
 Name = Annotated[str, Meta(min_length=1)]
-
 
 
 def _flag(words: str) -> Meta:
@@ -51,9 +52,13 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """Numbers from one to another, both among them, in steps or so many."""
 
     first: Number = msgspec.field(name="from")
+    """the first number"""
     last: Number = msgspec.field(name="to")
+    """the last number, or a bound that the steps do not reach"""
     step: Number | None = None
+    """from one number to the next"""
     count: Annotated[int, Meta(ge=-(10**9), le=10**9)] | None = None
+    """how many numbers, instead of a step"""
 
 
 class Sweep(msgspec.Struct, forbid_unknown_fields=True):
@@ -78,12 +83,11 @@ class Preset(msgspec.Struct, forbid_unknown_fields=True):
     passes: dict[str, dict[str, Any]] = {}
 
 
-class Config(msgspec.Struct, forbid_unknown_fields=True):
-    """A config file's content. Paths are relative to the folder of the file.
+class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A config file's content. Paths are relative to the folder of the file."""
 
-    A field is a key of the file, a keyword of ``urdf2mbs.convert``, and an option of the command
-    line where it has a flag; the text below it is the help of all three.
-    """
+    # A field is a key of the file, a keyword of ``urdf2mbs.convert``, and an option of the command
+    # line where it has a flag.  The text below the field is the help of all three.
 
     source: Name
     """the robot: a .urdf or .xacro file, or robot_descriptions:NAME"""

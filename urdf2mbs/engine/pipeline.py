@@ -20,6 +20,7 @@ from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import changed, look
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
+from urdf2mbs.levels import judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.seal import seal, unsealed
 from urdf2mbs.urdf.changes import between, snapshot
@@ -100,15 +101,15 @@ class Pipeline:
                 f"({', '.join(brought)})",
                 hint=f"put one in, such as 'after: {{{self._place(brought[0])}: {brought[0]}}}'",
             )
-        levels = self.settings.levels
+        config = self.settings.config
         try:
             with seldom_collected():
                 self._before_run(conversion)
                 self._run(conversion, stop_after)
         except ConversionError as error:
-            error.said = levels.applied([*conversion.diagnostics, *error.said])
+            error.said = weigh([*conversion.diagnostics, *error.said], config)
             raise
-        levels.judge(conversion.diagnostics)
+        judge(conversion.diagnostics)
         output = self.settings.output
         data = conversion.files.get(output)
         if conversion.proof is None and data is not None and output.suffix == ".mbs":
@@ -133,7 +134,6 @@ class Pipeline:
             raise hook_failed("urdf2mbs_before_run", *plugin, "", conversion, error) from error
 
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
-        levels = self.settings.levels
         watched = len(self._hooks) > 1 or any(map(self.plugins.hooked, _AROUND))
         ran: list[Registered] = []
         for configured in self.passes:
@@ -165,7 +165,7 @@ class Pipeline:
                 others = [(other.kind.name, other.kind) for other in ran]
                 check_stale(type(pass_), seen, others, partial(_stale, found))
             ran.append(found)
-            conversion.diagnostics = levels.applied(conversion.diagnostics)
+            conversion.diagnostics = weigh(conversion.diagnostics, self.settings.config)
             if watched:
                 self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
             if pass_.name == stop_after:
