@@ -220,7 +220,7 @@ class Conversion:
         """What ``check`` found."""
         self.proven: bytes | None = None
         """The very bytes that ``check`` read."""
-        self.report: dict[str, Any] = {}
+        self.facts: dict[str, Any] = {}
         """What passes add to the report, each under its own name."""
         self.progress: Callable[[str], None] = lambda text: None
         """Called by passes that take long, with what they are at."""

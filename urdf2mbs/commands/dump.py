@@ -81,7 +81,7 @@ def state(conversion: Conversion) -> dict[str, Any]:
         },
         "changed": _plain(conversion.changed),
         "proof": _plain(conversion.proof),
-        "report": _plain(conversion.report),
+        "report": _plain(conversion.facts),
         "diagnostics": [_plain(one) for one in conversion.diagnostics],
     }
     everything["robot"] = {k: v for k, v in everything["robot"].items() if v is not None}

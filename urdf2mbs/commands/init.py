@@ -137,15 +137,10 @@ def init(
 
 def find(conversion: Conversion) -> Findings:
     """What there is to know of the robot of a conversion that has run ``insert-base``."""
-    settings = conversion.settings
-    packages = Packages(settings.packages, settings.source)
-    data, expansion = expanded(
-        settings.source,
-        packages,
-        settings.config.xacro_args,
-        trust_xacro=settings.config.trust_xacro,
-    )
-    robot, _ = read_text(settings.source, data, expansion, settings.config.xacro_args)
+    source, config = conversion.settings.source, conversion.settings.config
+    packages = Packages(conversion.settings.packages, source)
+    data, expansion = expanded(source, packages, config.xacro_args, trust_xacro=config.trust_xacro)
+    robot, _ = read_text(source, data, expansion, config.xacro_args)
     shapes = [
         shape
         for link in robot.links.values()

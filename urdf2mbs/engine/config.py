@@ -128,7 +128,7 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def field_docs(kind: type) -> dict[str, str]:
-    """The docstrings that stand below the fields of a class, by field."""
+    """The docstrings that stand below the fields of a class and its bases, by field."""
     import ast
     import inspect
     from itertools import pairwise
@@ -138,7 +138,7 @@ def field_docs(kind: type) -> dict[str, str]:
         tree = ast.parse(dedent(inspect.getsource(kind)))
     except (OSError, TypeError, SyntaxError):
         return {}
-    docs: dict[str, str] = {}
+    docs = {name: text for base in kind.__bases__ for name, text in field_docs(base).items()}
     body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
     for field, after in pairwise(body):
         if (

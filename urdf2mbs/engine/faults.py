@@ -147,9 +147,9 @@ def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
                 "it maps a pathlib.Path to bytes: conversion.files[path] = text.encode()",
             )
     try:
-        msgspec.json.encode(conversion.report)
+        msgspec.json.encode(conversion.facts)
     except Exception as error:
-        return f"conversion.report cannot be JSON: {error}", "give it plain data"
+        return f"conversion.facts cannot be JSON: {error}", "give it plain data"
     return None
 
 

@@ -104,7 +104,7 @@ class Pipeline:
         config = self.settings.config
         try:
             with seldom_collected():
-                self._before_run(conversion)
+                self._call("urdf2mbs_before_run", conversion, settings=self.settings)
                 self._run(conversion, stop_after)
         except ConversionError as error:
             error.said = weigh([*conversion.diagnostics, *error.said], config)
@@ -121,18 +121,6 @@ class Pipeline:
         for hooks in self._hooks:
             hooks.urdf2mbs_progress(text=text)
 
-    def _before_run(self, conversion: Conversion) -> None:
-        try:
-            for hooks in self._hooks:
-                hooks.urdf2mbs_before_run(settings=self.settings)
-        except ConversionError:
-            raise
-        except FAILURES as error:
-            plugin = self.plugins.blame(error.__traceback__)
-            if plugin is None:
-                raise
-            raise hook_failed("urdf2mbs_before_run", *plugin, "", conversion, error) from error
-
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
         watched = len(self._hooks) > 1 or any(map(self.plugins.hooked, _AROUND))
         ran: list[Registered] = []
@@ -140,7 +128,7 @@ class Pipeline:
             found = configured.registered
             pass_ = configured.pass_
             if watched:
-                self._call("urdf2mbs_before_pass", pass_, conversion)
+                self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
             known = bool(conversion.robot.links)
             before = snapshot(conversion.robot) if known and _may_change(configured) else None
             ours = ours_alone(conversion) if found.plugin != GROUP else ""
@@ -167,7 +155,7 @@ class Pipeline:
             ran.append(found)
             conversion.diagnostics = weigh(conversion.diagnostics, self.settings.config)
             if watched:
-                self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
+                self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
             if pass_.name == stop_after:
                 break
 
@@ -202,17 +190,20 @@ class Pipeline:
         writers = [pass_.name for pass_ in passes if reads & set(pass_.writes)]
         return (writers or [passes[0].name])[-1]
 
-    def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
-        """Call a hook of all plugins, and of those who watch."""
-        strangers = self.plugins.hooked(hook)
+    def _call(self, hook: str, conversion: Conversion, **more: Any) -> None:
+        """Call a hook of all plugins, and of those who watch; ``more`` it is called with, too."""
+        pass_: Pass | None = more.get("pass_")
+        if pass_ is not None:
+            more["conversion"] = conversion
+        name = pass_.name if pass_ is not None else ""
+        strangers = self.plugins.hooked(hook) if pass_ is not None else []
         before = snapshot(conversion.robot) if strangers else None
         ours = ours_alone(conversion) if strangers else ""
         try:
             for hooks in self._hooks:
-                getattr(hooks, hook)(pass_=pass_, conversion=conversion, **more)
+                getattr(hooks, hook)(**more)
             if before is not None:
-                when = "before" if "before" in hook else "after"
-                who = f"the hook {when} '{pass_.name}'"
+                who = f"the hook {'before' if 'before' in hook else 'after'} '{name}'"
                 names = "' or '".join(strangers)
                 check_ours(conversion, ours, who, names, "")
                 _note_change(conversion, before, who, names, declared=False)
@@ -222,7 +213,7 @@ class Pipeline:
             plugin = self.plugins.blame(error.__traceback__)
             if plugin is None:
                 raise
-            raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
+            raise hook_failed(hook, *plugin, name, conversion, error) from error
 
 
 def _stale(found: Registered, message: str, hint: str) -> ConversionError:

@@ -79,7 +79,7 @@ class AlignFrames(Pass):
         for node in reversed(nodes[1:]):
             _count(node, nodes[node.parent], search)
         old = _choose(conversion, nodes, search)
-        conversion.report["align-frames"] = {
+        conversion.facts["align-frames"] = {
             "driven": sum(
                 len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves
             ),

@@ -101,7 +101,7 @@ class Contacts(Pass):
         if self.stand:
             _stand(conversion, self.ground - min(lowest))
         _add_law(conversion, self)
-        conversion.report["contacts"] = [
+        conversion.facts["contacts"] = [
             {"link": contact.link, "point": contact.point} for contact in simulation.contacts
         ]
 

@@ -60,7 +60,7 @@ def _write(conversion: Conversion, options: Equations, data: bytes) -> None:
         "counts": {name: count.operations for name, count in made.counts.items()},
         "not_generated": made.left_out,
     }
-    conversion.report["equations"] = report
+    conversion.facts["equations"] = report
 
 
 def _folder(conversion: Conversion) -> Path:

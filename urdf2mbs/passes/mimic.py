@@ -88,15 +88,15 @@ class Mimic(Pass):
                 conversion.mbs.user_constraints.append(
                     UserConstraint(f"{name}_mimic", (own[0].name, others[0].name))
                 )
-        conversion.report["mimic"] = [
+        conversion.facts["mimic"] = [
             {
                 "follower": coupling.follower, "leader": coupling.leader,
                 "multiplier": coupling.multiplier, "offset": coupling.offset,
             }
             for coupling in (*simulation.couplings, *simulation.driven)
         ]  # fmt: skip
-        if not conversion.report["mimic"]:
-            del conversion.report["mimic"]
+        if not conversion.facts["mimic"]:
+            del conversion.facts["mimic"]
 
 
 def resolve(robot: Robot, name: str, natures: dict[str, Nature]) -> tuple[str, float, float]:
