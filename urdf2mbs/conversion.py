@@ -124,7 +124,7 @@ class RobotChange(msgspec.Struct):
     plugin: str
     """Whose it is."""
     declared: bool
-    """Whether the pass says so, by ``changes=("robot",)``."""
+    """Whether the pass says so, by ``writes = ("robot",)``."""
     changes: list[Change]
 
     def __str__(self) -> str:

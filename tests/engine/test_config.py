@@ -51,10 +51,10 @@ passes: {check: {tolerance: 1e-6}}
         ("", r"config-type\]: a config is a list of 'key: value' lines"),
         ("- a", r"robot.yaml:1: error\[config-type\]"),
         ("a", r"robot.yaml:1: error\[config-type\]"),
-        ("output: x", r"config-key-missing\]: the config has no 'source'\n  add 'source: ROBOT"),
+        ("output: x", r"config-key-missing\]: 'source' must be given\n  add 'source: "),
         (
             "base: fixed\nsorce: x",
-            r"robot.yaml:2: .*unknown key 'sorce', and there is no 'source'\n  did you mean",
+            r"robot.yaml:2: .*unknown key 'sorce'\n  did you mean",
         ),
         (
             "source: x\ndiagnostics:\n  base: eror",

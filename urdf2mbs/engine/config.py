@@ -203,20 +203,6 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
         raise lines.error(
             "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
         )
-    if "source" not in data:
-        for key in data:
-            if key not in Config.__struct_fields__ and nearest(str(key), ["source"]):
-                raise lines.error(
-                    "unknown-key",
-                    f"unknown key '{key}', and there is no 'source'",
-                    (key,),
-                    "did you mean 'source'?",
-                )
-        raise lines.error(
-            "config-key-missing",
-            "the config has no 'source'",
-            hint="add 'source: ROBOT.urdf'",
-        )
     return typed(Config, data, lines), lines
 
 

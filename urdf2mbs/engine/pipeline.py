@@ -225,10 +225,7 @@ def _stale(found: Registered, message: str, hint: str) -> ConversionError:
 
 @contextmanager
 def seldom_collected() -> Iterator[None]:
-    """The collector seldom looks for cycles: a robot and its equations have hardly any.
-
-    A quarter of the time of a conversion.
-    """
+    """The collector seldom looks for cycles: a robot has hardly any.  A quarter of the time."""
     before = gc.get_threshold()
     gc.set_threshold(500_000, 20, 100)
     try:

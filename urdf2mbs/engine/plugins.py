@@ -54,7 +54,10 @@ def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
 
 def _may_name_plugins(folder: str) -> bool:
     """Whether a package in a folder of ``sys.path`` has entry points of our group, as far as can
-    be seen without ``importlib.metadata``, whose import takes as long as converting a robot."""
+    be seen without ``importlib.metadata``.
+
+    Gain: a quarter of a process that converts a small robot, with 120 packages installed.
+    """
     try:
         names = os.listdir(folder)  # noqa: PTH208
     except NotADirectoryError:
@@ -96,7 +99,8 @@ class Registered(msgspec.Struct, frozen=True):
 
 
 def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
-    """The plugins at hand.  Without files of a config they are the same for the whole process."""
+    """The plugins at hand.  Without files of a config they are the same for the whole process:
+    a quarter of the time of a small robot among many."""
     if files:
         return Plugins(files, installed=installed)
     return _without_files(tuple(sys.path) if installed else None)
