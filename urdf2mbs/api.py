@@ -12,7 +12,7 @@ import msgspec
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion, LinkFrame, Names
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.config import Config, Lines, from_values, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
@@ -105,30 +105,8 @@ def convert(
         fields["output"] = {"project": project}
         if language is not None:
             fields["output"]["language"] = language
-    config, lines = plain(source, fields)
-    return Result(Pipeline(config, lines).run())
-
-
-def plain(
-    source: Config | str | os.PathLike[str], fields: Mapping[str, Any]
-) -> tuple[Config, Lines]:
-    """The config that a call from Python stands for; raises ConfigError."""
-    given = msgspec.structs.asdict(source) if isinstance(source, Config) else {"source": source}
-    # a path is a word, any sequence a list; an option of a caller is copied by this
-    given = msgspec.to_builtins({**given, **fields}, enc_hook=_word_or_list, str_keys=True)
-    lines = Lines()
-    return typed(Config, given, lines), lines
-
-
-def _word_or_list(value: Any) -> Any:
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    if isinstance(value, Mapping):
-        return dict(value)
-    try:
-        return list(value)
-    except TypeError:
-        raise ConfigError("config-type", f"a config holds no such thing: {value!r}") from None
+    given = source if isinstance(source, Config) else {"source": source}
+    return Result(Pipeline(*from_values(given, **fields)).run())
 
 
 class Verdict(msgspec.Struct):

@@ -6,8 +6,10 @@ Errors name the file, the line and the key, and offer the nearest known one.
 # Without "from __future__ import annotations": msgspec would evaluate each text of a type, which
 # takes as long as a tenth of the passes.
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -204,6 +206,28 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
             "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
         )
     return typed(Config, data, lines), lines
+
+
+def from_values(values: Config | Mapping[str, Any], **more: Any) -> tuple[Config, Lines]:
+    """The config of a call from Python: a path is a word, any sequence a list.
+
+    Paths are relative to the working folder.  Raises ConfigError.
+    """
+    given = msgspec.structs.asdict(values) if isinstance(values, Config) else values
+    lines = Lines()
+    plain = msgspec.to_builtins({**given, **more}, enc_hook=_word_or_list, str_keys=True)
+    return typed(Config, plain, lines), lines
+
+
+def _word_or_list(value: Any) -> Any:
+    if isinstance(value, PathLike):
+        return fspath(value)
+    if isinstance(value, Mapping):
+        return dict(value)
+    try:
+        return list(value)
+    except TypeError:
+        raise ConfigError("config-type", f"a config holds no such thing: {value!r}") from None
 
 
 def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
