@@ -25,9 +25,10 @@ def convert_many(
     """Convert and write many robots; gives each result as it comes.
 
     ``configs`` are config files, or each a ``Config`` or a mapping of its fields, whose paths are
-    relative to the working folder; a config with a ``sweep`` makes many robots.  ``workers`` is the number of
-    processes (default: one for each core); ``cluster`` is the address of a Dask scheduler, whose
-    workers must see the same files.  ``force`` replaces files that were edited, too.
+    relative to the working folder; a config with a ``sweep`` makes many robots.  ``workers`` is the
+    number of processes (default: one for each core); ``cluster`` is the address of a Dask
+    scheduler, whose workers must see the same files.  ``force`` replaces files that were edited,
+    too.
 
     A robot that fails is a result, too.  What is wrong with the configs themselves raises
     ConfigError before anything is converted.
