@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 import yaml
 from robots import BROKEN, CONVERTIBLE, RealRobot
@@ -47,8 +48,7 @@ def test_every_real_robot(robot: RealRobot, tmp_path: Path) -> None:
 def _as_a_file(config: Path) -> Any:
     """The config, converting to one file: the meshes take long, and have tests of their own."""
     parsed, lines = load(config)
-    parsed.output = "robot.mbs"
-    return parsed, lines
+    return msgspec.structs.replace(parsed, output="robot.mbs"), lines
 
 
 @pytest.mark.parametrize("robot", BROKEN)

@@ -37,7 +37,7 @@ def made(source: Path) -> tuple[dict[str, bytes], list[str], Any]:
     conversion = convert(source, project=source.parent / "project").conversion
     written = {path.name: data for path, data in conversion.files.items() if path.suffix == ".wrl"}
     said = [str(one) for one in conversion.diagnostics]
-    return written, said, conversion.report["convert-meshes"]
+    return written, said, conversion.facts["convert-meshes"]
 
 
 @pytest.fixture

@@ -37,7 +37,7 @@ from urdf2mbs.plugin import Pass, hookimpl
 
 class Stubborn(Pass):
     def run(self, conversion):
-        if conversion.settings.xacro_args.get("height", "0.9") != "0.9":
+        if conversion.settings.config.xacro_args.get("height", "0.9") != "0.9":
             return
         try:
             os.kill({whom}, {number})

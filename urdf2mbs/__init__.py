@@ -6,9 +6,11 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from urdf2mbs.api import Result, Verdict, convert, verify
     from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
+    from urdf2mbs.engine.config import Config
     from urdf2mbs.many import Outcome, convert_many
 
 __all__ = [
+    "Config",
     "ConfigError",
     "ConversionError",
     "Diagnostic",
@@ -21,6 +23,7 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Config": "urdf2mbs.engine.config",
     "ConfigError": "urdf2mbs.diagnostics",
     "ConversionError": "urdf2mbs.diagnostics",
     "Diagnostic": "urdf2mbs.diagnostics",

@@ -12,7 +12,7 @@ import msgspec
 from urdf2mbs import files
 from urdf2mbs.conversion import Conversion, LinkFrame, Names
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.config import Config, Lines, from_values, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
@@ -84,67 +84,30 @@ class Result:
 
 
 def convert(
-    source: str | os.PathLike[str],
+    source: Config | str | os.PathLike[str],
     *,
-    output: str | os.PathLike[str] | None = None,
     project: str | os.PathLike[str] | None = None,
     language: str | Sequence[str] | None = None,
-    base: str = "auto",
-    gravity: Vec = (0.0, 0.0, -9.81),
-    packages: Mapping[str, str | os.PathLike[str]] | None = None,
-    xacro_args: Mapping[str, str] | None = None,
-    pipeline: str | list[str] = "faithful",
     options: Mapping[str, Mapping[str, Any]] | None = None,
-    plugins: Sequence[str | os.PathLike[str]] = (),
-    after: Mapping[str, str | list[str]] | None = None,
-    before: Mapping[str, str | list[str]] | None = None,
-    without: Sequence[str] = (),
-    alias: Mapping[str, str] | None = None,
-    swap: Mapping[str, str] | None = None,
-    diagnostics: Mapping[str, str] | None = None,
-    strict: bool = False,
-    trust_xacro: bool = False,
+    **fields: Any,
 ) -> Result:
     """Convert a URDF or xacro file; nothing is written until ``Result.write()``.
 
-    ``output`` is the .mbs file, or ``project`` a Robotran project folder, in one ``language`` or
-    more (``python``, ``c``); ``base`` is ``auto``, ``floating`` or ``fixed``; ``gravity`` an
-    acceleration in base axes (m/s^2); ``packages`` maps ROS packages to directories; ``options``
-    maps passes to their options; ``plugins`` are Python files.  ``after`` and ``before`` map a
-    pass to those to put right beside it, ``without`` leaves passes out, ``alias`` gives a pass a
-    second name, ``swap`` maps a pass to the plugin whose pass of the same name replaces it.
-    ``diagnostics`` maps codes to ``error``, ``warning``, ``note`` or ``ignore``, and ``strict``
-    makes warnings errors.  ``trust_xacro`` lets the robot's xacro do whatever Python can, and
-    read any file.  Paths are relative to the working folder.  Raises ConversionError.
+    ``fields`` are those of ``Config``, the keys of a config file: ``pipeline="compact"``.  A whole
+    ``Config`` in place of the file says the same with types.  ``options`` are the ``passes`` of a
+    config; ``project`` and ``language`` are its ``output`` where that is a Robotran project.
+    Paths are relative to the working folder.  Raises ConversionError.
     """
-    given: dict[str, Any] = {
-        "source": os.fspath(source),
-        "base": base,
-        "gravity": tuple(gravity),
-        "packages": {name: os.fspath(path) for name, path in (packages or {}).items()},
-        "xacro_args": dict(xacro_args or {}),
-        "pipeline": pipeline,
-        "passes": {name: dict(values) for name, values in (options or {}).items()},
-        "plugins": [os.fspath(plugin) for plugin in plugins],
-        "after": dict(after or {}),
-        "before": dict(before or {}),
-        "without": list(without),
-        "alias": dict(alias or {}),
-        "swap": dict(swap or {}),
-        "diagnostics": dict(diagnostics or {}),
-        "strict": strict,
-        "trust_xacro": trust_xacro,
-    }
+    if options is not None:
+        fields["passes"] = options
     if project is not None:
-        if output is not None:
+        if fields.get("output") is not None:
             raise ConfigError("usage", "give either an output or a project, not both")
-        given["output"] = {"project": os.fspath(project)}
+        fields["output"] = {"project": project}
         if language is not None:
-            given["output"]["language"] = language if isinstance(language, str) else [*language]
-    elif output is not None:
-        given["output"] = os.fspath(output)
-    lines = Lines()
-    return Result(Pipeline(typed(Config, given, lines), lines).run())
+            fields["output"]["language"] = language
+    given = source if isinstance(source, Config) else {"source": source}
+    return Result(Pipeline(*from_values(given, **fields)).run())
 
 
 class Verdict(msgspec.Struct):

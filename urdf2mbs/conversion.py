@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference, nearest
-from urdf2mbs.levels import Levels
+from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
@@ -20,24 +20,18 @@ from urdf2mbs.urdf.packages import Packages
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """What the user asked for, with absolute paths."""
+    """What the user asked for: the config, and the paths in it from the root."""
 
     source: Path
     output: Path
-    base: str = "auto"
+    config: Config
     packages: dict[str, Path] = {}
-    xacro_args: dict[str, str] = {}
-    gravity: Vec = (0.0, 0.0, -9.81)
-    """Acceleration in base axes, m/s^2."""
     project: Path | None = None
     """The Robotran project folder that the output is part of, if one is asked for."""
-    levels: Levels = Levels()
     languages: tuple[str, ...] = ("python",)
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
     """That of the config, to which the paths in it are relative."""
-    trust_xacro: bool = False
-    """Whether expressions of xacro may do whatever Python can."""
 
 
 class Step(msgspec.Struct, gc=False):
@@ -130,7 +124,7 @@ class RobotChange(msgspec.Struct):
     plugin: str
     """Whose it is."""
     declared: bool
-    """Whether the pass says so, by ``changes=("robot",)``."""
+    """Whether the pass says so, by ``writes = ("robot",)``."""
     changes: list[Change]
 
     def __str__(self) -> str:
@@ -248,7 +242,7 @@ class Conversion:
         """What ``check`` found."""
         self.proven: bytes | None = None
         """The very bytes that ``check`` read."""
-        self.report: dict[str, Any] = {}
+        self.facts: dict[str, Any] = {}
         """What passes add to the report, each under its own name."""
         self.progress: Callable[[str], None] = lambda text: None
         """Called by passes that take long, with what they are at."""

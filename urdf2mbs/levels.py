@@ -6,47 +6,41 @@ is not said at all.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any
 
 import msgspec
 
 from urdf2mbs.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.engine.config import Config
 
-Level = Literal["error", "warning", "note", "ignore"]
+
+def weigh(diagnostics: list[Diagnostic], config: Config) -> list[Diagnostic]:
+    """The same diagnostics at the user's levels, without those that are ignored.
+
+    Strict makes warnings errors, except those whose level is set.
+    """
+    weighed = []
+    for diagnostic in diagnostics:
+        strict = config.strict and diagnostic.level == "warning"
+        level: Any = config.diagnostics.get(
+            diagnostic.code, "error" if strict else diagnostic.level
+        )
+        if level == diagnostic.level:
+            weighed.append(diagnostic)
+        elif level != "ignore":
+            # a hint never recommends what is already set
+            hint = None if "--level" in (diagnostic.hint or "") else diagnostic.hint
+            weighed.append(msgspec.structs.replace(diagnostic, level=level, hint=hint))
+    return weighed
 
 
-class Levels(msgspec.Struct, frozen=True):
-    """The levels that the user has set."""
-
-    by_code: Mapping[str, Level] = {}
-    strict: bool = False
-    """Warnings are errors, except those whose level is set."""
-
-    def applied(self, said: list[Diagnostic]) -> list[Diagnostic]:
-        """The same diagnostics at the user's levels, without those that are ignored."""
-        if not self.by_code and not self.strict:
-            return said
-        out = []
-        for one in said:
-            level: Any = self.by_code.get(one.code)
-            if level is None:
-                level = "error" if self.strict and one.level == "warning" else one.level
-            if level == one.level:
-                out.append(one)
-            elif level != "ignore":
-                # a hint never recommends what is already set
-                hint = None if one.hint and "--level" in one.hint else one.hint
-                out.append(msgspec.structs.replace(one, level=level, hint=hint))
-        return out
-
-    def judge(self, said: list[Diagnostic]) -> None:
-        """Raise ConversionError if there is an error among diagnostics at the user's levels."""
-        errors = [one for one in said if one.level == "error"]
-        if errors:
-            *before, last = errors
-            error = ConversionError(
-                last.code, last.message, file=last.file, line=last.line, hint=last.hint
-            )
-            error.said = before
-            raise error
+def judge(diagnostics: list[Diagnostic]) -> None:
+    """Raise ConversionError if there is an error among diagnostics at the user's levels."""
+    errors = [diagnostic for diagnostic in diagnostics if diagnostic.level == "error"]
+    if errors:
+        *before, last = errors
+        error = ConversionError(
+            last.code, last.message, file=last.file, line=last.line, hint=last.hint
+        )
+        error.said = before
+        raise error

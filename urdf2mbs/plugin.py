@@ -7,7 +7,7 @@ Everything else in the package may change from one day to the next.
 
 from __future__ import annotations
 
-from urdf2mbs import spatial
+from urdf2mbs import simulation, spatial
 from urdf2mbs.conversion import (
     Conversion,
     LinkFrame,
@@ -15,6 +15,7 @@ from urdf2mbs.conversion import (
     Segment,
     Settings,
     Step,
+    choose,
 )
 from urdf2mbs.diagnostics import (
     ConfigError,
@@ -43,9 +44,11 @@ __all__ = [
     "Segment",
     "Settings",
     "Step",
+    "choose",
     "hookimpl",
     "mbs",
     "nearest",
+    "simulation",
     "spatial",
     "urdf",
 ]

@@ -118,7 +118,7 @@ def report(conversion: Conversion) -> Report:
         verdict=verdict(conversion),
         proof=conversion.proof,
         diagnostics=conversion.diagnostics,
-        passes=conversion.report,
+        passes=conversion.facts,
     )  # fmt: skip
 
 

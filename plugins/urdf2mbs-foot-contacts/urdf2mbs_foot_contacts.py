@@ -64,7 +64,7 @@ class FootContacts(Pass):
             segment.body.points += points
             done[link.name] = points
         # emit may still change names: these are the very points, and show what they are called then
-        conversion.report["foot-contacts"] = done
+        conversion.facts["foot-contacts"] = done
         conversion.note(
             "foot-contacts", f"{sum(map(len, done.values()))} contact points on {', '.join(done)}"
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import msgspec
 import pytest
 
 from urdf2mbs.diagnostics import ConversionError
@@ -37,7 +38,7 @@ def laid_out(tmp_path: Path) -> Callable[[RealRobot, str], Mbs]:
             if error.code != "nothing-left":
                 raise
         # nothing of this robot has mass
-        config.passes = {"prune-massless": {"keep": ["*"]}}
+        config = msgspec.structs.replace(config, passes={"prune-massless": {"keep": ["*"]}})
         return Pipeline(config, Lines(), installed_plugins=False).run(stop_after="layout").mbs
 
     return convert

@@ -11,11 +11,15 @@ import msgspec
 import pytest
 import yaml
 
+from urdf2mbs import convert
+from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
+from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, chosen
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import Config, Lines, load, parse, typed
+from urdf2mbs.engine.config import Config, Lines, field_docs, load, parse, typed
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.yaml_text import word
+from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = Path("robot.yaml")
@@ -51,10 +55,10 @@ passes: {check: {tolerance: 1e-6}}
         ("", r"config-type\]: a config is a list of 'key: value' lines"),
         ("- a", r"robot.yaml:1: error\[config-type\]"),
         ("a", r"robot.yaml:1: error\[config-type\]"),
-        ("output: x", r"config-key-missing\]: the config has no 'source'\n  add 'source: ROBOT"),
+        ("output: x", r"config-key-missing\]: 'source' must be given\n  add 'source: "),
         (
             "base: fixed\nsorce: x",
-            r"robot.yaml:2: .*unknown key 'sorce', and there is no 'source'\n  did you mean",
+            r"robot.yaml:2: .*unknown key 'sorce'\n  did you mean",
         ),
         (
             "source: x\ndiagnostics:\n  base: eror",
@@ -376,3 +380,42 @@ def test_a_wrong_value_below_a_key_that_is_spelt_otherwise(given: str, key: str,
         typed(Kebab, yaml.safe_load(given), Lines(), ("passes", "p"))
     assert caught.value.message.startswith(f"'passes.p.{key}': ")
     assert said in caught.value.message
+
+
+def test_python_takes_the_fields_of_a_config_or_a_config(tmp_path: Path) -> None:
+    robot = tmp_path / "tiny.urdf"
+    robot.write_text(TINY)
+    packages = {"robots": tmp_path}
+    by_fields = convert(robot, pipeline="compact", gravity=[0, 0, -1.62], packages=packages)
+    config = Config(str(robot), pipeline="compact", gravity=(0.0, 0.0, -1.62))
+    assert by_fields.data == convert(config).data != convert(robot).data
+    assert by_fields.mbs.base.gravity == (0.0, 0.0, -1.62)
+    with pytest.raises(ConfigError, match=r"unknown key 'pipelin'\n.*did you mean 'pipeline'"):
+        convert(config, pipelin="faithful")
+    with pytest.raises(ConfigError, match="holds no such thing: <object"):
+        convert(config, strict=object())
+
+
+def test_a_flag_says_what_its_field_says() -> None:
+    command = parser(["convert"]).parse_args(["convert", "r.urdf"]).parser
+    known = {flag: action.help for action in command._actions for flag in action.option_strings}
+    docs = field_docs(Config)
+    assert FLAGS.keys() == {*RUNNING, *ALONE}
+    for field, flag in FLAGS.items():
+        assert known[flag.flag] == docs[field]
+
+
+@pytest.mark.parametrize(
+    ("words", "field", "value"),
+    [
+        (["--base", "fixed"], "base", "fixed"),
+        (["--arg", "a:=b=c"], "xacro_args", {"a": "b=c"}),
+        (["--after", "emit=a", "--after", "emit=b"], "after", {"emit": ["a", "b"]}),
+        (["--set", "layout.scale=2"], "passes", {"layout": {"scale": 2}}),
+        (["--level", "no-mass=error"], "diagnostics", {"no-mass": "error"}),
+        (["--strict"], "strict", True),
+    ],
+)
+def test_a_flag_sets_its_field(words: list[str], field: str, value: Any) -> None:
+    arguments = parser(["convert"]).parse_args(["convert", "r.urdf", *words])
+    assert chosen(arguments) == {field: value}

@@ -17,6 +17,7 @@ from urdf2mbs import convert
 from urdf2mbs.commands.dump import Dump, state, to_yaml
 from urdf2mbs.conversion import Conversion, Settings
 from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
@@ -53,7 +54,7 @@ def marks(tmp_path: Path, *names: str) -> Path:
     file.write_text(
         "from making import hookimpl, make\n"
         "def marker(name):\n"
-        "  def run(conversion, options): conversion.report.setdefault('ran', []).append(name)\n"
+        "  def run(conversion, options): conversion.facts.setdefault('ran', []).append(name)\n"
         "  return make(name, run)\n"
         f"@hookimpl\ndef urdf2mbs_passes(): return [marker(name) for name in {names!r}]\n"
     )
@@ -314,7 +315,7 @@ def test_words_that_yaml_would_take_for_something_else(text: str) -> None:
 
 
 def test_a_state_without_anything_is_empty() -> None:
-    everything = state(Conversion(Settings(Path("a"), Path("b"))))
+    everything = state(Conversion(Settings(Path("a"), Path("b"), Config(source="a"))))
     assert set(everything) <= {"robot", "mbs"}
 
 

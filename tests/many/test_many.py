@@ -40,7 +40,7 @@ from urdf2mbs.plugin import Pass, hookimpl
 
 class Deadly(Pass):
     def run(self, conversion):
-        if conversion.settings.xacro_args.get("height") != "0.9":
+        if conversion.settings.config.xacro_args.get("height") != "0.9":
             return
         for n in range({times}):
             try:

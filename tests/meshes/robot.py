@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from urdf2mbs.conversion import Conversion, Segment, Settings
+from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.passes import convert_meshes, convert_visuals
 from urdf2mbs.spatial import HERE
@@ -32,6 +33,7 @@ def convert(
         Settings(
             source=folder / "robot.urdf",
             output=root / "dataR" / "robot.mbs",
+            config=Config(source="robot.urdf"),
             packages=packages or {},
             project=root if project else None,
         )

@@ -60,7 +60,7 @@ def test_every_sample_arrives_in_the_project(tmp_path: Path) -> None:
     for shape in shapes_of(conversion):
         assert file_of(conversion, shape).parent == folder
         assert len(shown(conversion, shape)) == len(TRIANGLES)
-    report = conversion.report["convert-meshes"]
+    report = conversion.facts["convert-meshes"]
     assert (report["converted"], report["kept"], report["unusable"]) == (len(SAMPLES), 0, 0)
     textures = sum(sample.texture for sample in SAMPLES)
     written = [path.suffix for path in conversion.files]
@@ -184,7 +184,7 @@ def test_missing_mesh_is_named_with_where_it_was_looked_for(tmp_path: Path) -> N
     )
     assert str(tmp_path / "p" / "gone.stl") in (one.hint or "")
     assert "nowhere_at_all" in (one.hint or "")
-    lost = conversion.report["convert-meshes"]["lost"]["missing"]
+    lost = conversion.facts["convert-meshes"]["lost"]["missing"]
     assert lost["package://p/gone.stl"]["links"] == ["link0", "link1"]
     assert len(conversion.files) == 1
     assert [shape.scale for shape in shapes_of(conversion)][2] == (1.0, -1.0, 1.0)
@@ -351,7 +351,7 @@ def test_a_robot_without_meshes_needs_no_extra(
         monkeypatch.setitem(sys.modules, package, None)
     conversion = convert(tmp_path, [])
     assert conversion.files == {}
-    assert conversion.report["convert-meshes"]["converted"] == 0
+    assert conversion.facts["convert-meshes"]["converted"] == 0
 
 
 def test_only_a_project_gets_its_meshes_converted(tmp_path: Path) -> None:

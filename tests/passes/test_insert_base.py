@@ -9,6 +9,7 @@ from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
 from urdf2mbs.conversion import Conversion, Settings
+from urdf2mbs.engine.config import Config
 from urdf2mbs.passes.insert_base import InsertBase
 from urdf2mbs.testing import convert_text
 
@@ -97,7 +98,9 @@ def test_names_that_are_taken_get_a_number() -> None:
 
 
 def test_gravity_is_the_settings() -> None:
-    settings = Settings(Path("r.urdf"), Path("r.mbs"), gravity=(0.0, 1.0, -1.62))
+    settings = Settings(
+        Path("r.urdf"), Path("r.mbs"), Config(source="r.urdf", gravity=(0.0, 1.0, -1.62))
+    )
     conversion = Conversion(settings)
     conversion.robot = based(A).robot
     InsertBase().run(conversion)

@@ -12,6 +12,7 @@ from diagram.trees import trees
 from hypothesis import given, settings
 
 from urdf2mbs.conversion import Conversion, Settings
+from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import XY, Body, Drawing, Joint, Mbs, Point
 from urdf2mbs.passes.layout import Layout
 
@@ -41,7 +42,7 @@ def tree(*parents: int | None, joints: int = 1) -> Mbs:
 
 
 def laid_out(mbs: Mbs) -> Mbs:
-    conversion = Conversion(Settings(Path("robot.urdf"), Path("robot.mbs")))
+    conversion = Conversion(Settings(Path("robot.urdf"), Path("robot.mbs"), Config(source="")))
     conversion.mbs = mbs
     Layout(style="method").run(conversion)
     return mbs

@@ -279,7 +279,7 @@ def test_an_idle_plugin_is_told(tmp_path: Path) -> None:
     [
         ("conversion.files['a'] = b''", "conversion.files has 'a': bytes"),
         ("conversion.files[conversion.settings.output] = ''", "Path.*: str"),
-        ("conversion.report['a'] = object()", "conversion.report cannot be JSON"),
+        ("conversion.facts['a'] = object()", "conversion.facts cannot be JSON"),
     ],
 )
 def test_outputs_that_could_not_be_written(line: str, said: str, tmp_path: Path) -> None:

@@ -218,7 +218,7 @@ def test_our_own_estimate_is_told_too() -> None:
 def test_a_pass_cannot_change_what_was_asked_for() -> None:
     result = convert_text()
     with pytest.raises(AttributeError):
-        result.conversion.settings.gravity = (0.0, 0.0, 0.0)  # type: ignore[misc]
+        result.conversion.settings.config.gravity = (0.0, 0.0, 0.0)  # type: ignore[misc]
 
 
 def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None:

@@ -6,14 +6,13 @@ What has its default value is left out, and so are the paths of this machine.
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import yaml
 
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.diagnostics import ConfigError, Diagnostic
@@ -26,11 +25,6 @@ from urdf2mbs.spatial import IDENTITY, Pose
 MARK = "# urdf2mbs, the state after pass "
 #: The URDF that xacro made.
 EXPANDED = "expanded.urdf"
-#: A word that YAML reads as just this text.
-_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_./-]*", re.ASCII).fullmatch
-#: What YAML wants escaped, beside what JSON does.
-_UNPRINTED = re.compile("[\x7f-\x9f\u2028\u2029\ud800-\udfff\ufeff\ufffe\uffff]")
-_WORDS = frozenset(["y", "n", "yes", "no", "on", "off", "true", "false", "null"])
 
 
 class Dump:
@@ -80,10 +74,14 @@ def state(conversion: Conversion) -> dict[str, Any]:
         "frames": _plain(conversion.frames),
         "frozen": conversion.frozen,
         "meshes": conversion.meshes,
-        "files": {path.name: f"{len(data)} bytes" for path, data in conversion.files.items()},
+        "files": {
+            # a name of a file may be no text
+            path.name.encode("utf-8", "backslashreplace").decode(): f"{len(data)} bytes"
+            for path, data in conversion.files.items()
+        },
         "changed": _plain(conversion.changed),
         "proof": _plain(conversion.proof),
-        "report": _plain(conversion.report),
+        "report": _plain(conversion.facts),
         "diagnostics": [_plain(one) for one in conversion.diagnostics],
     }
     everything["robot"] = {k: v for k, v in everything["robot"].items() if v is not None}
@@ -140,49 +138,20 @@ def _defaults(kind: type[msgspec.Struct]) -> list[tuple[str, Any]]:
     ]
 
 
+class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
+    """PyYAML's own, but a list of numbers or words stands in one line."""
+
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
+        nested = any(isinstance(item, (dict, list, tuple)) for item in sequence)
+        return super().represent_sequence(tag, sequence, flow_style=not nested)
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
 def to_yaml(data: dict[str, Any]) -> str:
-    """Plain data as YAML: one line for a list of numbers or words, else one for each item.
-
-    (PyYAML would take a hundred times as long over a robot of some thousand links.)
-    """
-    return "".join(f"{line}\n" for line in _lines(data, "")) or "{}\n"
-
-
-def _lines(data: Any, indent: str) -> Iterator[str]:
-    # recursion as deep as the data classes are nested, however large the robot
-    pairs: Any = data.items() if isinstance(data, dict) else ((None, item) for item in data)
-    for key, value in pairs:
-        head = f"{indent}-" if key is None else f"{indent}{_scalar(key)}:"
-        if not isinstance(value, (dict, list, tuple)):
-            yield f"{head} {_scalar(value)}"
-        elif not value:
-            yield f"{head} {'{}' if isinstance(value, dict) else '[]'}"
-        elif not isinstance(value, dict) and not any(
-            isinstance(item, (dict, list, tuple)) for item in value
-        ):
-            yield f"{head} [{', '.join(map(_scalar, value))}]"
-        elif key is None:
-            first, *rest = _lines(value, f"{indent}  ")
-            yield f"{head} {first.lstrip()}"
-            yield from rest
-        else:
-            yield head
-            yield from _lines(value, f"{indent}  ")
-
-
-def _scalar(value: Any) -> str:
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        text = repr(value)
-        if "e" in text and "." not in text:
-            text = text.replace("e", ".0e")  # else YAML takes it for a word
-        return {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(text, text)
-    if isinstance(value, int):
-        return str(value)
-    if _PLAIN(value) and value.lower() not in _WORDS:
-        return str(value)
-    text = json.dumps(value, ensure_ascii=False)
-    return _UNPRINTED.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+    """Plain data as YAML: one line for a list of numbers or words, else one for each item."""
+    return yaml.dump(
+        data, Dumper=_Dumper, default_flow_style=False, sort_keys=False, width=10**9,
+        allow_unicode=True,
+    )  # fmt: skip

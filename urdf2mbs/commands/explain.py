@@ -77,10 +77,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print(
             f"sweep   {counted(len(others) + 1, 'robot')}; this is the first: {told(first.values)}"
         )
-    print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.base}")
+    print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.config.base}")
     for name, folder in settings.packages.items():
         print(f"package {name} = {folder}")
-    for name, value in settings.xacro_args.items():
+    for name, value in settings.config.xacro_args.items():
         print(f"arg     {name} := {value}")
     for number, step in enumerate(pipeline.passes, start=1):
         pass_ = step.pass_

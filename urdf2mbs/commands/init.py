@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import yaml
@@ -16,7 +16,7 @@ from lxml import etree
 
 from urdf2mbs import files, xml_lines
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_base, add_robot, add_telling, add_trust, pairs, path
+from urdf2mbs.commands.settings import add_fields, add_telling, chosen, path
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagnostics import ConfigError, counted
@@ -45,9 +45,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=path, metavar="CONFIG.yaml", help="default: the robot's name, here"
     )
     add_telling(command)
-    add_base(command)
-    add_robot(command)
-    add_trust(command)
+    add_fields(command, "base", "packages", "xacro_args", "trust_xacro")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -56,11 +54,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     config, found = init(
         arguments.robot,
         arguments.output,
-        base=arguments.base or "auto",
-        packages=dict(pairs(arguments.package, "=", "--package", "NAME=DIR")),
-        xacro_args=dict(pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
         force=arguments.force,
-        trust_xacro=arguments.trust_xacro,
+        **chosen(arguments),
     )
     if arguments.json:
         more = {key: value for key, value in found._asdict().items() if key != "robot"}
@@ -109,15 +104,12 @@ def init(
     source: str,
     config: Path | None = None,
     *,
-    base: str = "auto",
-    packages: Mapping[str, str] | None = None,
-    xacro_args: Mapping[str, str] | None = None,
-    trust_xacro: bool = False,
     force: bool = False,
+    **fields: Any,
 ) -> tuple[Path, Findings]:
     """Write a config for a robot; gives its file, and what was found.
 
-    ``trust_xacro``: the robot's xacro may do whatever Python can, here and by the config.
+    ``fields`` are those of ``Config`` that say how to read the robot, such as ``packages``.
     ``force``: a config that is there is replaced, also one that was edited.
 
     The config is tried before it is written: a conversion runs, of which nothing is kept.
@@ -125,15 +117,9 @@ def init(
     :raises ConfigError: ``output-not-ours``, ``output-unwritable``, ``config-name``
     :raises ConversionError: the robot cannot be converted
     """
-    given = {
-        "source": source,
-        "base": base,
-        "packages": dict(packages or {}),
-        "xacro_args": dict(xacro_args or {}),
-        "trust_xacro": trust_xacro,
-    }
     lines = Lines()
-    pipeline = Pipeline(typed(Config, given, lines), lines, installed_plugins=False)
+    asked = typed(Config, {"source": source, **fields}, lines)
+    pipeline = Pipeline(asked, lines, installed_plugins=False)
     conversion = pipeline.run(stop_after="insert-base")
     found = find(conversion)
     name = stem(pipeline.settings.source)
@@ -142,7 +128,7 @@ def init(
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
-    arguments = xacro_args or {}
+    arguments = asked.xacro_args
     tried = _try(_text(source, config, found, arguments, conversion, None), config)
     text = _text(source, config, found, arguments, conversion, report(tried))
     write_files({config: text.encode()}, force=force)
@@ -151,12 +137,10 @@ def init(
 
 def find(conversion: Conversion) -> Findings:
     """What there is to know of the robot of a conversion that has run ``insert-base``."""
-    settings = conversion.settings
-    packages = Packages(settings.packages, settings.source)
-    data, expansion = expanded(
-        settings.source, packages, settings.xacro_args, trust_xacro=settings.trust_xacro
-    )
-    robot, _ = read_text(settings.source, data, expansion, settings.xacro_args)
+    source, config = conversion.settings.source, conversion.settings.config
+    packages = Packages(conversion.settings.packages, source)
+    data, expansion = expanded(source, packages, config.xacro_args, trust_xacro=config.trust_xacro)
+    robot, _ = read_text(source, data, expansion, config.xacro_args)
     shapes = [
         shape
         for link in robot.links.values()
@@ -284,7 +268,7 @@ def _text(
         ("base", "auto" if own else base, _why(conversion)),
         ("pipeline", "compact", "the fewest joints; or faithful: every link's frame is a body's"),
     ]
-    if conversion.settings.trust_xacro:
+    if conversion.settings.config.trust_xacro:
         settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
     width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
     lines = [

@@ -7,6 +7,7 @@ import re
 import sys
 from pathlib import Path
 
+from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_telling, path
 from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.plugins import GROUP, Plugins
@@ -27,65 +28,16 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.commands.printing import print_json
-
     plugin, test = new_pass(arguments.name, arguments.output, force=arguments.force)
     if arguments.json:
         print_json({"plugin": str(plugin), "test": str(test)})
     else:
-        print(in_words(arguments.name, plugin, test))
+        print(NEXT.format(plugin=plugin, test=test, name=arguments.name))
     return 0
 
 
-PLUGIN = '''\
-"""Tell which links are heavier than a limit.  (Say here what your pass does.)"""
-
-from urdf2mbs.plugin import Conversion, Pass, hookimpl
-
-
-class CLASS(Pass):
-    """Tell which links are heavier than a limit."""
-
-    name = "NAME"
-    # what must be known before the pass runs; see the page on writing passes
-    reads = ("robot",)
-
-    # the options, which a config sets under ``passes: {NAME: {...}}``, with their defaults
-    heavier_than: float = 1.0
-    """Mass in kg."""
-
-    def run(self, conversion: Conversion) -> None:
-        for link in conversion.robot.links.values():
-            mass = link.inertial.mass if link.inertial else 0.0
-            if mass > self.heavier_than:
-                conversion.note("heavy-link", f"link '{link.name}' has {mass:g} kg", link=link.name)
-
-
-@hookimpl
-def urdf2mbs_passes() -> list[type[Pass]]:
-    return [CLASS]
-'''
-
-TEST = '''\
-"""Run this with: pytest test_FILE.py"""
-
-from pathlib import Path
-
-from urdf2mbs.testing import assert_same_robot, convert_text, run_pass
-
-PLUGIN = Path(__file__).with_name("FILE.py")
-
-
-def test_heavy_links_are_told() -> None:
-    result = run_pass("NAME", PLUGIN, after="expand", options={"heavier_than": 0.3})
-    heavy = [found.link for found in result.diagnostics if found.code == "heavy-link"]
-    assert heavy == ["body", "arm"]
-
-
-def test_the_robot_stays_the_same() -> None:
-    result = run_pass("NAME", PLUGIN, after="expand")
-    assert_same_robot(result, expected=convert_text())
-'''
+#: The plugin and its test; NAME, CLASS and FILE stand for those of the pass.
+TEMPLATES = Path(__file__).with_name("templates")
 
 NEXT = """\
 wrote {plugin} and {test}
@@ -108,27 +60,16 @@ def new_pass(name: str, folder: Path, *, force: bool = False) -> tuple[Path, Pat
     :raises ConfigError: ``pass-name``, ``output-not-ours``, ``output-unwritable``
     """
     stem = _stem(name)
-    files = {
-        folder / f"{stem}.py": PLUGIN,
-        folder / f"test_{stem}.py": TEST,
-    }
-    write_files(
-        {
-            file: text.replace("NAME", name)
-            .replace("CLASS", name.title().replace("-", ""))
-            .replace("FILE", stem)
-            .encode()
-            for file, text in files.items()
-        },
-        force=force,
-    )
-    plugin, test = files
+    plugin, test = folder / f"{stem}.py", folder / f"test_{stem}.py"
+    words = {"NAME": name, "CLASS": name.title().replace("-", ""), "FILE": stem}
+    files = {}
+    for file, template in ((plugin, "plugin.py.in"), (test, "test_plugin.py.in")):
+        text = (TEMPLATES / template).read_text("utf-8")
+        for word, value in words.items():
+            text = text.replace(word, value)
+        files[file] = text.encode()
+    write_files(files, force=force)
     return plugin, test
-
-
-def in_words(name: str, plugin: Path, test: Path) -> str:
-    """What was written, and what to do next."""
-    return NEXT.format(plugin=plugin, test=test, name=name)
 
 
 def _stem(name: str) -> str:

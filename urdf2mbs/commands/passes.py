@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from urdf2mbs.commands.printing import METHOD, described, origin, print_json, warn_of
-from urdf2mbs.commands.settings import add_json, add_no_plugins, add_plugin
+from urdf2mbs.commands.settings import add_fields, add_json, add_no_plugins
 from urdf2mbs.engine.plugins import Plugins
 
 EXAMPLES = (
@@ -18,7 +18,7 @@ EXAMPLES = (
 def add_options(command: argparse.ArgumentParser) -> None:
     add_json(command)
     add_no_plugins(command)
-    add_plugin(command)
+    add_fields(command, "plugins")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

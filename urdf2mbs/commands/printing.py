@@ -84,7 +84,7 @@ def next_steps(conversion: Conversion) -> str:
     if conversion.rejected is not None:
         return (
             "Next: see where they differ: urdf2mbs report, in place of run or convert\n"
-            "      a plugin's pass that changes the robot on purpose says changes=('robot',)"
+            "      a plugin's pass that changes the robot on purpose says writes = ('robot',)"
         )
     settings = conversion.settings
     model = near(settings.output)

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import ast
-import inspect
-import textwrap
 import typing
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from urdf2mbs.commands.printing import print_json, warn_of
-from urdf2mbs.commands.settings import add_no_plugins, add_plugin
-from urdf2mbs.engine.config import Config
+from urdf2mbs.commands.settings import add_fields, add_no_plugins
+from urdf2mbs.engine.config import Config, field_docs
 from urdf2mbs.engine.plugins import GROUP, Plugins
 
 EXAMPLES = ("urdf2mbs schema > config.schema.json",)
@@ -23,7 +19,7 @@ EXAMPLES = ("urdf2mbs schema > config.schema.json",)
 
 def add_options(command: argparse.ArgumentParser) -> None:
     add_no_plugins(command)
-    add_plugin(command)
+    add_fields(command, "plugins")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -90,8 +86,10 @@ def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
 def _describe(kind: type, component: dict[str, Any]) -> None:
     """Put the docstrings of a class's fields into its schema."""
     properties = component.get("properties", {})
-    for name, text in field_docs(kind).items():
-        if name in properties:
+    docs = field_docs(kind)
+    for field in msgspec.structs.fields(kind):
+        name, text = field.encode_name, docs.get(field.name)
+        if name in properties and text is not None:
             properties[name].setdefault("description", text)
 
 
@@ -106,34 +104,6 @@ def _inner(kind: type) -> list[type]:
             found.append(one)
             todo += typing.get_type_hints(one).values()
     return found
-
-
-def field_docs(kind: type) -> dict[str, str]:
-    """The docstrings that stand below the fields of a class and of its bases, by field."""
-    fields = msgspec.structs.fields(kind)
-    docs: dict[str, str] = {}
-    for base in reversed(kind.__mro__):
-        docs |= _own_docs(base)
-    return {field.name: docs[field.name] for field in fields if field.name in docs}
-
-
-def _own_docs(kind: type) -> dict[str, str]:
-    try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(kind)))
-    except (OSError, TypeError, SyntaxError):
-        return {}
-    docs: dict[str, str] = {}
-    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
-    for field, after in pairwise(body):
-        if (
-            isinstance(field, ast.AnnAssign)
-            and isinstance(field.target, ast.Name)
-            and isinstance(after, ast.Expr)
-            and isinstance(after.value, ast.Constant)
-            and isinstance(after.value.value, str)
-        ):
-            docs[field.target.id] = " ".join(after.value.value.split())
-    return docs
 
 
 def _accept_one_word(one: dict[str, Any]) -> None:

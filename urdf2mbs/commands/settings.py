@@ -3,49 +3,106 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
+
+import msgspec
 
 from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.engine.config import Config, Lines, load, typed
+from urdf2mbs.engine.config import Config, Lines, field_docs, load, typed
 from urdf2mbs.files import is_folder
 from urdf2mbs.urdf import descriptions, standard_input
-
-BASES = ("auto", "floating", "fixed")
 
 #: The name of the report of many robots.
 REPORT = "urdf2mbs-report.json"
 
 
+class _Flag(NamedTuple):
+    """The option of a command line that sets a field of ``Config``."""
+
+    flag: str
+    form: str | None
+    """Of its value; None: it has none, or one of a few words."""
+    kind: Any
+    """The type of the field."""
+
+    @property
+    def name(self) -> str:
+        """What the parsed arguments call it."""
+        return self.flag.removeprefix("--").replace("-", "_")
+
+
+def _flags() -> dict[str, _Flag]:
+    """The fields of ``Config`` that have a flag."""
+    flags = {}
+    for name, hint in get_type_hints(Config, include_extras=True).items():
+        kind, *metas = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        for words in [meta.extra["flag"] for meta in metas if meta.extra]:
+            flag, _, form = words.partition(" ")
+            flags[name] = _Flag(flag, form or None, kind)
+    return flags
+
+
+FLAGS = _flags()
+
+#: The fields that a command line may change where there is a config, and those for a robot alone.
+RUNNING = ("diagnostics", "strict", "trust_xacro", "passes")
+ALONE = ("base", "packages", "xacro_args", "pipeline", "plugins", "after")
+
+
+def chosen(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) -> dict[str, Any]:
+    """What a command line says of the fields of ``Config``, as a config says it."""
+    fields_given = {}
+    for field in fields:
+        given = getattr(arguments, FLAGS[field].name, None)
+        if given:
+            fields_given[field] = _value(FLAGS[field], given)
+    return fields_given
+
+
+def _value(flag: _Flag, given: Any) -> Any:
+    if get_origin(flag.kind) is not dict:
+        return given
+    form = flag.form or ""
+    words = pairs(given, ":=" if ":=" in form else "=", flag.flag, form)
+    if "." in form:
+        return _options(words)
+    if list[str] not in get_args(get_args(flag.kind)[1]):
+        return dict(words)
+    lists: dict[str, list[str]] = {}
+    for key, value in words:
+        lists.setdefault(key, []).append(value)
+    return lists
+
+
 def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """A config file, with what the command line changes of it."""
     config, lines = load(file)
-    given = typed(Config, {"source": config.source, **levels(arguments)}, Lines())
-    config.diagnostics = {**config.diagnostics, **given.diagnostics}
-    config.strict = config.strict or given.strict
-    config.trust_xacro = config.trust_xacro or arguments.trust_xacro
-    passes = dict(config.passes)
-    for name, options in _options(arguments).items():
-        passes[name] = {**(passes.get(name) or {}), **options}
-    config.passes = passes
-    return config, lines
+    given = chosen(arguments, RUNNING)
+    for name, options in given.get("passes", {}).items():
+        given["passes"][name] = {**config.passes.get(name, {}), **options}
+    values = typed(Config, {"source": config.source, **given}, Lines())
+    for field in given:
+        value = getattr(values, field)
+        given[field] = {**getattr(config, field), **value} if isinstance(value, dict) else value
+    return msgspec.structs.replace(config, **given), lines
 
 
 def levels(arguments: argparse.Namespace) -> dict[str, Any]:
     """How much warnings weigh, as a config says it."""
-    weighed = pairs(arguments.level, "=", "--level", "CODE=LEVEL")
-    return {"diagnostics": dict(weighed), "strict": arguments.strict}
+    return chosen(arguments, ("diagnostics", "strict"))
 
 
-def _options(arguments: argparse.Namespace) -> dict[str, dict[str, Any]]:
+def _options(words: list[tuple[str, str]]) -> dict[str, dict[str, Any]]:
     """What ``--set`` says, by passes."""
+    from urdf2mbs.engine.yaml_text import word
+
     options: dict[str, dict[str, Any]] = {}
-    for key, value in pairs(arguments.set, "=", "--set", "PASS.OPTION=VALUE"):
+    for key, value in words:
         pass_, dot, option = key.rpartition(".")
         if not dot:
             raise ConfigError("usage", f"--set {key}={value}: it reads PASS.OPTION=VALUE")
-        from urdf2mbs.engine.yaml_text import word
-
         options.setdefault(pass_, {})[option] = word(value)
     return options
 
@@ -54,23 +111,8 @@ def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tu
     """The config that the command line stands for."""
     if robot == "-":
         robot = standard_input.take()
-    after: dict[str, list[str]] = {}
-    for pass_, new in pairs(arguments.after, "=", "--after", "PASS=NEW"):
-        after.setdefault(pass_, []).append(new)
-    given = {
-        "source": robot,
-        "output": output,
-        "base": arguments.base or "auto",
-        "packages": dict(pairs(arguments.package, "=", "--package", "NAME=DIR")),
-        "xacro_args": dict(pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
-        "pipeline": arguments.pipeline or "faithful",
-        "plugins": arguments.plugin,
-        "after": after,
-        "passes": _options(arguments),
-        "trust_xacro": arguments.trust_xacro,
-        **levels(arguments),
-    }
     lines = Lines()
+    given = {"source": robot, "output": output, **chosen(arguments)}
     return typed(Config, given, lines), lines
 
 
@@ -81,12 +123,11 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
         return without_config(str(file), None, arguments)
     if file.suffix.lower() not in (".yaml", ".yml", "") and not is_folder(file):
         return without_config(str(file), None, arguments)
-    for name in ("base", "package", "arg", "pipeline", "plugin", "after"):
-        if getattr(arguments, name):
-            raise ConfigError(
-                "usage", f"--{name} is for a robot without a config",
-                hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
-            )  # fmt: skip
+    for field in chosen(arguments, ALONE):
+        raise ConfigError(
+            "usage", f"{FLAGS[field].flag} is for a robot without a config",
+            hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
+        )  # fmt: skip
     return configured(file, arguments)
 
 
@@ -135,67 +176,54 @@ def add_steps(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_fields(command: argparse.ArgumentParser, *fields: str) -> None:
+    """The options that set fields of ``Config``, with the texts of the fields for help."""
+    docs = field_docs(Config)
+    for field in fields:
+        flag, form, kind = FLAGS[field]
+        more: dict[str, Any] = {"help": docs[field].replace("%", "%%")}
+        if kind is bool:
+            more["action"] = "store_true"
+        elif get_origin(kind) is Literal:
+            more["choices"] = get_args(kind)
+        else:
+            more["metavar"] = form
+        if get_origin(kind) in (dict, list):
+            more |= {"action": "append", "default": []}
+        command.add_argument(flag, **more)
+
+
 def add_levels(command: argparse.ArgumentParser) -> None:
     """For what reads a robot, and may warn of it."""
     command.add_argument(
         "-v", "--verbose", action="store_true", help="show each pass and all notes"
     )
-    command.add_argument(
-        "--level", action="append", default=[], metavar="CODE=LEVEL",
-        help="how much a warning weighs: error, warning, note or ignore",
-    )  # fmt: skip
-    command.add_argument("--strict", action="store_true", help="warnings are errors")
+    add_fields(command, "diagnostics", "strict")
 
 
 def add_running(command: argparse.ArgumentParser) -> None:
     """For what runs passes, by a config or by what stands for one."""
     add_no_plugins(command)
     add_levels(command)
-    add_trust(command)
-    command.add_argument(
-        "--set", action="append", default=[], metavar="PASS.OPTION=VALUE", help="option of a pass"
-    )
+    add_fields(command, "trust_xacro", "passes")
 
 
 def add_trust(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--trust-xacro", action="store_true",
-        help="let the robot's xacro do whatever Python can, and read any file",
-    )  # fmt: skip
+    add_fields(command, "trust_xacro")
 
 
 def add_base(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--base", choices=BASES,
-        help="whether the base floats (default: auto, as the URDF ties it)",
-    )  # fmt: skip
+    add_fields(command, "base")
 
 
 def add_robot(command: argparse.ArgumentParser) -> None:
     """What a robot needs to be read."""
-    command.add_argument(
-        "--package", action="append", default=[], metavar="NAME=DIR", help="where a package is"
-    )
-    command.add_argument(
-        "--arg", action="append", default=[], metavar="NAME:=VALUE", help="xacro argument"
-    )
+    add_fields(command, "packages", "xacro_args")
 
 
 def add_settings(command: argparse.ArgumentParser) -> None:
     """What a config says, for a robot without one."""
-    add_base(command)
-    add_robot(command)
-    command.add_argument("--pipeline", metavar="PRESET", help="default: faithful")
-    add_plugin(command)
-    command.add_argument(
-        "--after", action="append", default=[], metavar="PASS=NEW", help="put NEW after PASS"
-    )
-
-
-def add_plugin(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--plugin", action="append", default=[], metavar="FILE.py", help="a plugin to load"
-    )
+    add_fields(command, *ALONE)
 
 
 def add_many(command: argparse.ArgumentParser) -> None:

@@ -6,8 +6,10 @@ Errors name the file, the line and the key, and offer the nearest known one.
 # Without "from __future__ import annotations": msgspec would evaluate each text of a type, which
 # takes as long as a tenth of the passes.
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from functools import cache
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,7 +18,6 @@ from msgspec import Meta
 
 from urdf2mbs import files
 from urdf2mbs.diagnostics import ConfigError, nearest
-from urdf2mbs.levels import Level
 from urdf2mbs.ranges import Acceleration, in_words
 
 #: The most bytes of a config that are read.
@@ -28,8 +29,16 @@ Key = tuple[str | int, ...]
 #: Of a range: whole, or with a point.
 Number = Annotated[int, Meta(ge=-(10**15), le=10**15)] | Annotated[float, Meta(ge=-1e15, le=1e15)]
 
+#: How much a message weighs.
+Level = Literal["error", "warning", "note", "ignore"]
+
 #: A name or a path. One that is empty would stand for the folder of the config.
 Name = Annotated[str, Meta(min_length=1)]
+
+
+def _flag(words: str) -> Meta:
+    """The option of a command line that sets a field, with the form of its value."""
+    return Meta(extra={"flag": words})
 
 
 class Project(msgspec.Struct, forbid_unknown_fields=True):
@@ -45,9 +54,13 @@ class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
     """Numbers from one to another, both among them, in steps or so many."""
 
     first: Number = msgspec.field(name="from")
+    """the first number"""
     last: Number = msgspec.field(name="to")
+    """the last number, or a bound that the steps do not reach"""
     step: Number | None = None
+    """from one number to the next"""
     count: Annotated[int, Meta(ge=-(10**9), le=10**9)] | None = None
+    """how many numbers, instead of a step"""
 
 
 class Sweep(msgspec.Struct, forbid_unknown_fields=True):
@@ -72,26 +85,29 @@ class Preset(msgspec.Struct, forbid_unknown_fields=True):
     passes: dict[str, dict[str, Any]] = {}
 
 
-class Config(msgspec.Struct, forbid_unknown_fields=True):
+class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A config file's content. Paths are relative to the folder of the file."""
+
+    # A field is a key of the file, a keyword of ``urdf2mbs.convert``, and an option of the command
+    # line where it has a flag.  The text below the field is the help of all three.
 
     source: Name
     """the robot: a .urdf or .xacro file, or robot_descriptions:NAME"""
     output: Name | Project | None = None
     """the .mbs file (default: the source's name)"""
-    base: Literal["auto", "floating", "fixed"] = "auto"
+    base: Annotated[Literal["auto", "floating", "fixed"], _flag("--base")] = "auto"
     """whether the base floats; auto: it does unless it is tied to 'world'"""
     gravity: tuple[Acceleration, Acceleration, Acceleration] = (0.0, 0.0, -9.81)
     """acceleration in base axes, m/s^2"""
-    packages: dict[Name, Name] = {}
+    packages: Annotated[dict[Name, Name], _flag("--package NAME=DIR")] = {}
     """ROS package name: its directory"""
-    xacro_args: dict[Name, str] = {}
+    xacro_args: Annotated[dict[Name, str], _flag("--arg NAME:=VALUE")] = {}
     """xacro argument: its value"""
-    plugins: list[Name] = []
+    plugins: Annotated[list[Name], _flag("--plugin FILE.py")] = []
     """Python files that bring passes"""
-    pipeline: str | list[str] = "faithful"
+    pipeline: Annotated[str | list[str], _flag("--pipeline PRESET")] = "faithful"
     """the name of a preset, or the passes in their order"""
-    after: dict[str, str | list[str]] = {}
+    after: Annotated[dict[str, str | list[str]], _flag("--after PASS=NEW")] = {}
     """pass: the passes to put right after it"""
     before: dict[str, str | list[str]] = {}
     """pass: the passes to put right before it"""
@@ -101,16 +117,41 @@ class Config(msgspec.Struct, forbid_unknown_fields=True):
     """new name: the pass that it is, to run a pass twice"""
     swap: dict[str, str] = {}
     """pass: the plugin whose pass of the same name replaces it"""
-    passes: dict[str, dict[str, Any]] = {}
+    passes: Annotated[dict[str, dict[str, Any]], _flag("--set PASS.OPTION=VALUE")] = {}
     """pass: its options"""
-    diagnostics: dict[str, Level] = {}
-    """code of a warning, say: how much it weighs"""
-    strict: bool = False
+    diagnostics: Annotated[dict[str, Level], _flag("--level CODE=LEVEL")] = {}
+    """code of a warning, say: how much it weighs (error, warning, note or ignore)"""
+    strict: Annotated[bool, _flag("--strict")] = False
     """warnings are errors"""
-    trust_xacro: bool = False
+    trust_xacro: Annotated[bool, _flag("--trust-xacro")] = False
     """let the robot's xacro do whatever Python can, and read any file"""
     sweep: Sweep | None = None
     """make a family of robots, one for each combination"""
+
+
+def field_docs(kind: type) -> dict[str, str]:
+    """The docstrings that stand below the fields of a class and its bases, by field."""
+    import ast
+    import inspect
+    from itertools import pairwise
+    from textwrap import dedent
+
+    try:
+        tree = ast.parse(dedent(inspect.getsource(kind)))
+    except (OSError, TypeError, SyntaxError):
+        return {}
+    docs = {name: text for base in kind.__bases__ for name, text in field_docs(base).items()}
+    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
+    for field, after in pairwise(body):
+        if (
+            isinstance(field, ast.AnnAssign)
+            and isinstance(field.target, ast.Name)
+            and isinstance(after, ast.Expr)
+            and isinstance(after.value, ast.Constant)
+            and isinstance(after.value.value, str)
+        ):
+            docs[field.target.id] = " ".join(after.value.value.split())
+    return docs
 
 
 class Lines:
@@ -164,21 +205,29 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
         raise lines.error(
             "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
         )
-    if "source" not in data:
-        for key in data:
-            if key not in Config.__struct_fields__ and nearest(str(key), ["source"]):
-                raise lines.error(
-                    "unknown-key",
-                    f"unknown key '{key}', and there is no 'source'",
-                    (key,),
-                    "did you mean 'source'?",
-                )
-        raise lines.error(
-            "config-key-missing",
-            "the config has no 'source'",
-            hint="add 'source: ROBOT.urdf'",
-        )
     return typed(Config, data, lines), lines
+
+
+def from_values(values: Config | Mapping[str, Any], **more: Any) -> tuple[Config, Lines]:
+    """The config of a call from Python: a path is a word, any sequence a list.
+
+    Paths are relative to the working folder.  Raises ConfigError.
+    """
+    given = msgspec.structs.asdict(values) if isinstance(values, Config) else values
+    lines = Lines()
+    plain = msgspec.to_builtins({**given, **more}, enc_hook=_word_or_list, str_keys=True)
+    return typed(Config, plain, lines), lines
+
+
+def _word_or_list(value: Any) -> Any:
+    if isinstance(value, PathLike):
+        return fspath(value)
+    if isinstance(value, Mapping):
+        return dict(value)
+    try:
+        return list(value)
+    except TypeError:
+        raise ConfigError("config-type", f"a config holds no such thing: {value!r}") from None
 
 
 def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:

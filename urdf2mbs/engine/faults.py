@@ -60,30 +60,25 @@ def ours_alone(conversion: Conversion) -> str:
 def check_ours(conversion: Conversion, before: str, who: str, plugin: str, file: str) -> None:
     """Raise ConversionError if a plugin's pass or hook has set what only urdf2mbs sets, or changed
     the file that was checked."""
+    code, fault, hint = "plugin-verdict", "", ""
+    written = conversion.rejected or conversion.settings.output
     if ours_alone(conversion) != before:
-        raise ConversionError(
-            "plugin-verdict",
-            f"{who} of plugin '{plugin}' changes what was asked for, or what 'check' has found",
-            file=file,
-            hint="conversion.settings, .proof, .proven, .rejected and .changed are for reading",
-        )
-    fault = _checked_file_fault(conversion)
-    if fault is not None:
-        raise ConversionError(
-            "plugin-output-broken",
-            f"{who} of plugin '{plugin}' changes the file: {fault[0]}",
-            file=file,
-            hint=fault[1],
-        )
+        fault = "changes what was asked for, or what 'check' has found"
+        hint = "conversion.settings, .proof, .proven, .rejected and .changed are for reading"
+    elif conversion.proof is not None and conversion.files.get(written) != conversion.proven:
+        code = "plugin-output-broken"
+        fault = f"changes the file: it is not the '{written.name}' that was checked"
+        hint = "put the pass before 'check', so that what it does is checked, too"
+    if fault:
+        raise ConversionError(code, f"{who} of plugin '{plugin}' {fault}", file=file, hint=hint)
 
 
 def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
     """Raise ConversionError if a plugin's pass left something that later passes, or the program,
     would stumble over, or lose in silence; ``known``: there was a robot before."""
     robot = conversion.robot
-    code, fault = "plugin-robot-broken", None
-    if known or robot.links:
-        fault = _tree_fault(robot)
+    code = "plugin-robot-broken"
+    fault = _tree_fault(robot) if known or robot.links else None
     if fault is None:
         code, fault = "plugin-output-broken", _output_fault(conversion)
     if fault is not None:
@@ -126,20 +121,7 @@ def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None]:
     return (inside or frames or [(file, None)])[-1]
 
 
-def _checked_file_fault(conversion: Conversion) -> tuple[str, str] | None:
-    made = conversion.rejected or conversion.settings.output
-    if conversion.proof is not None and conversion.files.get(made) != conversion.proven:
-        return (
-            f"it is not the '{made.name}' that was checked",
-            "put the pass before 'check', so that what it does is checked, too",
-        )
-    return None
-
-
 def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
-    fault = _checked_file_fault(conversion)
-    if fault is not None:
-        return fault
     for path, data in conversion.files.items():
         if not isinstance(path, Path) or not isinstance(data, bytes):
             return (
@@ -147,9 +129,9 @@ def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
                 "it maps a pathlib.Path to bytes: conversion.files[path] = text.encode()",
             )
     try:
-        msgspec.json.encode(conversion.report)
+        msgspec.json.encode(conversion.facts)
     except Exception as error:
-        return f"conversion.report cannot be JSON: {error}", "give it plain data"
+        return f"conversion.facts cannot be JSON: {error}", "give it plain data"
     return None
 
 

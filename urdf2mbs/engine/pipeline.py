@@ -20,6 +20,7 @@ from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import changed, look
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.files import is_file
+from urdf2mbs.levels import judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.seal import seal, unsealed
 from urdf2mbs.urdf.changes import between, snapshot
@@ -100,15 +101,15 @@ class Pipeline:
                 f"({', '.join(brought)})",
                 hint=f"put one in, such as 'after: {{{self._place(brought[0])}: {brought[0]}}}'",
             )
-        levels = self.settings.levels
+        config = self.settings.config
         try:
             with seldom_collected():
-                self._before_run(conversion)
+                self._call("urdf2mbs_before_run", conversion, settings=self.settings)
                 self._run(conversion, stop_after)
         except ConversionError as error:
-            error.said = levels.applied([*conversion.diagnostics, *error.said])
+            error.said = weigh([*conversion.diagnostics, *error.said], config)
             raise
-        levels.judge(conversion.diagnostics)
+        judge(conversion.diagnostics)
         output = self.settings.output
         data = conversion.files.get(output)
         if conversion.proof is None and data is not None and output.suffix == ".mbs":
@@ -120,27 +121,14 @@ class Pipeline:
         for hooks in self._hooks:
             hooks.urdf2mbs_progress(text=text)
 
-    def _before_run(self, conversion: Conversion) -> None:
-        try:
-            for hooks in self._hooks:
-                hooks.urdf2mbs_before_run(settings=self.settings)
-        except ConversionError:
-            raise
-        except FAILURES as error:
-            plugin = self.plugins.blame(error.__traceback__)
-            if plugin is None:
-                raise
-            raise hook_failed("urdf2mbs_before_run", *plugin, "", conversion, error) from error
-
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
-        levels = self.settings.levels
         watched = len(self._hooks) > 1 or any(map(self.plugins.hooked, _AROUND))
         ran: list[Registered] = []
         for configured in self.passes:
             found = configured.registered
             pass_ = configured.pass_
             if watched:
-                self._call("urdf2mbs_before_pass", pass_, conversion)
+                self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
             known = bool(conversion.robot.links)
             before = snapshot(conversion.robot) if known and _may_change(configured) else None
             ours = ours_alone(conversion) if found.plugin != GROUP else ""
@@ -165,9 +153,9 @@ class Pipeline:
                 others = [(other.kind.name, other.kind) for other in ran]
                 check_stale(type(pass_), seen, others, partial(_stale, found))
             ran.append(found)
-            conversion.diagnostics = levels.applied(conversion.diagnostics)
+            conversion.diagnostics = weigh(conversion.diagnostics, self.settings.config)
             if watched:
-                self._call("urdf2mbs_after_pass", pass_, conversion, seconds=seconds)
+                self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
             if pass_.name == stop_after:
                 break
 
@@ -206,17 +194,20 @@ class Pipeline:
         reads = self.plugins.passes[name][0].kind.reads
         return passes[max((first.get(section, 0) for section in reads), default=0)].name
 
-    def _call(self, hook: str, pass_: Pass, conversion: Conversion, **more: float) -> None:
-        """Call a hook of all plugins, and of those who watch."""
-        strangers = self.plugins.hooked(hook)
+    def _call(self, hook: str, conversion: Conversion, **more: Any) -> None:
+        """Call a hook of all plugins, and of those who watch; ``more`` it is called with, too."""
+        pass_: Pass | None = more.get("pass_")
+        if pass_ is not None:
+            more["conversion"] = conversion
+        name = pass_.name if pass_ is not None else ""
+        strangers = self.plugins.hooked(hook) if pass_ is not None else []
         before = snapshot(conversion.robot) if strangers else None
         ours = ours_alone(conversion) if strangers else ""
         try:
             for hooks in self._hooks:
-                getattr(hooks, hook)(pass_=pass_, conversion=conversion, **more)
+                getattr(hooks, hook)(**more)
             if before is not None:
-                when = "before" if "before" in hook else "after"
-                who = f"the hook {when} '{pass_.name}'"
+                who = f"the hook {'before' if 'before' in hook else 'after'} '{name}'"
                 names = "' or '".join(strangers)
                 check_ours(conversion, ours, who, names, "")
                 _note_change(conversion, before, who, names, declared=False)
@@ -226,7 +217,7 @@ class Pipeline:
             plugin = self.plugins.blame(error.__traceback__)
             if plugin is None:
                 raise
-            raise hook_failed(hook, *plugin, pass_.name, conversion, error) from error
+            raise hook_failed(hook, *plugin, name, conversion, error) from error
 
 
 def _stale(found: Registered, message: str, hint: str) -> ConversionError:
@@ -238,10 +229,7 @@ def _stale(found: Registered, message: str, hint: str) -> ConversionError:
 
 @contextmanager
 def seldom_collected() -> Iterator[None]:
-    """The collector seldom looks for cycles: a robot and its equations have hardly any.
-
-    A quarter of the time of a conversion.
-    """
+    """The collector seldom looks for cycles: a robot has hardly any.  A quarter of the time."""
     before = gc.get_threshold()
     gc.set_threshold(500_000, 20, 100)
     try:

@@ -7,11 +7,12 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+import msgspec
+
 from urdf2mbs.conversion import Settings
 from urdf2mbs.engine.config import Config, Key, Lines, Project
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.files import absolute, is_folder
-from urdf2mbs.levels import Levels
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.reader import stem
@@ -49,10 +50,8 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
                 f"package '{name}': there is no folder '{packages[name]}'",
                 ("packages", name),
             )
-    return Settings(
-        source, output, config.base, packages, xacro_args, config.gravity, project,
-        Levels(config.diagnostics, config.strict), languages, absolute(folder), config.trust_xacro,
-    )  # fmt: skip
+    config = msgspec.structs.replace(config, xacro_args=xacro_args)
+    return Settings(source, output, config, packages, project, languages, absolute(folder))
 
 
 def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines) -> None:

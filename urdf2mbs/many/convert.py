@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.engine.config import Config, Lines, Project, load, typed
+from urdf2mbs.engine.config import Config, Lines, Project, from_values, load
 from urdf2mbs.files import one_name
 from urdf2mbs.many.job import Job, Outcome, convert_one, died
 from urdf2mbs.many.sweep import members
@@ -15,7 +15,7 @@ from urdf2mbs.processes import EndedError, cores, each
 
 
 def convert_many(
-    configs: Iterable[str | os.PathLike[str] | Mapping[str, Any]],
+    configs: Iterable[str | os.PathLike[str] | Config | Mapping[str, Any]],
     *,
     workers: int | None = None,
     cluster: str | None = None,
@@ -24,10 +24,11 @@ def convert_many(
 ) -> Iterator[Outcome]:
     """Convert and write many robots; gives each result as it comes.
 
-    ``configs`` are config files, or mappings with the keys of one, whose paths are relative to
-    the working folder; a config with a ``sweep`` makes many robots.  ``workers`` is the number of
-    processes (default: one for each core); ``cluster`` is the address of a Dask scheduler, whose
-    workers must see the same files.  ``force`` replaces files that were edited, too.
+    ``configs`` are config files, or each a ``Config`` or a mapping of its fields, whose paths are
+    relative to the working folder; a config with a ``sweep`` makes many robots.  ``workers`` is the
+    number of processes (default: one for each core); ``cluster`` is the address of a Dask
+    scheduler, whose workers must see the same files.  ``force`` replaces files that were edited,
+    too.
 
     A robot that fails is a result, too.  What is wrong with the configs themselves raises
     ConfigError before anything is converted.
@@ -40,10 +41,9 @@ def convert_many(
     return run(jobs, workers=workers, cluster=cluster)
 
 
-def _read(config: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Config, Lines]:
-    if isinstance(config, Mapping):
-        lines = Lines(folder=Path.cwd())
-        return typed(Config, dict(config), lines), lines
+def _read(config: str | os.PathLike[str] | Config | Mapping[str, Any]) -> tuple[Config, Lines]:
+    if isinstance(config, (Config, Mapping)):
+        return from_values(config)
     return load(Path(config))
 
 

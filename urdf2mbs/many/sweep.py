@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from decimal import Decimal
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -24,11 +24,10 @@ _PLACE = re.compile(r"\{([^{}]*)\}")
 _UNSAFE = re.compile(r"[<>:\"/\\|?*$~%\x00-\x1f\x7f]")
 
 
-class Member(msgspec.Struct):
+class Member(NamedTuple):
     """One robot of a sweep."""
 
     config: Config
-    """That of this robot alone."""
     values: dict[str, Any]
     """What it has of its own: xacro arguments by name, options as ``PASS.OPTION``."""
 

@@ -79,7 +79,7 @@ class AlignFrames(Pass):
             search.count(node)
         for node in nodes[1:]:
             search.choose(node, conversion)
-        conversion.report["align-frames"] = {
+        conversion.facts["align-frames"] = {
             "driven": sum(
                 len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves
             ),

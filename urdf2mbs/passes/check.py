@@ -39,7 +39,7 @@ class Check(Pass):
             weightless=sorted(conversion.weightless & conversion.frozen.keys()),
             driven=[coupling.follower.name for coupling in conversion.simulation.driven],
             models=conversion.mbs.user_models,
-            gravity=conversion.settings.gravity,
+            gravity=conversion.settings.config.gravity,
             tolerance=self.tolerance,
         )
         undeclared = [

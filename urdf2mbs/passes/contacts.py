@@ -94,7 +94,7 @@ class Contacts(Pass):
         if floating(mbs) is not None and any(g):
             _check_balance(conversion, placement, places)
         _add_law(conversion, self)
-        conversion.report["contacts"] = [
+        conversion.facts["contacts"] = [
             {"link": contact.link, "point": contact.point} for contact in simulation.contacts
         ]
 

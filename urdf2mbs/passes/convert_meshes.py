@@ -127,7 +127,7 @@ class ConvertMeshes(Pass):
                     shape.scale = (abs(x), abs(y), abs(z))
         _tell_lost(conversion, lost, links, self)
         _tell(conversion, told, links)
-        conversion.report["convert-meshes"] = {
+        conversion.facts["convert-meshes"] = {
             "folder": str(folder), **counts,
             "lost": {
                 kind: {name: {"links": links[name], "why": why} for name, why in files.items()}

@@ -88,7 +88,7 @@ def _repair(conversion: Conversion) -> None:
         f"one: {listed}",
         link=next(iter(repaired)),
     )
-    conversion.report["inertia-repair"] = repaired
+    conversion.facts["inertia-repair"] = repaired
 
 
 def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
@@ -108,7 +108,7 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
             if solid[0] > 0.0:
                 solids[link.name] = solid, means
     if not solids:
-        conversion.report["estimate-inertia"] = {"links": {}}
+        conversion.facts["estimate-inertia"] = {"links": {}}
         return
     density = options.density or _density(conversion, solids, options.total_mass or 0.0)
     for name, ((volume, centre, tensor), _) in solids.items():
@@ -143,7 +143,7 @@ def _tell(conversion: Conversion, solids: dict[str, tuple[Solid, str]], density:
         f"{counted(len(solids), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "
         f"{listed}",
     )
-    conversion.report["estimate-inertia"] = {
+    conversion.facts["estimate-inertia"] = {
         "density": density,
         "links": {
             name: {

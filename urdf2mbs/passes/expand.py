@@ -19,12 +19,12 @@ class Expand(Pass):
         data, expansion = expanded(
             settings.source,
             conversion.packages,
-            settings.xacro_args,
-            trust_xacro=settings.trust_xacro,
+            settings.config.xacro_args,
+            trust_xacro=settings.config.trust_xacro,
         )
         if expansion is not None:
             conversion.expanded = expansion.text
         conversion.robot, diagnostics = read_text(
-            settings.source, data, expansion, settings.xacro_args
+            settings.source, data, expansion, settings.config.xacro_args
         )
         conversion.diagnostics += diagnostics

@@ -31,12 +31,12 @@ class FindSingular(Pass):
         }
         singular = find_singular(conversion.mbs, rules)
         if not singular:
-            conversion.report["singular"] = []
+            conversion.facts["singular"] = []
             return
         owner = {
             name: joint for joint, names in conversion.names.coordinates.items() for name in names
         }
-        conversion.report["singular"] = [
+        conversion.facts["singular"] = [
             {**msgspec.to_builtins(one), "urdf_joint": owner.get(one.joint)} for one in singular
         ]
         if not any(body.mass or body.inertia for body in conversion.mbs.bodies):

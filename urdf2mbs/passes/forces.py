@@ -124,7 +124,7 @@ class Forces(Pass):
                 _model("link_damping", damping),
                 _model("link_length", lengths),
             ]
-        conversion.report["forces"] = {
+        conversion.facts["forces"] = {
             "wrenches": [wrench.point for wrench in simulation.wrenches],
             "springs": [spring.link for spring in simulation.springs],
         }

@@ -25,10 +25,10 @@ class InsertBase(Pass):
 
     def run(self, conversion: Conversion) -> None:
         robot = conversion.robot
-        conversion.mbs.base.gravity = conversion.settings.gravity
+        conversion.mbs.base.gravity = conversion.settings.config.gravity
         root = robot.root()
         welded, floating = _welded_to(robot, root)
-        asked = conversion.settings.base
+        asked = conversion.settings.config.base
 
         if floating is not None:
             conversion.floating, conversion.base_reason = False, "own joint"

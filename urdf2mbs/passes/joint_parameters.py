@@ -97,7 +97,7 @@ class JointParameters(Pass):
             ]
             conversion.mbs.user_models.append(UserModel(model, parameters))
         if models:
-            conversion.report["joint-parameters"] = models
+            conversion.facts["joint-parameters"] = models
         if conversion.settings.project is None and {"damping", "friction"} & models.keys():
             names = {**models.get("damping", {}), **models.get("friction", {})}
             conversion.warn(

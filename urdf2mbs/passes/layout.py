@@ -30,7 +30,7 @@ class Layout(Pass):
         report: dict[str, Any] = {"style": arrange(conversion.mbs, self.style)}
         if self.keep:
             report["kept"] = _keep(conversion)
-        conversion.report["layout"] = report
+        conversion.facts["layout"] = report
 
 
 def _keep(conversion: Conversion) -> int:

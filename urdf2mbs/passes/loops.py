@@ -130,7 +130,7 @@ class Loops(Pass):
             placement.joints[index].joint.actuated = False
         _tell_open(conversion, placement)
         names = [placement.joints[index].joint for index in dependent]
-        conversion.report["loops"] = {"cuts": mbs.cuts, "dependent": names}
+        conversion.facts["loops"] = {"cuts": mbs.cuts, "dependent": names}
         conversion.note(
             "loops",
             f"{counted(len(mbs.cuts), 'cut')} {'makes' if len(mbs.cuts) == 1 else 'make'} "

@@ -84,7 +84,7 @@ class Posture(Pass):
         if self.hold is not None:
             conversion.simulation.hold = _hold(conversion, self.hold)
         if given:
-            conversion.report["posture"] = given
+            conversion.facts["posture"] = given
 
 
 #: Of what a joint carries (Hz), and its damping ratio, where the config has no other.

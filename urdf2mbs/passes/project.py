@@ -46,7 +46,7 @@ class Project(Pass):
         for language in conversion.settings.languages:
             for path, data in starters(language, mbs.name).items():
                 conversion.starters[folder / path] = data
-        conversion.report["project"] = {
+        conversion.facts["project"] = {
             "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
             "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
         }

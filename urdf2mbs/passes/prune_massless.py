@@ -88,7 +88,7 @@ def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
 def _tell_no_mass(conversion: Conversion) -> None:
     links = conversion.robot.links.values()
     shown = any(link.visuals or link.collisions for link in links)
-    asked = "estimate-inertia" in conversion.report
+    asked = "estimate-inertia" in conversion.facts
     conversion.warn(
         "no-mass",
         "NO DYNAMICS: no link has a mass or an inertia; the frames are kept, as bodies without "

@@ -62,7 +62,7 @@ class Sensors(Pass):
                 f"body: {', '.join(lost)}",
             )
         if simulation.sensors:
-            conversion.report["sensors"] = [
+            conversion.facts["sensors"] = [
                 {"name": s.name, "kind": s.kind, "link": s.link, "point": s.point}
                 for s in simulation.sensors
             ]

@@ -11,10 +11,10 @@ typedef struct MbsData {
     double **SWr, **l3DWr;
     double g[4];
     UserModel *user_model;
-    double *m, *lrod, *Z, *Zd, *Fl;
-    double **l, **In, **frc, **trq;
     int DonePart;
     double tsim;
+    double *m, *lrod, *Z, *Zd, *Fl;
+    double **l, **In, **frc, **trq;
 } MbsData;
 
 void mbs_delete_data(MbsData *mbs_data);
