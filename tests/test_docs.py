@@ -350,7 +350,7 @@ def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
 TAKES_CODE = {
     "failed": 1, "choose": 2,
     "ConversionError": 0, "ConfigError": 0, "Diagnostic": 1, "warn": 0, "note": 0, "fail": 0,
-    "error": 0, "_failed": 0, "Fault": 0, "Slip": 0, "part": 1,
+    "error": 0, "_failed": 0, "Fault": 0, "Slip": 0, "add_point": 3, "fault": 0,
 }  # fmt: skip
 
 
@@ -371,7 +371,8 @@ def source_codes() -> set[str]:
                 at = TAKES_CODE[name]
                 if name == "fail" and not any(strings(call.args[0], function)):
                     at = 1  # where the element comes first
-                found.update(strings(call.args[at], function))
+                if at < len(call.args):  # else it is another function of this name
+                    found.update(strings(call.args[at], function))
     return found
 
 

@@ -79,7 +79,7 @@ def test_all_is_as_in_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     started = note_processes(monkeypatch)
     assert made(source) == alone
     assert len(started) == 2
-    assert all(process.returncode is not None for process in started)
+    assert all(process.wait(30) is not None for process in started)
     assert len(alone[0]) == 7
     assert any("mesh-unreadable" in line for line in alone[1])
     assert any("mesh-missing" in line for line in alone[1])

@@ -182,7 +182,7 @@ def test_nothing_is_said_to_be_written_of_a_rejected_model(here: Path, capsys: A
         "    return [make('wrong', run, reads=('inertias',))]\n"
     )
     words = ["convert", "tiny.urdf", "-o", "-", "--plugin", "wrong.py", "--after"]
-    assert main([*words, "layout=wrong"]) == 3
+    assert main([*words, "reframe-inertia=wrong"]) == 3
     out, err = capsys.readouterr()
     assert out == ""
     assert "tiny: nothing is written" in err
@@ -237,7 +237,7 @@ def test_code_of_another_language_is_removed(here: Path, capsys: Any) -> None:
         if language == "c":
             mine = here / "lamp" / "userfctR" / "user_JointForces.c"
             mine.write_text("/* mine */\n")
-    assert "warning[project-obsolete]: 5 files of an earlier conversion" in capsys.readouterr().err
+    assert "warning[project-obsolete]: 6 files of an earlier conversion" in capsys.readouterr().err
     names = {file.name for file in (here / "lamp" / "userfctR").iterdir()}
     assert {"lamp_robot.py", "equations_fit.py", "user_JointForces.c"} <= names
     assert not names & {"lamp_robot.c", "lamp_robot.h", "user_model.c", "user_all_id.h"}

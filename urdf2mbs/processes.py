@@ -62,6 +62,7 @@ def each(
     from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
     running: dict[Future[Result], Task] = {}
+    last: list[tuple[Task, Future[Result]]] = []
     with stopping.Unfinished(), ThreadPoolExecutor(count) as threads, _Pool(work, count) as pool:
         coming = iter(tasks)
         try:
@@ -71,13 +72,17 @@ def each(
                     if len(running) >= 2 * count:
                         break
                 if not running:
-                    return
+                    break
                 first = next(iter(running))
                 done = wait([first] if in_order else running, return_when=FIRST_COMPLETED).done
-                for future in done:
-                    yield running.pop(future), future
+                results = [(running.pop(future), future) for future in done]
+                if not running:  # and no task is left: who asks for no more must not keep the pool
+                    last = results
+                    break
+                yield from results
         finally:
             threads.shutdown(wait=False, cancel_futures=True)
+    yield from last
 
 
 class _Pool(Generic[Task, Result]):

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from project.test_loops import BALL, FOUR_BAR, at, link
+from passes.test_loops import BALL, FOUR_BAR, at, link
 from runtime import HEADER, CEquations, Data, PythonEquations
 
 from urdf2mbs.cli import main
@@ -43,7 +43,7 @@ def test_the_numbers_of_robotrans_own_equations(reference: Path, tmp_path: Path)
     name = reference.name.removesuffix(".reference.json")
     model = SAMPLES / f"{name}.mbs"
     mbs = read(model.read_bytes(), name, mechanics_only=True)
-    for file, text in generate(mbs, b"", name).files.items():
+    for file, text in generate(mbs, b"<mbsDescR7/>", name).files.items():
         (tmp_path / file).write_bytes(text)
     wanted, data = json.loads(reference.read_text()), check.Data(str(model))
     different = set()
@@ -56,7 +56,7 @@ def test_the_numbers_of_robotrans_own_equations(reference: Path, tmp_path: Path)
 
 
 def run(mbs: Mbs, folder: Path, *, c: bool) -> PythonEquations:
-    made = generate(mbs, b"", "m.mbs", language="c" if c else "python")
+    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="c" if c else "python")
     return (CEquations if c else PythonEquations)(made, mbs, folder)
 
 
@@ -149,7 +149,7 @@ def test_a_row_that_is_zero_after_cancelling_only_is_kept() -> None:
     rows = {}
     for point in ("P", "Q"):
         mbs.cuts = [Connection("ball", "cut", ("b", point), (None, "P"))]
-        text = generate(mbs, b"", "m").files["mbs_cons_jdqd_m.py"].decode()
+        text = generate(mbs, b"<mbsDescR7/>", "m").files["mbs_cons_jdqd_m.py"].decode()
         rows[point] = text.count("Jdqd[")
     assert rows == {"P": 3, "Q": 2}
 
@@ -306,14 +306,14 @@ def test_a_draft_of_a_cut_or_a_link() -> None:
     """What does not need it is generated."""
     mbs = arm(links=1)
     mbs.links[0].endpoint1 = ("", None)
-    made = generate(mbs, b"", "arm.mbs", language="c")
+    made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language="c")
     assert set(made.left_out) == {"link"}
     assert "link 'l0' is a draft" in made.left_out["link"]
     # a library of 2017 calls functions of what the model does not have: these do nothing there
     assert b"BEFORE_2025" not in made.files["mbs_link_arm.c"]
     assert b"#ifndef MBS_BEFORE_2025" in made.files["mbs_link3D_arm.c"]
     mbs.cuts = [Connection("ball", "pin", ("b", ""), (None, "P"))]
-    made = generate(mbs, b"", "arm.mbs", language="c")
+    made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language="c")
     assert set(made.left_out) == {"link", "cons_hJ", "cons_jdqd", "accelred", "invdynared"}
     assert len(made.files) == 11
 
@@ -324,12 +324,12 @@ def test_the_names_of_the_files() -> None:
     def names(made: Equations) -> set[str]:
         return {name.split("_", 1)[1].rsplit("_", 1)[0] for name in made.files}
 
-    python, c = (names(generate(arm(), b"", "a", language=x)) for x in ("python", "c"))
+    python, c = (names(generate(arm(), b"<mbsDescR7/>", "a", language=x)) for x in ("python", "c"))
     assert c - python == {"invdynared"}
     assert not python - c
 
 
 def test_a_small_model_with_numba(tmp_path: Path) -> None:
     """A function in one piece needs no shared array."""
-    text = generate(arm(), b"", "a", numba=True).files["mbs_dirdyna_arm.py"].decode()
+    text = generate(arm(), b"<mbsDescR7/>", "a", numba=True).files["mbs_dirdyna_arm.py"].decode()
     assert "empty(0)" in text

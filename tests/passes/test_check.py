@@ -104,6 +104,6 @@ def test_a_link_that_is_nowhere_is_a_difference(tmp_path: Path) -> None:
         "def urdf2mbs_passes():\n"
         "    return [make('lose', run)]\n"
     )
-    found = convert_text(TINY, plugins=[plugin], after={"emit": "lose"}).report.proof
+    found = convert_text(TINY, plugins=[plugin], after={"assign-names": "lose"}).report.proof
     assert found.same is False
     assert [(d.kind, d.link) for d in found.differences] == [("frame-lost", "tool")]

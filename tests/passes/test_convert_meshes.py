@@ -249,7 +249,7 @@ def test_an_unchanged_mesh_is_not_converted_again(
     monkeypatch.setattr("urdf2mbs.meshes.reader.read", no)
     second = convert(tmp_path, meshes)
     assert second.files == {}
-    assert second.report["convert-meshes"]["kept"] == len(SAMPLES)
+    assert second.facts["convert-meshes"]["kept"] == len(SAMPLES)
     assert shapes_of(second) == shapes_of(first)
     assert second.diagnostics == first.diagnostics
 

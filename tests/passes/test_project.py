@@ -192,7 +192,7 @@ def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
         "constraints 2", "MbsPart 1", "rowperm=1 verbose=1", "MbsDirdyn 3",
-        "dt0=0.001 tf=1.0 save2file=1", "no plot: pip install matplotlib",
+        "dt0=0.0005 tf=1.0 save2file=1", "no plot: pip install matplotlib",
     ]  # fmt: skip
 
 

@@ -157,7 +157,7 @@ def plugin(tmp_path: Path, text: str) -> Path:
 
 
 def test_what_a_pass_changed_on_purpose_is_told(tmp_path: Path) -> None:
-    file = plugin(tmp_path, SCALE.replace("{tokens}", 'changes=("robot",)'))
+    file = plugin(tmp_path, SCALE.replace("{tokens}", 'writes=("robot",)'))
     result = run_pass("scale-masses", file)
     assert result.report.proof is not None
     assert result.report.proof.same
@@ -173,7 +173,7 @@ def test_what_a_pass_changed_on_purpose_is_told(tmp_path: Path) -> None:
 
 
 def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys: Any) -> None:
-    file = plugin(tmp_path, SCALE.replace("{tokens}", 'needs=("robot",)'))
+    file = plugin(tmp_path, SCALE.replace("{tokens}", 'reads=("robot",)'))
     result = run_pass("scale-masses", file)
     assert result.report.proof is not None
     assert [d.kind for d in result.report.proof.differences] == ["changed"]
@@ -187,7 +187,7 @@ def test_a_change_that_no_pass_owns_up_to_is_a_difference(tmp_path: Path, capsys
     assert main(["run", str(config)]) == 3
     said = capsys.readouterr()
     assert "scale-masses (plugin 'plugin') changed of the robot: 3 masses" in said.err
-    assert "changes=('robot',)" in said.err
+    assert "writes = ('robot',)" in said.err
     assert not (tmp_path / "tiny.mbs").exists()
 
 

@@ -140,12 +140,14 @@ def field_docs(kind: type) -> dict[str, str]:
         tree = ast.parse(dedent(inspect.getsource(kind)))
     except (OSError, TypeError, SyntaxError):
         return {}
+    fields = getattr(kind, "__struct_fields__", ())
     docs = {name: text for base in kind.__bases__ for name, text in field_docs(base).items()}
     body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
     for field, after in pairwise(body):
         if (
             isinstance(field, ast.AnnAssign)
             and isinstance(field.target, ast.Name)
+            and field.target.id in fields
             and isinstance(after, ast.Expr)
             and isinstance(after.value, ast.Constant)
             and isinstance(after.value.value, str)

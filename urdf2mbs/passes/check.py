@@ -43,7 +43,7 @@ class Check(Pass):
             tolerance=self.tolerance,
         )
         undeclared = [
-            Difference("changed", f"{one}, and does not say so by changes=('robot',)")
+            Difference("changed", f"{one}, and does not say so by writes = ('robot',)")
             for one in conversion.changed
             if not one.declared
         ]

@@ -163,13 +163,14 @@ def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
             groups.remove(group)
             cuts, rows, names = group[0] + cuts, group[1] + rows, group[2] | names
         groups.append((cuts, rows, names))
+    stated = {cut.name for cut in mbs.cuts if _is_stated(cut, robot)}
     for cuts, rows, names in groups:
         if cuts:
-            _loop(cuts, rows, sorted(names), nature, out)
-    stated = _stated(robot)
+            own = all(cut.name in stated for cut in cuts)
+            _loop(cuts, rows, sorted(names), nature, out, own=own)
     for cut in mbs.cuts:
         what = f"cut '{cut.name}' ({cut.kind})"
-        if cut.name.removesuffix("_1").removesuffix("_2") in stated or cut.name in stated:
+        if cut.name in stated:
             out.not_compared[what] = "in <gazebo> of the URDF, whose ends are not read here"
         else:
             out.but_for[what] = "not in the URDF"
@@ -178,9 +179,12 @@ def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
 
 def _loop(
     cuts: list[Connection], rows: list[dict[str, float]], names: list[str],
-    nature: Mapping[str, str], out: Coordinates,
+    nature: Mapping[str, str], out: Coordinates, *, own: bool,
 ) -> None:  # fmt: skip
-    """Compare how many joints of a loop are dependent with how many its constraints want."""
+    """Compare how many joints of a loop are dependent with how many its constraints want.
+
+    The URDF's ``own`` loop may leave nothing that moves.
+    """
     import numpy as np
 
     matrix = np.array([[row.get(name, 0.0) for name in names] for row in rows])
@@ -188,6 +192,8 @@ def _loop(
     who = "cut " + some(f"'{cut.name}'" for cut in cuts)
     dependent = sum(nature[name] == "dependent" for name in names)
     if names and rank >= len(names):
+        if own:
+            return
         said = f"{who}: nothing can move at {some(names)} any more"
         out.differ("cut", said, joint=names[0])
     elif dependent != rank:
@@ -242,6 +248,7 @@ class _Jacobian:
         return way
 
 
-def _stated(robot: Robot) -> set[str]:
-    """The names of the joints that the URDF has in ``<gazebo>``."""
-    return {joint.name for extension in robot.extensions for joint in extension.joints}
+def _is_stated(cut: Connection, robot: Robot) -> bool:
+    """True if a joint in the URDF's ``<gazebo>`` has the name of a cut."""
+    names = {cut.name, cut.name.removesuffix("_1").removesuffix("_2")}
+    return any(joint.name in names for extension in robot.extensions for joint in extension.joints)
