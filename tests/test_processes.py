@@ -179,3 +179,12 @@ def test_a_script_needs_no_guard(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (0, "once\n"), done.stderr
     assert len(list((tmp_path / "p" / "animationR" / "vrml").glob("*.wrl"))) == 7
+
+
+@pytest.mark.parametrize("in_order", [False, True])
+def test_no_task_is_lost(in_order: bool) -> None:
+    done = [
+        (task, result.result())
+        for task, result in processes.each(str, range(23), 2, in_order=in_order)
+    ]
+    assert sorted(done) == [(task, str(task)) for task in range(23)]

@@ -65,21 +65,23 @@ def each(
     last: list[tuple[Task, Future[Result]]] = []
     with stopping.Unfinished(), ThreadPoolExecutor(count) as threads, _Pool(work, count) as pool:
         coming = iter(tasks)
+        more = True
         try:
-            while True:
-                for task in coming:
-                    running[threads.submit(pool.ask, task)] = task
-                    if len(running) >= 2 * count:
-                        break
+            while not last:
+                while more and len(running) < 2 * count:
+                    task = next(coming, None)
+                    more = task is not None
+                    if task is not None:
+                        running[threads.submit(pool.ask, task)] = task
                 if not running:
                     break
                 first = next(iter(running))
                 done = wait([first] if in_order else running, return_when=FIRST_COMPLETED).done
                 results = [(running.pop(future), future) for future in done]
-                if not running:  # and no task is left: who asks for no more must not keep the pool
+                if running or more:
+                    yield from results
+                else:  # who asks for no more must not keep the pool
                     last = results
-                    break
-                yield from results
         finally:
             threads.shutdown(wait=False, cancel_futures=True)
     yield from last
