@@ -23,7 +23,7 @@ from urdf2mbs.conversion import Conversion, LinkFrame, Names, Segment, Step
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import field_docs
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.summary import Joints, Report
+from urdf2mbs.report.summary import Joints, Report
 
 DOCS = Path(__file__).resolve().parent
 CODE = "```"

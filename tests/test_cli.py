@@ -258,13 +258,16 @@ def test_help_imports_nothing_but_argparse(words: list[str]) -> None:
     )
     ours = loaded(f"from urdf2mbs.cli import main; main({words})")
     free = {"__future__", *sys.builtin_module_names}
-    own = {"urdf2mbs", "urdf2mbs.cli", "urdf2mbs.commands", "urdf2mbs.stopping"}
+    own = {
+        "urdf2mbs", "urdf2mbs.cli", "urdf2mbs.commands", "urdf2mbs.machine",
+        "urdf2mbs.machine.stopping",
+    }  # fmt: skip
     assert ours - bare - free == own
     assert not (ours - loaded("pass")) & {"shutil", "typing"}
 
 
 def test_the_package_imports_what_is_asked_for() -> None:
-    assert "urdf2mbs.diagnostics" not in loaded("import urdf2mbs")
+    assert "urdf2mbs.messages.diagnostics" not in loaded("import urdf2mbs")
     assert "urdf2mbs.api" not in loaded("from urdf2mbs import ConversionError")
     assert "urdf2mbs.api" in loaded("from urdf2mbs import convert")
     for name in urdf2mbs.__all__:
@@ -277,9 +280,9 @@ def test_the_package_imports_what_is_asked_for() -> None:
 def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
     heavy = {"numpy", "xacro", "pinocchio", "trimesh", "xml", "importlib.metadata",
              "dataclasses", "asyncio", "subprocess", "json", "html", "email", "tempfile",
-             "shutil", "difflib", "traceback", "importlib.util", "urdf2mbs.catalogue",
+             "shutil", "difflib", "traceback", "importlib.util", "urdf2mbs.messages.catalogue",
              "urdf2mbs.meshes", "urdf2mbs.project", "urdf2mbs.api",
-             "urdf2mbs.processes"}  # fmt: skip
+             "urdf2mbs.machine.processes"}  # fmt: skip
     needed = loaded("import lxml.etree, msgspec, pluggy")  # and what these import
     found = loaded("from urdf2mbs.cli import main; main(['convert', 'tiny.urdf'])") - needed
     assert found & {*heavy, "yaml", "urdf2mbs.many", "urdf2mbs.equations.graph"} == set()

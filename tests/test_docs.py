@@ -25,18 +25,18 @@ from installed import FOOT_CONTACTS, install
 from lxml import etree
 from making import passes_of
 
-from urdf2mbs.catalogue import CATALOGUE, SECTIONS, page
 from urdf2mbs.cli import main
 from urdf2mbs.commands import COMMANDS
 from urdf2mbs.commands.dump import state
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine import hookspecs, sections
 from urdf2mbs.engine.config import Config, field_docs, load, parse
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.many.sweep import members
-from urdf2mbs.output import write_files
+from urdf2mbs.messages.catalogue import CATALOGUE, SECTIONS, page
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.elements import ATTRIBUTES
 
@@ -403,12 +403,12 @@ def test_every_code_is_in_the_catalogue_and_no_other() -> None:
     documented, said = set(CATALOGUE), source_codes()
     codes = [code for section in SECTIONS for kind in section.levels.values() for code in kind]
     assert len(codes) == len(documented)
-    assert said - documented == set(), "not in urdf2mbs/catalogue.py"
-    assert documented - said == set(), "in urdf2mbs/catalogue.py, but nowhere said"
+    assert said - documented == set(), "not in messages/catalogue.py"
+    assert documented - said == set(), "in messages/catalogue.py, but nowhere said"
 
 
 def test_the_page_is_the_catalogue() -> None:
-    """Else: python -m urdf2mbs.catalogue > docs/diagnostics.md"""
+    """Else: python -m urdf2mbs.messages.catalogue > docs/diagnostics.md"""
     assert (DOCS / "diagnostics.md").read_text() == page()
 
 

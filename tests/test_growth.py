@@ -13,8 +13,8 @@ import pytest
 from lxml import etree
 
 from urdf2mbs import Result, convert, verify
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs import reader
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse, read_robot
 from urdf2mbs.urdf.values import _says_the_same
@@ -183,7 +183,7 @@ def test_a_line_of_a_long_mbs_is_counted_only_for_an_error(
     assert raised.value.line is not None
     assert raised.value.line > 70_000
     assert b"<mass>" in data.splitlines()[raised.value.line - 1]
-    monkeypatch.setattr("urdf2mbs.xml_lines._lines", None)
+    monkeypatch.setattr("urdf2mbs.xml.lines._lines", None)
     assert len(read(data).bodies) == 5
 
 

@@ -13,9 +13,9 @@ from robots import BROKEN, CONVERTIBLE, RealRobot
 
 from urdf2mbs.cli import main
 from urdf2mbs.commands.init import in_words, init
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[1]

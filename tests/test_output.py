@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import output
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.output import RECORD
-from urdf2mbs.output import write_files as write_ours
+from urdf2mbs.disk import output
+from urdf2mbs.disk.output import RECORD
+from urdf2mbs.disk.output import write_files as write_ours
+from urdf2mbs.messages.diagnostics import ConfigError
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
 

@@ -18,7 +18,7 @@ from evaluator import Evaluator
 from reference import Comparison, Urdf, lost_shapes, structure_faults
 from robots import BROKEN, CONVERTIBLE, RealRobot
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import convert, processes
+from urdf2mbs import convert
+from urdf2mbs.machine import processes
 from urdf2mbs.meshes.model import MeshError
 from urdf2mbs.passes import convert_meshes
 
@@ -162,7 +163,7 @@ SCRIPT = """\
 import sys
 from pathlib import Path
 from urdf2mbs import convert
-from urdf2mbs import processes
+from urdf2mbs.machine import processes
 from urdf2mbs.passes import convert_meshes
 convert_meshes.WORTH, processes.cores = 1, lambda: 2
 print("once")

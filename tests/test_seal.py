@@ -12,9 +12,9 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.output import RECORD, write_files
-from urdf2mbs.seal import intact, seal, sealed
+from urdf2mbs.disk.output import RECORD, write_files
+from urdf2mbs.disk.seal import intact, seal, sealed
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 

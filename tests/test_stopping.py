@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.seal import intact
+from urdf2mbs.disk.seal import intact
 from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -63,8 +63,8 @@ def run(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     ("number", "module"),
     [(signal.SIGINT, module) for module in (
-        "argparse", "urdf2mbs.diagnostics", "lxml.etree", "msgspec._core", "pluggy",
-        "urdf2mbs.passes", "urdf2mbs.output", "random",
+        "argparse", "urdf2mbs.messages.diagnostics", "lxml.etree", "msgspec._core", "pluggy",
+        "urdf2mbs.passes", "urdf2mbs.disk.output", "random",
     )] + [(signal.SIGTERM, "argparse"), (signal.SIGTERM, "lxml.etree")],
 )  # fmt: skip
 def test_while_python_imports(number: signal.Signals, module: str, tmp_path: Path) -> None:

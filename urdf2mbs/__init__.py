@@ -5,9 +5,9 @@
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from urdf2mbs.api import Result, Verdict, convert, verify
-    from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
     from urdf2mbs.engine.config import Config
     from urdf2mbs.many import Outcome, convert_many
+    from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 
 __all__ = [
     "Config",
@@ -24,9 +24,9 @@ __all__ = [
 
 _HOMES = {
     "Config": "urdf2mbs.engine.config",
-    "ConfigError": "urdf2mbs.diagnostics",
-    "ConversionError": "urdf2mbs.diagnostics",
-    "Diagnostic": "urdf2mbs.diagnostics",
+    "ConfigError": "urdf2mbs.messages.diagnostics",
+    "ConversionError": "urdf2mbs.messages.diagnostics",
+    "Diagnostic": "urdf2mbs.messages.diagnostics",
     "Outcome": "urdf2mbs.many",
     "Result": "urdf2mbs.api",
     "Verdict": "urdf2mbs.api",

@@ -9,20 +9,20 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs import files
 from urdf2mbs.conversion import Conversion, LinkFrame, Names
-from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference
+from urdf2mbs.disk import files
+from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, from_values, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, validate
-from urdf2mbs.output import write
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, Difference
 from urdf2mbs.proof.compare import TOLERANCE, Comparison, compare
 from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, spellings
 from urdf2mbs.proof.verdict import in_words
 from urdf2mbs.ranges import LARGEST_TOLERANCE
+from urdf2mbs.report.summary import Report, report
 from urdf2mbs.spatial import Vec
-from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import read_file

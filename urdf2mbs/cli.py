@@ -3,7 +3,7 @@
 import os
 import sys
 
-from urdf2mbs import stopping
+from urdf2mbs.machine import stopping
 
 # What more a command needs is imported when it runs, so that help comes at once.
 TYPE_CHECKING = False
@@ -81,8 +81,8 @@ def _carry_out(arguments: "argparse.Namespace") -> int:
     from errno import ENOSPC
     from pathlib import Path
 
-    from urdf2mbs.diagnostics import ConfigError, ConversionError, memory_full
-    from urdf2mbs.files import absolute
+    from urdf2mbs.disk.files import absolute
+    from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full
 
     try:
         absolute(Path())  # a working folder that is not there any more is told at once

@@ -9,9 +9,9 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError, Diagnostic, Difference, nearest
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model as mbs
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, Difference, nearest
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import Change, told

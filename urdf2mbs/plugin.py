@@ -17,15 +17,15 @@ from urdf2mbs.conversion import (
     Step,
     choose,
 )
-from urdf2mbs.diagnostics import (
+from urdf2mbs.engine.hookspecs import Pass, hookimpl
+from urdf2mbs.mbs import model as mbs
+from urdf2mbs.messages.diagnostics import (
     ConfigError,
     ConversionError,
     Diagnostic,
     Difference,
     nearest,
 )
-from urdf2mbs.engine.hookspecs import Pass, hookimpl
-from urdf2mbs.mbs import model as mbs
 from urdf2mbs.urdf import model as urdf
 
 #: Of this interface.

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import msgspec
 import pytest
 
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConversionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,10 +12,10 @@ from lxml import etree
 from report.shown import SHOWN, shown
 
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConversionError
 
 SVG = "{http://www.w3.org/2000/svg}"
 Box = tuple[float, float, float, float]

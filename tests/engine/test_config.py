@@ -15,10 +15,10 @@ from urdf2mbs import convert
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, chosen
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, field_docs, load, parse, typed
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.yaml_text import word
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -14,8 +14,8 @@ import urdf2mbs
 from urdf2mbs import convert, plugin
 from urdf2mbs.cli import main
 from urdf2mbs.commands.new_pass import new_pass
-from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY, convert_text
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from urdf2mbs import convert
-from urdf2mbs.catalogue import DEFAULTS
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.messages.catalogue import DEFAULTS
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"

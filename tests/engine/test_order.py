@@ -9,12 +9,12 @@ import pytest
 from making import make, passes_of
 
 from urdf2mbs import convert
-from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.sections import SECTIONS, changed, look
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.passes import urdf2mbs_passes
 from urdf2mbs.testing import TINY, convert_text, run_pass
 

@@ -16,12 +16,12 @@ from making import passes_of
 from urdf2mbs import convert
 from urdf2mbs.commands.dump import Dump, state, to_yaml
 from urdf2mbs.conversion import Conversion, Settings
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.output import write_files
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 from urdf2mbs.urdf.model import Robot
 

@@ -15,9 +15,9 @@ from msgspec.inspect import FloatType, IntType, StructType, type_info
 
 from urdf2mbs.cli import main
 from urdf2mbs.commands.schema import schema
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import LARGEST_TOLERANCE, in_words
 from urdf2mbs.testing import TINY, convert_text
 

@@ -29,9 +29,7 @@ import yaml
 from lxml import etree
 
 from urdf2mbs.api import convert
-from urdf2mbs.catalogue import CATALOGUE
 from urdf2mbs.cli import main as command_line
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
@@ -41,6 +39,8 @@ from urdf2mbs.mbs.writer import write
 from urdf2mbs.meshes import reader as meshes
 from urdf2mbs.meshes import vrml, vrml_reader
 from urdf2mbs.meshes.model import MeshError
+from urdf2mbs.messages.catalogue import CATALOGUE
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
 #: One input may take so many seconds.

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import files
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.disk import files
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
 #: What follows ``source: tiny.urdf`` in a config, and the code of what is told.

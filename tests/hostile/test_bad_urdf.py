@@ -8,7 +8,7 @@ import pytest
 from hostile.bad_urdf import GOOD, all_cases
 
 from urdf2mbs.api import convert
-from urdf2mbs.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf.messages import MOST_ERRORS
 from urdf2mbs.urdf.reader import parse
 

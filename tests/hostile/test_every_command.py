@@ -14,11 +14,11 @@ from typing import Any
 import pytest
 
 from urdf2mbs.api import convert, verify
-from urdf2mbs.catalogue import CATALOGUE
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.config import load
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.catalogue import CATALOGUE
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
 LAUGHS = b"a: &a [x]\n" + b"".join(

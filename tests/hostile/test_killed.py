@@ -19,12 +19,13 @@ from unittest.mock import patch
 
 import pytest
 
-from urdf2mbs import cli, output
+from urdf2mbs import cli
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk import output
+from urdf2mbs.disk.output import write, write_files
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.output import write, write_files
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes of POSIX")

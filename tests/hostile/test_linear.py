@@ -14,10 +14,10 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.diagnostics import ConversionError, render
 from urdf2mbs.engine import config, yaml_text
 from urdf2mbs.many import folder
 from urdf2mbs.mbs import reader as mbs
+from urdf2mbs.messages.diagnostics import ConversionError, render
 from urdf2mbs.urdf import packages, reader, shapes, values, written, xacro, xml
 from urdf2mbs.urdf.packages import Packages
 

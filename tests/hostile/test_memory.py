@@ -9,7 +9,7 @@ import pytest
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
 

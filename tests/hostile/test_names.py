@@ -14,10 +14,10 @@ from lxml import etree
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
+from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.output import write
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY
 

@@ -11,14 +11,14 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import output
 from urdf2mbs.cli import main
 from urdf2mbs.commands import many
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import is_portable
+from urdf2mbs.disk import output
+from urdf2mbs.disk.files import is_portable
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.disk.seal import seal
 from urdf2mbs.meshes.model import read_beside
-from urdf2mbs.output import write_files
-from urdf2mbs.seal import seal
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 

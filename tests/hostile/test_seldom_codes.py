@@ -11,9 +11,9 @@ import pytest
 from making import passes_of
 
 from urdf2mbs.api import convert, verify
-from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.engine.config import Lines
 from urdf2mbs.many.convert import jobs_of
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.testing import TINY
 
 

@@ -13,7 +13,7 @@ import pytest
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
 from urdf2mbs.commands.colours import Shown, shown
-from urdf2mbs.diagnostics import ConversionError, printable
+from urdf2mbs.messages.diagnostics import ConversionError, printable
 from urdf2mbs.testing import TINY
 
 #: Clears the screen, and what else a terminal acts on; XML 1.0 refuses the first, and an .mbs,

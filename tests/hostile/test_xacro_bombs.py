@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import files
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.disk import files
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'

@@ -14,12 +14,13 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs import convert, convert_many, files
+from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk import files
 from urdf2mbs.many import convert as many
 from urdf2mbs.many import job as job_module
 from urdf2mbs.many.job import Job, Outcome
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 CONFIGS = Path(__file__).parents[2] / "configs"

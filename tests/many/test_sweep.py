@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Lines, parse
 from urdf2mbs.engine.settings import settings_of
 from urdf2mbs.many.sweep import Member, members
+from urdf2mbs.messages.diagnostics import ConfigError
 
 
 def swept(text: str, output: str = "'{height}.mbs'") -> list[Member]:

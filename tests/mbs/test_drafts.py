@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from mbs.models import everything
 
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.equations import generate
 from urdf2mbs.mbs.model import Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.messages.diagnostics import ConversionError
 
 END = b"<bodyname>arm</bodyname>\n        <pointname>tip</pointname>"
 EMPTY = b"<bodyname/>\n        <pointname>origin</pointname>"

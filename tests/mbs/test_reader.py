@@ -10,10 +10,10 @@ from hypothesis import given
 from lxml import etree
 from mbs.models import everything, few, models
 
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.messages.diagnostics import ConversionError
 
 if TYPE_CHECKING:
     from pathlib import Path

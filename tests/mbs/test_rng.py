@@ -11,12 +11,12 @@ from hypothesis import given
 from lxml import etree
 from mbs.models import everything, few, models
 
-from urdf2mbs.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.mbs import reader
 from urdf2mbs.mbs.fields import LIGHT, SHAPE, VIEWPOINT
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import validate
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 
 FILE = write(everything()).decode()
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 

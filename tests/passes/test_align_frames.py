@@ -17,7 +17,7 @@ from strategies import robots
 
 from urdf2mbs import convert
 from urdf2mbs.api import verify
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.passes.align_frames import AlignFrames, _across, _exchange, _Search
 from urdf2mbs.spatial import dot, fewest_turns, from_rpy, unit
 from urdf2mbs.testing import convert_text

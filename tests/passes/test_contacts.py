@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
 
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import add, dot, rotate
 from urdf2mbs.testing import TINY, convert_text
 

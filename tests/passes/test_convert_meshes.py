@@ -28,9 +28,9 @@ from meshes.samples import (
 )
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.meshes.model import MeshError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.passes.convert_meshes import ConvertMeshes
 
 

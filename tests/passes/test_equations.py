@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import parse
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.output import write_files
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from proving import SOLID, joint, link, prove, robot
 from robots import CONVERTIBLE
 
 from urdf2mbs import convert
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result, convert
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 
 XACRO = (
     '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="size" '

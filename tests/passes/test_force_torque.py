@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from project.standin import MbsData, make, user_functions
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 

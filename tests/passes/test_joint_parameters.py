@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from project.standin import MbsData, make, user_functions
 
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.passes.joint_parameters import moved_inertias
 from urdf2mbs.testing import TINY, convert_text
 

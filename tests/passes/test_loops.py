@@ -12,11 +12,11 @@ from descriptions import stand_in
 from passes.test_mimic import joint, link
 
 from urdf2mbs import convert
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 
 ROOT = Path(__file__).resolve().parents[2]

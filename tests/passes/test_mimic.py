@@ -13,7 +13,7 @@ from conftest import SHARED
 from project.standin import MbsData, from1, make, user_functions, without_meshes
 
 from urdf2mbs import convert
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import read_robot

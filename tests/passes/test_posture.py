@@ -9,7 +9,7 @@ import pytest
 from passes.test_time_step import convert_project, joint, link, messages
 
 from urdf2mbs import Result
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 

@@ -11,10 +11,10 @@ import pytest
 from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
 
+from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.project import FOLDER
-from urdf2mbs.seal import seal
 from urdf2mbs.testing import TINY
 
 #: All twelve user functions of MBsysPy, and what is called in each file.

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 IMU = """

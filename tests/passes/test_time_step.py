@@ -15,9 +15,9 @@ from project.engine import Engine
 from project.standin import MbsData, make, user_functions, without_meshes
 
 from urdf2mbs import Result, convert
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.project.stability import longest_steps
 from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.testing import TINY, convert_text

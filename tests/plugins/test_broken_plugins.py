@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY, convert_text, run_pass
 
 HOOKS = "from making import hookimpl, make\nimport msgspec\n"
@@ -184,7 +184,7 @@ def test_the_line_is_in_the_plugin_not_in_what_it_calls(tmp_path: Path) -> None:
 
 def test_a_plugins_own_error_stays_as_it_is(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
-    file.write_text(HOOKS + "from urdf2mbs.diagnostics import ConversionError\n"
+    file.write_text(HOOKS + "from urdf2mbs.messages.diagnostics import ConversionError\n"
                     "def run(conversion, options): raise ConversionError('own', 'no legs')\n"
                     "@hookimpl\ndef urdf2mbs_passes(): return [make('a', run)]\n")  # fmt: skip
     with pytest.raises(ConversionError, match=r"^error\[own\]: no legs$"):

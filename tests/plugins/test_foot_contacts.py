@@ -14,11 +14,11 @@ import pytest
 from installed import FOOT_CONTACTS, install
 
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.plugins import _installed as installed_plugins
 from urdf2mbs.mbs.model import Body, Point
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 ROOT = Path(__file__).resolve().parents[2]

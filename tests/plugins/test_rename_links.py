@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
 PLUGIN = Path(__file__).resolve().parents[2] / "plugins" / "rename_links.py"

@@ -12,8 +12,8 @@ from making import passes_of
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.testing import TINY, convert_text
 
 BIPED = Path(__file__).resolve().parents[2] / "configs" / "biped.urdf.xacro"

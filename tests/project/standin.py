@@ -135,9 +135,9 @@ def without_meshes(name: str) -> list[str]:
 
 def make(folder: Path, source: Path | str, name: str = "robot", **settings: Any) -> Path:
     """Convert a robot (its file, or its text) into a project; returns the project's folder."""
+    from urdf2mbs.disk.output import write
     from urdf2mbs.engine.config import Config, Lines, typed
     from urdf2mbs.engine.pipeline import Pipeline
-    from urdf2mbs.output import write
 
     if isinstance(source, str):
         file = folder / "source.urdf"

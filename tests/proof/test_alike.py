@@ -11,8 +11,8 @@ import pytest
 from urdf2mbs import convert, verify
 from urdf2mbs.api import Verdict
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, UserModel
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.proof.alike import compare_models
 from urdf2mbs.proof.compare import TOLERANCE, Comparison, compare
 from urdf2mbs.proof.match import match

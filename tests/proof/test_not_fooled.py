@@ -14,7 +14,6 @@ from urdf2mbs import Result, convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, ConversionError
 from urdf2mbs.mbs.model import (
     Connection,
     Mbs,
@@ -25,6 +24,7 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.names import rename
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart, worst
 from urdf2mbs.report.page import make

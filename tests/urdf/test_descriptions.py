@@ -10,9 +10,9 @@ from descriptions import offline, stand_in
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf import descriptions
 

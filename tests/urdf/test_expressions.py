@@ -8,7 +8,7 @@ from xml.sax.saxutils import quoteattr
 
 import pytest
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.expressions import Guard
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import read_robot

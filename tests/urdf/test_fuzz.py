@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse, read_robot
 

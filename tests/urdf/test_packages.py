@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.diagnostics import ConfigError, ConversionError
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.urdf.packages import Packages, workspace
 from urdf2mbs.urdf.xacro import expand
 

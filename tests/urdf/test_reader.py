@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.model import (
     Box,

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import parse, read_robot

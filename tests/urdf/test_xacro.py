@@ -12,7 +12,7 @@ import xacro
 import yaml
 from xacro import substitution_args
 
-from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import read_robot

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-from urdf2mbs.diagnostics import printable
+from urdf2mbs.messages.diagnostics import printable
 
 _RED, _YELLOW, _CYAN, _GREEN, _OFF = (f"\033[{n}m" for n in ("1;31", "1;33", "36", "32", "0"))
 _COLOURS = {"error": _RED, "warning": _YELLOW, "note": _CYAN}

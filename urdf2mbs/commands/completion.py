@@ -6,7 +6,7 @@ import argparse
 import re
 
 from urdf2mbs.commands import parser
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 
 EXAMPLES = (
     "urdf2mbs completion bash > ~/.local/share/bash-completion/completions/urdf2mbs",

@@ -18,9 +18,9 @@ from urdf2mbs.commands.settings import (
     without_config,
 )
 from urdf2mbs.commands.streams import STREAM, file_to_stdout
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import is_file, is_folder
-from urdf2mbs.summary import report
+from urdf2mbs.disk.files import is_file, is_folder
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.report.summary import report
 from urdf2mbs.urdf.reader import stem
 
 EXAMPLES = (

@@ -8,9 +8,9 @@ from pathlib import Path
 from urdf2mbs.commands.printing import beside, print_json
 from urdf2mbs.commands.settings import add_telling, path
 from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
-from urdf2mbs.diagnostics import counted
-from urdf2mbs.output import write_files
-from urdf2mbs.urdf.standard_input import NAME as STDIN
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.disk.standard_input import NAME as STDIN
+from urdf2mbs.messages.diagnostics import counted
 
 EXAMPLES = (
     "urdf2mbs diagram robot.mbs",

@@ -8,8 +8,8 @@ from pathlib import Path
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_json, path
 from urdf2mbs.commands.streams import STREAM, read_model
-from urdf2mbs.diagnostics import ConversionError, counted, printable
-from urdf2mbs.urdf.standard_input import NAME as STDIN
+from urdf2mbs.disk.standard_input import NAME as STDIN
+from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
 EXAMPLES = (
     "urdf2mbs diff before.mbs after.mbs",

@@ -15,10 +15,10 @@ import msgspec
 import yaml
 
 from urdf2mbs.conversion import Conversion, Segment, Step
-from urdf2mbs.diagnostics import ConfigError, Diagnostic
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.disk.seal import intact
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
-from urdf2mbs.output import write_files
-from urdf2mbs.seal import intact
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.spatial import IDENTITY, Pose
 
 #: How our files begin.

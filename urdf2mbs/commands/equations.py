@@ -11,8 +11,8 @@ import msgspec
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import add_model, add_telling, path
 from urdf2mbs.commands.streams import STREAM, read_model
-from urdf2mbs.diagnostics import ConfigError, counted
-from urdf2mbs.output import write_files
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 EXAMPLES = (
     "urdf2mbs equations project/dataR/project.mbs",

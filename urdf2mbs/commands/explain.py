@@ -17,13 +17,13 @@ from urdf2mbs.commands.printing import (
 )
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import add_json, add_running, add_settings, path, robot_or_config
-from urdf2mbs.diagnostics import ConversionError, counted
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP, Plugins
 from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import members, told
-from urdf2mbs.summary import Report, report
+from urdf2mbs.messages.diagnostics import ConversionError, counted
+from urdf2mbs.report.summary import Report, report
 from urdf2mbs.urdf.reader import read_file
 
 EXAMPLES = (

@@ -14,22 +14,23 @@ import msgspec
 import yaml
 from lxml import etree
 
-from urdf2mbs import files, xml_lines
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_fields, add_telling, chosen, path
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.disk import files
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import Config, Lines, parse, typed
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.output import write_files
+from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.report.summary import Report, report
 from urdf2mbs.spatial import Pose, compose
-from urdf2mbs.summary import Report, report
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.gazebo import MOTION
 from urdf2mbs.urdf.model import Link, Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import expanded, read_text, stem
+from urdf2mbs.xml import lines as xml_lines
 
 EXAMPLES = (
     "urdf2mbs init robot.urdf.xacro",

@@ -11,16 +11,16 @@ from pathlib import Path
 from time import monotonic
 from typing import TextIO
 
-from urdf2mbs import stopping
 from urdf2mbs.commands.colours import Shown
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import REPORT
-from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.config import Config, Lines, Project
+from urdf2mbs.machine import stopping
 from urdf2mbs.many.convert import jobs_of, run
 from urdf2mbs.many.job import Job, Outcome
 from urdf2mbs.many.journal import Journal, shown, worst
 from urdf2mbs.many.sweep import told
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 #: So many robots that are done are in the table; those that are not, all are.
 SHOWN = 40

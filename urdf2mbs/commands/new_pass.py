@@ -9,9 +9,9 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_telling, path
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.plugins import GROUP, Plugins
-from urdf2mbs.output import write_files
+from urdf2mbs.messages.diagnostics import ConfigError
 
 EXAMPLES = (
     "urdf2mbs new-pass actuate",

@@ -6,11 +6,11 @@ import argparse
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.resolve import preset
-from urdf2mbs.summary import Report
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.report.summary import Report
 
 
 def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:

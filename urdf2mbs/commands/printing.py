@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion, Proof
-from urdf2mbs.diagnostics import Diagnostic, counted
 from urdf2mbs.engine.plugins import Plugins, Registered
-from urdf2mbs.summary import Joints, Report
+from urdf2mbs.messages.diagnostics import Diagnostic, counted
+from urdf2mbs.report.summary import Joints, Report
 
 if TYPE_CHECKING:
     from urdf2mbs.api import Verdict

@@ -11,10 +11,10 @@ from urdf2mbs.commands.printing import beside, near, print_json, tell
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import add_running, add_settings, add_telling, path, robot_or_config
 from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
-from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.output import write_files
-from urdf2mbs.summary import report
+from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.report.summary import report
 
 if TYPE_CHECKING:
     from urdf2mbs.report.page import Page

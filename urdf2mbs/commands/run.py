@@ -15,12 +15,12 @@ from urdf2mbs.commands.settings import (
     path,
 )
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.output import write
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.passes.left_out import JOINTS
-from urdf2mbs.summary import Report, report
+from urdf2mbs.report.summary import Report, report
 
 EXAMPLES = (
     "urdf2mbs run robot.yaml",

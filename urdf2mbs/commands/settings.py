@@ -9,10 +9,11 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, ge
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk import standard_input
+from urdf2mbs.disk.files import is_folder
 from urdf2mbs.engine.config import Config, Lines, field_docs, load, typed
-from urdf2mbs.files import is_folder
-from urdf2mbs.urdf import descriptions, standard_input
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.urdf import descriptions
 
 #: The name of the report of many robots.
 REPORT = "urdf2mbs-report.json"

@@ -9,10 +9,9 @@ from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import TextIO
 
-from urdf2mbs import files
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.seal import seal
-from urdf2mbs.urdf import standard_input
+from urdf2mbs.disk import files, standard_input
+from urdf2mbs.disk.seal import seal
+from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What stands for standard input or output.
 STREAM = "-"

@@ -20,8 +20,8 @@ from urdf2mbs.commands.settings import (
     path,
 )
 from urdf2mbs.commands.streams import STREAM
-from urdf2mbs.diagnostics import counted, printable
-from urdf2mbs.urdf import standard_input
+from urdf2mbs.disk import standard_input
+from urdf2mbs.messages.diagnostics import counted, printable
 
 if TYPE_CHECKING:
     from urdf2mbs.api import Verdict

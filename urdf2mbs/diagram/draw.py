@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from html import escape
 from math import hypot
 
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.mbs.model import CUTS, ORIGIN, XY, Body, Connection, Drawing, Joint, Mbs, Point
+from urdf2mbs.messages.diagnostics import ConversionError
 
 #: Round everything that is drawn (px).
 MARGIN = 20.0

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.diff.changes import Change, Differences
+from urdf2mbs.messages.diagnostics import counted, some
 
 #: How a field of the model is called.
 FIELDS = {

@@ -16,8 +16,8 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from urdf2mbs import files
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.disk import files
+from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.ranges import Acceleration, in_words
 
 #: The most bytes of a config that are read.

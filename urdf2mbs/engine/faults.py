@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConversionError, memory_full
 from urdf2mbs.engine.plugins import GROUP, Registered
+from urdf2mbs.messages.diagnostics import ConversionError, memory_full
 from urdf2mbs.urdf.model import Robot
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.engine.config import Key, Lines
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.sections import OPTIONAL
+from urdf2mbs.messages.diagnostics import ConversionError
 
 #: A pass, by its name in the config and its class.
 Named = tuple[str, type[Pass]]

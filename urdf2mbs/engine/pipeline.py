@@ -10,7 +10,8 @@ from time import perf_counter
 from typing import Any
 
 from urdf2mbs.conversion import Conversion, RobotChange
-from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
+from urdf2mbs.disk.files import is_file
+from urdf2mbs.disk.seal import seal, unsealed
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
@@ -19,10 +20,9 @@ from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugi
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import changed, look
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
-from urdf2mbs.files import is_file
-from urdf2mbs.levels import judge, weigh
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
+from urdf2mbs.messages.levels import judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs.seal import seal, unsealed
 from urdf2mbs.urdf.changes import between, snapshot
 
 #: The hooks around every pass.
@@ -163,7 +163,7 @@ class Pipeline:
         """A code is one whose level can be changed, or may be a plugin's."""
         if not config.diagnostics or any(name != GROUP for name in self.plugins.names()):
             return
-        from urdf2mbs.catalogue import DEFAULTS
+        from urdf2mbs.messages.catalogue import DEFAULTS
 
         for code in config.diagnostics:
             if code not in DEFAULTS:

@@ -15,11 +15,11 @@ import msgspec
 import pluggy
 
 from urdf2mbs import passes
-from urdf2mbs.diagnostics import ConfigError, Diagnostic, nearest
+from urdf2mbs.disk.files import is_file
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import Lines, Preset, typed
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.files import is_file
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

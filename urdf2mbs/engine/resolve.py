@@ -7,10 +7,10 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.config import Config, Key, Lines, Preset, typed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.plugins import GROUP, Plugins, Registered
+from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
 
 class Configured(msgspec.Struct):

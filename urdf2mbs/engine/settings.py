@@ -10,9 +10,9 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.conversion import Settings
+from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.engine.config import Config, Key, Lines, Project
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.files import absolute, is_folder
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.reader import stem

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 
 
 class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]

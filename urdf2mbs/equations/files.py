@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from urdf2mbs.diagnostics import ConversionError, Diagnostic, quoted
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
 from urdf2mbs.equations.constraints import constant_gaps, constraints
@@ -21,6 +20,7 @@ from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
 from urdf2mbs.equations.writer import Writer
 from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, quoted
 
 #: What is generated, by Robotran's names.
 FUNCTIONS = (

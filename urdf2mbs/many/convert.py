@@ -7,11 +7,11 @@ from collections.abc import Generator, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from urdf2mbs.disk.files import one_name
 from urdf2mbs.engine.config import Config, Lines, Project, from_values, load
-from urdf2mbs.files import one_name
+from urdf2mbs.machine.processes import EndedError, cores, each
 from urdf2mbs.many.job import Job, Outcome, convert_one, died
 from urdf2mbs.many.sweep import members
-from urdf2mbs.processes import EndedError, cores, each
 
 
 def convert_many(

@@ -8,8 +8,8 @@ from collections import Counter
 from pathlib import Path
 from typing import NoReturn
 
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import is_file, read
+from urdf2mbs.disk.files import is_file, read
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf.reader import stem
 
 #: The root of a robot.  That of a file with nothing but macros has no name.

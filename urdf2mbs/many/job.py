@@ -11,13 +11,13 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConversionError, Diagnostic, render
+from urdf2mbs.disk.files import noting
+from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP
-from urdf2mbs.files import noting
-from urdf2mbs.output import write
-from urdf2mbs.summary import Report, report
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, render
+from urdf2mbs.report.summary import Report, report
 
 
 class Job(msgspec.Struct, frozen=True):

@@ -14,11 +14,11 @@ from typing import IO
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError, counted
+from urdf2mbs.disk.files import digest
+from urdf2mbs.disk.output import check_ours, write_files
 from urdf2mbs.engine.plugins import version_of
-from urdf2mbs.files import digest
 from urdf2mbs.many.job import Job, Outcome
-from urdf2mbs.output import check_ours, write_files
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 
 class Journal:

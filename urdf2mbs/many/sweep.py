@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.disk.files import one_name, portable
 from urdf2mbs.engine.config import Config, Key, Lines, Project, Range
 from urdf2mbs.engine.settings import spelled
-from urdf2mbs.files import one_name, portable
+from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
 #: So many robots of one config are surely a slip.
 MOST = 1_000_000

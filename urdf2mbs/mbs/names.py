@@ -12,7 +12,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Container, Iterable, Sequence
 
-from urdf2mbs.diagnostics import ConversionError, nearest
 from urdf2mbs.mbs.model import (
     BASE,
     ORIGIN,
@@ -25,6 +24,7 @@ from urdf2mbs.mbs.model import (
     UserModel,
     UserVariable,
 )
+from urdf2mbs.messages.diagnostics import ConversionError, nearest
 
 C_KEYWORDS = frozenset([
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else",

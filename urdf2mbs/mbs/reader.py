@@ -17,8 +17,6 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from lxml import etree
 
-from urdf2mbs import xml_lines
-from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.mbs.fields import DRAWING, FACTORS, LIGHT, SHAPE, VIEWPOINT, Fields, Kind
 from urdf2mbs.mbs.model import (
     BASE,
@@ -49,8 +47,10 @@ from urdf2mbs.mbs.model import (
     View,
     Viewpoint,
 )
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.spatial import ZERO, Vec
-from urdf2mbs.xml_errors import BLANK, check_conflict, check_entities, explain
+from urdf2mbs.xml import lines as xml_lines
+from urdf2mbs.xml.errors import BLANK, check_conflict, check_entities, explain
 
 if TYPE_CHECKING:
     from lxml.etree import _Element

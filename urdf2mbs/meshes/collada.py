@@ -21,10 +21,10 @@ from collada.scene import loadNode
 from collada.triangleset import TriangleSet
 from lxml import etree
 
-from urdf2mbs import xml_lines
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.meshes.model import MOST_PARTS, UP_AXES, Mesh, MeshError, TooLargeError, add
 from urdf2mbs.meshes.model import Material as Look
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.xml import lines as xml_lines
 
 #: Elements that never hold a shape.
 NO_SHAPES = (

@@ -10,8 +10,8 @@ from urllib.parse import unquote, urlsplit
 
 import msgspec
 
-from urdf2mbs import files
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk import files
+from urdf2mbs.messages.diagnostics import ConfigError
 
 if TYPE_CHECKING:
     import numpy as np

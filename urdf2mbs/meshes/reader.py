@@ -11,10 +11,10 @@ from pathlib import Path
 
 import msgspec
 
-from urdf2mbs import files
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.disk import files
 from urdf2mbs.meshes import stl
 from urdf2mbs.meshes.model import Mesh, MeshError, Part, missing_extra
+from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What can be read, by the end of the file's name in small letters.
 FORMATS = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf")

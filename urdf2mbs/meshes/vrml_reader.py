@@ -12,7 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs import files
+from urdf2mbs.disk import files
 from urdf2mbs.meshes.model import MOST_PARTS, Material, Mesh, MeshError, TooLargeError, add
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ writes another format, the model that the file was made of is compared.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Proof
-from urdf2mbs.diagnostics import Difference
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import Difference
 from urdf2mbs.proof.compare import TOLERANCE, compare
 from urdf2mbs.ranges import Tolerance
 

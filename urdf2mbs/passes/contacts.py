@@ -25,10 +25,10 @@ from typing import Annotated, Any
 from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion, Segment, choose
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, floating, place
 from urdf2mbs.mbs.model import Mbs, Parameter, Point, Sensor, UserModel
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
 from urdf2mbs.simulation import Contact
 from urdf2mbs.spatial import ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit

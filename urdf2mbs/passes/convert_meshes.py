@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import msgspec
 from msgspec import Meta
 
-from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import counted, some
+from urdf2mbs.disk import files
+from urdf2mbs.disk.seal import intact, seal
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
-from urdf2mbs.seal import intact, seal
+from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.urdf import model as urdf
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
@@ -284,7 +284,7 @@ def _is_due(old: Old | None) -> bool:
 
 def _results(jobs: list[Job]) -> Iterator[Callable[[], Converted]]:
     """For each job in turn what gives its meshes, or raises MeshError."""
-    from urdf2mbs.processes import cores, each
+    from urdf2mbs.machine.processes import cores, each
 
     count = min(len(jobs), sum(files.size(job.path) for job in jobs) // WORTH)
     if count < 2 or (count := min(count, cores())) < 2:

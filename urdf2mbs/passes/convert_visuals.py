@@ -13,11 +13,11 @@ from math import pi
 from pathlib import PurePosixPath
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import counted, some
+from urdf2mbs.disk.files import is_portable
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.files import is_portable
 from urdf2mbs.mbs.model import GREY, Shape
 from urdf2mbs.mbs.names import free_name
+from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.spatial import IDENTITY, ZERO, compose, from_turn, multiply, to_xyz_angles
 from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
 

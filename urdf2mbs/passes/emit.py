@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.seal import seal
+from urdf2mbs.messages.diagnostics import ConversionError
 
 
 class Emit(Pass):

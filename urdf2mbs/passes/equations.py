@@ -11,12 +11,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
-from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import counted, some
+from urdf2mbs.disk import files
+from urdf2mbs.disk.seal import intact
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.seal import intact
+from urdf2mbs.messages.diagnostics import counted, some
 
 
 class Equations(Pass):

@@ -11,9 +11,9 @@ from __future__ import annotations
 from fnmatch import fnmatchcase
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, nearest
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
+from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.urdf.gazebo import FORCE_TORQUE
 
 

@@ -13,11 +13,11 @@ from math import dist
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Parameter, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import Force, Gain, Length, Place, Time
 from urdf2mbs.simulation import Spring, Wrench
 from urdf2mbs.spatial import ZERO

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConversionError
 from urdf2mbs.diagram import arrange
+from urdf2mbs.disk import files
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConversionError
 
 
 class Layout(Pass):

@@ -7,8 +7,8 @@ generator of equations.
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import counted, some
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.urdf.model import Joint
 
 #: What most accounts of Robotran's generator of equations allow.

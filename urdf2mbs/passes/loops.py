@@ -20,11 +20,11 @@ from typing import Literal
 import msgspec
 
 from urdf2mbs.conversion import Conversion, fits
-from urdf2mbs.diagnostics import ConfigError, counted
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.ranges import Place, PositiveLength
 from urdf2mbs.spatial import (
     ZERO,

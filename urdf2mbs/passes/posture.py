@@ -24,13 +24,14 @@ import msgspec
 from lxml import etree
 from msgspec import Meta
 
-from urdf2mbs import files, xml_lines
 from urdf2mbs.conversion import Conversion, Step, fits
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.disk import files
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
+from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.ranges import Coordinate
 from urdf2mbs.simulation import Coupling, Held
+from urdf2mbs.xml import lines as xml_lines
 
 
 class Gains(msgspec.Struct, forbid_unknown_fields=True):

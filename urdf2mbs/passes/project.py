@@ -11,11 +11,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from urdf2mbs import files
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import counted, some
+from urdf2mbs.disk import files
+from urdf2mbs.disk.seal import intact
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.seal import intact
+from urdf2mbs.messages.diagnostics import counted, some
 
 #: The generated module, where a user function loads it.
 _MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"

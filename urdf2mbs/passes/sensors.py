@@ -11,11 +11,11 @@ The generated code has a helper for each, which knows the sensor's own axes: a p
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment, choose
-from urdf2mbs.diagnostics import counted
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.names import free_name
+from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.simulation import PointSensor
 from urdf2mbs.spatial import HERE, Pose, compose
 from urdf2mbs.urdf.gazebo import MOTION

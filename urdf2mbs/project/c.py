@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from urdf2mbs.diagnostics import quoted
 from urdf2mbs.mbs.model import BASE, Mbs, UserModel
+from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.project import FOLDER, fill
 from urdf2mbs.project.python import dependent
 from urdf2mbs.simulation import Coupling, Simulation

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from urdf2mbs.diagnostics import quoted
 from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.project import FOLDER, fill
 from urdf2mbs.simulation import Simulation
 

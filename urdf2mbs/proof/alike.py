@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from urdf2mbs.diagnostics import Difference, counted
 from urdf2mbs.diff.changes import differences
 from urdf2mbs.diff.matching import Matching, Thing
 from urdf2mbs.diff.words import line
 from urdf2mbs.mbs.model import Joint, Mbs
+from urdf2mbs.messages.diagnostics import Difference, counted
 from urdf2mbs.proof.compare import Comparing, Comparison, mbs_mass, urdf_mass
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.parameters import STATED, left_out, stated

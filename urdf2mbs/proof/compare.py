@@ -34,9 +34,9 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import LinkFrame
-from urdf2mbs.diagnostics import Difference, counted
 from urdf2mbs.mbs.model import Body, Mbs, UserModel
 from urdf2mbs.mbs.names import identifiers
+from urdf2mbs.messages.diagnostics import Difference, counted
 from urdf2mbs.proof.coordinates import coordinates
 from urdf2mbs.proof.groups import Group, Side
 from urdf2mbs.proof.mbs_side import mbs_side

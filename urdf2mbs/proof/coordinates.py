@@ -13,8 +13,8 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import Difference, some
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
+from urdf2mbs.messages.diagnostics import Difference, some
 from urdf2mbs.proof.mbs_side import poses
 from urdf2mbs.proof.rigid import AXES, ORIGIN, cross, moved, turned
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates

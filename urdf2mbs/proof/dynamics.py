@@ -10,13 +10,13 @@ from typing import Any
 
 from lxml import etree
 
-from urdf2mbs import xml_lines
-from urdf2mbs.diagnostics import ConfigError, ConversionError, Difference
 from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Difference
 from urdf2mbs.proof.compare import POSITIONS
 from urdf2mbs.proof.rigid import AXES, worst
 from urdf2mbs.proof.urdf_side import SIX, in_plane
 from urdf2mbs.spatial import Vec, direction
+from urdf2mbs.xml import lines as xml_lines
 
 
 def to_pinocchio(mbs: Mbs) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from urdf2mbs.diagnostics import some
+from urdf2mbs.messages.diagnostics import some
 
 NOT_CHECKED = "NOT CHECKED"
 NOT_THE_SAME = "NOT the same robot"

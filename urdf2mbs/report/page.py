@@ -19,17 +19,17 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.diagram.draw import draw
+from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.report import around
 from urdf2mbs.report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
+from urdf2mbs.report.summary import report, verdict
 from urdf2mbs.report.table import number, table, titled, vector
-from urdf2mbs.seal import seal
 from urdf2mbs.simulation import Simulation
-from urdf2mbs.summary import report, verdict
 from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
 

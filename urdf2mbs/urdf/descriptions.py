@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConfigError, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
 PREFIX = "robot_descriptions:"
 

@@ -20,7 +20,7 @@ from itertools import islice
 from string import Formatter
 from typing import Any
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 
 #: The letters, items and steps of one expression.
 MOST = 10**6

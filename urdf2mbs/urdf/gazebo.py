@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConversionError, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import (
     HERE,
     ZERO,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.diagnostics import ConversionError, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
 from urdf2mbs.urdf.model import (
     JOINT_TYPES,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from stat import S_IWOTH
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
-from urdf2mbs import files
-from urdf2mbs.diagnostics import ConfigError, ConversionError, nearest
+from urdf2mbs.disk import files
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConversionError, Diagnostic, nearest
-from urdf2mbs.urdf import standard_input, xml
+from urdf2mbs.disk import standard_input
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.elements import is_xacro
 from urdf2mbs.urdf.robot import read_root
 from urdf2mbs.urdf.values import Reading

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.elements import FOREIGN
 from urdf2mbs.urdf.gazebo import check_extensions, read_extension
 from urdf2mbs.urdf.joints import check_mimics, read_joint
@@ -16,7 +16,7 @@ from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.tree import check_tree
 
 if TYPE_CHECKING:
-    from urdf2mbs.diagnostics import Diagnostic
+    from urdf2mbs.messages.diagnostics import Diagnostic
     from urdf2mbs.urdf.values import Reading
 
 #: Roots of other kinds of file.

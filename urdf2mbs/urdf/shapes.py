@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.elements import plain
 from urdf2mbs.urdf.materials import read_material
 from urdf2mbs.urdf.model import Box, Collision, Cylinder, Mesh, Sphere, Visual

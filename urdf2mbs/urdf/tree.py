@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from urdf2mbs.diagnostics import ConversionError, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.urdf.messages import listed
 from urdf2mbs.urdf.model import Link
 

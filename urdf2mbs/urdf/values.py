@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.spatial import ZERO, from_quaternion, to_xyz_angles, transpose
 from urdf2mbs.urdf.elements import Elements
 from urdf2mbs.urdf.model import Origin

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from urdf2mbs.urdf import standard_input
+from urdf2mbs.disk import standard_input
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -18,14 +18,15 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.parsers.expat import ExpatError
 
-from urdf2mbs import xml_lines
-from urdf2mbs.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
-from urdf2mbs.files import note
-from urdf2mbs.files import read as read_file
-from urdf2mbs.urdf import standard_input, written, xml
+from urdf2mbs.disk import standard_input
+from urdf2mbs.disk.files import note
+from urdf2mbs.disk.files import read as read_file
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
+from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.expressions import MOST, TRUST, Guard, too_large
 from urdf2mbs.urdf.packages import absolute, workspace
+from urdf2mbs.xml import lines as xml_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

@@ -12,9 +12,9 @@ from typing import Any
 import msgspec
 from lxml import etree
 
-from urdf2mbs import xml_lines
-from urdf2mbs.diagnostics import ConversionError
-from urdf2mbs.xml_errors import BLANK, check_entities, explain
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.xml import lines as xml_lines
+from urdf2mbs.xml.errors import BLANK, check_entities, explain
 
 
 class Slip(msgspec.Struct, frozen=True):

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion, LinkFrame, Names, Proof, RobotChange
-from urdf2mbs.diagnostics import Diagnostic, counted
+from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, in_words
 from urdf2mbs.spatial import Vec
 from urdf2mbs.urdf.changes import told

@@ -10,8 +10,8 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.engine.config import Config
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 
 
 def weigh(diagnostics: list[Diagnostic], config: Config) -> list[Diagnostic]:

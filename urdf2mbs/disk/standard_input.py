@@ -6,8 +6,8 @@ import sys
 from errno import EBADF
 from pathlib import Path
 
-from urdf2mbs import files
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.disk import files
+from urdf2mbs.messages.diagnostics import ConversionError
 
 #: What messages call it, and the name of the file that it stands for, in the working folder.
 NAME = "<stdin>"

@@ -1,7 +1,8 @@
 """The catalogue: every error, warning and note, and what it means.
 
-``python -m urdf2mbs.catalogue`` makes docs/diagnostics.md from this table.  The levels that a user
-can change come from it, too.  A message says itself what to do; the texts here are Markdown.
+``python -m urdf2mbs.messages.catalogue`` makes docs/diagnostics.md from this table.  The levels
+that a user can change come from it, too.  A message says itself what to do; the texts here are
+Markdown.
 """
 
 from __future__ import annotations
@@ -349,12 +350,12 @@ DEFAULTS = {
 }
 
 
-# --- the page: python -m urdf2mbs.catalogue > docs/diagnostics.md ---
+# --- the page: python -m urdf2mbs.messages.catalogue > docs/diagnostics.md ---
 
 HEAD = """\
 # Errors, warnings, notes
 
-<!-- Made by `python -m urdf2mbs.catalogue > docs/diagnostics.md`: do not edit. -->
+<!-- Made by `python -m urdf2mbs.messages.catalogue > docs/diagnostics.md`: do not edit. -->
 
 An **error** ends a conversion, and nothing is written. A **warning** says that something of the robot is not in the `.mbs` as one would expect. A **note** says what was decided; `-v` shows notes, and `--json` has all. Each message reads `file:line: level[code]: message`. Most have a line below that says what to do. The codes are stable.
 

@@ -19,10 +19,10 @@ from stat import S_IMODE
 from typing import Any
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.diagnostics import ConfigError
-from urdf2mbs.files import is_portable, read
-from urdf2mbs.seal import can_hold, checksum, intact, seal, sealed
-from urdf2mbs.stopping import Unfinished
+from urdf2mbs.disk.files import is_portable, read
+from urdf2mbs.disk.seal import can_hold, checksum, intact, seal, sealed
+from urdf2mbs.machine.stopping import Unfinished
+from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")

@@ -17,7 +17,7 @@ from contextlib import suppress
 from threading import Lock
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from urdf2mbs import stopping
+from urdf2mbs.machine import stopping
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 
-_START = "import sys; sys.path[:] = sys.argv[1:]; from urdf2mbs.processes import serve; serve()"
+_START = (
+    "import sys; sys.path[:] = sys.argv[1:]; from urdf2mbs.machine.processes import serve; serve()"
+)
 
 #: Seconds that a process has to take its unfinished files away.
 PATIENCE = 5.0

@@ -12,7 +12,7 @@ from errno import EFBIG
 from pathlib import Path
 from typing import IO
 
-from urdf2mbs.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError
 
 #: The most that is read of one file: a robot, a mesh, an .mbs.
 MOST = 256 * 2**20

@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 
 from lxml import etree
 
-from urdf2mbs.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConversionError
 
 #: Blanks and byte order marks, in any encoding.
 BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
