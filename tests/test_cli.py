@@ -290,18 +290,6 @@ def test_nothing_heavy_is_loaded_for_a_plain_urdf(robot: Path) -> None:
     assert found & heavy == set()
 
 
-def test_few_patterns_are_compiled_that_may_not_be_used() -> None:
-    """Each takes as long as the import of a module."""
-    code = (
-        "import argparse, lxml.etree, msgspec, pluggy, random, re; made = []; compile = re.compile;"
-        "re.compile = lambda *given: made.append(given) or compile(*given);"
-        "import urdf2mbs.commands.convert, urdf2mbs.passes; urdf2mbs.passes.urdf2mbs_passes();"
-        "print(len(made))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    assert 0 < int(done.stdout) < 10
-
-
 def test_the_process_ends_without_looking_for_garbage(robot: Path) -> None:
     """Neither in what is imported nor in what is there at the end; who calls ``main`` with words
     keeps the collector as it was."""
