@@ -93,7 +93,7 @@ def test_a_tolerance_takes_more_for_aligned_and_says_so(
     assert {d.joint for d in told} <= result.robot.joints.keys()
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 @reproducible
 @given(
     robots(most=9),
@@ -139,7 +139,7 @@ def seconds(text: str, name: str) -> float:
     return time.process_time() - start
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "kind", "rpy"),
     [

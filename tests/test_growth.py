@@ -83,7 +83,7 @@ def calls(what: Callable[[], Any]) -> tuple[int, Any]:
     return count, result
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "pipeline"),
     [("chain", "faithful"), ("tree", "faithful"), ("star", "faithful"), ("tree", "compact")],
@@ -101,7 +101,7 @@ def test_four_times_the_links_are_four_times_the_work(
     assert counted[1] < 4.3 * counted[0]
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 @pytest.mark.parametrize("of_one", [True, False])
 def test_four_times_the_exact_doubles_are_four_times_the_work(of_one: bool) -> None:
     counted = []
@@ -127,7 +127,7 @@ def test_a_short_double_of_a_long_link_is_compared_only_as_far_as_it_goes() -> N
     assert counted[0] == counted[1]
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 def test_memory_for_each_link_is_bounded(tmp_path: Path) -> None:
     source = tmp_path / "robot.urdf"
     source.write_text(urdf("tree", 300))

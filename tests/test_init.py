@@ -29,7 +29,7 @@ def started(robot: RealRobot, folder: Path) -> tuple[str, Path]:
     return in_words(*written), config
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", ENTRY)
 def test_every_real_robot(robot: RealRobot, tmp_path: Path) -> None:
     """The config runs, is short, and finds the same packages and arguments without being told."""

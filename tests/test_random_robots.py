@@ -70,7 +70,7 @@ def check(
     assert set(result.frozen) == (set() if keep else urdf.moving_nothing())
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 @reproducible
 @given(
     robots(),

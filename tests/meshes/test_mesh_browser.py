@@ -20,7 +20,7 @@ from meshes import wrl
 from meshes.robot import convert, visual
 from meshes.samples import SAMPLES, TRIANGLES
 
-pytestmark = pytest.mark.any_python
+pytestmark = pytest.mark.slow
 
 CHROMIUM = (
     shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

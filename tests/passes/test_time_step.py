@@ -305,7 +305,7 @@ def test_coaxial_wrists_do_not_explode(tmp_path: Path) -> None:
 
 
 @needs_gcc
-@pytest.mark.any_python
+@pytest.mark.slow
 def test_the_biped_stands_still(tmp_path: Path) -> None:
     """Five seconds with the lines that ``init`` offers."""
     passes = {"contacts": {"links": ["left_foot", "right_foot"]}, "equations": {"language": "c"},

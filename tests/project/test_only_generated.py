@@ -26,7 +26,7 @@ def from_the_page(folder: Path, **changed: Any) -> Path:
     )  # fmt: skip
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 def test_the_biped_stands_on_generated_files_alone(tmp_path: Path) -> None:
     """0.3 s on its contacts: it sinks in by about their depth, and is still then."""
     project = from_the_page(tmp_path, forces={})

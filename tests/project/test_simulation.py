@@ -59,7 +59,7 @@ def test_a_gripper_falls_as_a_reduction_by_hand(tmp_path: Path) -> None:
     assert np.allclose(v, slope * xd, rtol=0, atol=1e-9 * abs(xd))
 
 
-@pytest.mark.any_python
+@pytest.mark.slow
 def test_the_biped_stands_on_its_contacts(tmp_path: Path) -> None:
     """0.3 s: it sinks into the ground by about ``depth``, and is still then."""
     passes: dict[str, Any] = {

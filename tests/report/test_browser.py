@@ -26,7 +26,7 @@ from urdf2mbs.testing import TINY
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-pytestmark = pytest.mark.any_python
+pytestmark = pytest.mark.slow
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 CHROMIUM = (
