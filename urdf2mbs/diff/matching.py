@@ -8,7 +8,7 @@ one number, so that references can be compared across models in which they are n
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any
 
 import msgspec
@@ -99,13 +99,20 @@ def _things(mbs: Mbs) -> Iterator[Thing]:
 
 
 class Matching:
-    """The things of two models, and which of them are the same."""
+    """The things of two models, and which of them are the same.
 
-    def __init__(self, before: Mbs, after: Mbs) -> None:
+    ``same`` are objects of the two that are known to be the same.
+    """
+
+    def __init__(self, before: Mbs, after: Mbs, same: Iterable[tuple[Any, Any]] = ()) -> None:
         self.before, self.after = things(before), things(after)
         self.partner: dict[Thing, Thing] = {}
         """The thing after of a thing before, and the other way round."""
         self._numbers: dict[Thing, int] = {}
+        by_part = {id(thing.part): thing for thing in (*self.before, *self.after)}
+        for part, other in same:
+            if id(part) in by_part and id(other) in by_part:
+                self._join(by_part[id(part)], by_part[id(other)])
         self._match()
 
     def removed(self) -> list[Thing]:
