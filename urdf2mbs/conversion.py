@@ -32,6 +32,8 @@ class Settings(msgspec.Struct, frozen=True):
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
     """That of the config, to which the paths in it are relative."""
+    fresh: bool = False
+    """Whether to start over, and forget what people changed in the .mbs."""
 
 
 class Step(msgspec.Struct, gc=False):
@@ -231,6 +233,17 @@ class Conversion:
         """What is written only where there is nothing yet: it belongs to the user from then on."""
         self.obsolete: set[Path] = set()
         """What an earlier conversion wrote, and fits no more: removed if nobody has changed it."""
+        self.ahead: dict[Path, bytes] = {}
+        """What is written with the output, and before it: orphans of a merge."""
+        self.behind: dict[Path, bytes] = {}
+        """What is written with the output, and after it: the base of the next merge."""
+        self.replaces: dict[Path, bytes] = {}
+        """Files that are replaced though they were edited, as long as they are as they were read.
+        The new ones hold the work of people, too, and get no seal."""
+        self.edited = False
+        """Whether edits are in the .mbs that make it another robot than the URDF's."""
+        self.added: dict[str, str] = {}
+        """What people added to the .mbs: each thing, and where."""
         self.simulation = Simulation()
         """What a project's code is made from."""
         self.diagnostics: list[Diagnostic] = []

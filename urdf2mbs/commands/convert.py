@@ -11,6 +11,7 @@ from urdf2mbs.commands.printing import tell
 from urdf2mbs.commands.run import carry_out_one, converted, only_one
 from urdf2mbs.commands.settings import (
     add_many,
+    add_merging,
     add_running,
     add_settings,
     add_steps,
@@ -32,6 +33,7 @@ EXAMPLES = (
 
 def add_options(command: argparse.ArgumentParser) -> None:
     add_telling(command)
+    add_merging(command)
     add_running(command)
     add_steps(command)
     command.add_argument(
@@ -70,6 +72,7 @@ def _pass_on(arguments: argparse.Namespace) -> int:
     name = "robot" if arguments.robot == STREAM else stem(Path(arguments.robot))
     with file_to_stdout(arguments) as give:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
+        arguments.fresh = True  # no file is there to be merged with
         conversion = converted(config, lines, arguments)
         found = report(conversion)
         data = conversion.files.get(conversion.settings.output)

@@ -40,7 +40,7 @@ class Change(msgspec.Struct, omit_defaults=True):
     drawing: bool = False
     """True if the change is one of pictures alone: the 2D diagram or the 3D view."""
     follows: str = ""
-    """Of what was added or moved: after which of its like it stands in its owner; else the first."""
+    """Of what was added or moved: after which of its like it stands; empty: it is the first."""
 
 
 class Differences(msgspec.Struct):
@@ -54,12 +54,12 @@ class Differences(msgspec.Struct):
 
 
 def differences(
-    before: Mbs, after: Mbs, *, physics: bool = False, same: Iterable[tuple[Any, Any]] = ()
+    before: Mbs, after: Mbs, *, physics: bool = False, same: Iterable[tuple[Any, Any]] | None = None
 ) -> Differences:
     """What differs between two models; ``physics`` leaves out what is drawn alone.
 
-    A thing that belongs to an added or removed thing is not named beside it.  ``same`` are objects
-    of the two models that are known to be the same.
+    A thing that belongs to an added or removed thing is not named beside it.  ``same`` are the
+    objects of the two models that are the same, where this is known.
     """
     matching = Matching(before, after, same)
     changes = [
@@ -207,8 +207,12 @@ def target_name(target: Thing | str | None) -> str:
 
 def owner_in_words(thing: Thing) -> str:
     """What a thing belongs to; empty: the model."""
-    owner = thing.owner
-    if owner is None or owner.kind == "model":
+    return "" if thing.owner is None else in_words(thing.owner)
+
+
+def in_words(owner: Thing) -> str:
+    """How a thing is called that others belong to; empty: the model."""
+    if owner.kind == "model":
         return ""
     if owner.kind in ("base", "view"):
         return f"the {owner.kind}"

@@ -101,19 +101,24 @@ def _things(mbs: Mbs) -> Iterator[Thing]:
 class Matching:
     """The things of two models, and which of them are the same.
 
-    ``same`` are objects of the two that are known to be the same.
+    ``same`` are the objects of the two that are the same, where this is known.
     """
 
-    def __init__(self, before: Mbs, after: Mbs, same: Iterable[tuple[Any, Any]] = ()) -> None:
+    def __init__(
+        self, before: Mbs, after: Mbs, same: Iterable[tuple[Any, Any]] | None = None
+    ) -> None:
         self.before, self.after = things(before), things(after)
         self.partner: dict[Thing, Thing] = {}
         """The thing after of a thing before, and the other way round."""
         self._numbers: dict[Thing, int] = {}
-        by_part = {id(thing.part): thing for thing in (*self.before, *self.after)}
-        for part, other in same:
-            if id(part) in by_part and id(other) in by_part:
-                self._join(by_part[id(part)], by_part[id(other)])
-        self._match()
+        if same is None:
+            self._match()
+            return
+        old = {id(thing.part): thing for thing in self.before}
+        new = {id(thing.part): thing for thing in self.after}
+        for part, partner in same:
+            if id(part) in old and id(partner) in new:
+                self._join(old[id(part)], new[id(partner)])
 
     def removed(self) -> list[Thing]:
         return [thing for thing in self.before if thing not in self.partner]

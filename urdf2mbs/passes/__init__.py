@@ -36,6 +36,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     from urdf2mbs.passes.left_out import LeftOut
     from urdf2mbs.passes.loops import Loops
     from urdf2mbs.passes.lump_fixed import LumpFixed
+    from urdf2mbs.passes.merge import Merge
     from urdf2mbs.passes.merge_massless import MergeMassless
     from urdf2mbs.passes.mimic import Mimic
     from urdf2mbs.passes.posture import Posture
@@ -73,6 +74,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
         FitView,
         LeftOut,
         Emit,
+        Merge,  # when people changed the .mbs that is there
         FindSingular,
         Check,
         Equations,  # when given a language

@@ -3,7 +3,8 @@ authors looked at pictures).
 
 It reads the file's bytes and compares them with the URDF by the second route of ``verify``:
 the pose of every link at several random positions, zero included, and mass, centre and inertia
-of every rigid group.  A file that differs never takes the place of a good one.  Where a plugin
+of every rigid group.  A file that differs never takes the place of a good one; where people
+edited the mechanics, what differs is named.  Where a plugin
 writes another format, the model that the file was made of is compared.
 """
 
@@ -52,10 +53,12 @@ class Check(Pass):
             for link in conversion.robot.links
             if link not in conversion.frames
         ]
-        differences = sorted(
-            undeclared + lost + comparison.differences + comparison.frames,
-            key=lambda difference: -difference.size,
-        )
+        found = lost + comparison.differences + comparison.frames
+        but_for = comparison.but_for
+        if conversion.edited:  # people changed the robot on purpose
+            but_for = but_for | {one.message: f"as edited in {output.name}" for one in found}
+            found = []
+        differences = sorted(undeclared + found, key=lambda difference: -difference.size)
         conversion.proven = data
         conversion.proof = Proof(
             not differences,
@@ -63,8 +66,8 @@ class Check(Pass):
             comparison.groups,
             comparison.largest,
             differences,
-            comparison.but_for,
-            comparison.not_compared,
+            but_for,
+            comparison.not_compared | conversion.added,
         )
         if differences:
             conversion.rejected = output.with_suffix(f".rejected{output.suffix}")

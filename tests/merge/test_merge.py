@@ -1,0 +1,163 @@
+"""The three-way merge: every edit is kept or named, and the plan is what happens."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from conftest import SHARED
+from merge.edits import BESIDE, CHANGES, MECHANICS, as_saved
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from lxml import etree
+
+from urdf2mbs import convert
+from urdf2mbs.diff.changes import Change, changed_things, content, differences, in_words
+from urdf2mbs.diff.matching import Matching, Thing, things
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.reader import read, read_again
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.merge.apply import is_place
+from urdf2mbs.merge.merge import Merged, merge
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+ROBOTS = ("lamp.urdf", "biped.urdf.xacro", "arm.urdf.xacro", "hexapod.urdf.xacro")
+SAMPLES = SHARED / "mbs-samples"
+
+few = settings(max_examples=60, deadline=None, derandomize=True, database=None)
+
+
+@cache
+def urdf(robot: str) -> bytes:
+    result = convert(CONFIGS / robot, pipeline=["expand"], output="r.mbs")
+    return result.conversion.expanded or (CONFIGS / robot).read_bytes()
+
+
+@cache
+def fresh(text: bytes, preset: str, folder: Path) -> bytes:
+    file = folder / "robot.urdf"
+    file.write_bytes(text.replace(b"meshes/", f"{CONFIGS}/meshes/".encode()))
+    return convert(file, pipeline=preset, output=folder / "out" / "r.mbs").data
+
+
+def changed(text: bytes, changes: list[Any], random: Random) -> bytes:
+    root = etree.fromstring(text)
+    for change in changes:
+        change(root, random)
+    return etree.tostring(root)
+
+
+def model(data: bytes) -> Mbs:
+    mbs = read(data, "m.mbs")
+    for thing in things(mbs):
+        if hasattr(thing.part, "origin"):
+            thing.part.origin = None
+    return mbs
+
+
+def named(change: Change, sentences: list[Change]) -> bool:
+    """True if one of the sentences is about what an edit is about."""
+    return any(other == change for other in sentences)
+
+
+def check_all_kept_or_named(base: Mbs, edited: Mbs, merged: Merged, new: Mbs) -> None:
+    plan = merged.plan
+    said = [conflict.edit for conflict in plan.conflicts]
+    said += [edit for orphan in plan.orphaned for edit in orphan.edits]
+    fresh_things = Matching(base, new)
+    seen = Matching(base, edited)
+    gone = {t.part.name for t in fresh_things.removed() if t.kind != "view"}
+    for change, thing in changed_things(seen, base, edited):
+        kept = any(
+            (c.change, c.kind, c.field, c.after)
+            == (change.change, change.kind, change.field, change.after)
+            for c in plan.kept
+        )
+        if change.change in ("added", "removed", "reordered"):
+            kept = any((c.change, c.kind) == (change.change, change.kind) for c in plan.kept)
+        of_gone = thing.name in gone or any(f"'{name}'" in change.owner for name in gone)
+        passes_with_it = of_gone and (is_place(change) or change.change in ("removed", "reordered"))
+        assert kept or named(change, said) or passes_with_it, change
+
+
+def check_physics(new: Mbs, merged: Mbs) -> None:
+    """What the URDF defines is as in the new conversion, to the last digit."""
+    for change in differences(new, merged, physics=True).changes:
+        people = change.change in ("added", "renamed", "reordered") or change.field == "q"
+        assert people or "graphics" in change.field or "x3D" in change.field, change
+
+
+def own_text(data: bytes) -> dict[tuple[str, str, str], set[str]]:
+    """What each object of a file says itself, without the objects in it."""
+    mbs, elements = read_again(data)
+    objects = set(elements)
+    texts: dict[tuple[str, str, str], set[str]] = {}
+    for thing in things(mbs):
+        origin = getattr(thing.part, "origin", None)
+        if origin is None or thing.kind == "model":
+            continue
+        words = []
+
+        def walk(element: Any) -> None:
+            words.append(f"{element.tag}{sorted(element.items())}{(element.text or '').strip()}")
+            for child in element.iterchildren("*"):
+                if child not in objects:
+                    walk(child)
+
+        walk(elements[origin.number])
+        key = (thing.kind, "" if thing.owner is None else in_words(thing.owner), thing.name)
+        texts.setdefault(key, set()).add(" ".join(words))
+    return texts
+
+
+def check_plan_is_deed(edited: bytes, merged: Merged) -> None:
+    before, after = own_text(edited), own_text(merged.data)
+    updated = merged.plan.updated
+    words = {f"{c.kind} '{c.name}'" for c in updated}
+    words |= {f"{c.kind} '{c.after}'" for c in updated if c.change == "renamed"}
+    for key in before.keys() | after.keys():
+        kind, owner, name = key
+        if before.get(key) != after.get(key):
+            reason = f"{kind} '{name}'" in words or any(word in owner for word in words)
+            # what refers to something by its name says the new name
+            renamed = any(c.change == "renamed" for c in updated)
+            assert reason or renamed, (key, before.get(key), after.get(key))
+    if not updated:
+        assert merged.data == edited
+
+
+@few
+@given(
+    st.sampled_from(ROBOTS), st.sampled_from(["faithful", "compact"]), st.integers(0, 10**6),
+    st.lists(st.sampled_from(BESIDE + MECHANICS), unique=True, max_size=5),
+    st.lists(st.sampled_from(CHANGES), unique=True, max_size=3), st.booleans(),
+)  # fmt: skip
+def test_each_edit_is_kept_or_named_and_the_plan_is_the_deed(
+    tmp_path_factory: Any, robot: str, preset: str, seed: int, edits: list[Any],
+    changes: list[Any], backwards: bool,
+) -> None:  # fmt: skip
+    random = Random(seed)
+    texts = [urdf(robot), changed(urdf(robot), changes, random)]
+    folder = tmp_path_factory.getbasetemp()
+    data = [fresh(text, preset, folder) for text in (texts[::-1] if backwards else texts)]
+    edited = read(as_saved(data[0]), "edited.mbs")
+    for edit in edits:
+        edit(edited, random)
+    saved = write(edited)
+    edited = read(saved, "edited.mbs")
+    base, new = read(data[0], "base.mbs"), model(data[1])
+    merged = merge(base, edited, new)
+    again = read(merged.data, "merged.mbs")
+    check_all_kept_or_named(base, read(saved, "edited.mbs"), merged, model(data[1]))
+    check_plan_is_deed(saved, merged)
+    if not set(edits) & set(MECHANICS):
+        check_physics(model(data[1]), again)
+    # a merge that is done again changes nothing
+    second = merge(model(data[1]), again, model(data[1]))
+    assert second.data == merged.data, second.plan.words()
+    # nor one whose base was not replaced any more
+    third = merge(read(data[0], "base.mbs"), read(merged.data, "m.mbs"), model(data[1]))
+    assert third.data == merged.data, third.plan.words()
