@@ -142,7 +142,7 @@ def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
         return Change(does, old.kind, old.name, owner_in_words(old), field, was, now, drawing)
 
     renamed = old.name != new.name
-    if "name" in old.refers:
+    if renamed and "name" in old.refers:
         renamed = matching.identities(old, "name") != matching.identities(new, "name")
     if renamed:
         yield change("renamed", "name", old.name, new.name)

@@ -161,6 +161,7 @@ class Matching:
             self._pair(kind, self._ends, exactly=True)
         self._pair("user model", _parameters, exactly=True)
         self._pair("parameter", self._within(lambda thing: self.identities(thing, "name")))
+        self._pair("parameter", self._within(lambda thing: thing.name))
         self._pair(
             "parameter", self._within(lambda thing: (thing.part.type, thing.part.values)),
             exactly=True,

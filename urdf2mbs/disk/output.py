@@ -66,10 +66,12 @@ def _complete(conversion: Conversion) -> None:
     """Give the files of a conversion their seals, and those that go with the output."""
     if conversion.settings.output in conversion.files:
         conversion.files = {**conversion.ahead, **conversion.files, **conversion.behind}
-    conversion.files = {
-        path: data if path in conversion.replaces else seal(path, data)
-        for path, data in conversion.files.items()
-    }
+    conversion.files = _sealed(conversion.files, conversion.replaces)
+
+
+def _sealed(files: Mapping[Path, bytes], replaces: Collection[Path]) -> dict[Path, bytes]:
+    """Files with their seals; those that hold the work of people, too, get none."""
+    return {path: data if path in replaces else seal(path, data) for path, data in files.items()}
 
 
 def write_files(
@@ -102,9 +104,7 @@ def write_files(
         try:
             for path in (*folders, *(file.parent for file in (*files, *once))):
                 _make_folder(path, made)
-            sealed_files = {
-                path: data if path in replaces else seal(path, data) for path, data in files.items()
-            }
+            sealed_files = _sealed(files, replaces)
             streams = [path for path in files if path.exists() and _is_stream(path)]
             places = {
                 Path(os.path.realpath(path)): data

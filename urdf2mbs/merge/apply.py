@@ -344,6 +344,8 @@ class Applying:
                     setattr(part, end, tuple(map(_name, refers[end])))
             elif thing.kind == "user constraint":
                 part.joints = tuple(_name(joint) or "" for joint in refers["joints"])
+            elif thing.kind == "parameter" and refers:
+                part.name = thing.name = _name(refers["name"][0]) or thing.name  # its joint's
             elif thing.kind in ("viewpoint", "light"):
                 part.joint = _name(refers["joint"][0]) or BASE
 

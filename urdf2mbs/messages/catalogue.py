@@ -162,6 +162,12 @@ SECTIONS = [
             "loop-left-out": "a joint in `<gazebo>` cannot become a cut, or cannot be read",
             "loop-renamed": "a cut has the name of another cut or of a link; it gets its own",
             "project-renamed": "your user functions call the generated module by another name",
+            "merge-conflict-won": (
+                "the URDF and an edit changed the same thing; one of them [counts](merge.md)"
+            ),
+            "merge-orphaned": (
+                "an edit has no place in the new model; it is in `NAME.orphaned.mbs`"
+            ),
             "layout-not-kept": (
                 "the earlier output cannot be read; all places in the diagram are new"
             ),
@@ -260,6 +266,7 @@ SECTIONS = [
             "output-not-ours": (
                 "the output [was edited](first-simulation.md#whose-a-file-is), or is not ours"
             ),
+            "merge-other-robot": "an edited `.mbs` was made of another robot",
             "output-unwritable": "a file cannot be written; no file was written",
             "output-doubled": "two robots have one output",
             "project-in-source": "a new project would be in the folder of the robot",
