@@ -24,6 +24,7 @@ COMMANDS = {
     "report": "convert, and write one HTML page to look at instead",
     "verify": "compare a robot with an .mbs file: are they the same?",
     "diff": "say what differs between two .mbs files",
+    "merge": "merge three versions of an .mbs file, for git",
     "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",
     "equations": "write Robotran's equations for an .mbs file",
     "explain": "show the passes of a config, without running them",

@@ -152,7 +152,16 @@ class Matching:
         ):
             self._pair("joint", self._within(name_or_type), exactly=True)
         self._pair("point", self._within(lambda point: point.name))
-        for structure in (_place_and_use, _place):
+        hanging: dict[Thing, set[Hashable]] = {}
+        for body in (*self.before, *self.after):
+            for point in body.refers.get("point", ()):
+                if isinstance(point, Thing):
+                    hanging.setdefault(point, set()).add(self.identity(body))
+
+        def carried(point: Thing) -> Hashable:
+            return frozenset(hanging[point]) if point in hanging else None
+
+        for structure in (_place_and_use, _place, carried):
             self._pair("point", self._within(structure), exactly=True)
         for kind in ("sensor", "force"):
             self._pair(kind, self._within(lambda _: ()))

@@ -38,7 +38,7 @@ from urdf2mbs.mbs.model import (
     View,
 )
 from urdf2mbs.mbs.reader import INERTIA, read_again
-from urdf2mbs.mbs.rewrite import AT, rewrite
+from urdf2mbs.mbs.rewrite import AT, FROM, rewrite
 from urdf2mbs.spatial import Vec
 
 if TYPE_CHECKING:
@@ -96,13 +96,14 @@ _PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
 _NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
-def write(mbs: Mbs) -> bytes:
+def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
     """The file as bytes: the same bytes for the same model.
 
     Bodies, joints and points are written in the order of the model.  Numbers are written to
     the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
     3D viewer wants ``view``.  A model that was read is written into its file: only what has
-    changed in the model changes there.
+    changed in the model changes there.  Objects may come from one ``other`` file, with all that
+    stands in their elements.
 
     Raises ValueError for what no .mbs can hold: a number that is not finite, a character
     that is not XML's, a word that the format does not have, a body without a joint, a sensor
@@ -112,11 +113,20 @@ def write(mbs: Mbs) -> bytes:
         return "".join(_Writer().mbs(mbs)).encode()
     source = mbs.origin.source
     before, elements = read_again(source)
-    was, now = ("".join(_Writer(source).mbs(model)).encode() for model in (before, mbs))
+    was, now = _marked(before, source), _marked(mbs, source, other)
     if was == now:
         return source
-    rewrite(elements, etree.fromstring(was), etree.fromstring(now))
+    others = None
+    if other is not None:
+        theirs, their_elements = read_again(other)
+        others = their_elements, etree.fromstring(_marked(theirs, other))
+    rewrite(elements, etree.fromstring(was), etree.fromstring(now), others)
     return _spelled(elements[0], source)
+
+
+def _marked(mbs: Mbs, source: bytes, other: bytes | None = None) -> bytes:
+    """What is written of a model, with marks at the elements of objects that were read."""
+    return "".join(_Writer(source, other).mbs(mbs)).encode()
 
 
 def _spelled(root: _Element, source: bytes) -> bytes:
@@ -134,9 +144,9 @@ def _spelled(root: _Element, source: bytes) -> bytes:
 
 
 class _Writer:
-    def __init__(self, source: bytes | None = None) -> None:
-        self.source = source
-        """The file to which the origins belong that are marked."""
+    def __init__(self, source: bytes | None = None, other: bytes | None = None) -> None:
+        self.source, self.other = source, other
+        """The files to which the origins belong that are marked."""
         self.marked: set[int] = set()
         self.number = _Numbers()
         self.text = _Texts()
@@ -165,7 +175,11 @@ class _Writer:
     def at(self, part: Part) -> str:
         """The mark of an object that was read; a copy of one is new."""
         origin = part.origin
-        if self.source is None or origin is None or origin.source is not self.source:
+        if self.source is None or origin is None:
+            return ""
+        if self.other is not None and origin.source is self.other:
+            return f' {FROM}="{origin.number}"'
+        if origin.source is not self.source:
             return ""
         if origin.number in self.marked:
             return ""

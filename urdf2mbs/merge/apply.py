@@ -82,20 +82,21 @@ class Conflict(msgspec.Struct):
     """What the new conversion has."""
     wins: Side
 
-    def words(self) -> str:
-        """The conflict in a sentence."""
-        who = "the URDF's is taken" if self.wins == "urdf" else "the edit is kept"
-        return f"{line(self.edit)}; the URDF has {value_in_words(self.urdf)} now: {who}"
+    def words(self, other: str, own: str) -> str:
+        """The conflict in a sentence; ``other`` and ``own`` are how the sides are called."""
+        wins = other if self.wins == "urdf" else own
+        return f"{line(self.edit)}; {other} has {value_in_words(self.urdf)} now: {wins} wins"
 
 
 class Applying:
     """A new conversion in the making, to which edits are applied."""
 
     def __init__(
-        self, model: list[Thing], olds: Known, names: Known | None, prefer: Prefer
+        self, model: list[Thing], olds: Known, names: Known | None, prefer: Prefer | None
     ) -> None:
         """``model`` are the things of the new conversion, ``olds`` as the edits call them before,
-        ``names`` as the edits call them after; None: by the names that the model has then."""
+        ``names`` as the edits call them after; None: by the names that the model has then.
+        ``prefer`` None: people made both sides, and the edits win."""
         self.model = model
         self.olds, self.names = olds, names or olds
         self._names_are_own = names is None
@@ -109,7 +110,7 @@ class Applying:
         """Make all edits; names come first, because the other edits use them."""
         removed = [edit for edit in edits if edit.change.change == "removed" and edit.target]
         untouched = [_plain(content(edit.target.part)) for edit in removed if edit.target]
-        for does in ("renamed", "added", "moved", "changed", "reordered"):
+        for does in ("renamed", "reordered", "added", "moved", "changed"):
             for edit in edits:
                 if edit.change.change == does:
                     if edit.target is None:
@@ -128,12 +129,11 @@ class Applying:
         """Whether an edit is made of what the URDF changed, too."""
         change = edit.change
         of_people = change.kind in _KINDS_OF_PEOPLE or field in _FIELDS_OF_PEOPLE
-        wins: Side = "edited" if of_people or is_place(change) else "urdf"
+        kept = is_place(change) or (of_people and self.prefer is not None)
+        wins: Side = "edited" if kept or self.prefer in ("edited", None) else "urdf"
         if isinstance(self.prefer, dict):
             wins = self.prefer.get(field.split(".")[0], wins)
-        elif self.prefer == "edited":
-            wins = "edited"
-        if not of_people and not is_place(change):
+        if not kept:
             self.conflicts.append(Conflict(change, now, wins))
         return wins == "edited"
 

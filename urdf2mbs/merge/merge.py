@@ -14,6 +14,7 @@ from urdf2mbs.diff.matching import Matching, Thing, things
 from urdf2mbs.diff.words import in_words, line
 from urdf2mbs.mbs.model import Base, Body, Mbs, Point
 from urdf2mbs.mbs.reader import read, read_again
+from urdf2mbs.mbs.unknown import unknown
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.merge.apply import (
     Applying,
@@ -48,12 +49,13 @@ class Plan(msgspec.Struct):
     conflicts: list[Conflict]
     orphaned: list[Orphan]
 
-    def words(self) -> dict[str, list[str]]:
-        """The plan in sentences; places in the diagram and the like are counted."""
+    def words(self, other: str = "the URDF", own: str = "the edit") -> dict[str, list[str]]:
+        """The plan in sentences; places in the diagram and the like are counted.  ``other`` and
+        ``own`` are how the two sides are called."""
         return {
             "updated": in_words(Differences(self.updated, ("", ""), {})),
             "kept": in_words(Differences(self.kept, ("", ""), {})),
-            "in conflict": [conflict.words() for conflict in self.conflicts],
+            "in conflict": [conflict.words(other, own) for conflict in self.conflicts],
             "orphaned": [orphan.words() for orphan in self.orphaned],
         }
 
@@ -69,12 +71,16 @@ class Merged(msgspec.Struct):
     """An .mbs of fragments: what is orphaned."""
 
 
-def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer = "urdf") -> Merged:
+def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> Merged:
     """Apply to ``new`` what people changed from ``base`` to ``edited``.
 
-    ``new`` becomes the merged model.  The file is the edited one, in which only what the plan
-    says is another.
+    ``prefer`` says who wins where both changed the same thing; None: people made both, the edited
+    wins, and all but places in the diagram is a conflict.  ``new`` becomes the merged model.  The
+    file is the edited one, in which only what the plan says is another.
+
+    Raises ConversionError where the merged file would be none that can be read.
     """
+    theirs = new.origin.source if new.origin else None
     pristine = read(write(new), "")
     seen, fresh = Matching(base, edited), Matching(base, new)
     to_new = {
@@ -103,6 +109,12 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer = "urdf") -> Merged:
         else:
             edits.append(Edit(change, to_new[thing]))
             of[id(edits[-1])] = seen.partner.get(thing, thing)
+    theirs_changed = [
+        (change, fresh.partner[old].part)
+        for change, old in (changed_things(fresh, base, new) if prefer is None else ())
+        if change.change == "changed" and change.field not in old.refers
+        and not hasattr(old.part, change.field.split(".")[0])
+    ]  # fmt: skip
     names = [(thing, thing.kind, thing.name) for thing in model]
     applying.apply(edits)
     _adopt(now, edited, new)
@@ -111,22 +123,49 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer = "urdf") -> Merged:
         _adopt(now, edited, new)
     there = set(applying.model)
     orphans = _orphans(applying.orphans, of, now)
+    data = write(new, other=theirs)
+    final = read(data, "the merged file")
+    written = {
+        id(thing.part): then.part for thing, then in zip(things(new), things(final), strict=True)
+    }
     plan = Plan(
-        differences(edited, new, same=_same(edited, new)).changes,
         differences(
-            pristine, new,
-            same=zip((t.part for t in things(pristine)), (t.part for t in model), strict=True),
+            edited, final, same=[(old, written.get(id(part))) for old, part in _same(edited, new)]
+        ).changes,
+        differences(
+            pristine, final,
+            same=[
+                (thing.part, written.get(id(then.part)))
+                for thing, then in zip(things(pristine), model, strict=True)
+            ],
         ).changes,
         applying.conflicts,
         [Orphan(thing.kind, thing.name, changes, why) for thing, changes, why in orphans],
     )  # fmt: skip
+    if prefer is None:
+        plan.conflicts += _not_brought(theirs_changed, written, unknown(final))
     return Merged(
-        write(new),
+        data,
         plan,
         {(kind, name): thing.name if thing in there else None for thing, kind, name in names
          if kind in ("body", "joint")},
         _fragments(edited, [(thing.part, why) for thing, _, why in orphans]) if orphans else None,
     )  # fmt: skip
+
+
+def _not_brought(
+    changes: list[tuple[Change, Any]], written: dict[int, Any], texts: dict[int, dict[str, str]]
+) -> list[Conflict]:
+    """What the other side changed of elements that the model does not know: the file keeps its
+    own.  ``changes`` come with the other side's objects."""
+    conflicts = []
+    for change, part in changes:
+        there = _origin(written.get(id(part)))
+        now = texts.get(there.number, {}).get(change.field) if there else None
+        if there and now != change.after:
+            own = msgspec.structs.replace(change, after=now)
+            conflicts.append(Conflict(own, change.after, "edited"))
+    return conflicts
 
 
 def _pair_added(seen: Matching, fresh: Matching, now: dict[Thing, Thing | None]) -> None:
