@@ -8,15 +8,11 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 from urdf2mbs.disk.seal import intact
 from urdf2mbs.testing import TINY
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
@@ -54,16 +50,6 @@ class Stubborn(Pass):
 def urdf2mbs_passes():
     return [Stubborn]
 """
-
-
-@pytest.fixture(autouse=True)
-def _hear_signals() -> Iterator[None]:
-    """A shell lets what runs in the background ignore Ctrl-C, and all that this starts."""
-    before = signal.getsignal(signal.SIGINT)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
 
 SIGNALS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 
