@@ -25,7 +25,7 @@ from urdf2mbs.mbs.kinematics import Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, counted
-from urdf2mbs.ranges import Place, PositiveLength
+from urdf2mbs.ranges import End, PositiveLength
 from urdf2mbs.spatial import (
     ZERO,
     Pose,
@@ -46,15 +46,6 @@ CLOSED = 1e-6
 SINGULAR = 1e-6
 #: From one ball to the other along the axis of a revolute joint (m).
 APART = 0.1
-
-
-class End(msgspec.Struct, forbid_unknown_fields=True):
-    """One of the two points of a cut."""
-
-    link: str
-    """Where it ends."""
-    at: Place = ZERO
-    """In the link's frame (m)."""
 
 
 CutKind = Literal["ball", "rod", "solid"]
