@@ -77,7 +77,7 @@ def between(before: bytes, after: bytes) -> list[Change]:
     return list(_changes(*(msgspec.msgpack.decode(robot, type=Robot) for robot in (before, after))))
 
 
-def told(changes: list[Change]) -> str:
+def describe(changes: list[Change]) -> str:
     """Changes in words: "21 masses, 1 joint origin"."""
     counts: dict[str, int] = {}
     for change in changes:

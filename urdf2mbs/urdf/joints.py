@@ -53,7 +53,6 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
     if parent == child:
         what = f"joint '{name}' has the link '{parent}' as its parent and as its child"
         reading.fail("joint-same-link", what, parts["child"])
-    kind = reading.words.setdefault(kind, kind)
     joint = joints[name] = Joint(
         name, kind, parent, child, reading.origin(parts.get("origin")), line=element.sourceline
     )
@@ -107,7 +106,7 @@ def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) 
     if part is None or not name:
         what, at = f"{reading.where} has no {which} link", element if part is None else part
         reading.fail("joint-link-missing", what, at, f'give <{which} link="..."/>')
-    return reading.words.setdefault(name, name)
+    return name
 
 
 def read_axis(reading: Reading, joint: Joint, element: Any) -> None:

@@ -7,7 +7,6 @@ urdfdom's is taken.
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from lxml import etree
@@ -57,24 +56,9 @@ def expanded(
     return data, expand(source, packages, xacro_args, trust=trust_xacro)
 
 
-#: What a text has, one of them, if there is work for xacro: ``${`` or ``$(``, an element with the
-#: prefix ``xacro``, or a namespace of xacro under another prefix.  Just to declare
-#: ``xmlns:xacro``, as what xacro has written often does, is none.  No sign goes beyond the
-#: beginning of the next, so that the time grows as the text.
-_SIGNS = (
-    rb"\$[{(]",
-    rb"xacro(?:(?!xacro)[^\s<>='\"/])*:",
-    rb"""xmlns(?!:xacro[\s=])(?:(?!xmlns)[^<>=])*=\s*(?:"[^"]*xacro|'[^']*xacro)""",
-)
-
-
 def has_xacro(data: bytes, file: str) -> bool:
-    """Whether a URDF has elements, or values of links and joints, that xacro must expand."""
+    """True if xacro must expand elements of a URDF, or values of its links and joints."""
     if b"xacro" not in data and b"$" not in data:
-        return False
-    first, *others = data.split(b"<!--")
-    text = first + b"".join(other.partition(b"-->")[2] for other in others)  # no comments
-    if not any(re.search(sign, text) for sign in _SIGNS):
         return False
     root, _ = xml.parse(data, file)
     return any(map(is_xacro, root.iter(etree.Element))) or any(
