@@ -1,19 +1,19 @@
 """Convert meshes: the method's "simply needs to be converted (by the user)", done here.
 
 Every mesh that a visual shows becomes a VRML97 file in the project's ``animationR/vrml``.  The
-file holds the mesh in metres and z up; a shape's ``scale`` stays in the .mbs, except for its
-signs: a mirrored mesh gets a file of its own, with the faces turned back, and its shape the
-absolute values, so that no viewer has to know how to draw a mirrored transform.
+file holds the mesh in metres and z up.  A shape's ``scale`` stays in the .mbs as absolute values.
+A mirrored mesh (negative scale) gets a file of its own with the faces turned back, since not every
+viewer can draw a mirrored transform.
 
-A mesh that has no colour of its own takes the visual's.  A file is named after its mesh (the
-stem that convert-visuals chose), ``_mirror_AXES`` where mirrored, ``_RRGGBB`` where another
-visual shows the same mesh in another colour.
+A mesh without a colour takes the visual's.  A file has the name of its mesh (the stem that
+convert-visuals chose), with ``_mirror_AXES`` for a mirrored mesh and ``_RRGGBB`` for a second
+colour of the same mesh.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
@@ -36,14 +36,14 @@ if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes
 
     from urdf2mbs.meshes.model import Mesh
 
-#: Stands in every file that is written; a new number makes all files anew.
+#: Each .wrl holds this number; with a new number, all files are written again.
 VERSION = 3
 
-#: How our files begin; then comes what each was made from.
+#: Each .wrl begins so; then comes ``Made``.
 BEGIN = b"#VRML V2.0 utf8\n# "
 
-#: So many bytes of mesh files are worth a process: they take a second or two, and so does a start
-#: on a machine that is busy.
+#: So many bytes of mesh files are worth a process.  They take a second or two, as the start of a
+#: process does on a busy machine.
 WORTH = 48 * 2**20
 
 
@@ -332,50 +332,42 @@ def _name_files(
     return names
 
 
-def _shown_by(links: list[str]) -> str:
-    return f"link {links[0]}" + (f" and {len(links) - 1} more" if len(links) > 1 else "")
-
-
 def _warn_of_lost(
     conversion: Conversion, lost: Lost, links: dict[str, list[str]], options: ConvertMeshes
 ) -> None:
-    """One warning for each reason, which names all meshes that it concerns."""
-
-    def warn(code: str, names: Iterable[str], what: str, hint: str | None = None) -> None:
-        files = list(names)
-        named = (f"'{name}' ({_shown_by(links[name])})" for name in files)
-        conversion.warn(
-            code,
-            f"{counted(len(files), 'mesh')} {what}: {some(named, 3)}",
-            link=links[files[0]][0],
-            hint=hint,
-        )
-
-    if lost.missing:
-        places = dict.fromkeys(place for looked in lost.missing.values() for place in looked)
-        warn(
+    """Warn once for each reason, with the names of the meshes."""
+    places = dict.fromkeys(place for places in lost.missing.values() for place in places)
+    for code, meshes, what, hint in (
+        (
             "mesh-missing", lost.missing, "not found",
             f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 8)}",
-        )  # fmt: skip
-    if lost.not_ours:
-        warn(
+        ),
+        (
             "mesh-not-ours", lost.not_ours,
             "not converted, as a file of the name is there that urdf2mbs did not write, or that "
             "was changed since",
             f"move away: {some(lost.not_ours.values())}",
-        )  # fmt: skip
-    if lost.too_large:
-        warn(
+        ),
+        (
             "mesh-too-large", lost.too_large,
             f"not converted: the files of all meshes are more than {options.at_most} MiB",
             f"'convert-meshes: {{at_most: {4 * options.at_most}}}' under 'passes' reads more, and "
             "takes up to 20 times the largest file's size in memory",
-        )  # fmt: skip
-    if lost.unreadable:
-        warn(
+        ),
+        (
             "mesh-unreadable", lost.unreadable, "cannot be used",
             some(lost.unreadable.values(), 3),
-        )  # fmt: skip
+        ),
+    ):  # fmt: skip
+        if meshes:
+            names = list(meshes)
+            named = [
+                f"'{name}' (link {links[name][0]}"
+                + (f" and {len(links[name]) - 1} more)" if len(links[name]) > 1 else ")")
+                for name in names
+            ]
+            text = f"{counted(len(names), 'mesh')} {what}: {some(named, 3)}"
+            conversion.warn(code, text, link=links[names[0]][0], hint=hint)
 
 
 def _warn_of_differences(

@@ -95,16 +95,17 @@ class Forces(Pass):
         lengths: dict[str, float] = {}
         for name, spring in self.springs.items():
             acts = ("forces-link", f"forces: '{name}' acts on")
-            ends: list[tuple[str | None, str | None]] = []
-            for number, end in enumerate(spring.ends, start=1):
-                body, point = conversion.add_point(f"{name}_{number}", end.link, end.at, *acts)
-                ends.append((body, point.name))
+            ends = [
+                conversion.add_point(f"{name}_{number}", end.link, end.at, *acts)
+                for number, end in enumerate(spring.ends, start=1)
+            ]
+            one, two = ((body, point.name) for body, point in ends)
             own = f"{name}_spring" if name in taken else name
-            link = Connection("link", own, ends[0], ends[1])
+            link = Connection("link", own, one, two)
             mbs.links.append(link)
-            one, two = (placement.point(mbs, *end) for end in ends)
-            length = dist(one, two) if spring.length is None else spring.length
-            if dist(one, two) == 0.0:
+            distance = dist(placement.point(mbs, *one), placement.point(mbs, *two))
+            length = distance if spring.length is None else spring.length
+            if distance == 0.0:
                 raise ConfigError(
                     "forces-spring", f"forces: the ends of spring '{name}' coincide, so that its "
                     "force has no direction",
@@ -112,11 +113,8 @@ class Forces(Pass):
             stiffness[own], damping[own], lengths[own] = spring.stiffness, spring.damping, length
             simulation.springs.append(Spring(link))
         if stiffness:
-            mbs.user_models += [
-                UserModel.of("link_stiffness", stiffness),
-                UserModel.of("link_damping", damping),
-                UserModel.of("link_length", lengths),
-            ]
+            models = {"stiffness": stiffness, "damping": damping, "length": lengths}
+            mbs.user_models += [UserModel.of(f"link_{key}", of) for key, of in models.items()]
         conversion.facts["forces"] = {
             "wrenches": [wrench.point for wrench in simulation.wrenches],
             "springs": [spring.link for spring in simulation.springs],

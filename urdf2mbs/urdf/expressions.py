@@ -1,11 +1,11 @@
 """Expressions of xacro are data: checked over their syntax tree, and evaluated within bounds.
 
-xacro hands each ``${...}`` to Python.  Here the tree of an expression is checked first: it may hold
-constants, names, arithmetic, comparisons, conditions, subscripts, displays, comprehensions, calls
-and attributes without an underscore, and nothing else.  Then a call of ``Guard`` replaces each
-operation in the tree, and a function that ``Guard`` watches replaces each function that xacro
-offers.  So an expression never reaches a function, a method or an attribute that is not on the
-list, and ``Guard`` measures whatever goes into an operation or comes out of it.
+xacro hands each ``${...}`` to Python.  This module checks the tree of an expression first: the tree
+may hold constants, names, arithmetic, comparisons, conditions, subscripts, displays,
+comprehensions, calls, and attributes without an underscore, and nothing else.  Then a call of
+``Guard`` replaces each operation in the tree, and a function that ``Guard`` watches replaces each
+function that xacro offers.  So an expression never reaches a function, a method or an attribute
+that is not on the list, and ``Guard`` measures every operand and every result.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _NODES: tuple[type[ast.AST], ...] = (
     ast.expr_context, ast.operator, ast.unaryop, ast.boolop, ast.cmpop,
 )  # fmt: skip
 _NAMES = {"Lambda": "a lambda", "JoinedStr": "an f-string", "NamedExpr": "an assignment"}
-#: Where Python compares or hashes values, or takes them apart, without an operation of its own.
+#: The fields of nodes whose values Python compares, hashes or takes apart without an operation.
 _MEASURED: dict[type[ast.AST], tuple[str, ...]] = {
     ast.Compare: ("left", "comparators"), ast.Starred: ("value",), ast.keyword: ("value",),
     ast.Dict: ("keys", "values"), ast.Set: ("elts",), ast.SetComp: ("elt",), ast.DictComp: ("key",),
@@ -59,14 +59,13 @@ _WITHHELD = ("type", "vars", "issubclass")
 
 
 def refused(what: str) -> ConversionError:
-    """The error for what no robot needs."""
-    return ConversionError(
-        "xacro-expression", f"{what} is not allowed in an expression", hint=TRUST
-    )
+    """The error for something that no robot needs."""
+    text = f"{what} is not allowed in an expression"
+    return ConversionError("xacro-expression", text, hint=TRUST)
 
 
 def too_large(what: str) -> ConversionError:
-    """The error for what takes more than the bounds."""
+    """The error for something beyond the bounds."""
     return ConversionError("xacro-too-large", f"{what} is more than is allowed", hint=TRUST)
 
 
@@ -76,20 +75,20 @@ class Guard:
     def __init__(self) -> None:
         self.work = 0
         self._until = math.inf
-        """The work at which the expression being evaluated has had enough."""
+        """The work at which the current expression is stopped."""
         self._codes: dict[str, Any] = {}
         self._operations = {
             "__operate": self.operate, "__attribute": self.attribute, "__item": self.item,
             "__slice": slice, "__measured": self.measured, "__each": self.each,
         }  # fmt: skip
         self._own: dict[str, Callable[..., Any]] = {
-            "sum": self._fold(sum, partial(self.operate, "Add"), 0),
-            "prod": self._fold(math.prod, partial(self.operate, "Mult"), 1),
+            "sum": self._fold(sum, "Add", 0),
+            "prod": self._fold(math.prod, "Mult", 1),
             "lcm": self._lcm, "isinstance": _isinstance, "tokenize": _tokenize,
             "round": _bounded(round, 1), "factorial": _bounded(math.factorial),
             "comb": _bounded(math.comb), "perm": _bounded(math.perm),
         }  # fmt: skip
-        """The functions whose work their arguments do not show, each with a bound."""
+        """Functions whose arguments do not show their work, each with a bound."""
 
     def spend(self, work: int) -> None:
         """Count the work of an expression; raises ConversionError where a bound is passed."""
@@ -100,7 +99,7 @@ class Guard:
             raise too_large(f"an expression with over {MOST:,} letters, items and steps")
 
     def spend_beside(self, work: int) -> None:
-        """Count work that is not the expression's, but the robot's only."""
+        """Count work of the robot that is no work of the current expression."""
         self._until += work
         self.spend(work)
 
@@ -196,7 +195,10 @@ class Guard:
             yield item
 
     def _take(self, value: Any) -> int:
-        """Count what is in a value, as often as it can be reached; gives how much that is."""
+        """Count the contents of a value, each part as often as it can be reached, as work.
+
+        Returns the size that was counted.
+        """
         if type(value) is float:
             self.spend(1)
             return 1
@@ -262,12 +264,10 @@ class Guard:
 
         return self._watched(bounded)
 
-    def _fold(
-        self, function: Callable[..., Any], operate: Callable[[Any, Any], Any], empty: int
-    ) -> Callable[..., Any]:
+    def _fold(self, function: Callable[..., Any], name: str, empty: int) -> Callable[..., Any]:
         @wraps(function)
         def fold(items: Iterable[Any], start: Any = empty) -> Any:
-            return reduce(operate, items, start)
+            return reduce(partial(self.operate, name), items, start)
 
         return fold
 
@@ -276,7 +276,7 @@ class Guard:
 
 
 def _bounded(function: Callable[..., Any], first: int = 0) -> Callable[..., Any]:
-    """A function whose result has as many digits as its arguments from ``first`` on say."""
+    """A function whose arguments from ``first`` on say how many digits the result has."""
 
     @wraps(function)
     def bounded(*args: Any, **more: Any) -> Any:
@@ -325,7 +325,7 @@ def _check_product(size: int, more: int) -> None:
 
 
 class _Checked(ast.NodeTransformer):
-    """A tree with nothing but the nodes that are allowed, whose operations are ``Guard``'s."""
+    """A tree of allowed nodes only, with the operations of ``Guard``."""
 
     def visit(self, node: ast.AST) -> Any:
         if not isinstance(node, _NODES):
