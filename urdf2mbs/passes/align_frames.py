@@ -257,9 +257,7 @@ class _Search:
             node.frames = [_exchange(from_turns(turns), self.ks[0] - k)]
         elif node.children or not self.any:
             node.frames = [
-                frame
-                for across in self._considered(node)
-                for frame in self.frames(node.axis, across)
+                frame for across in self._consider(node) for frame in self.frames(node.axis, across)
             ]
         # with flip, the last four of eight frames flip this joint
         node.costs = [
@@ -267,7 +265,7 @@ class _Search:
             for number in range(len(node.frames))
         ]
 
-    def _considered(self, node: _Node) -> list[Vec]:
+    def _consider(self, node: _Node) -> list[Vec]:
         """Directions at right angles to the joint's axis.  The search tries a frame with a
         coordinate axis in each direction."""
         parent, back = node.parent, transpose(node.rot)
@@ -380,12 +378,12 @@ class _Search:
         held = multiply(transpose(from_turns(step.turns)), rot)
         along = AXES[k - 1]
         step.flipped = self.flip and node.turns_freely and dot(rotate(held, node.axis), along) < 0
-        _note_if_off(conversion, step, held, _back(along) if step.flipped else along)
+        _note_axis_off(conversion, step, held, _back(along) if step.flipped else along)
         step.axis = along
         node.held = multiply(transpose(from_turns(step.after)), held) if step.after else held
 
 
-def _note_if_off(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
+def _note_axis_off(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
     if step.joint.type == "floating":
         return
     meant = rotate(held, unit(step.axis))

@@ -79,7 +79,7 @@ class Contacts(Pass):
         up = simulation.up
         placement = place(mbs)
         places: list[Vec] = []
-        for link, (segment, pose) in _chosen(conversion, self).items():
+        for link, (segment, pose) in _choose_links(conversion, self).items():
             at = compose(placement.bodies[segment.body.name], pose)
             corners = self.points.get(link) or _lowest_points(conversion, link, at, self.within)
             for number, corner in enumerate(corners, start=1):
@@ -99,7 +99,7 @@ class Contacts(Pass):
         ]
 
 
-def _chosen(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
+def _choose_links(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
     """The links that touch the ground, each with its body and its pose in the body."""
     links = conversion.robot.links
     chosen = choose((*options.links, *options.points), links, "contacts-links", "contacts: no link")

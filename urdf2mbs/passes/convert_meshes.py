@@ -77,12 +77,12 @@ class ConvertMeshes(Pass):
         lost = Lost()
         left = self.at_most * 2**20
         counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
-        ask = _converted(uses, self)
+        ask = _start_conversion(uses, self)
         for number, (filename, use) in enumerate(uses.items(), start=1):
             conversion.progress(f"{filename} ({number} of {len(uses)})")
             mesh: Converted | None = None
             if use.path is None:
-                lost.missing[filename] = conversion.packages.looked(filename)
+                lost.missing[filename] = conversion.packages.places_of(filename)
             elif use.due and files.size(use.path) > left:
                 lost.too_large[filename] = f"{files.size(use.path) / 2**20:.3g} MiB"
             elif use.due:
@@ -233,7 +233,7 @@ def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[
             target = Target(folder / f"{names[filename, look]}.wrl", look, looks[look])
             content = read_beside(target.path, target.path.name)
             if content is not None and path is not None:
-                made = made_from(content)
+                made = read_made(content)
                 target.size, target.foreign = len(content), made is None
                 if made is not None and is_current(made, options, look, path, folder):
                     target.made = made
@@ -241,7 +241,7 @@ def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[
     return uses
 
 
-def _converted(uses: dict[str, Use], options: ConvertMeshes) -> Callable[[Use], Converted]:
+def _start_conversion(uses: dict[str, Use], options: ConvertMeshes) -> Callable[[Use], Converted]:
     """A function that converts a mesh, or raises MeshError; to be called in the order of ``uses``.
 
     Each file is read once, and on all cores where that pays.
@@ -429,7 +429,7 @@ def convert(mesh: Mesh, look: Look, options: ConvertMeshes) -> tuple[Made, bytes
     return made, seal(Path("mesh.wrl"), out.getvalue())
 
 
-def made_from(content: bytes) -> Made | None:
+def read_made(content: bytes) -> Made | None:
     """What a .wrl was made from; None: it is not ours, or was changed by someone since."""
     if not content.startswith(BEGIN) or not intact(content):
         return None

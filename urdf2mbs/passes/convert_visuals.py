@@ -47,7 +47,7 @@ class ConvertVisuals(Pass):
                     shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
                     _colour(shape, visual.material, conversion.robot.materials)
                     segment.holder.shapes.append(shape)
-        _tell(conversion)
+        _warn_of_left_out(conversion)
 
 
 def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str]) -> Shape:
@@ -87,7 +87,7 @@ def _colour(shape: Shape, material: Material | None, known: dict[str, Material])
     shape.transparency = 1.0 - a
 
 
-def _tell(conversion: Conversion) -> None:
+def _warn_of_left_out(conversion: Conversion) -> None:
     links = conversion.robot.links.values()
     textured = [
         link.name

@@ -27,7 +27,7 @@ class InsertBase(Pass):
         robot = conversion.robot
         conversion.mbs.base.gravity = conversion.settings.config.gravity
         root = robot.root()
-        welded, floating = _welded_to(robot, root)
+        welded, floating = _find_welded(robot, root)
         asked = conversion.settings.config.base
 
         floats = False
@@ -67,7 +67,7 @@ def _mass(link: Link) -> float:
     return 0.0 if link.inertial is None else link.inertial.mass
 
 
-def _welded_to(robot: Robot, root: str) -> tuple[set[str], str | None]:
+def _find_welded(robot: Robot, root: str) -> tuple[set[str], str | None]:
     """The links rigid with the root, and the first floating joint that leaves them."""
     children = robot.children()
     welded, todo, floating = {root}, [root], None

@@ -107,7 +107,7 @@ class Loops(Pass):
         rows = [row for connection in mbs.cuts for row in _rows(conversion, placement, connection)]
         order = _order(conversion, placement, self)
         if doubtful:
-            rows = _without_needless(conversion, placement, doubtful)
+            rows = _drop_needless(conversion, placement, doubtful)
         dependent = independent_columns(rows, order)
         if self.dependent and len(dependent) < rank(rows, placement):
             raise ConfigError(
@@ -218,12 +218,10 @@ def _rows(
         rows = [{i: sum(c * rows[k][i] for k, c in enumerate(d)) for i in rows[0]}]
     elif connection.kind == "ball":
         rows = rows[:3]
-    return [_folded(conversion, placement, row) for row in rows]
+    return [_fold(conversion, placement, row) for row in rows]
 
 
-def _folded(
-    conversion: Conversion, placement: Placement, row: dict[int, float]
-) -> dict[int, float]:
+def _fold(conversion: Conversion, placement: Placement, row: dict[int, float]) -> dict[int, float]:
     index = {id(placed.joint): i for i, placed in enumerate(placement.joints)}
     out = {i: value for i, value in row.items() if placement.joints[i].joint.nature != "driven"}
     for coupling in conversion.simulation.couplings:
@@ -275,7 +273,7 @@ def rank(rows: list[dict[int, float]], placement: Placement) -> int:
     return len(independent_columns(rows, list(range(len(placement.joints)))))
 
 
-def _without_needless(
+def _drop_needless(
     conversion: Conversion, placement: Placement, doubtful: set[str]
 ) -> list[dict[int, float]]:
     """Drop the cuts that add no constraint; returns all rows."""

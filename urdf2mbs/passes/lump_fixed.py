@@ -55,10 +55,10 @@ class LumpFixed(Pass):
                 holder.parts.update(parts)
                 moved[segment.link] = (holder, offset)
         conversion.regroup(kept)
-        _tell_ground(conversion)
+        _note_ground_mass(conversion)
 
 
-def _tell_ground(conversion: Conversion) -> None:
+def _note_ground_mass(conversion: Conversion) -> None:
     links = conversion.robot.links
     heavy = [link for link in conversion.ground.parts if not links[link].massless]
     if heavy:

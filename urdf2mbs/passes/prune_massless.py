@@ -48,9 +48,9 @@ class PruneMassless(Pass):
         if not any(joint.child in needed for joint in order):
             bodied = needed = set(robot.links)
         if all(link.massless for link in robot.links.values()):
-            _tell_no_mass(conversion)
+            _warn_of_no_mass(conversion)
 
-        chained = _chained(conversion, order, children, bodied, needed)
+        chained = _chain(conversion, order, children, bodied, needed)
         _make_segments(conversion, root, order, needed, chained)
         _attach_frames(conversion, order, needed, chained)
 
@@ -85,7 +85,7 @@ def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
     return set(leaders.values())
 
 
-def _tell_no_mass(conversion: Conversion) -> None:
+def _warn_of_no_mass(conversion: Conversion) -> None:
     links = conversion.robot.links.values()
     shown = any(link.visuals or link.collisions for link in links)
     asked = "estimate-inertia" in conversion.facts
@@ -99,7 +99,7 @@ def _tell_no_mass(conversion: Conversion) -> None:
     )
 
 
-def _chained(
+def _chain(
     conversion: Conversion,
     order: list[Joint],
     children: dict[str, list[Joint]],
@@ -177,10 +177,10 @@ def _attach_frames(
             conversion.frozen[joint.name] = "nothing that it moves has mass"
             conversion.weightless.add(joint.name)
             held.append(joint)
-    _tell_held(conversion, held)
+    _warn_of_held_joints(conversion, held)
 
 
-def _tell_held(conversion: Conversion, held: list[Joint]) -> None:
+def _warn_of_held_joints(conversion: Conversion, held: list[Joint]) -> None:
     if not held:
         return
     first = held[0]

@@ -48,7 +48,7 @@ class Sensors(Pass):
             return
         parts = conversion.parts()
         lost: list[str] = []
-        for name, sensor in _named_apart(conversion, wanted).items():
+        for name, sensor in _name_apart(conversion, wanted).items():
             segment, at = parts.get(sensor.on, (None, HERE))
             if segment is None or segment.parent is None:
                 # the C library overruns its memory for sensors on the base
@@ -80,7 +80,7 @@ class Sensors(Pass):
         return wanted
 
 
-def _named_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:
+def _name_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:
     """The sensors by names of their own.
 
     A sensor may stand in ``<gazebo>`` and in ``<sensor>``, and with its place in one of them only.

@@ -98,7 +98,7 @@ def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
 
     stiffness: dict[str, float] = {}
     damping: dict[str, float] = {}
-    carried = _carried(conversion.simulation, mass, reduction)
+    carried = _carry(conversion.simulation, mass, reduction)
     feels = felt(mass, reduction)
     for index, placed in enumerate(mass.placement.joints):
         held = next((h for h in conversion.simulation.hold if h.joint is placed.joint), None)
@@ -118,7 +118,7 @@ def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
     ]
 
 
-def _carried(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
+def _carry(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
     """The inertia that each joint carries (kg m^2, kg), with all that follows it."""
     owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
     feet = {owners[id(contact.point)] for contact in simulation.contacts}
@@ -159,13 +159,13 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
     if mode.step * PART < LONGEST:
         worst = slopes[int(mode.shares.argmax())]
         simulation.shortened_by = NAMES[worst.kind].format(worst.name)
-        simulation.time_step = _rounded_down(mode.step * PART)
+        simulation.time_step = _round_down(mode.step * PART)
         conversion.note(
             "time-step",
             f"TIME_STEP is {simulation.time_step:g} s, because of {simulation.shortened_by} "
             f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
         )
-    _tell(conversion, before, models)
+    _warn_of_changes(conversion, before, models)
 
 
 def _slopes(
@@ -244,7 +244,7 @@ def _write(conversion: Conversion, models: Models) -> None:
                 parameter.values = (repr(value),)
 
 
-def _tell(conversion: Conversion, before: Models, models: Models) -> None:
+def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> None:
     changes = [
         f"{group} of '{name}' is {models[group][name]:g} instead of {old:g}"
         for group, values in before.items()
@@ -267,7 +267,7 @@ def _tell(conversion: Conversion, before: Models, models: Models) -> None:
         )
 
 
-def _rounded_down(value: float) -> float:
+def _round_down(value: float) -> float:
     """To two significant digits."""
     digit = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{floor(value / digit * (1 + 1e-9)) * digit:.1e}")

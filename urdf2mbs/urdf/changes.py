@@ -91,18 +91,18 @@ def describe(changes: list[Change]) -> str:
 def _changes(before: Robot, after: Robot) -> Iterator[Change]:
     if before.name != after.name:
         yield Change("name", "", before.name, after.name)
-    links = _renamed(list(before.links), list(after.links))
-    joints = _renamed(list(before.joints), list(after.joints))
-    yield from _there("link", before.links, after.links, links)
+    links = _match_renamed(list(before.links), list(after.links))
+    joints = _match_renamed(list(before.joints), list(after.joints))
+    yield from _compare_names("link", before.links, after.links, links)
     for name, link in before.links.items():
         now = after.links.get(links.get(name, name))
         if now is not None:
-            yield from _of_link(link, now)
-    yield from _there("joint", before.joints, after.joints, joints)
+            yield from _compare_links(link, now)
+    yield from _compare_names("joint", before.joints, after.joints, joints)
     for name, joint in before.joints.items():
         other = after.joints.get(joints.get(name, name))
         if other is not None:
-            yield from _of_joint(joint, other, links, joints)
+            yield from _compare_joints(joint, other, links, joints)
     for old, new, names in (
         (before.links, after.links, links),
         (before.joints, after.joints, joints),
@@ -116,7 +116,7 @@ def _changes(before: Robot, after: Robot) -> Iterator[Change]:
             yield Change(field, "")
 
 
-def _renamed(before: list[str], after: list[str]) -> dict[str, str]:
+def _match_renamed(before: list[str], after: list[str]) -> dict[str, str]:
     """The names that have another in their place."""
     if len(before) != len(after):
         return {}
@@ -128,7 +128,7 @@ def _renamed(before: list[str], after: list[str]) -> dict[str, str]:
     }
 
 
-def _there(
+def _compare_names(
     kind: str, before: Mapping[str, object], after: Mapping[str, object], names: Mapping[str, str]
 ) -> Iterator[Change]:
     """Which links or joints came, went, or have another name."""
@@ -143,7 +143,7 @@ def _there(
             yield Change(f"{kind}-added", name)
 
 
-def _of_link(before: Link, after: Link) -> Iterator[Change]:
+def _compare_links(before: Link, after: Link) -> Iterator[Change]:
     for kind, field in (("mass", "mass"), ("centre", "origin"), ("inertia", "inertia")):
         old, new = getattr(before.inertial, field, None), getattr(after.inertial, field, None)
         if old != new:
@@ -153,7 +153,7 @@ def _of_link(before: Link, after: Link) -> Iterator[Change]:
             yield Change(kind, before.name)
 
 
-def _of_joint(
+def _compare_joints(
     before: Joint, after: Joint, links: Mapping[str, str], joints: Mapping[str, str]
 ) -> Iterator[Change]:
     mimic = before.mimic

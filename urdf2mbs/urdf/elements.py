@@ -111,22 +111,22 @@ class Elements(Messages):
             if name not in known:
                 self.unknown_child(tag, child, known)
             elif name in parts:
-                self.doubled(tag, child)
+                self.warn_of_double(tag, child)
             else:
                 parts[name] = child
         return parts
 
     def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
         tag = child.tag  # that of a comment or processing instruction is a function
-        if isinstance(tag, str) and not self.xacro_left(child):
+        if isinstance(tag, str) and not self.report_xacro(child):
             what = f"<{plain(tag)}> in <{parent}> is not known and has no effect"
             self.warn("unknown-element", what, child.sourceline, like=(tag, known))
 
-    def doubled(self, parent: str, child: Any) -> None:
+    def warn_of_double(self, parent: str, child: Any) -> None:
         what = f"more than one <{child.tag}> in <{parent}>, the first one counts"
         self.warn("doubled-element", what, child.sourceline)
 
-    def xacro_left(self, element: Any) -> bool:
+    def report_xacro(self, element: Any) -> bool:
         """True, with a message, if an element is xacro's, which should be gone by now."""
         tag = element.tag
         if is_xacro(element):
@@ -152,7 +152,7 @@ class Elements(Messages):
             return False
         return True
 
-    def unexpanded(self, what: str, line: int | None) -> NoReturn:
+    def fail_unexpanded(self, what: str, line: int | None) -> NoReturn:
         if self.legacy is not None:
             self.fail(
                 "xacro-legacy",

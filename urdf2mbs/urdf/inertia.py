@@ -46,7 +46,7 @@ def fault(tensor: Sym, mass: float) -> Fault | None:
     # J is positive definite where its leading minors are positive
     if a > least and ab > least * half and determinant > least * half * half:
         return None
-    small, middle, large = moments = _sorted(principal(tensor)[0])
+    small, middle, large = moments = _sort(principal(tensor)[0])
     trace = small + middle + large
     if small < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):
         return Fault("inertia-indefinite", moments)
@@ -88,7 +88,7 @@ def second_moments(tensor: Sym) -> list[float]:
 
 def moments(tensor: Sym) -> tuple[float, float, float]:
     """Principal moments, ascending (kg m^2)."""
-    return _sorted(principal(tensor)[0])
+    return _sort(principal(tensor)[0])
 
 
 def principal(tensor: Sym) -> tuple[list[float], Rows]:
@@ -120,6 +120,6 @@ def principal(tensor: Sym) -> tuple[list[float], Rows]:
     return [a[k][k] * size for k in range(3)], axes
 
 
-def _sorted(values: list[float]) -> tuple[float, float, float]:
+def _sort(values: list[float]) -> tuple[float, float, float]:
     small, middle, large = sorted(values)
     return small, middle, large

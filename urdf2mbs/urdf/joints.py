@@ -79,7 +79,7 @@ def read_optional(reading: Reading, element: Any) -> Any:
         numbers = known_numbers(reading, element)
         return Mimic(element.get("joint") or "", **numbers) if kind is Mimic else kind(**numbers)
     except ConversionError as error:
-        reading.left_out(element, f"<{element.tag}>", error)
+        reading.warn_of_left_out(element, f"<{element.tag}>", error)
         return None
 
 
@@ -125,7 +125,7 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
         try:
             numbers[name] = reading.number(element, name, text)
         except ConversionError as error:
-            reading.left_out(element, "a limit", error)
+            reading.warn_of_left_out(element, "a limit", error)
             numbers[name] = None
     limit = Limit(**numbers)
     lower, upper = limit.lower, limit.upper

@@ -36,7 +36,7 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
             read_collision(reading, child, collisions)
         elif tag == "inertial":
             if inertial is not None:
-                reading.doubled("link", child)
+                reading.warn_of_double("link", child)
             else:
                 inertial = child
         else:

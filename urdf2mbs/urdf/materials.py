@@ -24,7 +24,7 @@ def read_material(reading: Reading, element: Any) -> Material | None:
             r, g, b, a = reading.numbers(child, "rgba", reading.attribute(child, "rgba"), 4)
             color = (r, g, b, a)
         except ConversionError as error:
-            reading.left_out(child, "a colour", error)
+            reading.warn_of_left_out(child, "a colour", error)
             reading.colourless.add(name)
         if color is not None and (min(color) < 0.0 or max(color) > 1.0):
             reading.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
@@ -42,7 +42,7 @@ def read_global_material(reading: Reading, element: Any, robot: Robot) -> None:
     if material is None or not material.name:
         reading.warn("material-unnamed", "a material of <robot> has no name", element.sourceline)
     elif material.name in robot.materials:
-        reading.doubled("robot", element)
+        reading.warn_of_double("robot", element)
     elif material.color is not None or material.texture is not None:
         robot.materials[material.name] = material
 

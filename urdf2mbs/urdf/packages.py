@@ -49,7 +49,7 @@ def workspace(source: Path) -> Path:
     for folder in source.parents:
         if folder == home or folder.parent == folder:
             break  # somebody's dotfiles in git are no workspace
-        marked = _marked(folder)
+        marked = _is_marked(folder)
         if marked or (inner and folder.name == "src"):
             root = folder
         inner = marked
@@ -73,7 +73,7 @@ def _home() -> Path:
     return Path(os.path.expanduser("~"))  # noqa: PTH111 Path.home may raise
 
 
-def _marked(folder: Path) -> bool:
+def _is_marked(folder: Path) -> bool:
     return any((folder / mark).exists() for mark in ("package.xml", *_ROOTS))
 
 
@@ -153,7 +153,7 @@ class Packages:
         except (ConversionError, OSError, ValueError):
             return None
 
-    def looked(self, filename: str) -> list[str]:
+    def places_of(self, filename: str) -> list[str]:
         """The places where ``resolve`` looks for a file, for a message."""
         scheme, name, _ = _split(filename)
         try:
@@ -205,7 +205,7 @@ class Packages:
         # a folder may have another name than its package
         for folder in _subfolders(self.root):
             yield folder
-            if self.root.name == "src" or _marked(self.root):  # else it may be large
+            if self.root.name == "src" or _is_marked(self.root):  # else it may be large
                 yield self._crawl(folder).get(name, folder)
         for entry in _entries("ROS_PACKAGE_PATH"):
             yield entry

@@ -31,7 +31,7 @@ def check_tree(reading: Reading, robot: Robot, line: int | None) -> None:
     check_loops(reading, links, above)
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        roots = without_unattached(reading, robot, roots)
+        roots = drop_unattached(reading, robot, roots)
     if len(roots) > 1:
         reading.fail(
             "several-roots",
@@ -72,7 +72,7 @@ def imply_world(reading: Reading, robot: Robot) -> None:
             )  # fmt: skip
 
 
-def without_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list[str]:
+def drop_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list[str]:
     """Take away links that no joint holds and that hold nothing: no mass, no shape."""
     holding = {joint.parent for joint in robot.joints.values()}
     empty = [

@@ -52,7 +52,7 @@ class Reading(Elements):
             self.warn("name-blank", what, element.sourceline)
         if name in taken:
             if _says_the_same(self._first(element, kind, name), element):
-                self.doubled("robot", element)
+                self.warn_of_double("robot", element)
                 return None
             what = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
             self.fail("name-doubled", what, element, f"give one of the {kind}s another name")
@@ -67,7 +67,7 @@ class Reading(Elements):
 
     def text(self, element: Any, attribute: str, text: str) -> str:
         if "${" in text or "$(" in text:
-            self.unexpanded(f"{attribute}={quote(text)} of {self.where}", element.sourceline)
+            self.fail_unexpanded(f"{attribute}={quote(text)} of {self.where}", element.sourceline)
         return text
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
@@ -113,7 +113,7 @@ class Reading(Elements):
             f"give {wanted}" + (", with blanks between them" if count > 1 else ""),
         )
 
-    def left_out(self, element: Any, what: str, error: ConversionError) -> None:
+    def warn_of_left_out(self, element: Any, what: str, error: ConversionError) -> None:
         """Warn that something is left out: it cannot be read, and the .mbs does not need it."""
         reason = error.message.partition(f"{self.where}: ")[2] or error.message
         self.warn(
@@ -156,10 +156,12 @@ def quote(text: str) -> str:
 def _says_the_same(first: Any, second: Any) -> bool:
     """True if an element repeats another, but for blanks."""
     pairs = zip_longest(first.iter(etree.Element), second.iter(etree.Element))
-    return all(a is not None and b is not None and _said(a) == _said(b) for a, b in pairs)
+    return all(
+        a is not None and b is not None and _read_content(a) == _read_content(b) for a, b in pairs
+    )
 
 
-def _said(element: Any) -> tuple[Any, ...]:
+def _read_content(element: Any) -> tuple[Any, ...]:
     """What an element says by itself."""
     return element.tag, len(element), sorted(element.items()), (element.text or "").strip()
 

@@ -124,13 +124,13 @@ class _Run:
                     failure.said = self.diagnostics()
                     raise failure from error
         if self.args_missing:
-            raise self.undefined()
+            raise self.explain_missing()
         for warning in python_warnings:
             name = warning.category.__name__
             self.messages["warning", f"{name}: {warning.message}", None] = None
         names = dict.fromkeys(map(absolute, (self.file, *self.xacro.all_includes)))
         files = [name for name in names if Path(name).is_file()]
-        return Expansion(text, files, [*self.diagnostics(), *self.unused()])
+        return Expansion(text, files, [*self.diagnostics(), *self.warn_of_unused()])
 
     def _replace(self) -> None:
         """Give our copy of xacro its parts of our own."""
@@ -357,7 +357,7 @@ class _Run:
         """
         xacro = self.xacro
         files = [absolute(name) for name in xacro.filestack or [self.file]]
-        macros = [(macro, _defining(macro)) for macro in reversed(xacro.macrostack or [])]
+        macros = [(macro, _find_file(macro)) for macro in reversed(xacro.macrostack or [])]
         file = files[-1]
         if line is None:
             defining = [absolute(where) for _, where in macros if where][:1]
@@ -392,14 +392,15 @@ class _Run:
         if isinstance(ours, ConfigError):
             return ConfigError(ours.code, ours.message, hint=ours.hint)
         if ours is not None:
-            signs = [*(signs if ours.code.startswith("xacro-") else ()), *_quoted(ours.message)[:1]]
+            signs = [
+                *(signs if ours.code.startswith("xacro-") else ()),
+                *_find_words(ours.message)[:1],
+            ]
             return self.fault(ours.code, ours.message, signs, ours.hint)
         if (syntax := find(ExpatError)) is not None:
             return self.explain_syntax(syntax)
         if find(MemoryError) is not None:
-            hint = (
-                "look for macros that call themselves, and for long texts or lists in expressions"
-            )
+            hint = "look for macros that call themselves, and for long texts or lists in ${...}"
             return self.fault("memory-full", "xacro takes more memory than there is", [], hint)
         if find(RecursionError) is not None:
             text = "macros, includes or properties that call themselves without an end"
@@ -408,7 +409,7 @@ class _Run:
         if unread is not None and unread.filename:
             text = f"cannot read {unread.filename}: {unread.strerror}"
             return self.fault("xacro", text, [Path(unread.filename).name], None)
-        return _legacy(self.files()) or self.fault("xacro", text, signs or _quoted(text), None)
+        return _legacy(self.files()) or self.fault("xacro", text, signs or _find_words(text), None)
 
     def explain_syntax(self, error: ExpatError) -> ConversionError:
         """The error for a file that is no XML."""
@@ -423,7 +424,7 @@ class _Run:
         text = "not well-formed XML: it cannot be read here"
         return self.fault("xacro", text, [], None, error.lineno)
 
-    def undefined(self) -> ConversionError:
+    def explain_missing(self) -> ConversionError:
         """The error of the first argument that has no value, with the names of all of them."""
         names = list(self.args_missing)
         error = self.args_missing[names[0]]
@@ -436,7 +437,7 @@ class _Run:
             error.hint = f"give each a value: `xacro_args: {{{keys}}}` or `{words}`"
         return error
 
-    def unused(self) -> list[Diagnostic]:
+    def warn_of_unused(self) -> list[Diagnostic]:
         """Warnings of arguments that were given for nothing."""
         given, asked = self.args.given, self.args.asked
         known = [name for name in asked if name not in given]
@@ -458,12 +459,13 @@ class _Run:
         ]
         for name, caller in self.macros:
             where = written.locate([f"xacro:{name}"], [caller])
+            hint = _find_definition(name, self.packages)
             diagnostics.append(
                 Diagnostic(
                     "error", "xacro-macro-unknown",
                     f"the macro '{name}' is not defined: the <xacro:include> of the file that "
                     "defines it is missing",
-                    file=caller, line=where and where[1], hint=_defined_in(name, self.packages),
+                    file=caller, line=where and where[1], hint=hint,
                 )
             )  # fmt: skip
         for name, failure in self.packages_missing.items():
@@ -509,7 +511,7 @@ def _missing_package(text: str, run: _Run) -> ConversionError | None:
     return run.packages_missing.get(named[1]) if named else None
 
 
-def _defined_in(macro: str, packages: Packages) -> str:
+def _find_definition(macro: str, packages: Packages) -> str:
     """A hint that names the .xacro file, around the source or in the packages, of a macro."""
     file = written.macro(macro, dict.fromkeys([packages.source.parent, *packages.table.values()]))
     if file is None:
@@ -518,7 +520,7 @@ def _defined_in(macro: str, packages: Packages) -> str:
     return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
 
 
-def _defining(macro: Any) -> str | None:
+def _find_file(macro: Any) -> str | None:
     """The file of a macro."""
     return macro.history[-1][-1] if macro.history and macro.history[-1] else None
 
@@ -550,7 +552,7 @@ def _declares(names: Iterable[str]) -> str:
     return f"the arguments declared are: {shown}" if shown else "no file declares an argument"
 
 
-def _quoted(text: str) -> list[str]:
+def _find_words(text: str) -> list[str]:
     """The words that a message of xacro's puts in quotes, or names at its end."""
     words = r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$"
     return [group for match in re.findall(words, text) for group in match if group]

@@ -98,7 +98,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         elif version[1] == b"1.0":
             return match[0]
         encoding = encoding or (named[1] if named else None)
-        return _blanked(match[0])
+        return _blank(match[0])
 
     def comment(match: re.Match[bytes]) -> bytes:
         if match[2] is not None:
@@ -109,7 +109,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         if b"--" not in match[1] and not match[1].endswith(b"-"):
             return match[0]
         slip("there is a '--' within a comment", match.start())
-        return b"<!--" + _blanked(match[1]) + b"-->"
+        return b"<!--" + _blank(match[1]) + b"-->"
 
     text = re.sub(_COMMENT, comment, re.sub(_DECLARATION, declaration, data))
     if encoding is not None:
@@ -117,7 +117,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
         plain = re.sub(
             _COMMENT,
-            lambda match: b"<!--" + _blanked(match[1]) + match[0][4 + len(match[1]) :],
+            lambda match: b"<!--" + _blank(match[1]) + match[0][4 + len(match[1]) :],
             text,
         )
         if _is_utf_8(plain):
@@ -141,7 +141,7 @@ def _only_prefixes(log: list[Any]) -> bool:
     return bool(log) and all(entry.domain_name == "NAMESPACE" for entry in log)
 
 
-def _blanked(text: bytes) -> bytes:
+def _blank(text: bytes) -> bytes:
     return re.sub(rb"[^\r\n]", b" ", text)
 
 
