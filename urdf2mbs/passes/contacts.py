@@ -45,28 +45,30 @@ class Contacts(Pass):
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground."""
     points: dict[str, list[Place]] = {}
-    """Link: its contact points, in its frame (m), instead of those of its shapes."""
+    """Link: its contact points, in the link's frame (m), in place of the lowest points of its
+    shapes."""
     within: Length = 0.005
-    """Shapes of a link count whose lowest point is at most this (m) above the link's lowest."""
+    """A shape of a link counts if its lowest point is at most this (m) above the link's lowest
+    point."""
     stand: bool = True
-    """Whether a floating base is shifted so that the lowest contact point is on the ground."""
+    """Shift a floating base so that the lowest contact point is on the ground."""
     ground: Coordinate = 0.0
     """Height of the ground (m)."""
     sink: Annotated[float, Meta(gt=0, le=1)] = 0.001
-    """How deep the robot sinks in when it stands on all points, in parts of its longest leg."""
+    """The robot that stands on all points sinks in by this part of its longest leg."""
     depth: PositiveLength | None = None
-    """The same (m), instead of ``sink``."""
+    """The robot sinks in by this (m), in place of ``sink``."""
     stiffness: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
-    """Of the ground at each point (N/m), instead of ``depth``."""
+    """Stiffness of the ground at each point (N/m), in place of ``depth``."""
     damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 1.0
-    """Of the robot that bounces on the ground, standing on all points."""
+    """Damping ratio of the robot that bounces on the ground with all points."""
     speed: Speed | None = None
-    """Speed (m/s) at which the ground pushes twice as hard on the way in, instead of
-    ``damping_ratio``: less damps more."""
+    """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
+    ``damping_ratio``. A smaller speed damps more."""
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.8
     """Coefficient of friction, a ratio."""
     slip_speed: Speed = 0.05
-    """Speed of slip (m/s) from which on friction is nearly full."""
+    """Friction is nearly full above this speed of slip (m/s)."""
 
     def run(self, conversion: Conversion) -> None:
         if not self.links and not self.points:

@@ -52,12 +52,13 @@ class JointParameters(Pass):
     writes = ("forces",)
 
     stops: bool = True
-    """Whether joints have soft stops at their limits."""
+    """Give joints soft stops at their limits."""
     stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
-    """How stiff the stops are: the frequency (Hz) at which what the joint moves would swing."""
+    """Stiffness of the stops, as a frequency (Hz): the moved inertia would swing on the stop so
+    fast."""
     friction_speed: Speed = 0.01
-    """The speed (rad/s or m/s) from which on friction is nearly constant; more for a joint that
-    moves little inertia."""
+    """Friction is nearly constant above this speed (rad/s or m/s); a joint that moves little
+    inertia has a higher speed."""
 
     def run(self, conversion: Conversion) -> None:
         # the limits of a joint that counts the other way round have changed places and signs

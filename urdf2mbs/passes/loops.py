@@ -68,9 +68,9 @@ class Loops(Pass):
     cuts: dict[str, Cut] = {}
     """Name: ``{kind: ball, rod or solid, ends: [{link, at}, {link, at}], length}``."""
     from_urdf: bool = True
-    """Whether joints inside ``<gazebo>`` that close a loop are taken."""
+    """Use the joints inside ``<gazebo>`` that close a loop."""
     dependent: list[str] = []
-    """Patterns of the joints to make dependent, instead of those that are chosen."""
+    """Patterns of the joints that become dependent, in place of the pass's own choice."""
 
     def run(self, conversion: Conversion) -> None:
         mbs = conversion.mbs
@@ -91,9 +91,9 @@ class Loops(Pass):
                     "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
                     hint="only a rod has a length",
                 )  # fmt: skip
-            where = ("loops-link", f"loops: cut '{name}' ends at")
+            what = f"loops: cut '{name}' ends at"
             ends = [
-                conversion.add_point(f"{name}_{number}", end.link, end.at, *where)
+                conversion.add_point(f"{name}_{number}", end.link, end.at, "loops-link", what)
                 for number, end in enumerate(cut.ends, start=1)
             ]
             one, two = ((body, point.name) for body, point in ends)

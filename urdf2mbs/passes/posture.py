@@ -64,7 +64,7 @@ class Posture(Pass):
     hold: HoldOptions | None = None
     """A PD controller that holds the start position: ``{frequency: 10, damping_ratio: 0.3}``."""
     inside: bool = True
-    """Whether, in a project, each joint starts within its limits."""
+    """In a project, start each joint within its limits."""
 
     def run(self, conversion: Conversion) -> None:
         asked = self.joints or self.srdf or self.state

@@ -33,11 +33,11 @@ class Sensors(Pass):
     writes = ("anchors",)
 
     links: list[str] = []
-    """Patterns of links that get a sensor at their frame, called as they are."""
+    """Patterns of links that get a sensor at their frame. The sensor has the link's name."""
     from_urdf: bool = True
-    """Whether the sensors of ``<gazebo>`` and ``<sensor>`` are taken."""
+    """Use the sensors of ``<gazebo>`` and ``<sensor>``."""
     only: list[str] = []
-    """Patterns of those sensors of the URDF that are taken; none: all."""
+    """Patterns of the URDF's sensors that are used; none: all."""
 
     def run(self, conversion: Conversion) -> None:
         simulation = conversion.simulation
