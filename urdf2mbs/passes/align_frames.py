@@ -60,7 +60,7 @@ class AlignFrames(Pass):
     axes: Literal["x", "y", "z", "any"] = "any"
     """The coordinate axis that joints act about or along."""
     candidates: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 12
-    """How many frames, quarter turns not counted, are considered for each body."""
+    """The number of frames considered for each body, quarter turns not counted."""
     tolerance: Tolerance = ROUNDING
     """A direction counts as on a coordinate axis or plane if it is at most this (rad) off.  The
     default is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off they

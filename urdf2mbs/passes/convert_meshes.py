@@ -128,7 +128,7 @@ class ConvertMeshes(Pass):
 
 
 class Look(msgspec.Struct, frozen=True):
-    """What a visual changes of its mesh: each different look needs a file of its own."""
+    """A visual's changes of its mesh: each different look needs a file of its own."""
 
     mirror: str
     """The axes that a negative scale mirrors: of "xyz"."""
@@ -137,7 +137,7 @@ class Look(msgspec.Struct, frozen=True):
 
 
 class Made(msgspec.Struct, omit_defaults=True):
-    """What a .wrl was made from: its second line."""
+    """The sources of a .wrl: its second line."""
 
     version: int
     up_axis: str
@@ -201,7 +201,7 @@ class Job(msgspec.Struct, frozen=True):
 
 
 class Converted(msgspec.Struct):
-    """What is made of a mesh file."""
+    """A mesh file in all its looks."""
 
     size: int
     """Bytes of all the files that it was read from."""
@@ -301,7 +301,7 @@ def make(job: Job) -> Converted:
 
 
 def _links(conversion: Conversion) -> dict[str, list[str]]:
-    """Which links show each mesh file."""
+    """The links that show each mesh file."""
     links: dict[str, list[str]] = {}
     for link in conversion.robot.links.values():
         for visual in link.visuals:
@@ -430,7 +430,7 @@ def convert(mesh: Mesh, look: Look, options: ConvertMeshes) -> tuple[Made, bytes
 
 
 def read_made(content: bytes) -> Made | None:
-    """What a .wrl was made from; None: it is not ours, or was changed by someone since."""
+    """The sources of a .wrl; None if it is not ours, or if somebody has changed it since."""
     if not content.startswith(BEGIN) or not intact(content):
         return None
     try:
@@ -440,7 +440,7 @@ def read_made(content: bytes) -> Made | None:
 
 
 def is_current(made: Made, options: ConvertMeshes, look: Look, path: Path, folder: Path) -> bool:
-    """Whether the mesh file at ``path`` would give this .wrl again."""
+    """True if the mesh file at ``path`` would give this .wrl again."""
     from urdf2mbs.meshes.model import read_beside
 
     return (

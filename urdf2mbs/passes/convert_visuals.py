@@ -25,7 +25,7 @@ from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
 Y_ONTO_Z = from_turn((1, pi / 2))
 #: Where the project keeps its meshes.
 VRML = "PRJPATH/animationR/vrml"
-#: So many letters of a mesh file's name are kept: most file systems take 255 at most.
+#: A .wrl keeps so many letters of its mesh file's name: most file systems allow 255.
 _LONGEST = 150
 
 

@@ -22,7 +22,7 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.simulation import ForceTorque
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
-#: What a unit axis may be off a coordinate axis or plane without a word: the rounding of a double.
+#: A unit axis so far off a coordinate axis or plane gets no note: the rounding of a double.
 ROUNDING = 1e-15
 SIX: tuple[str, ...] = ("T1", "T2", "T3", "R1", "R2", "R3")
 

@@ -269,7 +269,7 @@ def independent_columns(rows: list[dict[int, float]], order: list[int]) -> list[
 
 
 def rank(rows: list[dict[int, float]], placement: Placement) -> int:
-    """How many of the constraints (rows of the Jacobian) are independent."""
+    """The number of independent constraints (rows of the Jacobian)."""
     return len(independent_columns(rows, list(range(len(placement.joints)))))
 
 

@@ -71,7 +71,7 @@ def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
 
 
 def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
-    """What an earlier conversion has written here, and this one does not: it fits no more."""
+    """Remove files of an earlier conversion that this conversion does not write."""
     there = sorted(folder.iterdir()) if files.is_folder(folder) else []
     gone = [
         path

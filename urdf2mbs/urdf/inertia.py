@@ -1,4 +1,4 @@
-"""Which inertias a body can have, and the nearest one that it can.
+"""Inertias that a body can have, and the nearest possible inertia to any other.
 
 The second moment about the centre of mass, ``J = trace(I)/2 - I`` (the integral of r r^T dm),
 of a body of positive mass is positive semi-definite, and any such J is some body's: just then
@@ -27,7 +27,7 @@ Rows = list[list[float]]
 
 
 class Fault(msgspec.Struct, frozen=True):
-    """Why no body can have an inertia."""
+    """The reason why no body can have an inertia."""
 
     code: str
     """``inertia-indefinite`` or ``inertia-triangle``."""
@@ -36,7 +36,7 @@ class Fault(msgspec.Struct, frozen=True):
 
 
 def fault(tensor: Sym, mass: float) -> Fault | None:
-    """What is wrong with an inertia (kg m^2, about the centre of mass); None: nothing is."""
+    """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
     xx, xy, xz, yy, yz, zz = tensor
     half = (xx + yy + zz) / 2
     a, b, c = half - xx, half - yy, half - zz

@@ -1,4 +1,4 @@
-"""What is said about one URDF file: errors with their line, warnings about many links at once."""
+"""The messages about one URDF file: errors with their line, warnings about many links at once."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """From a URDF or xacro file to a ``Robot``, or to one error that says what is wrong where.
 
-An error only where no meaning is left.  What is odd is kept as it is, and what the .mbs does not
-need is left out where it cannot be read; both are warnings.  Where URDF leaves a choice,
-urdfdom's is taken.
+A file without a meaning is an error.  Odd parts stay as they are, with a warning.  Unreadable parts
+that the .mbs does not need are left out, with a warning.  If URDF leaves a choice, the reader does
+as urdfdom does.
 """
 
 from __future__ import annotations
@@ -32,8 +32,7 @@ def read_robot(
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a robot; a file with xacro in it is expanded first, whatever its name.
 
-    An error among the diagnostics is one that the user may lower; then what it is about is left
-    out.
+    The user may lower the level of an error among the diagnostics; then its element is left out.
 
     :raises ConversionError: the codes of ``parse`` and of ``xacro.expand``, and
         ``file-not-found``, ``file-is-directory``, ``file-unreadable``
@@ -44,9 +43,9 @@ def read_robot(
 def expanded(
     source: Path, packages: Packages, xacro_args: Mapping[str, str], *, trust_xacro: bool = False
 ) -> tuple[bytes, Expansion | None]:
-    """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
+    """A file's bytes and their expansion by xacro; None if there is no xacro in the file.
 
-    ``trust_xacro``: its expressions may do whatever Python can.
+    ``trust_xacro``: the file's expressions may do whatever Python can.
     """
     data = read_file(source)
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):

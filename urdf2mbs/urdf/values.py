@@ -34,7 +34,7 @@ class Reading(Elements):
         self.firsts: dict[tuple[str, str | None], Any] = {}
         """The first link and joint of each name; empty until a name is doubled."""
         self.quaternions = False
-        """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
+        """True if the file's version has ``quat_xyzw``; urdfdom ignores it in older versions."""
 
     def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
         """The ``name`` of a link or joint: there must be a name, and only once.
@@ -162,12 +162,12 @@ def _says_the_same(first: Any, second: Any) -> bool:
 
 
 def _read_content(element: Any) -> tuple[Any, ...]:
-    """What an element says by itself."""
+    """The content of an element without its children."""
     return element.tag, len(element), sorted(element.items()), (element.text or "").strip()
 
 
 def _comma_hint(text: str, count: int) -> str | None:
-    """What to do about commas in numbers."""
+    """A hint about commas in numbers."""
     if "," not in text:
         return None
     if count > 1 and len(text.replace(",", " ").split()) == count:

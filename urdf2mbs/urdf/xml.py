@@ -1,6 +1,6 @@
-"""From bytes to XML elements: harmless slips are mended and said, all else is one error.
+"""From bytes to XML elements: harmless slips are mended with a warning, any other is an error.
 
-Lines stay where they are: what is mended away is replaced by blanks.
+Blanks replace a slip, so that the line numbers stay.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from urdf2mbs.xml.errors import BLANK, check_entities, explain
 
 
 class Slip(msgspec.Struct, frozen=True):
-    """Something that was mended or forgiven."""
+    """A slip that was mended or forgiven."""
 
     code: str
     message: str
@@ -36,7 +36,7 @@ _ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
 
 
 def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
-    """The root element of an XML text, and what was mended or forgiven.
+    """The root element of an XML text, and the slips that were mended or forgiven.
 
     :raises ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
         ``xml-truncated``, ``xml-entity``, ``xml-too-large``
@@ -62,7 +62,7 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
 
 
 def mend(data: bytes) -> tuple[bytes, list[Slip]]:
-    """The same text without slips that leave its meaning clear, and what they were."""
+    """The text without slips that leave its meaning clear, and these slips."""
     slips: list[Slip] = []
 
     def slip(message: str, at: int) -> None:
