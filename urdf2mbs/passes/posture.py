@@ -262,7 +262,7 @@ def _hold(conversion: Conversion, options: HoldOptions) -> list[Held]:
     }
     if not joints:
         raise ConfigError("posture-hold", "posture: no joint to hold fits 'hold.joints'")
-    what = "posture: no joint to hold, for 'hold.gains',"
+    what = "posture: 'hold.gains': no joint that is held"
     patterns = {
         pattern: choose([pattern], joints, "posture-hold", what) for pattern in options.gains
     }
