@@ -14,7 +14,7 @@ from urdf2mbs.mbs import model as mbs
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, Difference, nearest
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
-from urdf2mbs.urdf.changes import Change, told
+from urdf2mbs.urdf.changes import Change, describe
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
 
@@ -128,7 +128,7 @@ class RobotChange(msgspec.Struct):
     changes: list[Change]
 
     def __str__(self) -> str:
-        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {told(self.changes)}"
+        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {describe(self.changes)}"
 
 
 class Proof(msgspec.Struct):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import msgspec
 
 from urdf2mbs.spatial import ZERO, Sym, Vec
@@ -228,6 +230,13 @@ class UserModel(Part, gc=False):
 
     name: str
     parameters: list[Parameter] = []
+
+    @classmethod
+    def of(cls, name: str, numbers: Mapping[str, float]) -> UserModel:
+        """The user model whose parameters are these numbers."""
+        return cls(
+            name, [Parameter(key, "scalar", (repr(float(v)),)) for key, v in numbers.items()]
+        )
 
 
 class UserVariable(Part, gc=False):

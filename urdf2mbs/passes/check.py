@@ -3,8 +3,8 @@ authors looked at pictures).
 
 It reads the file's bytes and compares them with the URDF by the second route of ``verify``:
 the pose of every link at several random positions, zero included, and mass, centre and inertia
-of every rigid group.  A file that differs never takes the place of a good one.  Where a plugin
-writes another format, the model that the file was made of is compared.
+of every rigid group.  A file that differs never takes the place of a good file.  If a plugin writes
+another format, the pass compares the model instead of the file.
 """
 
 from __future__ import annotations

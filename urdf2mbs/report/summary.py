@@ -11,7 +11,7 @@ from urdf2mbs.conversion import Conversion, LinkFrame, Names, Proof, RobotChange
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, in_words
 from urdf2mbs.spatial import Vec
-from urdf2mbs.urdf.changes import told
+from urdf2mbs.urdf.changes import describe
 from urdf2mbs.urdf.left_out import left_out
 
 
@@ -83,7 +83,7 @@ def verdict(conversion: Conversion) -> str:
     proof = conversion.proof
     if proof is None:
         return NOT_CHECKED
-    changes = [f"what {one.by} changed: {told(one.changes)}" for one in conversion.changed]
+    changes = [f"what {one.by} changed: {describe(one.changes)}" for one in conversion.changed]
     return in_words(not proof.same, proof.but_for, proof.not_compared, changes)
 
 
