@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from urdf2mbs.spatial import ZERO, Sym, Vec
+from urdf2mbs.spatial import ZERO, Pose, Sym, Vec
 
 #: How a file calls the ground as a parent, whatever ``Base.name`` says, and the point at
 #: a body's own frame.  In the model both are None, so that no name can be mistaken for them.
@@ -109,6 +109,17 @@ class Shape(Part, gc=False):
     radius: float | None = None
     height: float | None = None
     url: str | None = None
+
+
+class LinkFrame(msgspec.Struct, gc=False):
+    """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
+    one of the joints that lead to it."""
+
+    body: str | None
+    """Name in the .mbs; None is the base."""
+    joint: str | None
+    """Name in the .mbs of the joint after which the frame stands; None: the body frame."""
+    pose: Pose
 
 
 class Drawing(msgspec.Struct, gc=False):
@@ -251,6 +262,19 @@ class Mbs(Part, gc=True):
     user_models: list[UserModel] = []
     user_variables: list[UserVariable] = []
     view: View | None = None
+
+    def owners(self) -> list[tuple[str | None, Base | Body]]:
+        """What has points and shapes, by name: None is the base."""
+        return [(None, self.base), *((body.name, body) for body in self.bodies)]
+
+    def points(self) -> dict[tuple[str | None, str | None], Point]:
+        """The anchor points, by the names of their bodies and their own."""
+        owners = self.owners()
+        return {(name, point.name): point for name, owner in owners for point in owner.points}
+
+    def joints(self) -> dict[str, Joint]:
+        """The joints by name, in the order of the file."""
+        return {joint.name: joint for body in self.bodies for joint in body.joints}
 
     def numbers(self) -> dict[str, int]:
         """The number that Robotran gives each joint: 1, 2, ... in the order of the file."""

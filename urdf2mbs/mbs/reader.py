@@ -209,16 +209,16 @@ class _Reader:
             )  # fmt: skip
 
     def check_joint(self, joint: Joint, element: _Element) -> None:
-        for tag, word, words in (
-            ("type", joint.type, JOINT_TYPES), ("nature", joint.nature, NATURES)
+        for tag, word, words, code, hint in (
+            ("type", joint.type, JOINT_TYPES, "joint-type-unknown",
+             "the types are T1 T2 T3 R1 R2 R3"),
+            ("nature", joint.nature, NATURES, "joint-nature-unknown",
+             "the natures are independent, dependent and driven"),
         ):  # fmt: skip
             if word not in words:
                 at = element.find(tag)
-                self.fail(
-                    element if at is None else at, f"joint-{tag}-unknown",
-                    f"joint '{joint.name}' is of {tag} '{word}'",
-                    f"the {tag}s are {_HINTS[tag]}",
-                )  # fmt: skip
+                said = f"joint '{joint.name}' is of {tag} '{word}'"
+                self.fail(element if at is None else at, code, said, hint)
 
     def check_point(self, point: Point, element: _Element) -> None:
         names = self.points.setdefault(self.owner, set())
@@ -471,7 +471,6 @@ def _where(body: str | None) -> str:
 
 
 _XYZ = ["x", "y", "z"]
-_HINTS = {"type": "T1 T2 T3 R1 R2 R3", "nature": "independent, dependent and driven"}
 #: What must hold for an object that is read.
 _CHECKS: dict[type[Part], Callable[[_Reader, Any, _Element], None]] = {
     Body: _Reader.check_body,

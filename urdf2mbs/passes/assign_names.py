@@ -7,8 +7,9 @@ model takes the file's own name.  From here on it is known where each link's fra
 
 from __future__ import annotations
 
-from urdf2mbs.conversion import Conversion, LinkFrame
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.mbs.names import identifiers, rename
 
 

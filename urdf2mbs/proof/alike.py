@@ -12,33 +12,29 @@ from typing import Any
 from urdf2mbs.diff.changes import differences
 from urdf2mbs.diff.matching import Matching, Thing
 from urdf2mbs.diff.words import line
-from urdf2mbs.mbs.model import Joint, Mbs
-from urdf2mbs.messages.diagnostics import Difference, counted
-from urdf2mbs.proof.compare import Comparing, Comparison, mbs_mass, urdf_mass
+from urdf2mbs.mbs.model import Joint, LinkFrame, Mbs
+from urdf2mbs.messages.diagnostics import counted
+from urdf2mbs.proof.comparing import Comparing
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.parameters import STATED, left_out, stated
-from urdf2mbs.proof.rigid import HERE, Frame, compose, distance, most, moved
+from urdf2mbs.proof.rigid import Frame, compose, distance, most, moved
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates, urdf_side
+from urdf2mbs.proof.verdict import Difference, Proof
+from urdf2mbs.spatial import Pose
 from urdf2mbs.urdf.model import Robot
 
 
-def compare_models(
-    first: Mbs, second: Mbs, tolerance: float, called: tuple[str, str]
-) -> Comparison:
+def compare_models(first: Mbs, second: Mbs, tolerance: float, called: tuple[str, str]) -> Proof:
     """Compare two .mbs files: motion, inertias, natures, cuts, where links and forces act, and
     the numbers of user models; ``called`` is how messages call the two."""
     matching = Matching(first, second)
     names: dict[str, str] = {}
     problems = list(_joints(matching, names, called))
-    one, two = mbs_side(first, set(names)), mbs_side(second, set(names.values()))
     comparing = Comparing(
-        one, two, names,
-        {joint.name: body.name for body in first.bodies for joint in body.joints},
-        tolerance, called=(*called, "body"), bodies=second.bodies,
+        mbs_side(first, set(names)), mbs_side(second, set(names.values())), names, tolerance,
+        called=(*called, "body"),
     )  # fmt: skip
-    comparing.found += problems
-    comparing.compare_gravity(first.base.gravity, second.base.gravity)
-    comparing.compare_groups()
+    comparing.compare(problems)
     but_for: dict[str, str] = {}
     comparing.found += _connections(matching, comparing, but_for)
     for change in differences(first, second, physics=True).changes:
@@ -53,7 +49,7 @@ def compare_models(
     sensors = [thing for thing in matching.before if thing.kind == "sensor"]
     if sensors:
         not_compared[counted(len(sensors), "sensor")] = "they do not move the robot"
-    return comparing.comparison((mbs_mass(first), mbs_mass(second)), but_for, not_compared)
+    return comparing.proof(but_for, not_compared)
 
 
 def _joints(
@@ -167,7 +163,7 @@ def _ends_apart(
 
 def compare_robots(
     first: Robot, second: Robot, joints: dict[str, str], tolerance: float, called: tuple[str, str]
-) -> Comparison:
+) -> Proof:
     """Compare two URDFs: motion, inertias, followers, limits, damping, friction, controllers, and
     the frames of links; ``joints`` maps those that are called otherwise in the second."""
     names: dict[str, str] = {}
@@ -206,36 +202,22 @@ def compare_robots(
     comparing = Comparing(
         urdf_side(first, {own: own for own in names}, {}, {}),
         urdf_side(second, {own: own for own in names.values()}, {}, {}),
-        names, {joint.name: joint.child for joint in first.joints.values()}, tolerance,
-        called=(*called, "link"),
+        names, tolerance, called=(*called, "link"),
     )  # fmt: skip
-    comparing.found += problems
-    comparing.compare_groups()
-    del comparing.largest["gravity"]
-    comparing.elsewhere += _frames(comparing)
+    comparing.compare(problems)
+    frames, others = comparing.one.frames, comparing.two.frames
+    comparing.compare_frames(
+        {link: LinkFrame(link, None, Pose()) for link in frames if link in others}
+    )
+    del comparing.largest["frame"]  # where a link has its frame is its own choice
+    for has, lacks, name in ((frames, others, called[0]), (others, frames, called[1])):
+        comparing.elsewhere += [
+            Difference("frame", f"link '{link}' is in {name} only", link=link)
+            for link in has if link not in lacks
+        ]  # fmt: skip
     not_compared = {
         f"elements of other programs in {name}": "such as <gazebo>"
         for name, robot in zip(called, (first, second), strict=True)
         if robot.extensions
     }
-    return comparing.comparison((urdf_mass(first), urdf_mass(second)), {}, not_compared)
-
-
-def _frames(comparing: Comparing) -> Iterator[Difference]:
-    """The links whose frames are elsewhere in the second URDF, or that one alone has."""
-    ours, theirs = comparing.one.frames, comparing.two.frames
-    for link in dict.fromkeys([*ours, *theirs]):
-        if link not in theirs or link not in ours:
-            name = comparing.called[1 if link in theirs else 0]
-            yield Difference("frame", f"link '{link}' is in {name} only", link=link)
-            continue
-        group, at = ours[link]
-        number, there = theirs[link]
-        apart = comparing.apart[group]
-        off = distance(at if apart is HERE else compose(apart, at), there, comparing.scales[group])
-        if comparing.pairs[group] != number:
-            yield Difference("frame", f"link '{link}' moves with another joint", link=link)
-        elif not off <= comparing.tolerance:
-            yield Difference(
-                "frame", f"link '{link}': its frame is elsewhere", min(off, 1.0), link=link
-            )
+    return comparing.proof({}, not_compared)

@@ -14,10 +14,11 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
-from urdf2mbs.messages.diagnostics import Difference, some
-from urdf2mbs.proof.mbs_side import poses
+from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.rigid import AXES, ORIGIN, cross, moved, turned
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 
@@ -55,7 +56,7 @@ def coordinates(
     ``joints``, ``frozen`` and ``orders`` are as for ``compare``; ``driven`` are the .mbs joints
     that are driven on purpose, though the URDF has them follow others.
     """
-    known = {joint.name: joint for body in mbs.bodies for joint in body.joints}
+    known = mbs.joints()
     out = Coordinates()
     tied = _loops(robot, mbs, out)
     taken: set[str] = set()
@@ -150,7 +151,7 @@ def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
     groups: list[tuple[list[Connection], list[dict[str, float]], set[str]]] = []
     if not mbs.cuts and not mbs.user_constraints:
         return set()
-    nature = {joint.name: joint.nature for body in mbs.bodies for joint in body.joints}
+    nature = {name: joint.nature for name, joint in mbs.joints().items()}
     jacobian = _Jacobian(mbs)
     tied = [([cut], jacobian.rows(cut)) for cut in mbs.cuts]
     for constraint in mbs.user_constraints:
@@ -205,22 +206,17 @@ class _Jacobian:
     """How the two ends of a cut move apart, by the velocity of each joint, at the start."""
 
     def __init__(self, mbs: Mbs) -> None:
-        self.bodies, self.joints = poses(mbs)
-        self.points = {
-            (body, point.name): point.coordinates
-            for body, points in (
-                (None, mbs.base.points), *((body.name, body.points) for body in mbs.bodies)
-            )
-            for point in points
-        }  # fmt: skip
+        self.side = mbs_side(mbs, (), mbs.joints(), start=True)
+        self.points = mbs.points()
         self.above = {body.name: body for body in mbs.bodies}
 
     def rows(self, cut: Connection) -> list[dict[str, float]]:
         """Each constraint, by the joints that are on one of its two ways only."""
         ends = [
-            moved(self.bodies[body], self.points[body, point] if point else ORIGIN)
+            moved(self.side.frames[body or ""][1],
+                  self.points[body, point].coordinates if point else ORIGIN)
             for body, point in (cut.endpoint1, cut.endpoint2)
-        ]
+        ]  # fmt: skip
         ways = [self._way(cut.endpoint1[0]), self._way(cut.endpoint2[0])]
         apart = tuple(a - b for a, b in zip(*ends, strict=True))
         rows: list[dict[str, float]] = [{} for _ in range(ROWS[cut.kind])]
@@ -229,7 +225,7 @@ class _Jacobian:
             for joint in way:
                 if joint.name in common or joint.nature == "driven":
                     continue
-                at = self.joints[joint.name]
+                _, at = self.side.after[joint.name]
                 axis = turned(at, AXES[int(joint.type[1]) - 1])
                 arm = (end[0] - at[9], end[1] - at[10], end[2] - at[11])
                 speed = cross(axis, arm) if joint.type[0] == "R" else axis

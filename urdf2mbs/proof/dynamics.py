@@ -11,10 +11,11 @@ from typing import Any
 from lxml import etree
 
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Difference
-from urdf2mbs.proof.compare import POSITIONS
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.proof.comparing import POSITIONS
 from urdf2mbs.proof.rigid import AXES, worst
 from urdf2mbs.proof.urdf_side import SIX, in_plane
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.spatial import Vec, direction
 from urdf2mbs.xml import lines as xml_lines
 

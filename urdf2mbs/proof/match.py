@@ -10,8 +10,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from urdf2mbs.conversion import LinkFrame
-from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, Mbs
+from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.proof.urdf_side import SIX, carriers
 from urdf2mbs.spatial import ZERO, Pose, axis_turns

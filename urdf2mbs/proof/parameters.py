@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from math import isfinite
 
 from urdf2mbs.mbs.model import Mbs, UserModel
-from urdf2mbs.messages.diagnostics import Difference, counted
+from urdf2mbs.messages.diagnostics import counted
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Joint, Robot
 
 #: The user models that hold a URDF's numbers, by the names of the .mbs joints.
