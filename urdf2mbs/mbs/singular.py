@@ -257,11 +257,10 @@ class _Position:
 def _size(mbs: Mbs) -> float:
     """A length (m) about as large as the robot."""
     lengths: list[float] = []
-    for point in mbs.base.points:
-        lengths += point.coordinates
     for body in mbs.bodies:
         lengths += body.com or ZERO
-        for point in body.points:
+    for _, owner in mbs.owners():
+        for point in owner.points:
             lengths += point.coordinates
     return max(map(abs, lengths), default=0.0) or 1.0
 

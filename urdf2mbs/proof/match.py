@@ -63,7 +63,7 @@ def match(robot: Robot, mbs: Mbs) -> Match:
         for name, names in found.joints.items()
         if len(names) == 1 and names[0] in spellings(f"{name}_flipped", "joint")
     ]
-    _match_frames(robot, mbs, found)
+    _match_frames(robot, mbs, owners, found)
     return found
 
 
@@ -155,8 +155,9 @@ def spellings(name: str, kind: str) -> list[str]:
     return [name, plain, more, *(f"{more}_{number}" for number in range(2, 6))]
 
 
-def _match_frames(robot: Robot, mbs: Mbs, found: Match) -> None:
-    owners = {joint.name: body for body in mbs.bodies for joint in body.joints}
+def _match_frames(
+    robot: Robot, mbs: Mbs, owners: Mapping[str, tuple[Body, Joint]], found: Match
+) -> None:
     bodies = {body.name: body for body in mbs.bodies}
     fixed = {
         name
@@ -168,7 +169,7 @@ def _match_frames(robot: Robot, mbs: Mbs, found: Match) -> None:
     for joint in robot.joints.values():
         names = found.joints.get(joint.name)
         if names is not None:
-            body = owners[names[-1]]
+            body, _ = owners[names[-1]]
             after = _last_of(body, names[-1], fixed)
             found.frames[joint.child] = LinkFrame(body.name, after, Pose())
             if after is None:
