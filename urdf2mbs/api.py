@@ -18,8 +18,8 @@ from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.comparing import TOLERANCE
 from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, spellings
+from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.report.summary import Report, report

@@ -15,8 +15,8 @@ from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, S
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.proof.alike import compare_models
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.comparing import TOLERANCE
 from urdf2mbs.proof.match import match
+from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.reader import parse

@@ -16,7 +16,7 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs, UserModel
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.comparing import TOLERANCE
+from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import Tolerance
 from urdf2mbs.urdf.model import Robot

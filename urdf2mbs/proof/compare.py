@@ -28,9 +28,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from urdf2mbs.mbs.model import LinkFrame, Mbs, UserModel
-from urdf2mbs.proof.comparing import TOLERANCE, Comparing
+from urdf2mbs.proof.comparing import Comparing
 from urdf2mbs.proof.coordinates import coordinates
 from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.parameters import compare_parameters
 from urdf2mbs.proof.urdf_side import carriers, urdf_side
 from urdf2mbs.proof.verdict import Difference, Proof

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from functools import cached_property, partial
-from math import atan2, dist, hypot, log10, pi
-from random import Random
+from collections.abc import Iterable, Mapping
+from functools import partial
+from math import dist
 from typing import Any
-
-import msgspec
 
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.proof.groups import Group, Side
+from urdf2mbs.proof.pair import POSITIONS, Pair, settle
 from urdf2mbs.proof.rigid import (
     HERE,
     ORIGIN,
@@ -21,13 +19,9 @@ from urdf2mbs.proof.rigid import (
     Frame,
     Inertia,
     about,
-    across,
     angle,
-    between_axes,
     compose,
-    cross,
     distance,
-    dot,
     inertias_apart,
     inverse,
     merge,
@@ -40,65 +34,6 @@ from urdf2mbs.proof.rigid import (
 )
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.spatial import fewest_turns
-
-#: What a difference must exceed to count, relative to the scale of what is compared.
-TOLERANCE = 1e-9
-#: Positions at which the motion is compared, zero included.
-POSITIONS = 4
-_RANDOM = Random(20)
-#: These positions but zero.  Each joint is compared by itself, so all can have the same ones.
-AMOUNTS = [_RANDOM.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
-
-
-class _Pair(msgspec.Struct, gc=False):
-    """A group of the URDF and its counterpart in the .mbs, and where their joints stand, both
-    seen from the .mbs's parent group."""
-
-    ours: Group
-    theirs: Group
-    our_before: Frame
-    their_before: Frame
-    our_inertia: Inertia
-    their_inertia: Inertia
-    scale: float
-    """m."""
-    carried: Callable[[], list[tuple[Group, Group]]]
-    """Gives the groups that hang on them."""
-
-    def placed(self) -> Frame:
-        """Our group's pose in theirs, by where the joints put both at zero."""
-        if self.our_before == self.their_before:
-            return HERE
-        return compose(inverse(self.their_before), self.our_before)
-
-    def motion(self, at: Frame) -> float:
-        """How far the motions are apart, if ``at`` is our group's pose in theirs: where the groups
-        are at zero, and how each goes on from there, seen from itself."""
-        off = distance(compose(self.their_before, at), self.our_before, self.scale)
-        for amount in AMOUNTS:
-            q = amount if self.ours.turns else amount * self.scale
-            ours, theirs = self.ours.move(q), self.theirs.move(q)
-            off = max(off, distance(compose(theirs, at), compose(at, ours), self.scale))
-        return off
-
-    def inertia(self, at: Frame) -> dict[str, float]:
-        ours = self.our_inertia if at is HERE else seen(self.our_inertia, at)
-        return inertias_apart(ours, self.their_inertia, self.scale)
-
-    def misfits(self, at: Frame) -> list[float]:
-        """How far each thing that the groups have is apart, if ``at`` is so: the axis of their
-        joint, what they weigh, and the axes of the joints that they carry."""
-        ours, theirs = self.ours, self.theirs
-        found = [
-            between_axes(at, ours.axis, HERE, theirs.axis, ours.turns, self.scale),
-            *self.inertia(at).values(),
-        ]
-        for mine, other in self.carried():
-            before = compose(at, mine.before)
-            found.append(
-                between_axes(before, mine.axis, other.before, other.axis, mine.turns, self.scale)
-            )
-        return found
 
 
 class Comparing:
@@ -192,7 +127,7 @@ class Comparing:
             if hangs:
                 world = world or two.world()
                 before = compose(inverse(world[pairs[ours.parent]]), world[other])
-            pair = _Pair(
+            pair = Pair(
                 ours, theirs, compose(self.apart[ours.parent], ours.before), before,
                 merge(ours.inertias), merge(theirs.inertias), self.scales[mine],
                 partial(self._carried, mine),
@@ -207,18 +142,11 @@ class Comparing:
 
     def _carried(self, mine: int) -> list[tuple[Group, Group]]:
         """The pairs of groups that hang on a pair."""
-        return self._hanging.get(mine, [])
+        groups, other = self.two.groups, self.pairs[mine]
+        pairs = [(self.one.groups[n], groups[self.pairs[n]]) for n in self.one.groups[mine].carries]
+        return [(ours, theirs) for ours, theirs in pairs if theirs.parent == other]
 
-    @cached_property
-    def _hanging(self) -> dict[int, list[tuple[Group, Group]]]:
-        hanging: dict[int, list[tuple[Group, Group]]] = {}
-        for number, other in enumerate(self.pairs[1:], start=1):
-            ours, theirs = self.one.groups[number], self.two.groups[other]
-            if theirs.parent == self.pairs[ours.parent]:
-                hanging.setdefault(ours.parent, []).append((ours, theirs))
-        return hanging
-
-    def _place(self, pair: _Pair, other: int, link: str | None, hangs: bool) -> Frame:
+    def _place(self, pair: Pair, other: int, link: str | None, hangs: bool) -> Frame:
         """The constant pose of a group in its counterpart; tells what of the motion differs."""
         at = self.frames.get(link) if link is not None else None
         meant: Frame | None = None
@@ -230,14 +158,14 @@ class Comparing:
         motion = 0.0 if hangs else pair.motion(place)
         plain = meant is not None or max(pair.inertia(place).values()) <= self.tolerance
         if self._beyond(motion) or not plain:
-            place = _settle(pair, pair.placed(), meant, self.tolerance)
+            place = settle(pair, pair.placed(), meant, self.tolerance)
             motion = 0.0 if hangs else pair.motion(place)
         self.largest["motion"] = max(self.largest["motion"], motion)
         if self._beyond(motion):
             self._tell_motion(pair, place, motion)
         return place
 
-    def _tell_motion(self, pair: _Pair, place: Frame, motion: float) -> None:
+    def _tell_motion(self, pair: Pair, place: Frame, motion: float) -> None:
         """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
         ours, theirs, name = pair.ours, pair.theirs, pair.ours.joint
         link = ours.child
@@ -280,7 +208,7 @@ class Comparing:
             told += f"; its axis is {tilt:.3g} rad off"
         self._differ("frame", told, off, **where)
 
-    def _inertia(self, pair: _Pair, place: Frame) -> None:
+    def _inertia(self, pair: Pair, place: Frame) -> None:
         """Compare what a pair of groups weighs, where, and how it resists turning."""
         apart = pair.inertia(place)
         most = max(apart.values())
@@ -322,7 +250,7 @@ class Comparing:
                 "inertia", f"{self.called[2]} '{link}': inertia", most, link=link, joint=joint
             )
 
-    def _lost(self, pair: _Pair) -> list[str]:
+    def _lost(self, pair: Pair) -> list[str]:
         """The links of a group whose mass is just what the .mbs has too little."""
         heavy = [(name, inertia[0]) for name, inertia in pair.ours.inertias if inertia[0]]
         lack = pair.our_inertia[0] - pair.their_inertia[0]
@@ -339,7 +267,7 @@ class Comparing:
         at = self.frames.get(link)
         return None if at is None or at.joint is not None else at.body
 
-    def _parts(self, pair: _Pair, lost: list[str]) -> list[tuple[list[str], Inertia, Inertia]]:
+    def _parts(self, pair: Pair, lost: list[str]) -> list[tuple[list[str], Inertia, Inertia]]:
         """A pair of groups, body by body if it is known which link is in which: links, their
         inertia, and the body's."""
         ours = [(name, i) for name, i in pair.ours.inertias if name not in lost]
@@ -410,65 +338,6 @@ class Comparing:
                 told = f"link '{link}': point '{point.name}' of body '{body}' is "
                 told += f"{dist(ours, theirs):.3g} m off its frame"
                 self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
-
-
-def _settle(pair: _Pair, placed: Frame, meant: Frame | None, tolerance: float) -> Frame:
-    """The pose of a group in its counterpart, where it is not plain: of those that come into
-    question, the one in which the most of what the groups have agrees.
-
-    ``placed`` is where the joint puts it at zero, ``meant`` where its frame is by name.  Either
-    may be the one that is wrong, or both: hand-made models turn a frame so that its joint's
-    axis is a coordinate axis.
-    """
-
-    def agreement(at: Frame) -> float:
-        return -sum(log10(min(max(off, TOLERANCE), 1.0)) for off in pair.misfits(at))
-
-    choice = [placed]
-    if meant is not None:
-        choice += [meant, _on_axis(pair, meant)]
-    best = max(choice, key=agreement)
-    slid = _slid(pair, _on_axis(pair, placed))
-    # one thing that does not fit is itself wrong; if two do not, it is the place
-    misfits, others = (sum(not off <= tolerance for off in pair.misfits(at)) for at in (best, slid))
-    return slid if misfits - others >= 2 else best
-
-
-def _on_axis(pair: _Pair, at: Frame) -> Frame:
-    """The pose nearest to ``at`` in which the groups have the same axis."""
-    u, e = turned(at, pair.ours.axis), pair.theirs.axis
-    n = cross(u, e)
-    sine = hypot(*n)
-    if sine > 0.0:
-        turn = spin((n[0] / sine, n[1] / sine, n[2] / sine), atan2(sine, dot(u, e)))
-        at = (*compose(turn, at)[:9], *at[9:])
-    if pair.ours.turns:
-        along = dot(at[9:], e)
-        at = (*at[:9], along * e[0], along * e[1], along * e[2])
-    return at
-
-
-def _slid(pair: _Pair, at: Frame) -> Frame:
-    """A pose moved along, and turned about, the joint's axis so that the first of centre and
-    anchors that tells agrees."""
-    e = pair.theirs.axis
-    points = [(pair.our_inertia[1], pair.their_inertia[1])] if pair.our_inertia[0] else []
-    points += [(mine.before[9:], other.before[9:]) for mine, other in pair.carried()]
-    if pair.ours.turns:
-        for a, b in points:
-            p, q = across(moved(at, a), e), across(b, e)
-            if min(hypot(*p), hypot(*q)) > 1e-3 * pair.scale:
-                angle = atan2(dot(cross(p, q), e), dot(p, q))
-                at = compose(spin(e, angle), at)
-                break
-    for a, b in points[:1]:
-        p = moved(at, a)
-        d = (b[0] - p[0], b[1] - p[1], b[2] - p[2])
-        if pair.ours.turns:
-            along = dot(d, e)
-            d = (along * e[0], along * e[1], along * e[2])
-        at = (*at[:9], at[9] + d[0], at[10] + d[1], at[11] + d[2])
-    return at
 
 
 def _one_spelling(links: Iterable[str]) -> dict[str, str | None]:

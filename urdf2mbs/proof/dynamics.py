@@ -12,7 +12,7 @@ from lxml import etree
 
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-from urdf2mbs.proof.comparing import POSITIONS
+from urdf2mbs.proof.pair import POSITIONS
 from urdf2mbs.proof.rigid import AXES, worst
 from urdf2mbs.proof.urdf_side import SIX, in_plane
 from urdf2mbs.proof.verdict import Difference

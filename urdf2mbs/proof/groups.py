@@ -28,6 +28,8 @@ class Group(msgspec.Struct, gc=False):
     """How far out (m) its joint is in the parent group, and what it has is in it."""
     inertias: list[tuple[str, Inertia]] = []
     """Of each link or body."""
+    carries: list[int] = []
+    """The groups that hang on it."""
     held: list[str] = []
     """The driven joints just before its joint in the body (.mbs), such as ``R3 1.57``."""
 
@@ -62,9 +64,10 @@ class Side(msgspec.Struct):
         if reach > self.groups[parent].reach:
             self.groups[parent].reach = reach
         group = Group(parent, before, turns, axis, move, coordinate, joint, child, reach)
+        number = self.created[coordinate] = len(self.groups)
         self.groups.append(group)
-        self.created[coordinate] = len(self.groups) - 1
-        return len(self.groups) - 1
+        self.groups[parent].carries.append(number)
+        return number
 
     def put(self, name: str, group: int, inertia: Inertia) -> None:
         x, y, z = inertia[1]
