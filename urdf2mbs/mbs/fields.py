@@ -100,7 +100,7 @@ POINT: Table = {
 }
 BODY: Table = {
     "bodyname": ("name", "text"),
-    "parent": ("parent", "place"),
+    "parent": ("place", "place"),
     "joint": ("joints", "parts"),
     "mass": ("mass", "number"),
     "com": ("com", "coordinates"),

@@ -154,6 +154,11 @@ class Body(Part, gc=False):
     shapes: list[Shape] = []
     drawing: Drawing | None = None
 
+    @property
+    def place(self) -> tuple[str | None, str | None]:
+        """The body and the point that it is attached to."""
+        return self.parent, self.point
+
 
 class Base(msgspec.Struct, gc=False):
     """The ground. ``gravity`` is an acceleration in its axes (m/s^2)."""

@@ -165,7 +165,9 @@ class _Reader:
         part: Any = make(element.tag)
         kids = self.children(element, table)
         if what:
-            part.name = self.name(element, kids, next(iter(table)), what)
+            tag, *_ = table
+            part.name = self.name(element, kids, tag, what)
+            del kids[tag]
             self.require(element, kids, f"{what} '{part.name}'")
         part.origin = self.origin(element)
         if isinstance(part, Body):
@@ -186,7 +188,10 @@ class _Reader:
                 self.fill(thing, self.children(found[0], entry), entry)
                 continue
             field, kind = entry
-            if kind == "place":
+            read = _KINDS.get(kind)
+            if read is not None:
+                setattr(thing, field, read(self, found[0]))
+            elif kind == "place":
                 self.set_place(thing, field, found[0])
             elif kind == "parts":
                 setattr(thing, field, list(map(self.part, found)))
@@ -195,8 +200,6 @@ class _Reader:
             elif isinstance(kind, frozenset):
                 parts = [self.part(child) for child in found[0] if child.tag in kind]
                 setattr(thing, field, parts)
-            else:
-                setattr(thing, field, _KINDS[kind](self, found[0]))
 
     # --- objects ---
 
@@ -479,7 +482,7 @@ _CHECKS: dict[type[Part], Callable[[_Reader, Any, _Element], None]] = {
     UserConstraint: _Reader.check_constraint,
 }
 #: What reads each kind of value.
-_KINDS: dict[str, Callable[[_Reader, _Element], Any]] = {
+_KINDS: dict[object, Callable[[_Reader, _Element], Any]] = {
     "text": _Reader.text,
     "title": _Reader.text,
     "word": lambda reader, element: intern(reader.text(element)),

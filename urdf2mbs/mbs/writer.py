@@ -135,14 +135,9 @@ class _Writer:
         """The elements of a table, without those whose value is None."""
         out: list[str] = []
         for tag, entry in table.items():
-            if entry is None:
-                out.append(f"{pad}<{tag}/>\n")
-                continue
             if isinstance(entry, tuple):
                 field, kind = entry
                 value = getattr(thing, field)
-                if field == "parent":
-                    value = (thing.parent, thing.point)
                 if value is None:
                     continue
                 if isinstance(kind, str):
@@ -151,6 +146,9 @@ class _Writer:
                 only = next(iter(kind))
                 inner = "".join([self.part(getattr(part, "kind", only), part, f"{pad}  ")
                                  for part in value])  # fmt: skip
+            elif entry is None:
+                out.append(f"{pad}<{tag}/>\n")
+                continue
             else:
                 inner = self.elements(thing, entry, f"{pad}  ")
             if inner or tag in KEPT:
