@@ -30,7 +30,7 @@ from urdf2mbs.urdf.xml import mend
 
 
 class Result:
-    """What a conversion gives: the model, the file's bytes, and the report."""
+    """The result of a conversion: the model, the file's bytes, and the report."""
 
     def __init__(self, conversion: Conversion) -> None:
         self.conversion = conversion
@@ -111,7 +111,7 @@ def convert(
 
 
 class Verdict(Proof, kw_only=True):
-    """What was compared and what differs."""
+    """The result of ``verify``: a proof, and how the two sides match."""
 
     robot: str
     base: str
@@ -121,9 +121,9 @@ class Verdict(Proof, kw_only=True):
     joints: dict[str, tuple[str, ...]] = {}
     """The URDF's moving joints that the .mbs has too, and its names for them."""
     moving: int
-    """How many moving joints the URDF has."""
+    """The number of moving joints of the URDF."""
     schema: list[str] = []
-    """Where the file departs from the format."""
+    """The places where the file departs from the format."""
     flipped: list[str] = []
     """The URDF's joints that count the other way round, as their names in the .mbs say."""
     diagnostics: list[Diagnostic] = []
@@ -291,13 +291,13 @@ def _base(mbs: Mbs) -> str:
 
 
 def _called(first: str, second: str) -> tuple[str, str]:
-    """How messages call two files: by their names, with the folders where these are alike."""
+    """The names of two files in messages; with their folders where the names are alike."""
     names = Path(first).name, Path(second).name
     return names if names[0] != names[1] else (first, second)
 
 
 def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
-    """The links' frames of which the .mbs says less than the URDF, or nothing."""
+    """The links whose frames are not, or not wholly, in the .mbs, each with the reason."""
     points = {point.name for point in mbs.points().values()}
     root = robot.root()
     return {

@@ -184,7 +184,7 @@ INSIDE: dict[str, Table] = {
 
 
 class Object(NamedTuple):
-    """What the element of an object becomes."""
+    """The object that an element becomes."""
 
     make: Callable[[str], Part]
     """Gives an empty object; its argument is the tag."""

@@ -1,4 +1,4 @@
-"""Where everything in an .mbs is at one position: forward kinematics, joint by joint."""
+"""Forward kinematics of an .mbs at one position, joint by joint."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urdf2mbs.spatial import HERE, ZERO, Pose, Vec, add, cross, from_turn, multi
 
 
 class Placed(NamedTuple):
-    """Where a joint is, in the axes of the base."""
+    """The place of a joint, in the axes of the base."""
 
     joint: Joint
     axis: Vec
@@ -30,7 +30,7 @@ class Placed(NamedTuple):
 
 
 class Placement(msgspec.Struct):
-    """Where bodies and joints are, in the base (m)."""
+    """The places of bodies and joints, in the base (m)."""
 
     bodies: dict[str | None, Pose]
     """By name; None is the base."""
@@ -40,7 +40,7 @@ class Placement(msgspec.Struct):
     """Index of each body's last joint; -1 for the base."""
 
     def point(self, mbs: Mbs, body: str | None, point: str | None) -> Vec:
-        """Where an anchor point is (m); None is the body's own frame."""
+        """The place of an anchor point (m, in the base); None is the body's own frame."""
         pose = self.bodies[body]
         if point is None:
             return pose.xyz

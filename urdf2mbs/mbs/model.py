@@ -40,7 +40,7 @@ class Origin:
         self.source = source
         """The whole file."""
         self.number = number
-        """Which of the file's objects it is, in the order of reading; the file itself is 0."""
+        """The object's number in the order of reading; the file itself is 0."""
 
     def __eq__(self, other: object) -> bool:
         return other is None or isinstance(other, Origin)
@@ -52,7 +52,7 @@ class Origin:
 
 
 class Part(msgspec.Struct, kw_only=True, gc=False):
-    """What a file has an element of its own for."""
+    """An object that has an element of its own in the file."""
 
     origin: Origin | None = None
 
@@ -70,7 +70,7 @@ class Joint(Part, gc=False):
     qdd: float | None = None
     actuated: bool = False
     symbols: tuple[str, ...] | None = None
-    """Which of q, qd, qdd stay in the generated equations; None is all of them."""
+    """Those of q, qd, qdd that stay in the generated equations; None is all of them."""
     position: XY | None = None
 
 
@@ -269,7 +269,7 @@ class Mbs(Part, gc=True):
     view: View | None = None
 
     def owners(self) -> list[tuple[str | None, Base | Body]]:
-        """What has points and shapes, by name: None is the base."""
+        """The base and the bodies, which have points and shapes, by name: None is the base."""
         return [(None, self.base), *((body.name, body) for body in self.bodies)]
 
     def points(self) -> dict[tuple[str | None, str | None], Point]:

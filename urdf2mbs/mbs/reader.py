@@ -125,7 +125,7 @@ class _Reader:
         self.names: dict[tuple[str, str], str] = {
             ("body", BASE): "the ground", ("body", ORIGIN): "a body's own frame",
         }  # fmt: skip
-        """What is called so, by kind and name."""
+        """The thing that has a name, in words, by kind and name."""
         self.elements: list[_Element] = []
         """Those of the objects, by the numbers of their origins."""
         self.owner: str | None = None

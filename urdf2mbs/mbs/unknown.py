@@ -1,4 +1,4 @@
-"""What an .mbs file says and the model does not know: elements and attributes of other versions."""
+"""The elements and attributes of an .mbs file that the model does not know: of other versions."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ IGNORED = frozenset(["x3D_frame"])
 
 
 def unknown(mbs: Mbs) -> dict[int, dict[str, str]]:
-    """What the model does not know of the file that it was read from; nothing of a model that
-    was not read.
+    """The unknown elements and attributes of the file from which a model was read; none of a model
+    that was not read.
 
     By the number of the nearest object's ``origin``, then by the path from its element: the
     canonical XML, where numbers have one spelling.  Comments and white space say nothing.

@@ -55,7 +55,7 @@ def compare_models(first: Mbs, second: Mbs, tolerance: float, called: tuple[str,
 def _joints(
     matching: Matching, names: dict[str, str], called: tuple[str, str]
 ) -> Iterator[Difference]:
-    """What differs of the joints; fills ``names`` with those that move in both models."""
+    """The differences of the joints; fills ``names`` with those that move in both models."""
     for old, new in matching.pairs():
         if old.kind != "joint":
             continue
@@ -97,8 +97,8 @@ def _symbols(joint: Joint) -> set[str]:
 def _connections(
     matching: Matching, comparing: Comparing, but_for: dict[str, str]
 ) -> Iterator[Difference]:
-    """Where cuts, links and forces are not at the same places of the same groups; ends that are
-    only exchanged go into ``but_for``."""
+    """The cuts, links and forces whose ends are at other places or groups; ends that are only
+    exchanged go into ``but_for``."""
 
     def place(body: Thing | str | None, point: Thing | str | None, *, second: bool) -> (
         tuple[int, Frame] | None
@@ -143,7 +143,7 @@ def _ends_apart(
     thing: Thing, ends: list[Any], place: Callable[..., tuple[int, Frame] | None],
     comparing: Comparing,
 ) -> Iterator[Difference]:  # fmt: skip
-    """What differs between the ends of two connections, one by one."""
+    """The differences between the ends of two connections, end by end."""
     who, scale = f"{thing.kind} '{thing.name}'", max(comparing.scales)
     solid = thing.kind == "cut" and thing.part.kind == "solid"
     for ours, theirs in ends:

@@ -79,7 +79,7 @@ def compare(
 
 
 def _heavy(robot: Robot, weightless: Collection[str]) -> list[Difference]:
-    """What is left out as moving nothing that has mass, and moves what has mass."""
+    """The joints that are left out as without mass, and that move a mass."""
     useful = carriers(robot) if weightless else set()
     return [
         Difference(

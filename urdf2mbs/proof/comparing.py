@@ -77,11 +77,11 @@ class Comparing:
         self.found.append(Difference(kind, message, min(size, 1.0), **more))
 
     def _beyond(self, off: float) -> bool:
-        """Whether a deviation is a difference; so is one that is not a number."""
+        """True if a deviation is a difference; NaN is a difference."""
         return not off <= self.tolerance
 
     def proof(self, but_for: dict[str, str], not_compared: dict[str, str]) -> Proof:
-        """What came of the comparison."""
+        """The result of the comparison."""
         proof = Proof(
             same=True, positions=POSITIONS, groups=len(self.one.groups), largest=self.largest,
             differences=[], frames=sorted(self.elsewhere, key=lambda found: -found.size),
@@ -111,10 +111,10 @@ class Comparing:
     # --- group by group ---
 
     def compare_groups(self) -> None:
-        """Compare how each group moves on the one before it, and what moves.
+        """Compare the motion of each group on the group before it, and its mass and inertia.
 
-        Joint by joint, so that each difference is named where it arises: all poses are products
-        of these, hence equal if they are.
+        Each joint is compared by itself, so each difference is named where it arises.  All poses
+        are products of the joints' poses.
         """
         one, two, pairs = self.one, self.two, self.pairs
         leader = {number: link for link, (number, _) in reversed(one.frames.items())}
@@ -151,7 +151,7 @@ class Comparing:
         at = self.frames.get(link) if link is not None else None
         meant: Frame | None = None
         if at is not None:
-            group, pose = self._said(at)
+            group, pose = self._meant(at)
             if group == other:
                 meant = HERE if pose == HERE else pose
         place = pair.placed() if meant is None else meant
@@ -198,10 +198,10 @@ class Comparing:
             unit = "rad" if ours.turns else "m"
             told = f"joint '{name}': its zero is {self.called[0]}'s {amount:.6g} {unit}"
             if self._beyond(left):
-                told += f", and {self.called[2]} '{link}' is {_told(rest)}"
+                told += f", and {self.called[2]} '{link}' is {_in_words(rest)}"
             self._differ("zero", told, off, urdf=0.0, mbs=amount, **where)
             return
-        told = f"{self.called[2]} '{link}': joint '{name}' puts it elsewhere, {_told(away)}"
+        told = f"{self.called[2]} '{link}': joint '{name}' puts it elsewhere, {_in_words(away)}"
         if theirs.held:
             told += f" (driven before it: {', '.join(theirs.held)})"
         if self._beyond(tilt):
@@ -287,9 +287,9 @@ class Comparing:
 
     # --- frames and points ---
 
-    def _said(self, at: LinkFrame) -> tuple[int, Frame]:
-        """Where a link's frame is said to be: the group in the .mbs, -1 if there is none, and the
-        pose in it."""
+    def _meant(self, at: LinkFrame) -> tuple[int, Frame]:
+        """The group in the .mbs that a link's frame should be in (-1: there is none), and the
+        pose in this group."""
         nowhere = (-1, HERE)
         if at.joint is not None:
             group, pose = self.two.after.get(at.joint, nowhere)
@@ -305,7 +305,7 @@ class Comparing:
             if link not in self.one.frames:
                 continue
             group, pose = self.one.frames[link]
-            other, theirs = self._said(at)
+            other, theirs = self._meant(at)
             if self.pairs[group] != other:
                 name = at.joint or at.body or ""
                 told = "moves with another body" if other >= 0 else f"there is no '{name}'"
@@ -315,7 +315,7 @@ class Comparing:
             off = distance(ours, theirs, self.scales[group])
             self.largest["frame"] = max(self.largest.get("frame", 0.0), off)
             if self._beyond(off):
-                told = _told(compose(inverse(ours), theirs))
+                told = _in_words(compose(inverse(ours), theirs))
                 self.elsewhere.append(
                     Difference("frame", f"link '{link}': its frame is {told}", off, link=link)
                 )
@@ -355,7 +355,7 @@ def _short(value: Any) -> str:
     return f"{value:.9g}"
 
 
-def _told(apart: Frame) -> str:
+def _in_words(apart: Frame) -> str:
     """A frame in words: the turns that lead to it (rad), and its shift (m)."""
     turns = ", ".join(
         f"{angle:.6g} about {'xyz'[k - 1]}" for k, angle in fewest_turns(apart[:9], 1e-10)

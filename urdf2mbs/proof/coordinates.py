@@ -1,5 +1,5 @@
-"""Which coordinates move in the .mbs as in the URDF: the joints by name, type, nature and symbols,
-the joints that follow others, and the cuts.
+"""The coordinates that move in the .mbs as in the URDF: joints by name, type, nature and symbols,
+joints that follow others, and cuts.
 
 Robotran moves an ``independent`` joint by its equations, solves a ``dependent`` one from a
 constraint, and holds a ``driven`` one where it starts.  Its generated equations have zero for a
@@ -29,7 +29,7 @@ SINGULAR = 1e-7
 
 
 class Coordinates(msgspec.Struct):
-    """What is known of the coordinates."""
+    """The coordinates of both sides, and their differences."""
 
     names: dict[str, str] = {}
     """The URDF's coordinates that move in the .mbs too, and their names there."""
@@ -51,7 +51,7 @@ def coordinates(
     orders: Mapping[str, tuple[str, ...]],
     driven: Collection[str],
 ) -> Coordinates:
-    """Match the coordinates of a URDF with those of an .mbs, and say what of them differs.
+    """Match the coordinates of a URDF with those of an .mbs, and note the differences.
 
     ``joints``, ``frozen`` and ``orders`` are as for ``compare``; ``driven`` are the .mbs joints
     that are driven on purpose, though the URDF has them follow others.
@@ -98,7 +98,7 @@ def coordinates(
 def _nature(
     joint: UrdfJoint, own: Joint, tied: Collection[str], driven: Collection[str], out: Coordinates
 ) -> bool:
-    """Whether a joint moves as its URDF joint does; says what of its nature differs."""
+    """True if a joint moves as its URDF joint does; notes a difference of its nature."""
     where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
     if own.nature == "dependent" and own.name not in tied:
         said = f"joint '{own.name}' is dependent, and no cut or user constraint moves it"
@@ -125,7 +125,7 @@ def _nature(
 
 
 def _symbols(body: Body, joint: Joint, moves: bool, out: Coordinates) -> None:
-    """Say what Robotran's equations have for a joint that the file's numbers do not."""
+    """Note where Robotran's equations and the file's numbers of a joint disagree."""
     kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
     where: dict[str, Any] = {"link": body.name, "joint": joint.name}
     dropped = [symbol for symbol in ("q", "qd", "qdd") if symbol not in kept]
@@ -203,7 +203,7 @@ def _loop(
 
 
 class _Jacobian:
-    """How the two ends of a cut move apart, by the velocity of each joint, at the start."""
+    """The velocity between the two ends of a cut, by the velocity of each joint, at the start."""
 
     def __init__(self, mbs: Mbs) -> None:
         self.side = mbs_side(mbs, (), mbs.joints(), start=True)

@@ -25,7 +25,7 @@ class Group(msgspec.Struct, gc=False):
     child: str
     """The link or body that the joint leads to."""
     reach: float
-    """How far out (m) its joint is in the parent group, and what it has is in it."""
+    """The largest distance (m) of its joint in the parent group, and of its parts in it."""
     inertias: list[tuple[str, Inertia]] = []
     """Of each link or body."""
     carries: list[int] = []
@@ -85,6 +85,6 @@ class Side(msgspec.Struct):
 
 
 def only_ground(root: str) -> Side:
-    """A robot of which nothing is known yet but its root, which stands on the ground."""
+    """A side that has the ground alone, with the root on it."""
     ground = Group(0, HERE, False, X, lambda _: HERE, "", "", "", 0.0)
     return Side([ground], {root: (0, HERE)}, {})

@@ -1,4 +1,4 @@
-"""Which .mbs joints and frames are a URDF's, by their names.
+"""The .mbs joints and frames of a URDF's joints and links, by their names.
 
 The .mbs may have been drawn or edited by hand.
 """
@@ -19,7 +19,7 @@ from urdf2mbs.urdf.model import Robot
 
 
 class Match(msgspec.Struct):
-    """Which .mbs joints and frames are a URDF's, by their names."""
+    """The .mbs joints and frames of a URDF's joints and links."""
 
     joints: dict[str, tuple[str, ...]] = {}
     frames: dict[str, LinkFrame] = {}
@@ -104,7 +104,7 @@ def floating_joints(mbs: Mbs) -> tuple[str, ...]:
 
 
 def fixed_to_world(robot: Robot, inserted: str) -> bool:
-    """Whether a link called ``world`` is rigid with the root, but for the inserted base."""
+    """True if a link called ``world`` is rigid with the root, but for the inserted base."""
     rigid = {robot.root()}
     for joint in robot.depth_first():
         if joint.parent in rigid and (not joint.moves or joint.name == inserted):
@@ -149,7 +149,7 @@ def _kinds(joint: UrdfJoint) -> list[list[tuple[str, str]]]:
 
 
 def spellings(name: str, kind: str) -> list[str]:
-    """What a conversion may have made of a name."""
+    """The names that a conversion may have made of a name."""
     plain = identifiers([name], (BASE, ORIGIN), f"_{kind}")[0]
     more = plain if plain.endswith(f"_{kind}") else f"{plain}_{kind}"
     return [name, plain, more, *(f"{more}_{number}" for number in range(2, 6))]

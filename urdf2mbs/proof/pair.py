@@ -59,8 +59,8 @@ class Pair(msgspec.Struct, gc=False):
         return compose(inverse(self.their_before), self.our_before)
 
     def motion(self, at: Frame) -> float:
-        """How far the motions are apart, if ``at`` is our group's pose in theirs: where the groups
-        are at zero, and how each goes on from there, seen from itself."""
+        """The deviation of the motions, if ``at`` is our group's pose in theirs: of the places at
+        zero, and of each motion from there, seen from its group."""
         off = distance(compose(self.their_before, at), self.our_before, self.scale)
         for amount in AMOUNTS:
             q = amount if self.ours.turns else amount * self.scale
@@ -73,8 +73,8 @@ class Pair(msgspec.Struct, gc=False):
         return inertias_apart(ours, self.their_inertia, self.scale)
 
     def misfits(self, at: Frame) -> list[float]:
-        """How far each thing that the groups have is apart, if ``at`` is so: the axis of their
-        joint, what they weigh, and the axes of the joints that they carry."""
+        """The deviation of each thing that the groups have, if ``at`` is so: of the axis of their
+        joint, of mass and inertia, and of the axes of the joints that they carry."""
         ours, theirs = self.ours, self.theirs
         found = [
             between_axes(at, ours.axis, HERE, theirs.axis, ours.turns, self.scale),

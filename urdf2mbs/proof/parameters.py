@@ -1,4 +1,4 @@
-"""What the .mbs says beside the mechanism: user models, forces, and the start."""
+"""The content of an .mbs beside the mechanism: user models, forces, and the start."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def compare_parameters(
 
 
 def left_out(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str, str]:
-    """What Robotran reads, and what a URDF has no word for: each with the reason."""
+    """The things that Robotran reads and a URDF has no word for, each with the reason."""
     points = [point for body in mbs.bodies for point in body.points]
     start = sum(
         any((joint.q, joint.qd, joint.qdd))

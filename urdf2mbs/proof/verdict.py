@@ -1,5 +1,5 @@
-"""What a comparison of two robots found, and the verdict in words: the same on the terminal, on the
-page, in JSON and in the file."""
+"""The result of a comparison of two robots, and the verdict in words: the same on the terminal, on
+the page, in JSON and in the file."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class Difference(msgspec.Struct, omit_defaults=True):
 
 
 class Proof(msgspec.Struct, kw_only=True):
-    """What a comparison found: is the .mbs the same robot as the URDF?"""
+    """The result of a comparison: is the .mbs the same robot as the URDF?"""
 
     same: bool
     positions: int
-    """At how many positions the motion was compared, zero included."""
+    """The number of positions at which the motion was compared, zero included."""
     groups: int
-    """Of how many rigid groups, the ground among them."""
+    """The number of rigid groups, the ground among them."""
     largest: dict[str, float]
     """The largest relative deviation of each kind, differences or not."""
     differences: list[Difference]
@@ -47,9 +47,9 @@ class Proof(msgspec.Struct, kw_only=True):
     mbs_mass: float
     """kg, of all that can move."""
     but_for: dict[str, str]
-    """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
+    """Known deviations from the URDF that are no difference by themselves: each thing, and why."""
     not_compared: dict[str, str]
-    """What Robotran reads and nothing here compares: each thing, and why."""
+    """The things that Robotran reads and nothing here compares, each with the reason."""
 
     def differ(self, differences: Iterable[Difference]) -> None:
         """Add differences; of one size, before those that are there."""
