@@ -14,7 +14,7 @@ from math import isinf
 from operator import attrgetter
 from pathlib import Path
 from sys import intern
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from lxml import etree
 
@@ -118,6 +118,9 @@ def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Elemen
     return root
 
 
+Thing = TypeVar("Thing")
+
+
 class _Reader:
     def __init__(self, data: bytes, file: str, *, mechanics_only: bool = False) -> None:
         self.data, self.file, self.mechanics_only = data, file, mechanics_only
@@ -136,28 +139,21 @@ class _Reader:
     def mbs(self, root: _Element) -> Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
-        kids = self.children(root, MBS, "the file")
-        mbs = Mbs("", "", origin=self.origin(root))
-        self.fill(mbs, kids, MBS)
-        return mbs
+        return self.filled(Mbs("", "", origin=self.origin(root)), root, MBS, "the file")
 
     def base(self, element: _Element) -> Base:
-        base = Base(BASE)
         self.points[None] = set()
-        self.fill(base, self.children(element, BASE_TABLE, "the base"), BASE_TABLE)
+        base = self.filled(Base(BASE), element, BASE_TABLE, "the base")
         base.name = base.name or BASE
         self.names.setdefault(("body", base.name), "the base")
         return base
 
-    def view(self, element: _Element) -> View:
-        view = View()
-        self.fill(view, self.children(element, VIEW), VIEW)
-        return view
-
-    def drawing(self, element: _Element) -> Drawing | None:
-        drawing = Drawing()
-        self.fill(drawing, self.children(element, DRAWING), DRAWING)
-        return drawing if len(element) else None
+    def filled(self, thing: Thing, element: _Element, table: Table, who: str = "") -> Thing:
+        """An object with the values of its element; ``who``: how messages call the element."""
+        kids = self.children(element, table)
+        self.require(element, kids, who)
+        self.fill(thing, kids, table)
+        return thing
 
     def part(self, element: _Element) -> Any:
         """The object of an element, with all that stands in it."""
@@ -437,11 +433,8 @@ class _Reader:
                 f"<{child.tag}> must be the first",
             )  # fmt: skip
 
-    def children(self, element: _Element, known: Table, who: str = "") -> Children:
-        """The children by tag; a second one of a known tag is an error, unless it is one of a list.
-
-        ``who``: how messages call the element, if it must have some of its children.
-        """
+    def children(self, element: _Element, known: Table) -> Children:
+        """The children by tag; two of a known tag are an error, unless they belong to a list."""
         kids: Children = {}
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
@@ -453,8 +446,6 @@ class _Reader:
                 repeated = entry is None or (isinstance(entry, tuple) and entry[1] in REPEATED)
                 if len(found) > 1 and not repeated:
                     self.fail(found[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
-        if who:
-            self.require(element, kids, who)
         return kids
 
     def require(self, element: _Element, kids: Children, who: str) -> None:
@@ -497,6 +488,8 @@ _KINDS: dict[object, Callable[[_Reader, _Element], Any]] = {
     "flag": lambda *_: True,
     "sensor": _Reader.sensor,
     "base": _Reader.base,
-    "drawing": _Reader.drawing,
-    "view": _Reader.view,
+    "drawing": lambda reader, element: (
+        reader.filled(Drawing(), element, DRAWING) if len(element) else None
+    ),
+    "view": lambda reader, element: reader.filled(View(), element, VIEW),
 }

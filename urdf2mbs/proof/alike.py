@@ -6,7 +6,7 @@ have its bodies and frames as it likes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from urdf2mbs.diff.changes import differences
@@ -99,55 +99,54 @@ def _connections(
 ) -> Iterator[Difference]:
     """The cuts, links and forces whose ends are at other places or groups; ends that are only
     exchanged go into ``but_for``."""
-
-    def place(body: Thing | str | None, point: Thing | str | None, *, second: bool) -> (
-        tuple[int, Frame] | None
-    ):  # fmt: skip
-        """The group of an end, and where it is in the second model's; None in a draft."""
-        if not isinstance(body, Thing) or isinstance(point, str):
-            return None
-        side = comparing.two if second else comparing.one
-        group, at = side.frames[body.name if body.kind == "body" else ""]
-        if point is not None:
-            at = (*at[:9], *moved(at, point.part.coordinates))
-        return (group, at) if second else (
-            comparing.pairs[group], compose(comparing.apart[group], at)
-        )  # fmt: skip
-
     scale = max(comparing.scales)
     for old, new in matching.pairs():
-        if old.kind == "force":
-            ends = [((old.owner and old.owner.owner, old.owner),
-                     (new.owner and new.owner.owner, new.owner))]  # fmt: skip
-        elif old.kind in ("cut", "link"):
-            ends = [(old.refers[end], new.refers[end]) for end in ("endpoint1", "endpoint2")]  # type: ignore[misc]
+        if old.kind not in ("cut", "link", "force"):
+            continue
+        if old.kind != "force":
             if old.part.kind != new.part.kind:
                 said = f"{old.kind} '{old.name}' is a {new.part.kind}, and should be a "
                 yield Difference(old.kind, said + old.part.kind)
             length = most((old.part.length or 0.0,), (new.part.length or 0.0,), scale)
             if not length <= comparing.tolerance:
                 yield Difference(old.kind, f"{old.kind} '{old.name}' has another length", length)
-        else:
-            continue
-        exchanged = [
-            (ours, theirs) for (ours, _), (_, theirs) in zip(ends, ends[::-1], strict=True)
-        ]
-        problems = list(_ends_apart(old, ends, place, comparing))
-        if problems and any(_ends_apart(old, exchanged, place, comparing)):
+        ours, theirs = _ends(old, comparing, second=False), _ends(new, comparing, second=True)
+        problems = list(_ends_apart(old, ours, theirs, comparing))
+        if problems and any(_ends_apart(old, ours, theirs[::-1], comparing)):
             yield from problems
         elif problems:
             but_for[f"{old.kind} '{old.name}'"] = "its ends are exchanged, and so is its sign"
 
 
+def _ends(thing: Thing, comparing: Comparing, *, second: bool) -> list[tuple[int, Frame] | None]:
+    """The group of the second model that each end is in, and its pose there; None in a draft."""
+    if thing.kind == "force":
+        ends: list[Any] = [(thing.owner and thing.owner.owner, thing.owner)]
+    else:
+        ends = [thing.refers["endpoint1"], thing.refers["endpoint2"]]
+    places: list[tuple[int, Frame] | None] = []
+    for body, point in ends:
+        if not isinstance(body, Thing) or isinstance(point, str):
+            places.append(None)
+            continue
+        side = comparing.two if second else comparing.one
+        group, at = side.frames[body.name if body.kind == "body" else ""]
+        if point is not None:
+            at = (*at[:9], *moved(at, point.part.coordinates))
+        if not second:
+            group, at = comparing.pairs[group], compose(comparing.apart[group], at)
+        places.append((group, at))
+    return places
+
+
 def _ends_apart(
-    thing: Thing, ends: list[Any], place: Callable[..., tuple[int, Frame] | None],
+    thing: Thing, ours: list[tuple[int, Frame] | None], theirs: list[tuple[int, Frame] | None],
     comparing: Comparing,
 ) -> Iterator[Difference]:  # fmt: skip
     """The differences between the ends of two connections, end by end."""
     who, scale = f"{thing.kind} '{thing.name}'", max(comparing.scales)
     solid = thing.kind == "cut" and thing.part.kind == "solid"
-    for ours, theirs in ends:
-        here, there = place(*ours, second=False), place(*theirs, second=True)
+    for here, there in zip(ours, theirs, strict=True):
         if here is None or there is None:
             if here != there:
                 yield Difference(thing.kind, f"{who} has an end on no body")
