@@ -51,13 +51,13 @@ class Origin:
         return f"Origin({self.number})"
 
 
-class Part(msgspec.Struct, kw_only=True, gc=False):
+class Part(msgspec.Struct, kw_only=True):
     """An object that has an element of its own in the file."""
 
     origin: Origin | None = None
 
 
-class Joint(Part, gc=False):
+class Joint(Part):
     """One degree of freedom: a turn (R1 R2 R3) or a shift (T1 T2 T3) along a current axis."""
 
     name: str
@@ -74,14 +74,14 @@ class Joint(Part, gc=False):
     position: XY | None = None
 
 
-class Sensor(Part, gc=False):
+class Sensor(Part):
     """A sensor or an external force: what it measures (``Pos Rot Vit Om Acc Omp Jac``)."""
 
     name: str
     measures: tuple[str, ...] = ()
 
 
-class Point(Part, gc=False):
+class Point(Part):
     """An anchor point: a translation (m) in the body frame; it has no rotation.
 
     A point called ``origin`` is the body's own frame, with a sensor or a force on it.
@@ -94,7 +94,7 @@ class Point(Part, gc=False):
     extforce: Sensor | None = None
 
 
-class Shape(Part, gc=False):
+class Shape(Part):
     """A 3D shape: ``T Rx Ry Rz S`` in the body frame; cylinders and cones have axis y."""
 
     kind: str
@@ -111,7 +111,7 @@ class Shape(Part, gc=False):
     url: str | None = None
 
 
-class LinkFrame(msgspec.Struct, gc=False):
+class LinkFrame(msgspec.Struct):
     """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
     one of the joints that lead to it."""
 
@@ -122,7 +122,7 @@ class LinkFrame(msgspec.Struct, gc=False):
     pose: Pose
 
 
-class Drawing(msgspec.Struct, gc=False):
+class Drawing(msgspec.Struct):
     """How a body is drawn in the 2D diagram.
 
     ``position`` and ``control_points`` count from the body's last joint, the base's from the base.
@@ -136,7 +136,7 @@ class Drawing(msgspec.Struct, gc=False):
     angle: float = 0.0
 
 
-class Body(Part, gc=False):
+class Body(Part):
     """A rigid body, its frame being the one after its last joint."""
 
     name: str
@@ -160,7 +160,7 @@ class Body(Part, gc=False):
         return self.parent, self.point
 
 
-class Base(msgspec.Struct, gc=False):
+class Base(msgspec.Struct):
     """The ground. ``gravity`` is an acceleration in its axes (m/s^2)."""
 
     name: str = "ground"
@@ -171,7 +171,7 @@ class Base(msgspec.Struct, gc=False):
     drawing: Drawing | None = None
 
 
-class Viewpoint(Part, gc=False):
+class Viewpoint(Part):
     """A camera: position and target in m, clip distances in m, field of view in rad."""
 
     name: str
@@ -186,7 +186,7 @@ class Viewpoint(Part, gc=False):
     back_clip: float = 50.0
 
 
-class Light(Part, gc=False):
+class Light(Part):
     """A light of the 3D viewer; ``direction`` in the axes behind ``joint``."""
 
     name: str
@@ -195,7 +195,7 @@ class Light(Part, gc=False):
     active: bool = True
 
 
-class View(msgspec.Struct, gc=False):
+class View(msgspec.Struct):
     """The top-level ``x3D``: how the 3D viewer opens. The scale factors are m."""
 
     background: RGB = (153, 153, 255)
@@ -207,7 +207,7 @@ class View(msgspec.Struct, gc=False):
     lights: list[Light] = []
 
 
-class Connection(Part, gc=False):
+class Connection(Part):
     """A cut (``ball``, ``rod``, ``solid``) or a force link (``link``, ``link3D``) between
     two points, each given as (body, point), None being the ground and the body's own frame.
     In a draft of MBSysPad a body or point may be empty: not chosen yet."""
@@ -224,14 +224,14 @@ class Connection(Part, gc=False):
         return "" in self.endpoint1 or "" in self.endpoint2
 
 
-class UserConstraint(Part, gc=False):
+class UserConstraint(Part):
     """A constraint that the user's functions state, and the joints that it concerns."""
 
     name: str
     joints: tuple[str, ...] = ()
 
 
-class Parameter(Part, gc=False):
+class Parameter(Part):
     """A value, or several, of a user model."""
 
     name: str
@@ -239,14 +239,14 @@ class Parameter(Part, gc=False):
     values: tuple[str, ...] = ()
 
 
-class UserModel(Part, gc=False):
+class UserModel(Part):
     """Parameters that the user's functions read by their names."""
 
     name: str
     parameters: list[Parameter] = []
 
 
-class UserVariable(Part, gc=False):
+class UserVariable(Part):
     """A variable that the user's functions share."""
 
     name: str
@@ -254,7 +254,7 @@ class UserVariable(Part, gc=False):
     size: str
 
 
-class Mbs(Part, gc=True):
+class Mbs(Part):
     """The whole file. ``bodies`` stand in the order of the file: parents before children."""
 
     name: str

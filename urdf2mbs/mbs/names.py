@@ -174,11 +174,7 @@ def _rename_points(mbs: Mbs) -> None:
 
 def _assign(names: Sequence[str], suffixes: Sequence[str], reserved: Iterable[str]) -> list[str]:
     """``identifiers`` for names of several kinds, each with its own suffix."""
-    taken = set(reserved)
-    different = len(taken.union(names)) == len(taken) + len(names)
-    if different and C_KEYWORDS.isdisjoint(names) and all(map(_GOOD, names)):
-        return list(names)  # so it is for nearly every robot
-    taken |= C_KEYWORDS
+    taken = {*C_KEYWORDS, *reserved}
     out = [""] * len(names)
     others: list[int] = []
     for index, name in enumerate(names):

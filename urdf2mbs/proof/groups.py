@@ -10,7 +10,7 @@ from urdf2mbs.proof.rigid import HERE, Frame, Inertia, X, compose
 from urdf2mbs.spatial import Vec
 
 
-class Group(msgspec.Struct, gc=False):
+class Group(msgspec.Struct):
     """A rigid group: how it hangs on its parent group, and what is in it."""
 
     parent: int

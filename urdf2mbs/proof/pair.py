@@ -37,7 +37,7 @@ _RANDOM = Random(20)
 AMOUNTS = [_RANDOM.uniform(-pi, pi) for _ in range(POSITIONS - 1)]
 
 
-class Pair(msgspec.Struct, gc=False):
+class Pair(msgspec.Struct):
     """A group of the URDF and its counterpart in the .mbs, and where their joints stand, both
     seen from the .mbs's parent group."""
 
