@@ -21,7 +21,7 @@ from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import changed, look
 from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
-from urdf2mbs.messages.levels import judge, weigh
+from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.urdf.changes import between, snapshot
 
@@ -163,15 +163,13 @@ class Pipeline:
         """A code is one whose level can be changed, or may be a plugin's."""
         if not config.diagnostics or any(name != GROUP for name in self.plugins.names()):
             return
-        from urdf2mbs.messages.catalogue import DEFAULTS
-
         for code in config.diagnostics:
-            if code not in DEFAULTS:
+            if code not in CHANGEABLE:
                 raise lines.error(
                     "unknown-code",
                     f"there is no '{code}' among the codes whose level can be changed",
                     ("diagnostics", code),
-                    nearest(code, DEFAULTS) or "docs/diagnostics.md lists them",
+                    nearest(code, CHANGEABLE) or "docs/diagnostics.md lists them",
                 )
 
     def _idle(self) -> list[tuple[str, list[str]]]:
