@@ -34,7 +34,7 @@ class Settings(msgspec.Struct, frozen=True):
     """That of the config, to which the paths in it are relative."""
 
 
-class Step(msgspec.Struct, gc=False):
+class Step(msgspec.Struct):
     """One URDF joint on the way from a parent body to a body.
 
     A shift ``xyz`` (m), then ``turns`` about current axes, then the joint's own motion
@@ -66,7 +66,7 @@ class Step(msgspec.Struct, gc=False):
         return cls(joint, joint.origin.xyz, rpy_turns(joint.origin.rpy), joint.axis)
 
 
-class Segment(msgspec.Struct, gc=False):
+class Segment(msgspec.Struct):
     """What becomes one body: the links that move as one, and the joints that lead to it.
 
     The first segment of a conversion is the ground; it has no steps and no parent.
@@ -90,7 +90,7 @@ class Segment(msgspec.Struct, gc=False):
         return self.holder
 
 
-class LinkFrame(msgspec.Struct, gc=False):
+class LinkFrame(msgspec.Struct):
     """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
     one of the joints that lead to it."""
 

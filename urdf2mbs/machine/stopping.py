@@ -1,15 +1,11 @@
 """Ctrl-C and SIGTERM end the program at once, with one line and the exit code of the signal.
 
-Nothing is imported here but what every Python has in it: until ``end_on_signals`` is called,
-Ctrl-C prints a traceback.
+``cli`` imports this file while Python may still look for modules in the working folder: nothing
+but what is built into Python is imported here.
 """
 
-import _signal  # type: ignore[import-not-found]  # ``signal`` imports five modules
+import _signal  # type: ignore[import-not-found]
 import os
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from types import FrameType
 
 SIGINT: int = _signal.SIGINT
 
@@ -79,7 +75,7 @@ def end(number: int) -> None:
     os._exit(128 + number)
 
 
-def _come(number: int, _: "FrameType | None") -> None:
+def _come(number: int, _: object) -> None:
     for each in SIGNALS:
         _signal.signal(each, _signal.SIG_IGN)  # what is half done is undone once
     _State.signal = number
