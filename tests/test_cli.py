@@ -98,7 +98,7 @@ def test_convert(robot: Path, capsys: Any) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--set", "check=1"], "--set check=1: it reads PASS.OPTION=VALUE"),
+        (["--set", "check=1"], "--set check=1: it reads --set PASS.OPTION=VALUE"),
         (["--set", "check.tolerance"], "it reads --set PASS.OPTION=VALUE"),
         (["--set", "chek.tolerance=1"], "did you mean 'check'?"),
         (

@@ -10,11 +10,12 @@ from typing import Any
 from urdf2mbs.commands.printing import tell
 from urdf2mbs.commands.run import carry_out_one, converted, only_one
 from urdf2mbs.commands.settings import (
+    ALONE,
+    add_fields,
     add_many,
+    add_printing,
     add_running,
-    add_settings,
     add_steps,
-    add_telling,
     without_config,
 )
 from urdf2mbs.commands.streams import STREAM, file_to_stdout
@@ -31,7 +32,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_telling(command)
+    add_printing(command)
     add_running(command)
     add_steps(command)
     command.add_argument(
@@ -44,7 +45,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="the file, - for standard output; an existing folder, or DIR/, gets a project "
         "(of a folder of robots: their .mbs files)",
     )  # fmt: skip
-    add_settings(command)
+    add_fields(command, *ALONE)
     add_many(command)
 
 

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from urdf2mbs.commands.printing import beside, print_json
-from urdf2mbs.commands.settings import add_telling, path
+from urdf2mbs.commands.settings import add_printing, path
 from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.disk.standard_input import NAME as STDIN
@@ -26,7 +26,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=path, metavar="OUT.svg",
         help="default: beside the model; - for standard output",
     )  # fmt: skip
-    add_telling(command)
+    add_printing(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

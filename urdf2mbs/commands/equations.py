@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.commands.printing import near, print_json
-from urdf2mbs.commands.settings import add_model, add_telling, path
+from urdf2mbs.commands.settings import add_printing, path
 from urdf2mbs.commands.streams import STREAM, read_model
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
@@ -21,8 +21,10 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_model(command)
-    add_telling(command)
+    command.add_argument(
+        "model", type=path, metavar="MODEL.mbs", help="of urdf2mbs, or drawn by hand"
+    )
+    add_printing(command)
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR", help="default: symbolicR of the project"
     )

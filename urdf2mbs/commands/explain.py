@@ -9,14 +9,21 @@ import msgspec
 from urdf2mbs.commands.presets import by_presets, driven_bound
 from urdf2mbs.commands.printing import (
     METHOD,
-    described,
+    describe,
     joints_in_words,
     origin,
     print_json,
     warn_of,
 )
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import add_json, add_running, add_settings, path, robot_or_config
+from urdf2mbs.commands.settings import (
+    ALONE,
+    add_fields,
+    add_json,
+    add_running,
+    path,
+    robot_or_config,
+)
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP, Plugins
@@ -43,7 +50,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_json(command)
     add_running(command)
-    add_settings(command)
+    add_fields(command, *ALONE)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -57,7 +64,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if arguments.json:
         passes = [
             {
-                **described(step.registered),
+                **describe(step.registered),
                 "swapped": step.swapped,
                 "options": step.pass_,
             }

@@ -15,7 +15,7 @@ import yaml
 from lxml import etree
 
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_fields, add_telling, chosen, path
+from urdf2mbs.commands.settings import add_fields, add_printing, choose_fields, path
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
@@ -45,7 +45,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", type=path, metavar="CONFIG.yaml", help="default: the robot's name, here"
     )
-    add_telling(command)
+    add_printing(command)
     add_fields(command, "base", "packages", "xacro_args", "trust_xacro")
 
 
@@ -56,7 +56,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         arguments.robot,
         arguments.output,
         force=arguments.force,
-        **chosen(arguments),
+        **choose_fields(arguments),
     )
     if arguments.json:
         more = {key: value for key, value in found._asdict().items() if key != "robot"}

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING
 
 from urdf2mbs.commands.printing import beside, near, print_json, tell
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import add_running, add_settings, add_telling, path, robot_or_config
+from urdf2mbs.commands.settings import (
+    ALONE,
+    FLAGS,
+    add_fields,
+    add_printing,
+    add_running,
+    choose_fields,
+    path,
+    robot_or_config,
+)
 from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.pipeline import Pipeline
@@ -27,7 +36,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_telling(command)
+    add_printing(command)
     add_running(command)
     command.add_argument(
         "config", type=path, metavar="CONFIG.yaml",
@@ -37,7 +46,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=path, metavar="OUT.html",
         help="default: beside the output; - for standard output",
     )  # fmt: skip
-    add_settings(command)
+    add_fields(command, *ALONE)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -79,9 +88,9 @@ def _write_page_of_model(
     from urdf2mbs.mbs.reader import read
     from urdf2mbs.report.page import make_of_model
 
-    for name in ("base", "package", "arg", "pipeline", "plugin", "after"):
-        if getattr(arguments, name):
-            raise ConfigError("usage", f"--{name} is for a robot; '{file}' is an .mbs already")
+    for field in choose_fields(arguments, ALONE):
+        flag = FLAGS[field].flag
+        raise ConfigError("usage", f"{flag} is for a robot; '{file}' is an .mbs already")
     model = read(read_model(file), str(file))
     output = arguments.output or beside(file, ".html")
     page = make_of_model(model, file)

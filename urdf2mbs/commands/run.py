@@ -8,11 +8,11 @@ from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import (
     add_many,
+    add_printing,
     add_running,
     add_steps,
-    add_telling,
-    configured,
     path,
+    read_config,
 )
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import write
@@ -32,14 +32,14 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "config", type=path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
     )
-    add_telling(command)
+    add_printing(command)
     add_running(command)
     add_steps(command)
     add_many(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    configs = [configured(file, arguments) for file in arguments.config]
+    configs = [read_config(file, arguments) for file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
         from urdf2mbs.commands.many import carry_out_many
 

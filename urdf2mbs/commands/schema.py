@@ -23,7 +23,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    files = [Path(file) for file in arguments.plugin]
+    files = [Path(file) for file in arguments.plugins]
     plugins = Plugins(files, installed=not arguments.no_plugins)
     warn_of(plugins)
     print_json(schema(plugins))
