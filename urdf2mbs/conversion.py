@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
@@ -250,7 +250,9 @@ class Conversion:
     def regroup(self, segments: dict[str, Segment]) -> None:
         """Make these the segments, the ground first; their bodies are the bodies of ``mbs``."""
         self.segments = segments
-        self.mbs.bodies = [one.body for one in segments.values() if one.parent is not None]
+        self.mbs.bodies = [
+            segment.body for segment in segments.values() if segment.parent is not None
+        ]
 
     def steps(self) -> Iterator[Step]:
         """The URDF's joints on their way into the .mbs."""
@@ -282,15 +284,12 @@ class Conversion:
                 point = mbs.Point(name, compose(segment.parts[link], Pose(at)).xyz)
                 segment.holder.points.append(point)
                 return None if segment.parent is None else segment.body.name, point
-        known = self.robot.links
-        raise ConfigError(
-            code,
-            f"{what} link '{link}', which "
-            + ("has no body of its own" if link in known else "does not exist"),
-            hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
-            if link in known
-            else nearest(link, known),
-        )
+        if link in self.robot.links:
+            why = "has no body of its own"
+            hint: str | None = f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
+        else:
+            why, hint = "does not exist", nearest(link, self.robot.links)
+        raise ConfigError(code, f"{what} link '{link}', which {why}", hint=hint)
 
     @property
     def ground(self) -> Segment:
@@ -305,18 +304,28 @@ class Conversion:
         joint: str | None = None,
         hint: str | None = None,
         line: int | None = None,
+        level: Literal["warning", "note"] = "warning",
     ) -> None:
         """Say that something of the robot is not in the .mbs as one would expect.
 
         ``line``: in the URDF; none: that of the link or joint.
         """
-        self._say("warning", code, message, link, joint, hint, line)
+        element: Link | Joint | None = None
+        if joint is not None:
+            element = self.robot.joints.get(joint)
+        elif link is not None:
+            element = self.robot.links.get(link)
+        if element is not None:
+            line = element.line
+        self.diagnostics.append(
+            Diagnostic(level, code, message, link, joint, self.robot.file, line, hint)
+        )
 
     def note(
         self, code: str, message: str, *, link: str | None = None, joint: str | None = None
     ) -> None:
         """Say what was decided."""
-        self._say("note", code, message, link, joint, None)
+        self.warn(code, message, link=link, joint=joint, level="note")
 
     def settle(self, code: str, *, link: str | None = None, joint: str | None = None) -> int:
         """Take back warnings and notes of an earlier pass that no longer hold.
@@ -325,34 +334,11 @@ class Conversion:
         many there were.
         """
         kept = [
-            one
-            for one in self.diagnostics
-            if one.code != code
-            or (link is not None and one.link != link)
-            or (joint is not None and one.joint != joint)
+            said
+            for said in self.diagnostics
+            if said.code != code
+            or (link or said.link, joint or said.joint) != (said.link, said.joint)
         ]
         settled = len(self.diagnostics) - len(kept)
         self.diagnostics[:] = kept
         return settled
-
-    def _say(
-        self,
-        level: Any,
-        code: str,
-        message: str,
-        link: str | None,
-        joint: str | None,
-        hint: str | None,
-        line: int | None = None,
-    ) -> None:
-        element: Link | Joint | None = None
-        if joint is not None:
-            element = self.robot.joints.get(joint)
-        elif link is not None:
-            element = self.robot.links.get(link)
-        self.diagnostics.append(
-            Diagnostic(
-                level, code, message, link, joint,
-                self.robot.file, element.line if element else line, hint,
-            )
-        )  # fmt: skip

@@ -8,6 +8,7 @@ Errors name the file, the line and the key, and offer the nearest known one.
 import re
 from collections.abc import Mapping
 from contextlib import suppress
+from copy import deepcopy
 from functools import cache
 from os import PathLike, fspath
 from pathlib import Path
@@ -268,7 +269,7 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
     except UnicodeEncodeError as error:  # half a letter, of a command line or a file's name
         raise lines.error("config-type", f"{error.object!r} is no text", at) from None
     except msgspec.ValidationError as error:
-        what, path = _told(error, data, kind)
+        what, path = _place_of(error, data, kind)
         where: Key = (*at, *path)
         number = _number_at(msgspec.inspect.type_info(kind), path)
         if number is not None and " got " not in what:
@@ -305,8 +306,8 @@ _EMPTY = "is empty: write the name or the path that is meant"
 def _plainly(what: str) -> str:
     """What msgspec says, in the words of a reader of YAML."""
 
-    def kinds(found: re.Match[str]) -> str:
-        return " or ".join(_KINDS.get(kind, kind) for kind in found[1].split(" | "))
+    def kinds(match: re.Match[str]) -> str:
+        return " or ".join(_KINDS.get(kind, kind) for kind in match[1].split(" | "))
 
     said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", what)
     said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
@@ -330,32 +331,40 @@ def _choices(kind: Any) -> str | None:
     return f"it is one of: {', '.join(words)}" if words else None
 
 
-def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
-    """What msgspec says is wrong with ``data``, and where: the keys that lead there.
+def _place_of(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
+    """What msgspec says is wrong with ``data``, and the keys that lead to the wrong value.
 
-    msgspec leaves the key of a mapping open ("..."), so each key is tried by itself.
+    msgspec writes "..." for each key of a mapping.  So the keys whose removal does not change the
+    error are removed: the key that remains is the wrong one.
     """
     what, path = _split(error)
+    data = deepcopy(data)
     where: Key = ()
-    for given in path:
-        step = given
-        if given == "...":
-            for key, value in _inside(data, where).items():
-                alone = _replaced(data, where, {key: value})
-                try:
-                    msgspec.convert(alone, kind, strict=True)
-                except msgspec.ValidationError as one:
-                    if _split(one) == (what, path):
-                        data, step = alone, key
-                        break
-        where = (*where, step)
+    for key in path:
+        if key == "...":
+            block = _inside(data, where)
+            for name in list(block):
+                value = block.pop(name)
+                if str(_error(data, kind)) != str(error):
+                    block[name] = value
+            key = next(iter(block))
+        where = (*where, key)
     return what, where
+
+
+def _error(data: Any, kind: type) -> msgspec.ValidationError | None:
+    try:
+        msgspec.convert(data, kind, strict=True)
+    except msgspec.ValidationError as error:
+        return error
+    return None
 
 
 def _number_at(at: Any, path: Key) -> msgspec.inspect.FloatType | msgspec.inspect.IntType | None:
     """The type of the number that a path of keys leads to; None where it leads to no number."""
     if isinstance(at, msgspec.inspect.UnionType):
-        return next((found for one in at.types if (found := _number_at(one, path))), None)
+        numbers = (_number_at(member, path) for member in at.types)
+        return next((number for number in numbers if number), None)
     if not path:
         return at if isinstance(at, (msgspec.inspect.FloatType, msgspec.inspect.IntType)) else None
     key, rest = path[0], path[1:]
@@ -382,16 +391,6 @@ def _inside(data: Any, path: Key) -> Any:
     for key in path:
         data = data[key]
     return data
-
-
-def _replaced(data: Any, path: Key, value: Any) -> Any:
-    """``data`` with something else at the end of a path; the rest is shared."""
-    for end in range(len(path) - 1, -1, -1):
-        whole: Any = _inside(data, path[:end])
-        whole = dict(whole) if isinstance(whole, dict) else list(whole)
-        whole[path[end]] = value
-        value = whole
-    return value
 
 
 @cache
