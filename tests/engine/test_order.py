@@ -9,7 +9,7 @@ import pytest
 from making import make, passes_of
 
 from urdf2mbs import convert
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.config import Config, Key, Lines, typed
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
@@ -147,12 +147,12 @@ D = make("d", lambda c, o: None, reads=("robot",))
     ],
 )
 def test_places_of_passes_of_plugins(passes: list[type[Pass]], code: str, said: str) -> None:
-    named = [(kind.name, kind) for kind in passes]
+    keys: list[Key] = [()] * len(passes)
     if not code:
-        check_order(named, [])
+        check_order(passes, [], Lines(), keys)
         return
     with pytest.raises(ConfigError) as wrong:
-        check_order(named, [])
+        check_order(passes, [], Lines(), keys)
     assert (wrong.value.code, said in wrong.value.message) == (code, True), wrong.value.message
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -15,7 +14,7 @@ from urdf2mbs.disk.seal import seal, unsealed
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.engine.order import check_order, check_stale
+from urdf2mbs.engine.order import check_order, find_stale
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
 from urdf2mbs.engine.sections import changed, look
@@ -24,10 +23,6 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.urdf.changes import between, snapshot
-
-#: The hooks around every pass.
-_AROUND = ("urdf2mbs_before_pass", "urdf2mbs_after_pass")
-
 
 #: Ends an .mbs file that nobody compared with its URDF.
 _UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n".encode()
@@ -62,8 +57,7 @@ class Pipeline:
         method = [
             name for name, offered in self.plugins.passes.items() if offered[0].plugin == GROUP
         ]
-        named = [(kind.name, kind) for kind in passes]
-        check_order(named, method, lines, [one.at for one in self.passes])
+        check_order(passes, method, lines, [configured.at for configured in self.passes])
         check_output(self.settings, passes, lines)
 
     def _resolved(self, config: Config, lines: Lines) -> list[Configured]:
@@ -122,42 +116,47 @@ class Pipeline:
             hooks.urdf2mbs_progress(text=text)
 
     def _run(self, conversion: Conversion, stop_after: str | None) -> None:
-        watched = len(self._hooks) > 1 or any(map(self.plugins.hooked, _AROUND))
         ran: list[Registered] = []
         for configured in self.passes:
-            found = configured.registered
             pass_ = configured.pass_
-            if watched:
-                self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
-            known = bool(conversion.robot.links)
-            before = snapshot(conversion.robot) if known and _may_change(configured) else None
-            ours = ours_alone(conversion) if found.plugin != GROUP else ""
-            sections = look(conversion) if found.plugin != GROUP else None
+            self._call("urdf2mbs_before_pass", conversion, pass_=pass_)
             start = perf_counter()
-            try:
-                pass_.run(conversion)
-                seconds = perf_counter() - start
-                if found.plugin != GROUP:
-                    who = f"pass '{pass_.name}'"
-                    check_ours(conversion, ours, who, found.plugin, found.file)
-                    check_left(found, conversion, known)
-                if before is not None:
-                    declared = "robot" in pass_.writes
-                    _note_change(conversion, before, pass_.name, found.plugin, declared)
-            except ConversionError:
-                raise
-            except FAILURES as error:
-                raise pass_failed(found, conversion, error, ran) from error
-            if sections is not None:
-                seen = changed(sections, look(conversion))
-                others = [(other.kind.name, other.kind) for other in ran]
-                check_stale(type(pass_), seen, others, partial(_stale, found))
-            ran.append(found)
+            self._run_pass(configured, conversion, ran)
+            seconds = perf_counter() - start
+            ran.append(configured.registered)
             conversion.diagnostics = weigh(conversion.diagnostics, self.settings.config)
-            if watched:
-                self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
+            self._call("urdf2mbs_after_pass", conversion, pass_=pass_, seconds=seconds)
             if pass_.name == stop_after:
                 break
+
+    def _run_pass(
+        self, configured: Configured, conversion: Conversion, ran: list[Registered]
+    ) -> None:
+        """Run a pass; check what a plugin's pass leaves.  ``ran`` are the passes before it."""
+        registered, pass_ = configured.registered, configured.pass_
+        plugin, file = registered.plugin, registered.file
+        known = bool(conversion.robot.links)
+        robot = snapshot(conversion.robot) if known and _may_change(configured) else None
+        ours = ours_alone(conversion) if plugin != GROUP else ""
+        sections = look(conversion) if plugin != GROUP else {}
+        try:
+            pass_.run(conversion)
+            if plugin != GROUP:
+                check_ours(conversion, ours, f"pass '{pass_.name}'", plugin, file)
+                check_left(registered, conversion, known)
+            if robot is not None:
+                _note_change(conversion, robot, pass_.name, plugin, "robot" in pass_.writes)
+        except ConversionError:
+            raise
+        except FAILURES as error:
+            raise pass_failed(registered, conversion, error, ran) from error
+        seen = changed(sections, look(conversion)) if sections else []
+        stale = find_stale(type(pass_), seen, [earlier.kind for earlier in ran])
+        if stale:
+            raise ConversionError(
+                "stale", f"{stale[0]} (plugin '{plugin}')", file=file,
+                hint=f"{stale[1]}: a pass of that place uses the change",
+            )  # fmt: skip
 
     def _check_levels(self, config: Config, lines: Lines) -> None:
         """A code is one whose level can be changed, or may be a plugin's."""
@@ -173,13 +172,11 @@ class Pipeline:
                 )
 
     def _idle(self) -> list[tuple[str, list[str]]]:
-        """The config's plugins that bring nothing but passes, of which none is used."""
+        """The files of the config that bring nothing but passes, none of which is used."""
         used = {configured.registered.plugin for configured in self.passes}
-        return [
-            (file.stem, self.plugins.only_passes(file.stem))
-            for file in self._files
-            if file.stem not in used and self.plugins.only_passes(file.stem)
-        ]
+        idle = [file.stem for file in self._files if file.stem not in used]
+        brought = [(plugin, self.plugins.only_passes(plugin)) for plugin in idle]
+        return [(plugin, passes) for plugin, passes in brought if passes]
 
     def _place(self, name: str) -> str:
         """After which pass of the pipeline all that a pass needs is given."""
@@ -216,13 +213,6 @@ class Pipeline:
             if plugin is None:
                 raise
             raise hook_failed(hook, *plugin, name, conversion, error) from error
-
-
-def _stale(found: Registered, message: str, hint: str) -> ConversionError:
-    return ConversionError(
-        "stale", f"{message} (plugin '{found.plugin}')", file=found.file,
-        hint=f"{hint}: a pass of that place uses the change",
-    )  # fmt: skip
 
 
 @contextmanager
