@@ -16,8 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.commands.colours import shown
-from urdf2mbs.commands.streams import quiet
+from urdf2mbs.commands.colours import screens
 from urdf2mbs.disk.files import absolute
 from urdf2mbs.machine import stopping
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full, nearest
@@ -51,9 +50,9 @@ def carry_out(words: Sequence[str]) -> int:
         if reconfigure is not None:
             # a robot's name may have letters that this terminal or pipe has not
             reconfigure(errors="backslashreplace")
-    with shown():
+    with screens():
         arguments = parse(words)
-    with shown(arguments.color), quiet(getattr(arguments, "quiet", False)):
+    with screens(arguments.color, quiet=getattr(arguments, "quiet", False)):
         try:
             absolute(Path())  # raises where the working folder is gone
             code: int = module_of(arguments.command).carry_out(arguments)
@@ -125,7 +124,7 @@ def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
     whole = argparse.ArgumentParser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )
-    whole.color = False  # type: ignore[attr-defined]  # no escape code passes ``shown``
+    whole.color = False  # type: ignore[attr-defined]  # no escape code passes a screen
     whole.add_argument("--version", action=_Version, help="show the version and exit")
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for name, does in COMMANDS.items():

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import monotonic
 from typing import TextIO
 
-from urdf2mbs.commands.colours import Shown
+from urdf2mbs.commands.colours import Screen
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import REPORT
 from urdf2mbs.engine.config import Config, Lines, Project
@@ -110,13 +110,13 @@ class _Progress:
         text = f"{self._done} of {self._count}, {rate:.3g} a second, {left:.0f} s left"
         if self._failed:
             text += f", {self._failed} failed"
-        if isinstance(self._stream, Shown) and self._terminal:
+        if isinstance(self._stream, Screen) and self._terminal:
             self._stream.rewrite(text)
         else:
             print(f"... {text}", file=self._stream, flush=True)
 
     def end(self) -> None:
-        if isinstance(self._stream, Shown) and self._terminal:
+        if isinstance(self._stream, Screen) and self._terminal:
             self._stream.rewrite("")
 
 

@@ -1,4 +1,4 @@
-"""The standard streams: ``-`` in place of a file, and ``--quiet``."""
+"""The standard streams: ``-`` in place of a file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import TextIO
 
 from urdf2mbs.disk import files, standard_input
 from urdf2mbs.disk.seal import seal
@@ -17,34 +16,9 @@ from urdf2mbs.messages.diagnostics import ConfigError
 STREAM = "-"
 
 
-class Silent:
-    """Standard output, of which words are dropped; a file may still be written to its bytes."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-
-    def write(self, text: str) -> int:
-        return len(text)
-
-    def __getattr__(self, name: str) -> object:
-        return getattr(self._stream, name)
-
-
-@contextmanager
-def quiet(wanted: bool) -> Iterator[None]:
-    """Within it no words go to standard output, if that is wanted."""
-    plain = sys.stdout
-    try:
-        if wanted:
-            sys.stdout = Silent(plain)
-        yield
-    finally:
-        sys.stdout = plain
-
-
 @contextmanager
 def file_to_stdout(arguments: argparse.Namespace) -> Iterator[Callable[[bytes], None]]:
-    """Within it words go to standard error; it gives what writes a file to standard output."""
+    """Within it words go to standard error; gives the function that writes a file to stdout."""
     if arguments.json:
         raise ConfigError("usage", "--json and the file cannot both go to standard output")
     output = sys.stdout
