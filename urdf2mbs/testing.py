@@ -70,10 +70,10 @@ def assert_same_robot(result: Result, expected: Result | None = None) -> None:
         frames=result.frames,
         frozen=result.frozen,
         weightless=sorted(result.conversion.weightless & result.frozen.keys()),
-        driven=[one.follower.name for one in result.conversion.simulation.driven],
+        driven=[coupling.follower.name for coupling in result.conversion.simulation.driven],
         gravity=result.conversion.settings.config.gravity,
     )
     found = [difference.message for difference in comparison.differences + comparison.frames]
-    found += [str(one) for one in result.conversion.changed if not one.declared]
+    found += [str(change) for change in result.conversion.changed if not change.declared]
     if found:
         raise AssertionError("not the same robot:\n  " + "\n  ".join(found))

@@ -13,7 +13,7 @@ from urdf2mbs.engine.config import Config, Key, Lines, typed
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.sections import SECTIONS, changed, look
+from urdf2mbs.engine.sections import SECTIONS, find_changed, look
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.passes import urdf2mbs_passes
 from urdf2mbs.testing import TINY, convert_text, run_pass
@@ -77,7 +77,7 @@ class Seen:
 
     @hookimpl
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Any) -> None:
-        now = changed(self.before, look(conversion))
+        now = find_changed(self.before, look(conversion))
         self.sections.setdefault(pass_.name, set()).update(now)
 
 

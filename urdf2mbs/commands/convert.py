@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from urdf2mbs.commands.printing import tell
-from urdf2mbs.commands.run import carry_out_one, converted, only_one
+from urdf2mbs.commands.run import carry_out_one, convert_one, only_one
 from urdf2mbs.commands.settings import (
     ALONE,
     add_fields,
@@ -71,7 +71,7 @@ def _pass_on(arguments: argparse.Namespace) -> int:
     name = "robot" if arguments.robot == STREAM else stem(Path(arguments.robot))
     with file_to_stdout(arguments) as give:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
-        conversion = converted(config, lines, arguments)
+        conversion = convert_one(config, lines, arguments)
         found = report(conversion)
         data = conversion.files.get(conversion.settings.output)
         place = "nothing is written" if data is None else "written to standard output"

@@ -55,7 +55,7 @@ def only_one(arguments: argparse.Namespace) -> None:
             raise ConfigError("usage", f"--{name} is for many robots, and this is one")
 
 
-def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
+def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
     """The conversion, run; nothing is written but the dump."""
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments) as progress:
@@ -74,7 +74,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
 
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
     """Convert one robot, write its files, and say what became of it."""
-    conversion = converted(config, lines, arguments)
+    conversion = convert_one(config, lines, arguments)
     write(conversion, force=arguments.force)
     found = report(conversion)
     if arguments.json:
@@ -103,7 +103,7 @@ def _fewer(
     conversion: Conversion, config: Config, lines: Lines, arguments: argparse.Namespace
 ) -> str:
     """How many joints the other presets make, where Robotran's generator minds."""
-    if all(one.code != "generator-limits" for one in conversion.diagnostics):
+    if all(said.code != "generator-limits" for said in conversion.diagnostics):
         return ""
     joints = [joint for body in conversion.mbs.bodies for joint in body.joints]
     if sum(joint.nature != "driven" for joint in joints) > JOINTS:

@@ -20,7 +20,7 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_portable, read
-from urdf2mbs.disk.seal import can_hold, checksum, intact, seal, sealed
+from urdf2mbs.disk.seal import can_hold, checksum, has_seal, intact, seal
 from urdf2mbs.machine.stopping import Unfinished
 from urdf2mbs.messages.diagnostics import ConfigError
 
@@ -136,7 +136,7 @@ def check_ours(places: Mapping[Path, bytes]) -> None:
         there = _read(place)
         if not there or there == data or intact(there) or _line(place, there) in _recorded(place):
             continue
-        edited = sealed(there) or f"  {place.name}\n" in "".join(_recorded(place))
+        edited = has_seal(there) or f"  {place.name}\n" in "".join(_recorded(place))
         why = (
             "was edited since urdf2mbs wrote it"
             if edited
@@ -205,14 +205,14 @@ def _make_folder(folder: Path, made: list[Path]) -> None:
         folder = folder.parent
         if folder == missing[-1]:
             break
-    for one in reversed(missing):
+    for above in reversed(missing):
         try:
-            one.mkdir()
+            above.mkdir()
         except FileExistsError:
-            if not one.is_dir():  # another run may have made it just now
+            if not above.is_dir():  # another run may have made it just now
                 raise
         else:
-            made.append(one)
+            made.append(above)
 
 
 def _lock(folder: Path, locks: ExitStack) -> bool:

@@ -26,13 +26,13 @@ def seal(path: Path, data: bytes) -> bytes:
     around = _comment(path, data)
     if around is None or not data or intact(data):
         return data
-    data = unsealed(data)
+    data = unseal(data)
     if not data.endswith(b"\n"):
         data += b"\n"
     return data + f"{around[0]}{_WORDS}{checksum(data)}{around[1]}\n".encode()
 
 
-def unsealed(data: bytes) -> bytes:
+def unseal(data: bytes) -> bytes:
     """The file without its seal."""
     start = _last_line(data)
     return data[:start] if _SEAL.match(data, start) else data
@@ -43,7 +43,7 @@ def can_hold(path: Path, data: bytes) -> bool:
     return _comment(path, data) is not None
 
 
-def sealed(data: bytes) -> bool:
+def has_seal(data: bytes) -> bool:
     """Whether there is a seal, of this text or of another."""
     return _WORDS.encode() in data
 

@@ -10,15 +10,15 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion, RobotChange
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.disk.seal import seal, unsealed
+from urdf2mbs.disk.seal import seal, unseal
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order, find_stale
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
 from urdf2mbs.engine.resolve import Configured, resolve
-from urdf2mbs.engine.sections import changed, look
-from urdf2mbs.engine.settings import check_output, settings_of, spelled
+from urdf2mbs.engine.sections import find_changed, look
+from urdf2mbs.engine.settings import check_output, expand, settings_of
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
@@ -40,7 +40,7 @@ class Pipeline:
             )  # fmt: skip
         self.settings = settings_of(config, lines, folder)
         files = [
-            folder / spelled(file, lines, ("plugins", n)) for n, file in enumerate(config.plugins)
+            folder / expand(file, lines, ("plugins", n)) for n, file in enumerate(config.plugins)
         ]
         for index, file in enumerate(files):
             if not is_file(file):
@@ -97,7 +97,7 @@ class Pipeline:
             )
         config = self.settings.config
         try:
-            with seldom_collected():
+            with collect_seldom():
                 self._call("urdf2mbs_before_run", conversion, settings=self.settings)
                 self._run(conversion, stop_after)
         except ConversionError as error:
@@ -108,7 +108,7 @@ class Pipeline:
         data = conversion.files.get(output)
         if conversion.proof is None and data is not None and output.suffix == ".mbs":
             # behind the root: what stands before it is no place for a comment in every reader
-            conversion.files[output] = seal(output, unsealed(data) + _UNPROVEN)
+            conversion.files[output] = seal(output, unseal(data) + _UNPROVEN)
         return conversion
 
     def _progress(self, text: str) -> None:
@@ -150,7 +150,7 @@ class Pipeline:
             raise
         except FAILURES as error:
             raise pass_failed(registered, conversion, error, ran) from error
-        seen = changed(sections, look(conversion)) if sections else []
+        seen = find_changed(sections, look(conversion)) if sections else []
         stale = find_stale(type(pass_), seen, [earlier.kind for earlier in ran])
         if stale:
             raise ConversionError(
@@ -195,7 +195,7 @@ class Pipeline:
         if pass_ is not None:
             more["conversion"] = conversion
         name = pass_.name if pass_ is not None else ""
-        strangers = self.plugins.hooked(hook) if pass_ is not None else []
+        strangers = self.plugins.with_hook(hook) if pass_ is not None else []
         before = snapshot(conversion.robot) if strangers else None
         ours = ours_alone(conversion) if strangers else ""
         try:
@@ -216,7 +216,7 @@ class Pipeline:
 
 
 @contextmanager
-def seldom_collected() -> Iterator[None]:
+def collect_seldom() -> Iterator[None]:
     """The collector seldom looks for cycles: a robot has hardly any.  A quarter of the time."""
     before = gc.get_threshold()
     gc.set_threshold(500_000, 20, 100)

@@ -156,7 +156,7 @@ class Plugins:
                         return plugin, self._files[plugin]
         return None
 
-    def hooked(self, hook: str) -> list[str]:
+    def with_hook(self, hook: str) -> list[str]:
         """The plugins, ours apart, that have a hook."""
         impls = getattr(self.hook, hook).get_hookimpls()
         return [impl.plugin_name for impl in impls if impl.plugin_name != GROUP]
@@ -173,7 +173,7 @@ class Plugins:
         return [
             name
             for name, offered in self.passes.items()
-            if any(found.plugin == plugin for found in offered)
+            if any(registered.plugin == plugin for registered in offered)
         ]
 
     def _add_installed(self, entry: EntryPoint, package: str) -> None:
@@ -200,7 +200,7 @@ class Plugins:
         if self._manager.has_plugin(plugin):
             self._manager.unregister(name=plugin)
         for name, offered in list(self.passes.items()):
-            self.passes[name] = [found for found in offered if found.plugin != plugin]
+            self.passes[name] = [kept for kept in offered if kept.plugin != plugin]
             if not self.passes[name]:
                 del self.passes[name]
 
@@ -208,7 +208,7 @@ class Plugins:
         try:
             plugin = entry.load()
         except FAILURES as error:
-            raise ConfigError("plugin-broken", f"it cannot be loaded: {_said(error)}") from error
+            raise ConfigError("plugin-broken", f"it cannot be loaded: {_words(error)}") from error
         file = getattr(plugin, "__file__", None) or package
         self._register(plugin, entry.name, package, file)
 
@@ -233,7 +233,7 @@ class Plugins:
             if isinstance(error, ModuleNotFoundError):
                 hint = "install it where urdf2mbs is; a plugin of several files must be a package"
             raise ConfigError(
-                "plugin-broken", f"plugin '{file}' cannot be loaded: {_said(error)}",
+                "plugin-broken", f"plugin '{file}' cannot be loaded: {_words(error)}",
                 file=str(file), line=_line_in(file, error), hint=hint,
             ) from error  # fmt: skip
         self._register(module, file.stem, "", str(file))
@@ -288,7 +288,9 @@ class Plugins:
                     if brought is not None:
                         return kind(brought)
                 except FAILURES as error:
-                    raise self._broken(name, f"{hook} failed: {_said(error)}", "", error) from error
+                    raise self._broken(
+                        name, f"{hook} failed: {_words(error)}", "", error
+                    ) from error
                 raise self._broken(name, f"{hook} returned nothing", hint)
         return kind()
 
@@ -366,7 +368,7 @@ def _fault(kind: type[Pass]) -> tuple[str, str]:
         msgspec.json.schema(kind)
     except FAILURES as error:
         return (
-            f"its options cannot be read from YAML: {_said(error)}",
+            f"its options cannot be read from YAML: {_words(error)}",
             "use bool, int, float, str, list, dict, tuple, Literal, or Structs of these",
         )
     return "", ""
@@ -390,7 +392,7 @@ def version_of(package: str) -> str:
         return ""
 
 
-def _said(error: BaseException) -> str:
+def _words(error: BaseException) -> str:
     """An exception in one line; a SyntaxError repeats its own file and line otherwise."""
     text = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

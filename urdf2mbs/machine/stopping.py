@@ -76,8 +76,8 @@ def end(number: int) -> None:
 
 
 def _come(number: int, _: object) -> None:
-    for each in SIGNALS:
-        _signal.signal(each, _signal.SIG_IGN)  # what is half done is undone once
+    for ended_by in SIGNALS:
+        _signal.signal(ended_by, _signal.SIG_IGN)  # what is half done is undone once
     _State.signal = number
     if _State.unfinished:
         raise Stopped
