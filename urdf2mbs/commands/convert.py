@@ -18,7 +18,7 @@ from urdf2mbs.commands.settings import (
     add_steps,
     without_config,
 )
-from urdf2mbs.commands.streams import STREAM, file_to_stdout
+from urdf2mbs.commands.streams import STREAM, is_stream, saving
 from urdf2mbs.disk.files import is_file, is_folder
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.report.summary import report
@@ -55,7 +55,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", "--output: the name of the file is empty")
     if not arguments.robot:
         raise ConfigError("usage", "the name of the robot is empty")
-    if output == STREAM or (output is None and arguments.robot == STREAM):
+    if is_stream(output) or (output is None and is_stream(arguments.robot)):
         return _pass_on(arguments)
     if is_folder(Path(arguments.robot)):
         return _convert_folder(Path(arguments.robot), output, arguments)
@@ -68,8 +68,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def _pass_on(arguments: argparse.Namespace) -> int:
     """Convert to standard output; all that is said goes to standard error."""
-    name = "robot" if arguments.robot == STREAM else stem(Path(arguments.robot))
-    with file_to_stdout(arguments) as give:
+    name = "robot" if is_stream(arguments.robot) else stem(Path(arguments.robot))
+    with saving(arguments, True) as save:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
         conversion = convert_one(config, lines, arguments)
         found = report(conversion)
@@ -78,7 +78,7 @@ def _pass_on(arguments: argparse.Namespace) -> int:
         print(f"{found.robot}: {place}")
         tell(conversion, found, arguments.verbose)
         if data is not None:
-            give(data)
+            save(Path(STREAM), data)
     return 0 if conversion.rejected is None else 3
 
 

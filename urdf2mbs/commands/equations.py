@@ -10,7 +10,7 @@ import msgspec
 
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import add_printing, path
-from urdf2mbs.commands.streams import STREAM, read_model
+from urdf2mbs.commands.streams import is_stream, read_bytes
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
@@ -57,9 +57,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if arguments.no_pairs and arguments.language == "python":
         raise ConfigError("usage", "--no-pairs is for C: leave it out, or --language python")
     model: Path = arguments.model
-    if str(model) == STREAM or str(arguments.output) == STREAM:
+    if is_stream(model) or is_stream(arguments.output):
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
-    data = read_model(model)
+    data = read_bytes(model)
     mbs = read(data, str(model), mechanics_only=True)
     project = model.parent.parent if model.parent.name == "dataR" else model.parent
     folder: Path = arguments.output or project / "symbolicR"
