@@ -186,20 +186,7 @@ def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, fl
 class Conversion:
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
-    ========== ===================== ==================================================
-    token      attribute             filled by
-    ========== ===================== ==================================================
-    robot      ``robot``             expand
-    base       ``floating``          insert-base
-    bodies     ``segments``, ``mbs`` prune-massless
-    inertias   ``Body.mass`` ...     reframe-inertia
-    joints     ``Body.joints``       decompose-joints
-    anchors    ``Body.points`` ...   collect-anchors
-    shapes     ``Body.shapes``       convert-visuals
-    names      ``names``, ``frames`` assign-names
-    layout     positions, drawings   layout
-    mbs-file   ``files``             emit
-    ========== ===================== ==================================================
+    docs/passes.md lists the sections that passes read and write.
     """
 
     def __init__(self, settings: Settings) -> None:
