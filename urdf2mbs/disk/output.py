@@ -14,6 +14,7 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from errno import EACCES, EDEADLK, EINVAL, EISDIR
+from functools import partial
 from pathlib import Path
 from stat import S_IMODE
 from typing import Any
@@ -284,7 +285,7 @@ def _part(place: Path, data: bytes) -> Path:
     """A new file beside a place with the data on disk."""
     part = _beside(place, "part")
     try:
-        with open(part, "xb", opener=_private) as file:
+        with open(part, "xb", opener=partial(os.open, mode=0o600)) as file:  # not yet readable
             file.write(data)
             file.flush()
             part.chmod(_mode(place))
@@ -293,11 +294,6 @@ def _part(place: Path, data: bytes) -> Path:
         part.unlink(missing_ok=True)
         raise
     return part
-
-
-def _private(file: str, flags: int) -> int:
-    """Open a file that nobody else may read yet."""
-    return os.open(file, flags, 0o600)
 
 
 def _beside(place: Path, ending: str) -> Path:
@@ -334,21 +330,18 @@ def _undo_all(
 ) -> None:
     """Bring back what was there before, files and folders."""
     for place, old in kept.items():
+        part = parts.get(place)
         with suppress(OSError):
-            _undo(place, old, parts.get(place))
+            if part is not None and part.exists():
+                continue  # it has not been renamed
+            if old is None:
+                place.unlink()
+            else:
+                old.replace(place)
     _take_away(parts.values())
     for folder in reversed(made):
         with suppress(OSError):
             folder.rmdir()  # which does nothing where somebody has put something
-
-
-def _undo(place: Path, old: Path | None, part: Path | None) -> None:
-    if part is not None and part.exists():
-        return  # it has not been renamed
-    if old is None:
-        place.unlink()
-    else:
-        old.replace(place)
 
 
 def _sync_folder(folder: Path) -> None:

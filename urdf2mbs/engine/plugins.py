@@ -180,7 +180,13 @@ class Plugins:
         """An installed plugin that is broken is left out: it must not block everybody's work."""
         there = entry.name in self._files
         try:
-            self._load_installed(entry, package)
+            try:
+                plugin = entry.load()
+            except FAILURES as error:
+                fault = f"it cannot be loaded: {_words(error)}"
+                raise ConfigError("plugin-broken", fault) from error
+            file = getattr(plugin, "__file__", None) or package
+            self._register(plugin, entry.name, package, file)
             self._collect(entry.name)
         except ConfigError as error:
             self.broken.append(
@@ -203,14 +209,6 @@ class Plugins:
             self.passes[name] = [kept for kept in offered if kept.plugin != plugin]
             if not self.passes[name]:
                 del self.passes[name]
-
-    def _load_installed(self, entry: EntryPoint, package: str) -> None:
-        try:
-            plugin = entry.load()
-        except FAILURES as error:
-            raise ConfigError("plugin-broken", f"it cannot be loaded: {_words(error)}") from error
-        file = getattr(plugin, "__file__", None) or package
-        self._register(plugin, entry.name, package, file)
 
     def _load_file(self, file: Path) -> None:
         import importlib.util
