@@ -88,7 +88,7 @@ passes: {check: {tolerance: 1e-6}}
         ),
         (
             "source: x\noutput: {projekt: y}",
-            r"robot.yaml:2: .*'output': .*the unknown key 'projekt'",
+            r"robot.yaml:2: .*'output': .*the unknown key 'projekt'\n  did you mean 'project'\?",
         ),
         (
             "source: x\nsource: y",

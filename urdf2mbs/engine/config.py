@@ -278,12 +278,14 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
                 f"'{_dotted(where)}' is {_inside(data, path)!r}: {in_words(number)} is wanted",
                 where,
             ) from None
-        field = str(path[0]) if path else ""
+        field = fields.get(str(path[0])) if path else None
+        unknown = re.search("unknown field `(.*)`", what)
+        close = nearest(unknown[1], _keys(field.type)) if field and unknown else None
         raise lines.error(
             "config-type",
             f"'{_dotted(where)}': {_plainly(what)}",
-            where,
-            _choices(fields[field].type if field in fields else None),
+            (*where, unknown[1]) if unknown else where,
+            close or _choices(field.type if field else None),
         ) from None
 
 
@@ -321,6 +323,12 @@ def _plainly(what: str) -> str:
     said = re.sub(r"a list of length (\d+)", r"a list of \1", said)
     said = re.sub(r"^Invalid enum value '(.*)'$", r"'\1' is not one of its values", said)
     return said.replace("Object ", "this ")
+
+
+def _keys(kind: Any) -> list[str]:
+    """The keys of a block, or of the block that a value may be."""
+    kinds = getattr(kind, "types", (kind,))
+    return [field.encode_name for kind in kinds for field in getattr(kind, "fields", ())]
 
 
 def _choices(kind: Any) -> str | None:
