@@ -31,7 +31,7 @@ class Settings(msgspec.Struct, frozen=True):
     languages: tuple[str, ...] = ("python",)
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
-    """That of the config, to which the paths in it are relative."""
+    """The folder of the config; the paths in the config are relative to it."""
 
 
 class Step(msgspec.Struct):
@@ -46,19 +46,19 @@ class Step(msgspec.Struct):
     turns: tuple[Turn, ...]
     axis: Vec
     measured: str | None = None
-    """Of a fixed joint: the force-torque sensor that it is; then it becomes six driven joints."""
+    """The force-torque sensor that a fixed joint is.  The joint becomes six driven joints."""
     after: tuple[Turn, ...] = ()
     """Turns after the motion, which the frames below have seen."""
     flipped: bool = False
-    """Whether it counts the other way round: its coordinate is minus the URDF's, and ``axis`` is
-    minus the URDF's axis."""
+    """True if the joint counts the other way round: its coordinate is minus the URDF's, and
+    ``axis`` is minus the URDF's axis."""
     frames: dict[str, Pose] = {}
     """Links without a body of their own that move with the frame after this joint, and
     their constant pose in it; only on steps before the last."""
     joints: list[mbs.Joint] = []
     """The body's joints that this URDF joint became; the last one's frame is the step's."""
     coordinates: list[mbs.Joint] = []
-    """Those of them that move with the URDF joint's own coordinates, in their order."""
+    """The joints among ``joints`` that move with the URDF joint's coordinates, in their order."""
 
     @classmethod
     def of(cls, joint: Joint) -> Step:
@@ -117,14 +117,14 @@ class Names(msgspec.Struct):
 
 
 class RobotChange(msgspec.Struct):
-    """What somebody has changed of the robot that the URDF states."""
+    """A change of the robot that the URDF states."""
 
     by: str
     """The pass; or the hook, such as "the hook after 'emit'"."""
     plugin: str
-    """Whose it is."""
+    """The plugin of the pass or hook."""
     declared: bool
-    """Whether the pass says so, by ``writes = ("robot",)``."""
+    """True if the pass says ``writes = ("robot",)``."""
     changes: list[Change]
 
     def __str__(self) -> str:
@@ -136,13 +136,13 @@ class Proof(msgspec.Struct):
 
     same: bool
     positions: int
-    """At how many positions the motion was compared."""
+    """The number of positions at which the motion was compared."""
     groups: int
-    """Of how many rigid groups."""
+    """The number of rigid groups."""
     largest: dict[str, float]
     """The largest relative deviation of each kind."""
     differences: list[Difference]
-    """Why it is not the same, the largest first."""
+    """The differences, the largest first."""
     but_for: dict[str, str]
     """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
     not_compared: dict[str, str]
@@ -192,7 +192,7 @@ class Conversion:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.packages = Packages(settings.packages, settings.source)
-        """Where ROS packages are; what it has found once it knows."""
+        """The folders of ROS packages."""
         self.robot: Robot = Robot(name="")
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
@@ -207,7 +207,7 @@ class Conversion:
         self.frozen: dict[str, str] = {}
         """Moving URDF joints that are not in the .mbs, and why; held at zero."""
         self.weightless: set[str] = set()
-        """Those of them that are left out because nothing that they move has mass."""
+        """The joints of ``frozen`` that are left out because nothing that they move has mass."""
         self.frames: dict[str, LinkFrame] = {}
         """Where each URDF link's frame is, by link name (filled by assign-names)."""
         self.meshes: dict[str, str] = {}

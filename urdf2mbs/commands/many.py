@@ -22,10 +22,10 @@ from urdf2mbs.many.journal import Journal, to_report, worst
 from urdf2mbs.many.sweep import in_words
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
-#: So many robots that are done are in the table; those that are not, all are.
+#: The most converted robots in the table.  All failed robots are in it.
 SHOWN = 40
 
-#: Seconds between two lines of progress where no terminal rewrites one.
+#: Seconds between two lines of progress, where no terminal rewrites a line.
 PATIENCE = 5.0
 
 
@@ -123,7 +123,7 @@ class _Progress:
 
 
 def _table(outcomes: list[Outcome], report: Path) -> str:
-    """A line for each robot, and what they came to."""
+    """A line for each robot, and the counts."""
     done = [outcome for outcome in outcomes if outcome.code == 0]
     left = len(done) - SHOWN
     first = done[:SHOWN]
@@ -152,7 +152,7 @@ def _table(outcomes: list[Outcome], report: Path) -> str:
 
 _FAILURES = {
     1: "cannot be converted",
-    2: "of which the config or the command line is wrong",
+    2: "with a wrong config or command line",
     3: "NOT the same as the URDF",
 }
 

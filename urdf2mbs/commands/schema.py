@@ -66,7 +66,7 @@ def schema(plugins: Plugins) -> dict[str, Any]:
 
 
 def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a pass's options; what it refers to goes into ``defs``."""
+    """The schema of a pass's options; the classes in it go into ``defs``."""
     prefix = prefix.removesuffix(f".{GROUP}")
     (reference,), components = msgspec.json.schema_components(
         [kind], ref_template=f"#/$defs/{prefix}.{{name}}"

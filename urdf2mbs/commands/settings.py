@@ -24,7 +24,7 @@ class _Flag(NamedTuple):
 
     flag: str
     form: str
-    """Of its value; empty: the option has no value, or one of a few words."""
+    """The form of its value; empty: the option has no value, or one of a few words."""
     kind: Any
     """The type of the field."""
 

@@ -28,7 +28,7 @@ from urdf2mbs.messages.diagnostics import ConfigError
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
-#: In a folder, what we wrote there and has no comments for a seal, in the form of ``sha256sum``.
+#: The file with the checksums of those files of its folder that cannot hold a seal (``sha256sum``).
 RECORD = ".urdf2mbs"
 
 
@@ -302,7 +302,7 @@ def _beside(place: Path, ending: str) -> Path:
 
 
 def _mode(place: Path) -> int:
-    """Of the file that is there, else what a new file gets."""
+    """The mode of the file that is there, else the mode of a new file."""
     try:
         return S_IMODE(place.stat().st_mode)
     except FileNotFoundError:

@@ -39,17 +39,17 @@ def unseal(data: bytes) -> bytes:
 
 
 def can_hold(path: Path, data: bytes) -> bool:
-    """Whether a file has comments, so that it can hold a seal."""
+    """True if a file has comments, so that it can hold a seal."""
     return _comment(path, data) is not None
 
 
 def has_seal(data: bytes) -> bool:
-    """Whether there is a seal, of this text or of another."""
+    """True if there is a seal, of this text or of another text."""
     return _WORDS.encode() in data
 
 
 def intact(data: bytes) -> bool:
-    """Whether the last line is the seal of this very text."""
+    """True if the last line is the seal of this very text."""
     start = _last_line(data)
     found = _SEAL.match(data, start)
     return found is not None and found[2].decode() == checksum(data[:start])

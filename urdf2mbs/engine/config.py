@@ -24,16 +24,16 @@ from urdf2mbs.ranges import Acceleration, in_words
 #: The most bytes of a config that are read.
 MOST = 2**20
 
-#: Where in a config a value stands: the keys (and list positions) that lead to it.
+#: The place of a value in a config: the keys (and list positions) that lead to it.
 Key = tuple[str | int, ...]
 
-#: Of a range: whole, or with a point.
+#: A number of a range.
 Number = Annotated[int, Meta(ge=-(10**15), le=10**15)] | Annotated[float, Meta(ge=-1e15, le=1e15)]
 
 #: How much a message weighs.
 Level = Literal["error", "warning", "note", "ignore"]
 
-#: A name or a path. One that is empty would stand for the folder of the config.
+#: A name or a path.  An empty text would stand for the folder of the config.
 Name = Annotated[str, Meta(min_length=1)]
 
 
@@ -168,7 +168,7 @@ class Lines:
     ) -> None:
         self.file = file
         self.folder = folder or (file.parent if file else Path())
-        """To which the config's paths are relative."""
+        """The paths in the config are relative to this folder."""
         self._lines = lines or {}
 
     def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
@@ -289,7 +289,7 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
         ) from None
 
 
-#: What msgspec calls the kinds of values, and what we do.
+#: The kinds of values: msgspec's word, and ours.
 _KINDS = {
     "str": "a word",
     "int": "a whole number",
@@ -301,7 +301,7 @@ _KINDS = {
 }
 
 
-#: What is said of a ``Name`` without a letter.
+#: The message for an empty ``Name``.
 _EMPTY = "is empty: write the name or the path that is meant"
 
 

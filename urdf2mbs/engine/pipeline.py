@@ -50,7 +50,7 @@ class Pipeline:
         self._files = files
         self.plugins = plugins_of(files, installed=installed_plugins)
         self._hooks: list[Any] = [self.plugins.hook]
-        """Of the plugins, and of those who watch."""
+        """The hooks of the plugins and of the observers."""
         self.passes = self._resolved(config, lines)
         self._check_levels(config, lines)
         passes = [configured.registered.kind for configured in self.passes]
@@ -75,9 +75,9 @@ class Pipeline:
     def run(self, *, stop_after: str | None = None) -> Conversion:
         """Run the passes; raises ConversionError. Nothing is written to disk.
 
-        What is said gets the user's levels here, and only here: after each pass, and with the
-        error that ends a run.  An error of which something can be made is raised at the end, so
-        that all are told at once.
+        Messages get the user's levels here, and only here: after each pass, and with the error
+        that ends a run.  An error that does not stop a pass is raised at the end, together with
+        all such errors.
         """
         names = [configured.pass_.name for configured in self.passes]
         if stop_after is not None and stop_after not in names:
@@ -159,7 +159,7 @@ class Pipeline:
             )  # fmt: skip
 
     def _check_levels(self, config: Config, lines: Lines) -> None:
-        """A code is one whose level can be changed, or may be a plugin's."""
+        """Raise ConfigError for an unknown code.  Plugins may have codes of their own."""
         if not config.diagnostics or any(name != GROUP for name in self.plugins.names()):
             return
         for code in config.diagnostics:
@@ -217,7 +217,7 @@ class Pipeline:
 
 @contextmanager
 def collect_seldom() -> Iterator[None]:
-    """The collector seldom looks for cycles: a robot has hardly any.  A quarter of the time."""
+    """Within it, Python seldom looks for garbage: a tenth of the time of a process."""
     before = gc.get_threshold()
     gc.set_threshold(500_000, 20, 100)
     try:
@@ -227,8 +227,11 @@ def collect_seldom() -> Iterator[None]:
 
 
 def _may_change(configured: Configured) -> bool:
-    """Whether a pass may change the robot that the URDF states: any of a plugin, and of ours
-    those that do when they are told to (insert-base only puts a base under it)."""
+    """True if a pass may change the robot that the URDF states.
+
+    A plugin's pass may.  A built-in pass changes the robot only if its options say so;
+    insert-base only puts a base under the robot.
+    """
     found = configured.registered
     return found.plugin != GROUP or (
         "robot" in found.kind.writes and configured.pass_ != found.kind()

@@ -28,14 +28,15 @@ if TYPE_CHECKING:
 #: The entry point group in which an installed package names its plugin, and our own name there.
 GROUP = "urdf2mbs"
 
-#: What a plugin's code may throw at us: ``sys.exit()`` too must not end us without a word.
+#: The exceptions of a plugin that become a message, ``sys.exit()`` among them.
 FAILURES = (Exception, SystemExit)
 
 
 @cache
 def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
-    """The plugins of the packages on ``path``, which is ``sys.path``, and the package of each:
-    looking costs more than converting a small robot.
+    """The installed plugins, each with its package.  ``path`` is ``sys.path``.
+
+    The result is kept: a second search would take longer than the conversion of a small robot.
 
     A package that lies in the working folder is not installed: it may be a stranger's.
     """
@@ -53,8 +54,9 @@ def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
 
 
 def _may_name_plugins(folder: str) -> bool:
-    """Whether a package in a folder of ``sys.path`` has entry points of our group, as far as can
-    be seen without ``importlib.metadata``.
+    """True if a package in a folder of ``sys.path`` may have entry points of our group.
+
+    This does not import ``importlib.metadata``.
 
     Gain: a quarter of a process that converts a small robot, with 120 packages installed.
     """
@@ -89,18 +91,21 @@ class Registered(msgspec.Struct, frozen=True):
     kind: type[Pass]
     plugin: str
     package: str
-    """What it is installed from; empty for a file."""
+    """The package that brings the pass; empty for a file."""
     file: str
 
     @property
     def version(self) -> str:
-        """Of the package; empty where it is not known."""
+        """The version of the package; empty if it is not known."""
         return version_of(self.package) if self.package else ""
 
 
 def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
-    """The plugins at hand.  Without files of a config they are the same for the whole process:
-    a quarter of the time of a small robot among many."""
+    """The plugins at hand.
+
+    Without files of a config, the whole process shares them: a quarter of the time of a small
+    robot among many.
+    """
     if files:
         return Plugins(files, installed=installed)
     return _without_files(tuple(sys.path) if installed else None)
@@ -177,7 +182,7 @@ class Plugins:
         ]
 
     def _add_installed(self, entry: EntryPoint, package: str) -> None:
-        """An installed plugin that is broken is left out: it must not block everybody's work."""
+        """Load an installed plugin.  A broken plugin is left out, and the conversion goes on."""
         there = entry.name in self._files
         try:
             try:

@@ -19,9 +19,9 @@ class Configured(msgspec.Struct):
     registered: Registered
     pass_: Pass
     swapped: bool = False
-    """Whether it stands in for the built-in pass of its name."""
+    """True if the pass replaces the built-in pass of its name."""
     at: Key = ()
-    """Where in the config it is named."""
+    """The place in the config that names the pass."""
 
 
 def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:

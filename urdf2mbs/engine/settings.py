@@ -55,7 +55,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
 
 
 def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines) -> None:
-    """Where an .mbs is written to; a pipeline that makes none needs no place."""
+    """Raise ConfigError if the .mbs cannot be written to its place."""
     if not any("mbs-file" in kind.writes for kind in passes) or is_folder(settings.source):
         return
     if _same(settings.output, settings.source):
@@ -85,7 +85,7 @@ def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines)
 
 
 def _same(first: Path, second: Path) -> bool:
-    """Whether two paths are one file: by a link, or where letter case does not count."""
+    """True if two paths are one file, by a link or by letter case."""
     try:
         return first.samefile(second)
     except OSError:

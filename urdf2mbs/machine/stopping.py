@@ -22,7 +22,7 @@ class Stopped(KeyboardInterrupt):
 
 
 class _State:
-    """Of this process."""
+    """The state of this process."""
 
     signal = 0
     """The signal that came; 0: none."""
@@ -30,7 +30,7 @@ class _State:
     """How many ``Unfinished`` it is within."""
     speaks = True
     told = ""
-    """What the line says beside the signal."""
+    """The text behind the signal in the line."""
 
 
 def end_on_signals(speaks: bool = True) -> None:

@@ -1,4 +1,4 @@
-"""What many conversions came to: a JSON report, and until it is whole, a journal of it.
+"""The JSON report of many conversions, and the journal that stands for it during the run.
 
 The journal has a line for each robot that is done.  An interrupted run leaves it there.  The same
 command then keeps a robot where all that it depends on is known and the same: the config, every
@@ -31,7 +31,7 @@ class Journal:
         self.jobs = jobs
         self.outcomes: dict[int, Outcome] = {}
         self._keeps = False
-        """Whether another run keeps a robot of this one."""
+        """True if the next run can keep a robot of this run."""
         self._open: IO[bytes] | None = None
 
     def __enter__(self) -> Journal:
@@ -114,7 +114,7 @@ def worst(outcomes: list[Outcome]) -> int:
 
 
 def to_report(outcome: Outcome) -> dict[str, object]:
-    """What the report says of a robot: nothing that is not the same another time."""
+    """The part of the report on a robot.  It is the same each time."""
     return {
         "source": outcome.source, "output": outcome.output, "values": outcome.values,
         "code": outcome.code, "error": outcome.error, "diagnostics": outcome.diagnostics,

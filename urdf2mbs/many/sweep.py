@@ -14,7 +14,7 @@ from urdf2mbs.engine.config import Config, Key, Lines, Project, Range
 from urdf2mbs.engine.settings import expand
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
-#: So many robots of one config are surely a slip.
+#: The most robots of one config.
 MOST = 1_000_000
 
 #: ``{height}`` in a path.
@@ -29,7 +29,7 @@ class Member(NamedTuple):
 
     config: Config
     values: dict[str, Any]
-    """What it has of its own: xacro arguments by name, options as ``PASS.OPTION``."""
+    """Its own values: xacro arguments by name, options as ``PASS.OPTION``."""
 
 
 def members(config: Config, lines: Lines) -> list[Member]:

@@ -123,7 +123,7 @@ def printable(text: str) -> str:
 
 
 def _shorten(text: str) -> str:
-    """One message, of which a name of a million letters is cut."""
+    """A message, with long lines cut in the middle."""
     lines = re.sub(_OTHER_LINE, r"\\n", printable(text)).split("\n")
     return "\n".join(
         line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"
