@@ -217,7 +217,10 @@ class Pipeline:
 
 @contextmanager
 def collect_seldom() -> Iterator[None]:
-    """Within it, Python seldom looks for garbage: a tenth of the time of a process."""
+    """Within it, Python seldom looks for garbage.
+
+    Gain: a tenth of the time of a chain of 4,000 links, 3 % of the time of iCub.
+    """
     before = gc.get_threshold()
     gc.set_threshold(500_000, 20, 100)
     try:
