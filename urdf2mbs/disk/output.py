@@ -14,7 +14,6 @@ import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from errno import EACCES, EDEADLK, EINVAL, EISDIR
-from functools import partial
 from pathlib import Path
 from stat import S_IMODE
 from typing import Any
@@ -285,7 +284,7 @@ def _part(place: Path, data: bytes) -> Path:
     """A new file beside a place with the data on disk."""
     part = _beside(place, "part")
     try:
-        with open(part, "xb", opener=partial(os.open, mode=0o600)) as file:  # not yet readable
+        with open(part, "xb", opener=_private) as file:
             file.write(data)
             file.flush()
             part.chmod(_mode(place))
@@ -294,6 +293,11 @@ def _part(place: Path, data: bytes) -> Path:
         part.unlink(missing_ok=True)
         raise
     return part
+
+
+def _private(file: str, flags: int) -> int:
+    """Open a file that nobody else may read yet."""
+    return os.open(file, flags, 0o600)
 
 
 def _beside(place: Path, ending: str) -> Path:
