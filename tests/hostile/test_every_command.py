@@ -12,14 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from codes import CATALOGUE
 
 from urdf2mbs.api import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.engine.config import load
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.catalogue import CATALOGUE
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
+
+pytestmark = pytest.mark.slow
 
 LAUGHS = b"a: &a [x]\n" + b"".join(
     b"%c: &%c [%s]\n" % (c + 1, c + 1, b",".join([b"*%c" % c] * 10)) for c in range(97, 115)

@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_telling, path
-from urdf2mbs.commands.streams import read_model
+from urdf2mbs.commands.settings import add_printing, path
+from urdf2mbs.commands.streams import read_bytes
 from urdf2mbs.disk.output import write_files
-from urdf2mbs.disk.seal import intact, seal, unsealed
+from urdf2mbs.disk.seal import intact, seal, unseal
 from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
 EXAMPLES = (
@@ -29,7 +29,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--path", type=path, metavar="FILE.mbs", help="the file that is merged, for messages (%%P)"
     )
-    add_telling(command)
+    add_printing(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -39,7 +39,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
     output: Path = arguments.output or arguments.ours
     name: Path = arguments.path or output
-    files = [read_model(file) for file in (arguments.base, arguments.ours, arguments.theirs)]
+    files = [read_bytes(file) for file in (arguments.base, arguments.ours, arguments.theirs)]
     try:
         base, ours, theirs = (
             read(data, f"{name} ({side})")
@@ -49,14 +49,14 @@ def carry_out(arguments: argparse.Namespace) -> int:
     except ConversionError as error:
         error.exit_code = 2
         raise
-    data = unsealed(merged.data)
+    data = unseal(merged.data)
     if all(map(intact, files)):  # urdf2mbs wrote all of it
         data = seal(output, data)
     written, there = {output: data}, {output: files[1]}
     if merged.orphans is not None:
         place = name.with_name(f"{name.stem}.orphaned.mbs")
         there[place] = place.read_bytes() if place.is_file() else b""
-        written[place] = with_those_before(merged.orphans, unsealed(there[place]))
+        written[place] = with_those_before(merged.orphans, unseal(there[place]))
     write_files(written, replaces=there, force=arguments.force)
     words = merged.plan.words("theirs", "ours")
     conflicts = words["in conflict"] + words["orphaned"]

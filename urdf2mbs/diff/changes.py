@@ -1,4 +1,4 @@
-"""What changed from one model to another, object by object and field by field."""
+"""The changes from one model to another, object by object and field by field."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Change(msgspec.Struct, omit_defaults=True):
 
 
 class Differences(msgspec.Struct):
-    """What differs between two models."""
+    """The differences of two models."""
 
     changes: list[Change]
     versions: tuple[str, str]
@@ -56,7 +56,7 @@ class Differences(msgspec.Struct):
 def differences(
     before: Mbs, after: Mbs, *, physics: bool = False, same: Iterable[tuple[Any, Any]] | None = None
 ) -> Differences:
-    """What differs between two models; ``physics`` leaves out what is drawn alone.
+    """The differences of two models; ``physics`` leaves out what is drawn alone.
 
     A thing that belongs to an added or removed thing is not named beside it.  ``same`` are the
     objects of the two models that are the same, where this is known.
@@ -134,7 +134,7 @@ def _stated(content: Any) -> Any:
 
 
 def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
-    """What changed of one thing: its name, its owner, its fields."""
+    """The changes of one thing: of its name, its owner, its fields."""
     drawn = old.kind in DRAWN
 
     def change(does: Any, field: str, was: Any, now: Any) -> Change:
@@ -164,7 +164,7 @@ def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
 
 
 def plain_values(thing: Thing) -> dict[str, Any]:
-    """The plain values of a thing; what a file may leave out has the value that this means."""
+    """The plain values of a thing; a value that the file leaves out is its default."""
     values: dict[str, Any] = {}
     for field in thing.part.__struct_fields__:
         value = getattr(thing.part, field)
@@ -226,7 +226,7 @@ def _unknown_of(thing: Thing, texts: dict[int, dict[str, str]]) -> dict[str, str
 
 
 def _of_unknown(old: Thing, was: dict[str, str], now: dict[str, str]) -> Iterator[Change]:
-    """What changed of the elements and attributes that the model does not know."""
+    """The changes of elements and attributes that the model does not know."""
     for path in dict.fromkeys([*was, *now]):
         if was.get(path) != now.get(path):
             drawing = old.kind in DRAWN or path.startswith(DRAWING)

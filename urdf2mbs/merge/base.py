@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 from urdf2mbs.disk import files, standard_input
-from urdf2mbs.disk.seal import intact, unsealed
+from urdf2mbs.disk.seal import intact, unseal
 
 _LINE = "<!-- the base of the next merge, made of robot '{}' in {}, sha256 {} -->\n"
 _MADE_OF = re.compile(r"<!-- the base of .*, made of robot '(.*)' in (.*), sha256 \w+ -->\n\Z")
@@ -26,14 +26,14 @@ def text(data: bytes, robot: str, source: Path) -> bytes:
 
     made_of = [text.replace("--", "- -") for text in (robot, source.name)]
     line = _LINE.format(*made_of, sha256(standard_input.read(source)).hexdigest())
-    return unsealed(data) + line.encode("utf-8", "replace")
+    return unseal(data) + line.encode("utf-8", "replace")
 
 
 def read(output: Path) -> bytes | None:
     """The base of an .mbs; None where there is none, or where somebody changed it."""
     there = path(output)
     data = files.read(there) if files.is_file(there) else b""
-    return unsealed(data) if intact(data) else None
+    return unseal(data) if intact(data) else None
 
 
 def is_of(base: bytes, robot: str, source: Path) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from copy import deepcopy
 from typing import Any
 
@@ -109,12 +110,7 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
         else:
             edits.append(Edit(change, to_new[thing]))
             of[id(edits[-1])] = seen.partner.get(thing, thing)
-    theirs_changed = [
-        (change, fresh.partner[old].part)
-        for change, old in (changed_things(fresh, base, new) if prefer is None else ())
-        if change.change == "changed" and change.field not in old.refers
-        and not hasattr(old.part, change.field.split(".")[0])
-    ]  # fmt: skip
+    theirs_changed = _unknown_changes(fresh, base, new) if prefer is None else []
     names = [(thing, thing.kind, thing.name) for thing in model]
     applying.apply(edits)
     _adopt(now, edited, new)
@@ -128,22 +124,17 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
     written = {
         id(thing.part): then.part for thing, then in zip(things(new), things(final), strict=True)
     }
+    if prefer is None:
+        applying.conflicts += _not_brought(theirs_changed, written, unknown(final))
     plan = Plan(
-        differences(
-            edited, final, same=[(old, written.get(id(part))) for old, part in _same(edited, new)]
-        ).changes,
-        differences(
+        _differences(edited, final, _same(edited, new), written),
+        _differences(
             pristine, final,
-            same=[
-                (thing.part, written.get(id(then.part)))
-                for thing, then in zip(things(pristine), model, strict=True)
-            ],
-        ).changes,
+            zip((t.part for t in things(pristine)), (t.part for t in model), strict=True), written,
+        ),
         applying.conflicts,
         [Orphan(thing.kind, thing.name, changes, why) for thing, changes, why in orphans],
     )  # fmt: skip
-    if prefer is None:
-        plan.conflicts += _not_brought(theirs_changed, written, unknown(final))
     return Merged(
         data,
         plan,
@@ -151,6 +142,25 @@ def merge(base: Mbs, edited: Mbs, new: Mbs, prefer: Prefer | None = "urdf") -> M
          if kind in ("body", "joint")},
         _fragments(edited, [(thing.part, why) for thing, _, why in orphans]) if orphans else None,
     )  # fmt: skip
+
+
+def _differences(
+    before: Mbs, final: Mbs, same: Iterable[tuple[Any, Any]], written: dict[int, Any]
+) -> list[Change]:
+    """What differs in the merged file from another; ``same`` are objects of the other and of the
+    merged model, ``written`` those of the file by the latter."""
+    pairs = [(old, written.get(id(part))) for old, part in same]
+    return differences(before, final, same=pairs).changes
+
+
+def _unknown_changes(fresh: Matching, base: Mbs, new: Mbs) -> list[tuple[Change, Any]]:
+    """What one side changed of elements that the model does not know, with its objects."""
+    return [
+        (change, fresh.partner[old].part)
+        for change, old in changed_things(fresh, base, new)
+        if change.change == "changed" and change.field not in old.refers
+        and not hasattr(old.part, change.field.split(".")[0])
+    ]  # fmt: skip
 
 
 def _not_brought(

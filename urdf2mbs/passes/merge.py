@@ -13,7 +13,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.seal import intact, sealed, unsealed
+from urdf2mbs.disk.seal import has_seal, intact, unseal
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Part
 from urdf2mbs.mbs.reader import read
@@ -42,7 +42,7 @@ class Merge(Pass):
         conversion.behind[base.path(output)] = base.text(conversion.files[output], robot, source)
         there = files.read(output) if files.is_file(output) else b""
         known = base.read(output)
-        if not there or intact(there) or (known is None and not sealed(there)):
+        if not there or intact(there) or (known is None and not has_seal(there)):
             return
         if settings.fresh:
             conversion.replaces[output] = there
@@ -70,13 +70,13 @@ class Merge(Pass):
                 hint="mend it, or start over by --fresh or --force",
             ) from None  # fmt: skip
         merged = merge(read(known, str(base.path(output))), edited, conversion.mbs, self.prefer)
-        conversion.files[output] = unsealed(merged.data)
+        conversion.files[output] = unseal(merged.data)
         conversion.replaces[output] = there
         if merged.orphans is not None:
             place = output.with_name(f"{output.stem}.orphaned.mbs")
             before = files.read(place) if files.is_file(place) else b""
             conversion.replaces[place] = before
-            conversion.ahead[place] = with_those_before(merged.orphans, unsealed(before))
+            conversion.ahead[place] = with_those_before(merged.orphans, unseal(before))
         plan = merged.plan
         conversion.edited = any(
             not edit.drawing and edit.kind in _COMPARED
