@@ -184,8 +184,10 @@ class Conversion:
         self.replaces: dict[Path, bytes] = {}
         """Files that are replaced though they were edited, as long as they are as they were read.
         The new ones hold the work of people, too, and get no seal."""
-        self.edited = False
-        """Whether edits are in the .mbs that make it another robot than the URDF's."""
+        self.edited: dict[str, None] = {}
+        """The files whose edits make the .mbs another robot than the URDF's."""
+        self.overlay = b""
+        """The file of edits that was applied."""
         self.added: dict[str, str] = {}
         """What people added to the .mbs: each thing, and where."""
         self.simulation = Simulation()

@@ -29,6 +29,7 @@ COMMANDS = {
     "report": "convert, and write one HTML page to look at instead",
     "verify": "compare a robot with an .mbs file: are they the same?",
     "diff": "say what differs between two .mbs files",
+    "edits": "write what people changed in an .mbs into a file of edits",
     "merge": "merge three versions of an .mbs file, for git",
     "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",
     "equations": "write Robotran's equations for an .mbs file",

@@ -15,7 +15,7 @@ from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
 EXAMPLES = (
     "urdf2mbs merge base.mbs ours.mbs theirs.mbs -o merged.mbs",
-    'git config merge.urdf2mbs.driver "urdf2mbs merge %O %A %B --path %P"',
+    "urdf2mbs merge base.mbs ours.mbs theirs.mbs --json",
 )
 
 

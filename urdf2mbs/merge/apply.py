@@ -100,6 +100,8 @@ class Applying:
         self.model = model
         self.olds, self.names = olds, names or olds
         self._names_are_own = names is None
+        self.unknown: list[Change] = []
+        """What is of elements that the model does not know; it stays in a file by itself."""
         self.prefer = prefer
         self.conflicts: list[Conflict] = []
         self.orphans: list[tuple[Edit, str]] = []
@@ -211,8 +213,11 @@ class Applying:
                 self._hung_anew |= thing.kind == "body"
             return
         value, after = plain_values(thing).get(field), as_tuple(change.after)
-        if not hasattr(thing.part, field.split(".")[0]) or value == after:
-            return  # what the model does not know stays in the file by itself
+        if not hasattr(thing.part, field.split(".")[0]):
+            self.unknown.append(change)
+            return
+        if value == after:
+            return
         if value == as_tuple(change.before) or self._edit_wins(edit, field, value):
             whole, _, inner = field.partition(".")
             holder = getattr(thing.part, whole) if inner else thing.part

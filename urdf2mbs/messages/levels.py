@@ -15,7 +15,7 @@ from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 
 _CODES = """
 actuator-unknown axis-aligned base calibration collision color-range contacts-balance
-contacts-mesh doubled-element equations-stale extension force-torque generator-limits
+contacts-mesh doubled-element edit-left-out equations-stale extension force-torque generator-limits
 geometry-size geometry-unknown ground-mass inertia-estimated inertia-incomplete inertia-indefinite
 inertia-repaired inertia-triangle inertia-without-mass inertial-incomplete joint-dynamics
 joint-limit-missing joint-type-spelling law-unknown layout-kept layout-not-kept limit limit-order

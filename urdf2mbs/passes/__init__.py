@@ -15,6 +15,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     # not above: whoever looks for hooks would look at every class
     from urdf2mbs.passes.actuators import Actuators
     from urdf2mbs.passes.align_frames import AlignFrames
+    from urdf2mbs.passes.apply_edits import ApplyEdits
     from urdf2mbs.passes.assign_names import AssignNames
     from urdf2mbs.passes.check import Check
     from urdf2mbs.passes.collect_anchors import CollectAnchors
@@ -74,6 +75,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
         FitView,
         LeftOut,
         Emit,
+        ApplyEdits,  # when given a file
         Merge,  # when people changed the .mbs that is there
         FindSingular,
         Check,

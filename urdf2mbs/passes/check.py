@@ -44,7 +44,7 @@ class Check(Pass):
         )
         proof.not_compared |= conversion.added
         if conversion.edited:
-            proof.forgive(f"as edited in {output.name}")
+            proof.forgive(f"as edited in {' and '.join(conversion.edited)}")
         conversion.proven, conversion.proof = data, proof
         if not proof.same:
             conversion.rejected = output.with_suffix(f".rejected{output.suffix}")

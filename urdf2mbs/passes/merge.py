@@ -7,7 +7,7 @@ conversion, and the result is written into their file.  Without edits nothing is
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 
@@ -15,15 +15,9 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
 from urdf2mbs.disk.seal import has_seal, intact, unseal
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.model import Part
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.merge import base
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
-
-#: The kinds of things that the proof compares.
-_COMPARED = frozenset(
-    ["base", "body", "joint", "point", "cut", "user constraint", "user model", "parameter"]
-)
 
 
 class Merge(Pass):
@@ -39,7 +33,9 @@ class Merge(Pass):
         output, robot, source = settings.output, conversion.robot.name, settings.source
         if output.suffix.lower() != ".mbs":
             return
-        conversion.behind[base.path(output)] = base.text(conversion.files[output], robot, source)
+        conversion.behind[base.path(output)] = base.text(
+            conversion.files[output], robot, source, conversion.overlay
+        )
         there = files.read(output) if files.is_file(output) else b""
         known = base.read(output)
         if not there or intact(there) or (known is None and not has_seal(there)):
@@ -57,6 +53,7 @@ class Merge(Pass):
             self._merge(conversion, known, there)
 
     def _merge(self, conversion: Conversion, known: bytes, there: bytes) -> None:
+        from urdf2mbs.merge.follow import follow
         from urdf2mbs.merge.merge import merge, with_those_before
 
         output = conversion.settings.output
@@ -78,18 +75,7 @@ class Merge(Pass):
             conversion.replaces[place] = before
             conversion.ahead[place] = with_those_before(merged.orphans, unseal(before))
         plan = merged.plan
-        conversion.edited = any(
-            not edit.drawing and edit.kind in _COMPARED
-            and (edit.change, edit.kind) != ("added", "point")
-            for edit in plan.kept
-        )  # fmt: skip
-        conversion.added = {
-            f"{edit.kind} '{edit.name}'": f"added in {output.name}"
-            for edit in plan.kept
-            if edit.change == "added" and not edit.drawing
-        }
-        _rename(conversion, merged.names)
-        _forget_removed(conversion)
+        follow(conversion, merged.names, plan.kept, output.name)
         words = plan.words()
         conversion.facts["merge"] = {"words": words, **msgspec.to_builtins(plan)}
         for code, sentences in (
@@ -97,44 +83,3 @@ class Merge(Pass):
         ):  # fmt: skip
             for sentence in sentences:
                 conversion.warn(code, sentence)
-
-
-def _rename(conversion: Conversion, names: dict[tuple[str, str], str | None]) -> None:
-    """Call the robot's bodies and joints as people call them now; forget what they removed."""
-    called = conversion.names
-
-    def now(kind: str, known: list[str]) -> list[str]:
-        renamed = [names.get((kind, name), name) for name in known]
-        return [name for name in renamed if name is not None]
-
-    called.bodies = {
-        link: name for link, body in called.bodies.items() for name in now("body", [body])
-    }
-    called.joints = {joint: now("joint", known) for joint, known in called.joints.items()}
-    called.coordinates = {joint: now("joint", known) for joint, known in called.coordinates.items()}
-    for link, frame in list(conversion.frames.items()):
-        body = None if frame.body is None else names.get(("body", frame.body), frame.body)
-        joint = None if frame.joint is None else names.get(("joint", frame.joint), frame.joint)
-        if (body is None) != (frame.body is None) or (joint is None) != (frame.joint is None):
-            del conversion.frames[link]
-        else:
-            frame.body, frame.joint = body, joint
-
-
-def _forget_removed(conversion: Conversion) -> None:
-    """Take out of the simulation what uses a joint, point, link or user model that is no more."""
-    from urdf2mbs.diff.matching import things
-
-    simulation = conversion.simulation
-    there = {id(thing.part) for thing in things(conversion.mbs)}
-    for field in simulation.__struct_fields__:
-        used = getattr(simulation, field)
-        if isinstance(used, list):
-            used[:] = [part for part in used if there.issuperset(map(id, _parts(part)))]
-
-
-def _parts(used: Any) -> list[Any]:
-    """The objects of the model that a part of the simulation uses."""
-    values = [getattr(used, field) for field in getattr(used, "__struct_fields__", ())]
-    lists = [value if isinstance(value, list) else [value] for value in values]
-    return [part for parts in lists for part in parts if isinstance(part, Part)]
