@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
 from urdf2mbs.equations.constraints import constant_gaps, constraints
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
-from urdf2mbs.equations.graph import Expr, Graph
+from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.python import PythonWriter
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
-from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
-from urdf2mbs.equations.writer import Writer
+from urdf2mbs.equations.tree import NONE, Tree, is_fixed
 from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, quoted
@@ -62,7 +62,6 @@ def generate(
     language: str = "python",
     fold: bool = False,
     keep_turns: bool = False,
-    numba: bool = False,
     pairs: bool = True,
 ) -> Equations:
     """Generate the equations of a model.
@@ -94,7 +93,7 @@ def generate(
         ]  # fmt: skip
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
     in_c = language == "c"
-    writer: Writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs, numba=numba)
+    writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     for name in FUNCTIONS:
@@ -103,7 +102,9 @@ def generate(
         made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
-        text, out.counts[name] = writer.function(name, made)
+        writer.count = Count()
+        text = writer.function(name, made)
+        out.counts[name] = writer.count
         head = [
             f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
             fits,
@@ -166,20 +167,16 @@ class Maker:
     """The functions of one model, or why there is none."""
 
     def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
-        self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
+        self.mbs = mbs
+        self.tree = partial(Tree, mbs, fold=fold, keep_turns=keep_turns)
         points = [point for body in mbs.bodies for point in body.points]
         self.has_points = any(point.sensor or point.extforce for point in points)
-
-    def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
-        return Tree(
-            self.mbs, fold=self.fold, keep_turns=self.keep_turns, graph=graph, labels=labels
-        )
 
     def dirdyna(self) -> Routine:
         twin, labels = find_mirrored(self.tree())
         tree = self.tree(labels=labels)
         c = joint_forces(tree, ())
-        matrix = mass_matrix(self.tree(tree.graph, labels))
+        matrix = mass_matrix(self.tree(graph=tree.graph, labels=labels))
         routine = Routine(tree.graph)
         for i, k in _order(matrix, twin):
             routine.store(f"M[{i}][{k}]", matrix[i, k], *([f"M[{k}][{i}]"] * (i != k)))
@@ -209,7 +206,7 @@ class Maker:
         if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
             return self.invdynared()
         try:
-            qdd = accelerations(tree, self.tree(tree.graph))
+            qdd = accelerations(tree, self.tree(graph=tree.graph))
         except Massless as error:
             joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
