@@ -97,7 +97,9 @@ class CWriter(Writer):
         elif isinstance(made, Cases):
             text = self._cases(name, made)
         elif isinstance(made, Loops):
-            text = self._model(made) + self.sections("info", "calls", "forces", "loops", name)
+            lists = ("dependent", "independent") if name == "accelred" else ("dependent",)
+            text = self._model(made, *lists)
+            text += self.sections("info", "calls", "forces", "loops", name)
         elif name == "accelred":
             text = self._model(None) + self.sections("info", "calls", "forces")
             text += self._define("static void accelerations", "MbsData *s", made) + TREE
@@ -107,16 +109,16 @@ class CWriter(Writer):
             text = self._define(f"void mbs_{name}", PARAMETERS[name], made)
         return _includes(name, text) + text.rstrip("\n") + "\n"
 
-    def _model(self, loops: Loops | None) -> str:
+    def _model(self, loops: Loops | None, *lists: str) -> str:
         facts = {name: int(value) for name, value in self.facts().items()}
         text = _enum({"JOINTS": len(self.mbs.numbers()), **facts})
         if loops is not None:
             text += _enum(
                 {"DEPENDENT": len(loops.dependent), "INDEPENDENT": len(loops.independent),
-                 "DRIVEN": len(loops.driven), "CUTS": loops.cuts, "USER_ROWS": loops.user}
+                 "CUTS": loops.cuts, "USER_ROWS": loops.user}
             )  # fmt: skip
             text += "/* numbers of the joints, the first of each list not being used */\n"
-            for name in ("dependent", "independent", "driven"):
+            for name in lists:
                 numbers = ", ".join(map(str, [0, *getattr(loops, name)]))
                 text += f"static const int {name}[] = {{{numbers}}};\n"
         return text + "\n"
@@ -226,8 +228,6 @@ def _includes(name: str, text: str) -> str:
     out = "#include <math.h>\n"
     if "stderr" in text:
         out += "#include <stdio.h>\n"
-    if "malloc(" in text:
-        out += "#include <stdlib.h>\n"
     out += '\n#include "mbs_data.h"\n'
     if name.endswith("sensor"):
         out += '#include "mbs_sensor.h"\n'
