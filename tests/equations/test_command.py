@@ -31,6 +31,9 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
         f"mbs_{name}_robot.py" for name in names.split()
     ]
     assert main(["equations", str(model), "--language", "c", "--fold"]) == 0
+    assert main(["equations", str(model), "--energy"]) == 0
+    for name in ("energy", "momentum", "com"):
+        assert (folder / f"mbs_{name}_robot.py").is_file()
     assert (
         (folder / "mbs_dirdyna_robot.c")
         .read_text()

@@ -33,6 +33,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--fold", action="store_true", help="write masses, points and the like as numbers"
     )
     command.add_argument(
+        "--energy", action="store_true", help="also write energy, momentum and centre of mass"
+    )
+    command.add_argument(
         "--keep-turns", action="store_true",
         help="read the positions of joints that never move, too",
     )  # fmt: skip
@@ -59,6 +62,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
         keep_turns=arguments.keep_turns, pairs=not arguments.no_pairs,
+        energy=arguments.energy,
     )  # fmt: skip
     for warning in made.warnings:
         print(warning, file=sys.stderr)

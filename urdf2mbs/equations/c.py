@@ -33,6 +33,9 @@ PARAMETERS = {
     "link3D": f"{_FORCES}, MbsData *s, double tsim",
     "extforces": f"{_FORCES}, MbsData *s, double tsim",
     "sensor": "MbsSensor *sens, MbsData *s, int isens",
+    "energy": "double *E, MbsData *s",
+    "momentum": "double *P, double *L, MbsData *s",
+    "com": "double *P, MbsData *s",
     "gensensor": "MbsSensor *sens, MbsData *s, int isens",
 }
 

@@ -11,6 +11,7 @@ from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
 from urdf2mbs.equations.constraints import constant_gaps, constraints
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
+from urdf2mbs.equations.energy import first_moment, kinetic
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
@@ -27,6 +28,13 @@ FUNCTIONS = (
     "dirdyna", "invdyna", "accelred", "invdynared", "cons_hJ", "cons_jdqd", "link", "link3D",
     "extforces", "sensor", "gensensor",
 )  # fmt: skip
+#: What is generated if it is asked for, and Robotran has not: what the file says of it.
+ENERGY = {
+    "energy": "E[1] is the kinetic energy, E[2] that of gravity, 0 at the base's origin (J).",
+    "momentum": "P is the linear momentum (kg m/s), L the angular one about the centre of mass "
+    "(kg m^2/s), in the base's axes.",
+    "com": "P is the centre of mass (m), in the base's axes.",
+}
 #: Functions that Robotran has in C only.
 ONLY_C = frozenset(["invdynared"])
 
@@ -63,13 +71,15 @@ def generate(
     fold: bool = False,
     keep_turns: bool = False,
     pairs: bool = True,
+    energy: bool = False,
 ) -> Equations:
     """Generate the equations of a model.
 
     ``data`` is the .mbs file and ``file`` its name, for the headers.  ``fold`` writes all
     constants as numbers; else masses, centres of mass, inertias and points are read from the
     data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
-    compute mirrored limbs together, which takes gcc or clang.
+    compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
+    functions ``energy``, ``momentum`` and ``com``.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -96,7 +106,7 @@ def generate(
     writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
-    for name in FUNCTIONS:
+    for name in (*FUNCTIONS, *(ENERGY if energy else ())):
         if name in ONLY_C and not in_c:
             continue
         made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
@@ -109,6 +119,7 @@ def generate(
             f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
             fits,
             f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
+            *([ENERGY[name]] if name in ENERGY else []),
             *_remarks(made, out.counts[name], out.fixed, fold=fold),
         ]
         lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
@@ -265,6 +276,36 @@ class Maker:
                     at = motion(tree, tree.last[body.name], tree.point(body.name, point.name))
                     routines[len(routines) + 1] = _sensor(tree, at, point.sensor)
         return Cases(routines)
+
+    def energy(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        routine.store("E[1]", kinetic(tree)[0])
+        routine.store("E[2]", -tree.dot(tree.gravity(), first_moment(tree)[1]))
+        return routine
+
+    def momentum(self) -> Routine | Refused:
+        tree = self.tree()
+        _, linear, angular = kinetic(tree)
+        mass, first = first_moment(tree)
+        if not mass:
+            return Refused("no body has a mass")
+        own = tree.cross(tree.times(tree.graph.div(1, mass), first), linear)
+        routine = Routine(tree.graph)
+        for name, vector in (("P", linear), ("L", tree.minus(angular, own))):
+            for k, value in enumerate(vector, start=1):
+                routine.store(f"{name}[{k}]", value)
+        return routine
+
+    def com(self) -> Routine | Refused:
+        tree = self.tree()
+        mass, first = first_moment(tree)
+        if not mass:
+            return Refused("no body has a mass")
+        routine = Routine(tree.graph)
+        for k, value in enumerate(tree.times(tree.graph.div(1, mass), first), start=1):
+            routine.store(f"P[{k}]", value)
+        return routine
 
     def gensensor(self) -> Cases:
         every = Sensor("", tuple(sorted(SENSOR_MEASURES)))

@@ -25,6 +25,9 @@ FUNCTIONS = {
     "link3D": ("frc, trq, s, tsim", "Add the forces of all 3D links to frc and trq."),
     "extforces": ("frc, trq, s, tsim", "Add all external forces to frc and trq."),
     "sensor": ("sens, s, isens", "Fill sens with the motion of one sensor."),
+    "energy": ("E, s", "Fill E with the kinetic and the potential energy."),
+    "momentum": ("P, L, s", "Fill the momentum P and the angular momentum L."),
+    "com": ("P, s", "Fill the position P of the centre of mass."),
     "gensensor": ("sens, s, isens", "Fill sens with the motion of the frame behind one joint."),
 }
 
