@@ -32,36 +32,24 @@ def accelerations(bodies: Tree, composites: Tree) -> dict[int, Expr]:
     needed = joint_forces(bodies, driven)
     matrix = mass_matrix(composites)
     free = [f.number for f in bodies.frames[1:] if f.joint.nature != "driven"]
-    before = {k: _before(bodies, k) for k in free}
+    before = {k: free[:n][::-1] for n, k in enumerate(free)}
     factor, inverse = dict[tuple[int, int], Expr](), dict[int, Expr]()
     for k in reversed(free):
         if not matrix.get((k, k)):
             raise Massless(k)
         inverse[k] = graph.div(1, matrix[k, k])
         for i in before[k]:
-            shared = matrix.get((i, k), 0)
-            a = graph.mul(shared, inverse[k])
-            for j in (i, *before[i]):
-                rest = graph.sub(matrix.get((j, i), 0), graph.mul(a, matrix.get((j, k), 0)))
-                matrix[j, i] = rest
-            factor[i, k] = a
+            if matrix.get((i, k)):
+                a = factor[i, k] = graph.mul(matrix[i, k], inverse[k])
+                for j in (i, *before[i]):
+                    rest = graph.sub(matrix.get((j, i), 0), graph.mul(a, matrix.get((j, k), 0)))
+                    matrix[j, i] = rest
     x = {k: graph.sub(graph.symbol(f"Qq[{k}]"), needed[k]) for k in free}
     for k in reversed(free):
         for i in before[k]:
-            x[i] = graph.sub(x[i], graph.mul(factor[i, k], x[k]))
+            x[i] = graph.sub(x[i], graph.mul(factor.get((i, k), 0), x[k]))
     for k in free:
         x[k] = graph.mul(x[k], inverse[k])
         for i in before[k]:
-            x[k] = graph.sub(x[k], graph.mul(factor[i, k], x[i]))
+            x[k] = graph.sub(x[k], graph.mul(factor.get((i, k), 0), x[i]))
     return x
-
-
-def _before(tree: Tree, number: int) -> list[int]:
-    """The joints further in that are not driven, the nearest first."""
-    out = []
-    number = tree.frames[number].parent
-    while number:
-        if tree.frames[number].joint.nature != "driven":
-            out.append(number)
-        number = tree.frames[number].parent
-    return out

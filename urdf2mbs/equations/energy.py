@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from urdf2mbs.equations.dynamics import multiply
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.tree import NONE, Tree, Vector, along
 
@@ -31,8 +32,7 @@ def kinetic(tree: Tree) -> tuple[Expr, Vector, Vector]:
         k, parent, w = frame.number, frame.parent, spin[frame.number]
         centre = tree.centre(frame)
         p = tree.times(tree.mass(frame), tree.plus(velocity[k], tree.cross(w, centre)))
-        x, y, z = (tree.dot((row[0], row[1], row[2]), w) for row in tree.inertia(frame))
-        turning = tree.plus((x, y, z), tree.cross(centre, p))
+        turning = tree.plus(multiply(tree, tree.inertia(frame), w), tree.cross(centre, p))
         p, turning = tree.plus(linear[k], p), tree.plus(angular[k], turning)
         along_axis = (turning if frame.turns else p)[frame.axis]
         twice = graph.add(twice, graph.mul(frame.qd, along_axis))

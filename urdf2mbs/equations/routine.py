@@ -110,6 +110,13 @@ class Count:
         return Count(*map(sum, zip(astuple(self), astuple(more), strict=True)))
 
 
+#: The field that counts each operation.
+COUNTED = {
+    Op.ADD: "sums", Op.MUL: "products", Op.DIV: "divisions",
+    Op.SIN: "functions", Op.COS: "functions", Op.SQRT: "functions",
+}  # fmt: skip
+
+
 @dataclass
 class Statement:
     """``variable`` or ``places`` are given the value of ``text``; or a call."""
@@ -234,22 +241,13 @@ class _Writer:
             self._variable(node, kind)
 
     def _add_to_count(self, node: int, kind: Op, x: int, y: int) -> None:
-        count, times = self.count, 1
-        if kind == Op.PAIR:
+        paired = kind in BINARY and (x in self.pairs or y in self.pairs)
+        if paired or kind == Op.PAIR:
             self.pairs.add(node)
-            return
-        if (x in self.pairs or y in self.pairs) and kind in BINARY:
-            self.pairs.add(node)
-            times = 2
-            count.paired += 2
-        if kind == Op.ADD:
-            count.sums += times
-        elif kind == Op.MUL:
-            count.products += times
-        elif kind == Op.DIV:
-            count.divisions += times
-        elif kind in (Op.SIN, Op.COS, Op.SQRT):
-            count.functions += 1
+        if kind in COUNTED:
+            name, times = COUNTED[kind], 1 + paired
+            setattr(self.count, name, getattr(self.count, name) + times)
+            self.count.paired += 2 * paired
 
     def _variable(self, node: int, kind: Op) -> None:
         """Give a name to a node, or to its opposite if so fewer signs have to be changed."""
