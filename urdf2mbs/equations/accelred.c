@@ -2,6 +2,7 @@
 
    Generated files are put together from its sections; as it stands, it compiles, too. */
 #include <math.h>
+#include <string.h>
 
 #include "mbs_data.h"
 
@@ -70,9 +71,11 @@ KEPT double Jac[DEPENDENT + 1][JOINTS + 1], h[DEPENDENT + 1];
    the rows that were swapped. */
 KEPT double LU[DEPENDENT + 1][DEPENDENT + 1];
 KEPT int swapped[DEPENDENT + 1];
+/* The Jac that LU was made of, at first none: where all rules are constant it stays the same. */
+KEPT double factored[DEPENDENT + 1][JOINTS + 1] = {{1.0}};
 /* The dependent joints follow so many leaders, which are independent or driven: their qdd is B
-   times the qdd of these, plus the column 0 of B. */
-KEPT int leaders, leader[JOINTS + 1];
+   times the qdd of these, plus the column 0 of B.  B is new if LU is. */
+KEPT int leaders, leader[JOINTS + 1], known;
 KEPT double B[DEPENDENT + 1][JOINTS - DEPENDENT + 1];
 
 void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
@@ -93,6 +96,10 @@ static void subtract(double *row, double f, const double *other, int first, int 
 static int factor(void)
 {
     double size[DEPENDENT + 1];
+    if (memcmp(factored, Jac, sizeof Jac) == 0)
+        return 0;
+    factored[0][0] = 1.0;
+    known = 0;
     for (int i = 1; i <= DEPENDENT; i++) {
         size[i] = 0.0;
         for (int j = 1; j <= JOINTS; j++)
@@ -120,6 +127,7 @@ static int factor(void)
             subtract(LU[i], LU[i][k], LU[k], k + 1, DEPENDENT);
         }
     }
+    memcpy(factored, Jac, sizeof Jac);
     return 0;
 }
 
@@ -145,11 +153,9 @@ static void solve(int first, int last)
 static void set_constraints(MbsData *s, double tsim)
 {
     double *rows[DEPENDENT + 1];
-    for (int i = 0; i <= DEPENDENT; i++) {
+    for (int i = 0; i <= DEPENDENT; i++)
         rows[i] = Jac[i];
-        for (int j = 0; j <= JOINTS; j++)
-            Jac[i][j] = 0.0;
-    }
+    memset(Jac, 0, sizeof Jac);
     if (CUTS)
         mbs_cons_hJ(h, rows, s, tsim);
     if (USER_ROWS)
@@ -194,8 +200,11 @@ static int close_loops(MbsData *s, double tsim)
         for (int i = 1; i <= DEPENDENT; i++)
             s->q[dependent[i]] += B[i][0];
     }
-    set_leaders();
-    solve(1, leaders);
+    if (!known) {
+        set_leaders();
+        solve(1, leaders);
+        known = 1;
+    }
     for (int i = 1; i <= DEPENDENT; i++) {
         s->qd[dependent[i]] = 0.0;
         for (int j = 1; j <= leaders; j++)
@@ -285,11 +294,9 @@ int mbs_accelred(MbsData *s, double tsim)
         return MBS_INFO_FAILURE;
     set_forces(s, tsim);
     USER(JointForces)(s, tsim);
-    for (int i = 0; i <= JOINTS; i++) {
+    for (int i = 0; i <= JOINTS; i++)
         rows[i] = M[i];
-        for (int j = 0; j <= JOINTS; j++)
-            M[i][j] = 0.0;
-    }
+    memset(M, 0, sizeof M);
     mbs_dirdyna(rows, Q, s, tsim);
     for (int j = 1; j <= INDEPENDENT; j++)
         s->qdd[independent[j]] = 0.0;

@@ -231,6 +231,8 @@ def _includes(name: str, text: str) -> str:
     out = "#include <math.h>\n"
     if "stderr" in text:
         out += "#include <stdio.h>\n"
+    if "memset(" in text:
+        out += "#include <string.h>\n"
     out += '\n#include "mbs_data.h"\n'
     if name.endswith("sensor"):
         out += '#include "mbs_sensor.h"\n'
