@@ -252,8 +252,7 @@ class Maker:
     def cons_jdqd(self) -> Routine | Absent:
         tree = self.tree()
         routine = Routine(tree.graph)
-        for number, constraint in enumerate(constraints(tree), start=1):
-            routine.store(f"Jdqd[{number}]", constraint.jdqd)
+        routine.fill("Jdqd", (constraint.jdqd for constraint in constraints(tree)))
         return routine if self.mbs.cuts else Absent("cuts")
 
     def link(self) -> Routine | Absent:
@@ -280,8 +279,8 @@ class Maker:
     def energy(self) -> Routine:
         tree = self.tree()
         routine = Routine(tree.graph)
-        routine.store("E[1]", kinetic(tree)[0])
-        routine.store("E[2]", -tree.dot(tree.gravity(), first_moment(tree)[1]))
+        potential = -tree.dot(tree.gravity(), first_moment(tree)[1])
+        routine.fill("E", (kinetic(tree)[0], potential))
         return routine
 
     def momentum(self) -> Routine | Refused:
@@ -292,9 +291,8 @@ class Maker:
             return Refused("no body has a mass")
         own = tree.cross(tree.times(tree.graph.div(1, mass), first), linear)
         routine = Routine(tree.graph)
-        for name, vector in (("P", linear), ("L", tree.minus(angular, own))):
-            for k, value in enumerate(vector, start=1):
-                routine.store(f"{name}[{k}]", value)
+        routine.fill("P", linear)
+        routine.fill("L", tree.minus(angular, own))
         return routine
 
     def com(self) -> Routine | Refused:
@@ -303,8 +301,7 @@ class Maker:
         if not mass:
             return Refused("no body has a mass")
         routine = Routine(tree.graph)
-        for k, value in enumerate(tree.times(tree.graph.div(1, mass), first), start=1):
-            routine.store(f"P[{k}]", value)
+        routine.fill("P", tree.times(tree.graph.div(1, mass), first))
         return routine
 
     def gensensor(self) -> Cases:

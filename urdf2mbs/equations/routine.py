@@ -6,6 +6,7 @@ it is used, and what is not used is not written.  A variable stands as late as i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, field
 
 from urdf2mbs.equations.graph import BINARY, LEAVES, Expr, Graph, Op
@@ -42,6 +43,11 @@ class Routine:
 
     def store(self, place: str, value: Expr, *more: str) -> None:
         self.steps.append(Store((place, *more), value))
+
+    def fill(self, name: str, values: Iterable[Expr]) -> None:
+        """Store values in an array, from index 1."""
+        for k, value in enumerate(values, start=1):
+            self.store(f"{name}[{k}]", value)
 
 
 @dataclass
