@@ -85,15 +85,14 @@ def _twins(graph: Graph, used: list[int], alike: list[tuple[Expr, Expr]]) -> dic
         if m == n or m in paired or n in paired or op[m] != op[n] or op[m] in LEAVES:
             continue
         paired |= {m, n}
-        operands, twins = _operands(graph, m), _operands(graph, n)
-        crossed = False
-        if len(operands) == 2 and op[m] != Op.DIV:
-            (x, y), (u, v) = operands, twins
-            crossed = likeness(x, v) + likeness(y, u) > likeness(x, u) + likeness(y, v)
-        u, v = graph.a[n], graph.b[n]
-        out[m] = Twin(n, (v, u) if crossed else (u, v))
-        for x, u in zip(operands, twins[:: -1 if crossed else 1], strict=True):
-            heappush(heap, (-max(x, u), x, u))
+        x, y, u, v = abs(graph.a[m]), abs(graph.b[m]), graph.a[n], graph.b[n]
+        if op[m] in (Op.ADD, Op.MUL, Op.PAIR) and (
+            likeness(x, abs(v)) + likeness(y, abs(u)) > likeness(x, abs(u)) + likeness(y, abs(v))
+        ):
+            u, v = v, u
+        out[m] = Twin(n, (u, v))
+        for first, second in [(x, abs(u)), (y, abs(v))][: 1 + (op[m] in BINARY)]:
+            heappush(heap, (-max(first, second), first, second))
     return _linked(graph, out)
 
 

@@ -83,17 +83,13 @@ class Tree:
         self.fold, self.still = fold or still, still
         self.points: dict[tuple[str | None, str | None], int] = {}
         """The number of each point, as Robotran counts: in the order of the file, base first."""
+        self.coordinates: dict[tuple[str | None, str | None], Vec] = {}
         self.last: dict[str | None, int] = {None: 0}
         """The number of each body's last joint."""
-        owners = [(None, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)]
-        for owner, points in owners:
+        for owner, points in (None, mbs.base.points), *((b.name, b.points) for b in mbs.bodies):
             for point in points:
                 self.points[owner, point.name] = len(self.points) + 1
-        self.coordinates = {
-            (owner, point.name): clean(point.coordinates)
-            for owner, points in owners
-            for point in points
-        }
+                self.coordinates[owner, point.name] = clean(point.coordinates)
         labels = labels or {}
         ground = Joint("", "T1")
         self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE, ZERO)]
