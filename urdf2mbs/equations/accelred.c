@@ -1,4 +1,4 @@
-/* The parts of accelred and invdynared that are the same for all models.
+/* The parts of generated files, most of accelred and invdynared, that are the same for all models.
 
    Generated files are put together from its sections; as it stands, it compiles, too. */
 #include <math.h>
@@ -12,6 +12,21 @@ enum {DEPENDENT = 1, INDEPENDENT = 2, CUTS = 1, USER_ROWS = 0};
 /* numbers of the joints, the first of each list not being used */
 static const int dependent[] = {0, 3};
 static const int independent[] = {0, 1, 2};
+
+/* --- pieces --- (of long functions: a compiler is not to make one of them again) */
+#if defined(__GNUC__) || defined(__clang__)
+#define PIECE static __attribute__((noinline)) void
+#else
+#define PIECE static void
+#endif
+
+/* --- pairs --- (what is done for two mirrored limbs at a time) */
+#if defined(__GNUC__) || defined(__clang__)
+typedef double pair __attribute__((vector_size(16)));
+#else
+#error "pairs are for gcc and clang: generate with --no-pairs, or equations: {pairs: false}"
+#endif
+#define PAIR(x, y) ((pair) {(x), (y)})
 
 /* --- info --- */
 #ifndef MBS_INFO_SUCCESS

@@ -53,26 +53,6 @@ USER = {
 #: The arrays of MbsData with two indices.
 TABLES = frozenset(["l", "In", "dpt", "frc", "trq"])
 
-PIECE_MACRO = """\
-#if defined(__GNUC__) || defined(__clang__)
-#define PIECE static __attribute__((noinline)) void
-#else
-#define PIECE static void
-#endif
-
-"""
-
-#: What is done for two mirrored limbs at a time.
-PAIR_TYPE = """\
-#if defined(__GNUC__) || defined(__clang__)
-typedef double pair __attribute__((vector_size(16)));
-#else
-#error "pairs are for gcc and clang: generate with --no-pairs, or equations: {pairs: false}"
-#endif
-#define PAIR(x, y) ((pair) {(x), (y)})
-
-"""
-
 TREE = """\
 
 int mbs_accelred(MbsData *s, double tsim)
@@ -110,7 +90,16 @@ class CWriter(Writer):
             if self.pairs and made.alike:
                 made = in_pairs(made, made.alike)
             text = self._define(f"void mbs_{name}", PARAMETERS[name], made)
-        return _includes(name, text) + text.rstrip("\n") + "\n"
+        return self._includes(name, text) + text.rstrip("\n") + "\n"
+
+    def _includes(self, name: str, text: str) -> str:
+        uses = {"stderr": "<stdio.h>", "memset(": "<string.h>"}
+        out = "#include <math.h>\n"
+        out += "".join(f"#include {header}\n" for word, header in uses.items() if word in text)
+        out += '\n#include "mbs_data.h"\n'
+        out += '#include "mbs_sensor.h"\n' * name.endswith("sensor")
+        parts = {"PIECE ": "pieces", "pair ": "pairs"}
+        return out + "\n" + self.sections(*(part for word, part in parts.items() if word in text))
 
     def _model(self, loops: Loops | None, *lists: str) -> str:
         facts = {name: int(value) for name, value in self.facts().items()}
@@ -225,23 +214,6 @@ def _statement(line: Statement) -> str:
     kind = "" if line.variable is None else "const pair " if line.pair else "const double "
     places = [place.replace(".", "->") for place in line.places]
     return f"    {kind}{' = '.join([*places, line.text])};\n"
-
-
-def _includes(name: str, text: str) -> str:
-    out = "#include <math.h>\n"
-    if "stderr" in text:
-        out += "#include <stdio.h>\n"
-    if "memset(" in text:
-        out += "#include <string.h>\n"
-    out += '\n#include "mbs_data.h"\n'
-    if name.endswith("sensor"):
-        out += '#include "mbs_sensor.h"\n'
-    out += "\n"
-    if "PIECE " in text:
-        out += PIECE_MACRO
-    if "pair " in text:
-        out += PAIR_TYPE
-    return out
 
 
 def _enum(values: dict[str, int]) -> str:
