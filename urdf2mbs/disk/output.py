@@ -21,15 +21,13 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_portable, read
-from urdf2mbs.disk.seal import can_hold, checksum, has_seal, intact, seal
+from urdf2mbs.disk.seal import RECORD, can_hold, checksum, has_seal, intact, seal
 from urdf2mbs.machine.stopping import Unfinished
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
-#: The file with the checksums of those files of its folder that cannot hold a seal (``sha256sum``).
-RECORD = ".urdf2mbs"
 
 
 def write(conversion: Conversion, *, force: bool = False) -> None:
@@ -54,9 +52,10 @@ def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]
     files = conversion.files
     if not force:
         check_ours(files, conversion.replaces)
+    files = files | _untouched(conversion.starters)
     there = {path: _read(path) for path in files if path.is_file()}
     return {
-        "new": [path for path in (*files, *conversion.starters) if not os.path.lexists(path)],
+        "new": [path for path in files if not os.path.lexists(path)],
         "changed": [path for path, data in there.items() if data != files[path]],
         "removed": [p for p in conversion.obsolete if p.is_file() and intact(_read(p))],
     }
@@ -88,7 +87,8 @@ def write_files(
     ``files`` are sealed, and get their places in their order.  A file that is there is replaced if
     its seal is intact or it is empty; with ``force`` in any case.  One of ``replaces`` is replaced
     if it is still what that says, by the new file as it is, without a seal.  The files of ``once``
-    are the user's: they are written as they are, where nothing is.  ``obsolete`` files are removed
+    are the user's: they are written as they are, where nothing is and where nobody has touched
+    what an earlier run wrote.  ``obsolete`` files are removed
     if their seal is intact.
     A link stays, and what it leads to is replaced.  A device or pipe is written to, last of all.
 
@@ -117,9 +117,8 @@ def write_files(
                 _check_place(path)
             if not force:
                 check_ours(places, {Path(os.path.realpath(p)): replaces[p] for p in replaces})
-            places = {**_records(places), **places}
-            # a link counts as well, even where it leads nowhere
-            places |= {file: once[file] for file in once if not os.path.lexists(file)}
+            starters = _untouched(once)
+            places = {**_records(places, starters), **places, **starters}
             for path, data in places.items():
                 parts[path] = _part(path, data)
             for path, part in parts.items():
@@ -188,16 +187,15 @@ def check_ours(
         )
 
 
-def _records(places: Mapping[Path, bytes]) -> dict[Path, bytes]:
-    """For each folder, the checksums of its files that have no comments to hold a seal.
+def _records(places: Mapping[Path, bytes], starters: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """For each folder, the checksums of its files that hold no seal.
 
     The record is put in place before its files: whenever a process is killed, each file is one
     of those that are recorded.
     """
     records: dict[Path, set[str]] = {}
-    for place, data in places.items():
-        if can_hold(place, data):
-            continue
+    without = {place: data for place, data in places.items() if not can_hold(place, data)}
+    for place, data in {**without, **starters}.items():
         record = place.with_name(RECORD)
         there = _line(place, _read(place)) if place.exists() else ""
         lines = records.setdefault(record, {*_recorded(place)})
@@ -205,6 +203,17 @@ def _records(places: Mapping[Path, bytes]) -> dict[Path, bytes]:
         lines -= own - {there}
         lines.add(_line(place, data))
     return {file: "".join(sorted(lines)).encode() for file, lines in records.items()}
+
+
+def _untouched(once: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """The files of the user that are not there, or still are as an earlier run wrote them."""
+    return {
+        file: data
+        for file, data in once.items()
+        # a link counts as well, even where it leads nowhere
+        if not os.path.lexists(file)
+        or (file.is_file() and (_line(file, _read(file)) in (_line(file, data), *_recorded(file))))
+    }
 
 
 def _recorded(place: Path) -> list[str]:
