@@ -182,6 +182,7 @@ class Matching:
         self._pair("shape", self._within(lambda shape: (shape.name, shape.part.kind)))
         for kind in ("shape", "viewpoint", "light"):
             self._pair(kind, self._within(_but_for_name), exactly=True)
+        self._pair("shape", self._within(_form), exactly=True)
 
     def _pair(self, kind: str, key: Key, *, exactly: bool = False) -> bool:
         """Pair the things of a kind that have equal keys, in the order of the files, and tell
@@ -298,3 +299,8 @@ def _content(thing: Thing) -> Hashable:
 def _but_for_name(thing: Thing) -> Hashable:
     part: Shape = thing.part
     return repr(msgspec.structs.replace(part, origin=None, name=""))
+
+
+def _form(thing: Thing) -> Hashable:
+    part: Shape = thing.part
+    return part.kind, part.position, part.rotation, part.size, part.radius, part.height, part.url
