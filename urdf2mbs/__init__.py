@@ -8,6 +8,9 @@ if TYPE_CHECKING:
     from urdf2mbs.engine.config import Config
     from urdf2mbs.many import Outcome, convert_many
     from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
+    from urdf2mbs.runtime.project import simulate
+    from urdf2mbs.runtime.push import Push
+    from urdf2mbs.runtime.results import Results
 
 __all__ = [
     "Config",
@@ -15,10 +18,13 @@ __all__ = [
     "ConversionError",
     "Diagnostic",
     "Outcome",
+    "Push",
     "Result",
+    "Results",
     "Verdict",
     "convert",
     "convert_many",
+    "simulate",
     "verify",
 ]
 
@@ -28,10 +34,13 @@ _HOMES = {
     "ConversionError": "urdf2mbs.messages.diagnostics",
     "Diagnostic": "urdf2mbs.messages.diagnostics",
     "Outcome": "urdf2mbs.many",
+    "Push": "urdf2mbs.runtime.push",
     "Result": "urdf2mbs.api",
+    "Results": "urdf2mbs.runtime.results",
     "Verdict": "urdf2mbs.api",
     "convert": "urdf2mbs.api",
     "convert_many": "urdf2mbs.many",
+    "simulate": "urdf2mbs.runtime.project",
     "verify": "urdf2mbs.api",
 }
 

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 from project.standin import MbsData
 
-HEADERS = Path(__file__).with_name("mbsysc")
+import urdf2mbs.runtime
+
+HEADERS = Path(urdf2mbs.runtime.__file__).with_name("mbsysc")
 
 RUN = """
 #include <math.h>

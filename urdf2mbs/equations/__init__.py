@@ -3,7 +3,7 @@
 See ``docs/how-equations-are-made.md``.
 """
 
-from urdf2mbs.equations.constraints import constant_gaps, drops_row
+from urdf2mbs.equations.constraints import constant_gaps, count_equations, drops_row
 from urdf2mbs.equations.files import (
     FUNCTIONS,
     NEVER_CLOSES,
@@ -12,5 +12,6 @@ from urdf2mbs.equations.files import (
 )
 
 __all__ = [
-    "FUNCTIONS", "NEVER_CLOSES", "Equations", "constant_gaps", "drops_row", "generate",
+    "FUNCTIONS", "NEVER_CLOSES", "Equations", "constant_gaps", "count_equations", "drops_row",
+    "generate",
 ]  # fmt: skip

@@ -304,6 +304,21 @@ SECTIONS = [
         },
     ),
     Section(
+        "A simulation",
+        errors={
+            "project-unknown": "a folder is no Robotran project (exit code 2)",
+            "push-link-unknown": "`--push` names no body and no point (exit code 2)",
+            "compiler-missing": "there is no C compiler (exit code 2)",
+            "not-compiled": "the C compiler refuses a file",
+            "user-model-in-c": "a parameter of a user model is no number, and C wants it",
+            "equations-of-another-model": "equations in `symbolicR` do not fit the `.mbs`",
+            "equations-not-generated": "the equations that are needed cannot be made",
+            "partition": "the loops cannot be closed, or the constraints are too few or too many",
+            "user-function-failed": "a user function has raised an exception",
+            "step-failed": "no step of the integrator is short enough",
+        },
+    ),
+    Section(
         "Reading an .mbs",
         errors={
             "model-unreadable": "the `.mbs` cannot be read, or is too large (exit code 2)",
