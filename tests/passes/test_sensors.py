@@ -43,7 +43,12 @@ class MbsSensor:
         from urdf2mbs.proof.dynamics import to_pinocchio
 
         data = self.data
-        owner, point = data.sensor_at[number]
+        owner, point = next(
+            (body.name, point)
+            for body in data.mbs.bodies
+            for point in body.points
+            if point.sensor is not None and data.sensor_id[point.sensor.name] == number
+        )
         model = to_pinocchio(data.mbs)
         order = [data.joint_id[name] for name in list(model.names)[1:]]
         q, v, a = (np.array([x[k] for k in order]) for x in (data.q, data.qd, data.qdd))

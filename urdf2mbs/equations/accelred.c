@@ -201,7 +201,7 @@ void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
 int mbs_accelred(MbsData *s, double tsim)
 {
     double **B = table(DEPENDENT, KNOWN), **M = table(JOINTS, JOINTS);
-    double **T = table(JOINTS, INDEPENDENT), **A = table(INDEPENDENT, INDEPENDENT);
+    double **P = table(JOINTS, INDEPENDENT), **A = table(INDEPENDENT, INDEPENDENT);
     double **y = table(INDEPENDENT, 1), *c = calloc(JOINTS + 1, sizeof *c);
 
     set_driven(s, tsim);
@@ -210,24 +210,32 @@ int mbs_accelred(MbsData *s, double tsim)
         set_forces(s, tsim);
         USER(JointForces)(s, tsim);
         mbs_dirdyna(M, c, s, tsim);
-        for (int j = 1; j <= INDEPENDENT; j++) {
+        for (int j = 1; j <= INDEPENDENT; j++)
             s->qdd[independent[j]] = 0.0;
-            T[independent[j]][j] = 1.0;
-            for (int i = 1; i <= DEPENDENT; i++)
-                T[dependent[i]][j] = B[i][j];
-        }
         follow(s, B);
+        /* c: what is left of the forces; P = M T, where T is 1 for the independent joints and B
+           for the dependent ones; A = T' P and y = T' c.  Most of B is zero. */
         for (int k = 1; k <= JOINTS; k++) {
-            double rest = s->Qq[k] - c[k];
+            c[k] = s->Qq[k] - c[k];
             for (int j = 1; j <= JOINTS; j++)
-                rest -= M[k][j] * s->qdd[j];
-            for (int i = 1; i <= INDEPENDENT; i++) {
-                if (T[k][i] == 0.0)
+                c[k] -= M[k][j] * s->qdd[j];
+            for (int j = 1; j <= INDEPENDENT; j++)
+                P[k][j] = M[k][independent[j]];
+        }
+        for (int i = 1; i <= DEPENDENT; i++)
+            for (int j = 1; j <= INDEPENDENT; j++)
+                for (int k = 1; k <= JOINTS && B[i][j] != 0.0; k++)
+                    P[k][j] += M[k][dependent[i]] * B[i][j];
+        for (int i = 1; i <= INDEPENDENT; i++) {
+            y[i][1] = c[independent[i]];
+            for (int j = 1; j <= INDEPENDENT; j++)
+                A[i][j] = P[independent[i]][j];
+            for (int k = 1; k <= DEPENDENT; k++) {
+                if (B[k][i] == 0.0)
                     continue;
-                y[i][1] += T[k][i] * rest;
+                y[i][1] += B[k][i] * c[dependent[k]];
                 for (int j = 1; j <= INDEPENDENT; j++)
-                    for (int l = 1; l <= JOINTS; l++)
-                        A[i][j] += T[k][i] * M[k][l] * T[l][j];
+                    A[i][j] += B[k][i] * P[dependent[k]][j];
             }
         }
         failed = solve(A, INDEPENDENT, y, 1);
@@ -235,7 +243,7 @@ int mbs_accelred(MbsData *s, double tsim)
             s->qdd[independent[i]] = y[i][1];
         follow(s, B);
     }
-    release(B), release(M), release(T), release(A), release(y), free(c);
+    release(B), release(M), release(P), release(A), release(y), free(c);
     return failed ? MBS_INFO_FAILURE : MBS_INFO_SUCCESS;
 }
 

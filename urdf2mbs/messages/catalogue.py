@@ -307,8 +307,7 @@ SECTIONS = [
         "A simulation",
         errors={
             "project-unknown": "a folder is no Robotran project (exit code 2)",
-            "push-link-unknown": "`--push` names no body and no point (exit code 2)",
-            "compiler-missing": "there is no C compiler (exit code 2)",
+            "not-the-same": "the `.mbs` that was made is not the same robot (exit code 3)",
             "not-compiled": "the C compiler refuses a file",
             "user-model-in-c": "a parameter of a user model is no number, and C wants it",
             "equations-of-another-model": "equations in `symbolicR` do not fit the `.mbs`",

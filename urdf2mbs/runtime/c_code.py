@@ -100,6 +100,10 @@ class CCode(PythonCode):
         # arguments that are made once, since this is called some ten thousand times a second
         self.y, self.f = np.empty((2, 2 * data.nqu + data.Nux))
         self.buffers = self._vector(self.y), self._vector(self.f)
+        self.jac = np.zeros((sum(self.rows) + 1, data.njoint + 1))
+        self.rows_at = self._vector(np.zeros(sum(self.rows) + 1)), self._table(self.jac)
+        self.phi = np.zeros(data.njoint + 1)
+        self.phi_at = self._vector(self.phi)
         self.function = self.library.accelerate
         self.function.argtypes = [ctypes.c_void_p, _double, _row, _row]
         self.hooks = _Hooks.in_dll(self.library, "hooks")
@@ -114,17 +118,14 @@ class CCode(PythonCode):
         return np.full(len(y), np.nan) if failed else self.f.copy()
 
     def jacobian(self) -> Any:
-        size = sum(self.rows) + 1
-        h, jac = np.zeros(size), np.zeros((size, self.data.njoint + 1))
-        self.library.constrain(self.at, self._vector(h), self._table(jac))
+        self.jac[:] = 0.0
+        self.library.constrain(self.at, *self.rows_at)
         self._check()
-        return jac
+        return self.jac
 
     def inverse(self) -> Any:
-        phi = np.zeros(self.data.njoint + 1)
-        tsim = _double(self.data.tsim)
-        self.library.mbs_invdyna(phi.ctypes.data_as(_row), self.at, tsim)
-        return phi
+        self.library.mbs_invdyna(self.phi_at, self.at, _double(self.data.tsim))
+        return self.phi.copy()
 
     def call(self, name: str, dirdyn: Any) -> None:
         if not self.in_c:
@@ -246,7 +247,7 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Path:
     found = compiler()
     if found is None:
         raise ConfigError(
-            "compiler-missing", "there is no C compiler: neither cc nor gcc nor clang",
+            "usage", "there is no C compiler: neither cc nor gcc nor clang",
             hint="install one, or take --language python",
         )  # fmt: skip
     names = ["accelred", "invdyna"]

@@ -50,6 +50,8 @@ class MbsData:
         self._user_models()
         self.sensors: list[Any] = []
         self.outputs: dict[str, list[tuple[float, float]]] = defaultdict(list)
+        self.modules: dict[str, Any] = {}
+        """Those of the project's user functions, while they do not run."""
         self.pushes: list[Any] = []
         self.push: Any = None
         """Adds their joint forces to Qq, at a time."""
@@ -141,9 +143,9 @@ class MbsData:
 
     def __getattr__(self, name: str) -> Any:
         """A function of the project's, loaded when it is first asked for."""
-        from urdf2mbs.runtime.python_code import function
+        from urdf2mbs.runtime.python_code import KNOWN, function
 
-        if not name.startswith(("mbs_", "user_")):
+        if name not in KNOWN:
             raise AttributeError(f"MbsData has no attribute '{name}'")
         found = function(self, name)
         setattr(self, name, found)

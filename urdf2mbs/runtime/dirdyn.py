@@ -6,13 +6,16 @@ by Newton's method (coordinate reduction) and gives the accelerations.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.runtime.data import MbsData
+from urdf2mbs.runtime.equations import SimulationError
+from urdf2mbs.runtime.push import add_pushes
 from urdf2mbs.runtime.python_code import PythonCode, loaded, shown
 from urdf2mbs.runtime.results import Recorder, Results
 
@@ -75,6 +78,7 @@ class MbsDirdyn:
         """
         data, options = self.mbs_data, self.options
         with loaded(data), shown(data):
+            add_pushes(data)
             code = choose_code(data, options["language"])
             results = integrate(data, code, options, self)
         if options["save2file"]:
@@ -167,24 +171,23 @@ def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
     Raises ConversionError where none is short enough: it names the joint that accelerates most at
     the state before, and the largest forces.
     """
-    try:
+    time, y = solver.t, solver.y.copy()
+    with suppress(ValueError):  # the implicit methods raise it where a number is not finite
         solver.step()
-    except ValueError:  # the implicit methods say it so where a number is not finite
-        solver.status = "failed"
-    if solver.status != "failed":
-        return
-    code.accelerate(solver.t, solver.y)
+        if solver.status != "failed" and np.isfinite(solver.y).all():
+            return
+    code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
     number = data.joint_id[joint]
     text = (
-        f"no step from {solver.t:g} s is short enough: joint '{joint}' has {data.qdd[number]:.3g} "
+        f"no step from {time:g} s is short enough: joint '{joint}' has {data.qdd[number]:.3g} "
         f"rad/s^2 or m/s^2, and its force is {data.Qq[number]:.3g} N m or N"
     )
     if data.extforce_id:
         sizes = np.linalg.norm(data.SWr[1:, 1:4], axis=1)
         force = list(data.extforce_id)[int(sizes.argmax())]
         text += f"; the largest external force is '{force}' with {sizes.max():.3g} N"
-    raise ConversionError(
+    raise SimulationError(
         "step-failed", text, file=str(data.mbs_file),
         hint="take softer contacts, stops and gains, or an implicit method: --method Radau",
     )  # fmt: skip
@@ -201,10 +204,10 @@ def _breaks(data: MbsData, time: float, end: float) -> list[float]:
     return sorted(t for t in times if time < t < end)
 
 
-def _no_partition(data: MbsData) -> ConversionError:
+def _no_partition(data: MbsData) -> SimulationError:
     names = {number: name for name, number in data.joint_id.items()}
     dependent = ", ".join(names[int(number)] for number in data.qv[1:])
-    return ConversionError(
+    return SimulationError(
         "partition",
         f"no acceleration can be found at {data.tsim:g} s"
         + (f": {dependent} cannot be dependent together at this position" if dependent else ""),

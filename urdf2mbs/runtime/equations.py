@@ -14,8 +14,11 @@ from urdf2mbs.mbs.equations_fit import fits
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.runtime.data import MbsData
 
-#: How the names of files end.
 SUFFIX = {"python": "py", "c": "c"}
+
+
+class SimulationError(ConversionError, RuntimeError):
+    """A project that cannot be simulated; Robotran raises a RuntimeError, and main.py knows it."""
 
 
 def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, Path]:

@@ -19,7 +19,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.runtime.c_code import compiler
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.dirdyn import METHOD, MbsDirdyn
-from urdf2mbs.runtime.push import Push, add_pushes, parse
+from urdf2mbs.runtime.push import Push, parse
 from urdf2mbs.runtime.results import Results
 from urdf2mbs.urdf.reader import stem
 
@@ -91,7 +91,7 @@ def run(
         tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
         save2file=0,
     )  # fmt: skip
-    add_pushes(data, [parse(one) if isinstance(one, str) else one for one in push])
+    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
     return dirdyn.run()
 
 

@@ -43,12 +43,12 @@ def parse(text: str) -> Push:
         ) from None  # fmt: skip
 
 
-def add_pushes(data: MbsData, pushes: list[Push]) -> None:
+def add_pushes(data: MbsData) -> None:
     """Let ``user_JointForces`` add what the pushes do in the joints."""
-    if not pushes:
+    if data.push is not None or not data.pushes:
         return
     user = data.user_JointForces
-    places = [(push, *_place(data, push.link)) for push in pushes]
+    places = [(push, *_place(data, push.link)) for push in data.pushes]
 
     def add(tsim: float) -> None:
         for push, body, at in places:
@@ -59,7 +59,7 @@ def add_pushes(data: MbsData, pushes: list[Push]) -> None:
         user(mbs_data, tsim)
         add(tsim)
 
-    data.push, data.pushes, data.user_JointForces = add, pushes, user_joint_forces
+    data.push, data.user_JointForces = add, user_joint_forces
 
 
 def _place(data: MbsData, link: str) -> tuple[str, Any]:
@@ -73,7 +73,7 @@ def _place(data: MbsData, link: str) -> tuple[str, Any]:
                 return body.name, np.array(point.coordinates)
     known = [body.name for body in data.mbs.bodies]
     raise ConfigError(
-        "push-link-unknown", f"the model has no body and no point '{link}' to push",
+        "usage", f"the model has no body and no point '{link}' to push",
         file=str(data.mbs_file), hint=nearest(link, known),
     )  # fmt: skip
 

@@ -12,17 +12,24 @@ from typing import Any, cast
 
 import numpy as np
 
+from urdf2mbs.equations import FUNCTIONS
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.runtime.data import MbsData
-from urdf2mbs.runtime.equations import equations
+from urdf2mbs.runtime.equations import SimulationError, equations
 
 Function = Callable[..., Any]
 
-#: The files of user functions that have another name.
-FILES = {
+#: The user functions, and the files that they are in.
+USER = {
+    **{
+        f"user_{name}": f"user_{name}"
+        for name in ("JointForces", "DrivenJoints", "ExtForces", "LinkForces", "Link3DForces",
+                     "cons_hJ", "cons_jdqd")
+    },
     "user_derivatives": "user_Derivative",
     **{f"user_dirdyn_{when}": "user_dirdyn" for when in ("init", "loop", "finish")},
-}
+}  # fmt: skip
+KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in FUNCTIONS)])
 
 
 def function(data: MbsData, name: str) -> Function:
@@ -31,7 +38,7 @@ def function(data: MbsData, name: str) -> Function:
         name = name.removeprefix("mbs_")
         module = _load(equations(data, [name], "python")[name])
         return cast(Function, getattr(module, "sensor" if name == "gensensor" else name))
-    file = data.user_path / f"{FILES.get(name, name)}.py"
+    file = data.user_path / f"{USER[name]}.py"
     if not file.is_file():
         return _defaults(data).get(name, _nothing)
     with shown(data):
@@ -64,26 +71,32 @@ def _load(file: Path) -> Any:
 def loaded(data: MbsData) -> Iterator[None]:
     """While user code runs: its folder is on Python's path, and MBsysPy is this runtime.
 
-    Afterwards the path is as it was, and modules of the folder are forgotten: another project may
-    have a module of the same name.
+    Afterwards all is as it was.  Another project may have modules of the same names: those of this
+    one are kept in ``data.modules`` meanwhile.
     """
     from urdf2mbs import runtime
 
-    path, known, robotran = list(sys.path), set(sys.modules), sys.modules.get("MBsysPy")
-    sys.path.append(str(data.user_path))
-    sys.modules["MBsysPy"] = runtime
+    path, before = list(sys.path), dict(sys.modules)
+    own = {file.stem for file in data.user_path.glob("*.py")}
+    for name in own & before.keys():
+        if not _is_in(before[name], data.user_path):
+            del sys.modules[name]
+    sys.path.insert(0, str(data.user_path))
+    sys.modules.update({**data.modules, "MBsysPy": runtime})
     try:
         yield
     finally:
         sys.path[:] = path
-        if robotran is None:
-            del sys.modules["MBsysPy"]
-        else:
-            sys.modules["MBsysPy"] = robotran
-        for name in set(sys.modules) - known:
-            file = getattr(sys.modules[name], "__file__", None)
-            if file is not None and Path(file).parent == data.user_path:
-                del sys.modules[name]
+        data.modules = {name: sys.modules[name] for name in own & sys.modules.keys()}
+        for name in {*own, "MBsysPy"}:
+            sys.modules.pop(name, None)
+            if name in before:
+                sys.modules[name] = before[name]
+
+
+def _is_in(module: Any, folder: Path) -> bool:
+    file = getattr(module, "__file__", None)
+    return file is not None and Path(file).parent == folder
 
 
 @contextmanager
@@ -103,7 +116,7 @@ def shown(data: MbsData) -> Iterator[None]:
             rows.append((error.filename, error.lineno))
         if not rows:
             raise
-        raise ConversionError(
+        raise SimulationError(
             "user-function-failed",
             f"at {data.tsim:g} s: {type(error).__name__}: {error}",
             file=rows[-1][0], line=rows[-1][1],
@@ -120,7 +133,6 @@ class PythonCode:
         self.free, self.dependent = data.qu[1:], data.qv[1:]
         self.rows = count_rows(data)
         self.guess = data.q[self.dependent]
-        self.file = data.user_path / "user_dirdyn.py"
         self.has_loop = data.user_dirdyn_loop is not _nothing
 
     def accelerate(self, t: float, y: Any) -> Any:
@@ -187,7 +199,7 @@ def count_rows(data: MbsData) -> tuple[int, int]:
     user = data.nqv - cuts
     said = data.user_constraints
     if user < 0 or (said is not None and said != user):
-        raise ConversionError(
+        raise SimulationError(
             "partition",
             f"{data.nqv} joints are dependent, and there are {cuts} equations of cuts and "
             f"{said or 0} of user_cons_hJ: there must be as many",
