@@ -201,7 +201,7 @@ def test_main_runs_without_robotran(tmp_path: Path) -> None:
     """The runtime moves it; what cannot go on is told as with Robotran."""
     project = make(tmp_path, CHAIN, base="fixed", passes={"posture": {"joints": {"one": 0.25}}})
     file = project / "userfctR" / "user_JointForces.py"
-    file.write_text(file.read_text() + "    mbs_data.Qq[mbs_data.joint_id['one']] += 0.05\n")
+    file.write_text(file.read_text() + "    mbs_data.Qq[mbs_data.joint_id['one']] += 9.0\n")
     (tmp_path / "matplotlib.py").write_text("raise ImportError('none here')\n")
     env = {**os.environ, "PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
     command = [sys.executable, str(project / "workR" / "main.py")]
