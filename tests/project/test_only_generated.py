@@ -223,6 +223,10 @@ def test_a_push_moves_the_centre_of_mass(language: str) -> None:
     pin.centerOfMass(truth.model, truth.data, q, qd)
     mass = sum(body.mass or 0.0 for body in results.data.mbs.bodies)
     assert mass * truth.data.vcom[0] == pytest.approx(0.2 * np.array([3, -2, 5]), abs=1e-9)
+    still_there = simulate(
+        TINY_FILE, time=0.4, language=language, base="floating", gravity=(0.0, 0.0, 0.0)
+    )  # fmt: skip
+    assert not still_there.qd[:, 1:].any(), "the push was of the other run"
 
 
 def test_a_push_that_cannot_be_read_or_placed() -> None:

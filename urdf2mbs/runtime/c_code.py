@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from urdf2mbs.equations import FUNCTIONS
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.equations import cache_folder, equations, keep
@@ -107,14 +108,14 @@ class CCode(PythonCode):
         self.function = self.library.accelerate
         self.function.argtypes = [ctypes.c_void_p, _double, _row, _row]
         self.hooks = _Hooks.in_dll(self.library, "hooks")
+        ctypes.memset(ctypes.byref(self.hooks), 0, ctypes.sizeof(self.hooks))  # of an earlier run
         self._set_hooks()
 
     def accelerate(self, t: float, y: Any) -> Any:
         self.y[:] = y
         self.data.tsim = t
         failed = self.function(self.at, t, *self.buffers)
-        if self.raised is not None:
-            raise self.raised
+        self._check()
         return np.full(len(y), np.nan) if failed else self.f.copy()
 
     def jacobian(self) -> Any:
@@ -152,23 +153,16 @@ class CCode(PythonCode):
         self.kept += [array, pointers]
         return ctypes.cast(pointers, _table)
 
-    def _integers(self, array: Any) -> Any:
-        array = np.ascontiguousarray(array, dtype=np.int32)
-        self.kept.append(array)
-        return array.ctypes.data_as(ctypes.POINTER(_int))
-
     def _struct(self) -> _Data:
         data = self.data
-        c = _Data(
-            njoint=data.njoint, process=data.process, DonePart=1, nqu=data.nqu, nqv=data.nqv,
-            Nux=data.Nux,
-        )  # fmt: skip
+        c = _Data(njoint=data.njoint, nqu=data.nqu, nqv=data.nqv, Nux=data.Nux, DonePart=1)
         for name in (*ROWS, *MORE_ROWS, "qd0", "Lambda"):
             setattr(c, name, self._vector(getattr(data, name)))
         for name in (*TABLES, "SWr", "l3DWr"):
             setattr(c, name, self._table(getattr(data, name)))
         for name in ("qu", "qv", "xfidpt"):
-            setattr(c, name, self._integers(getattr(data, name)))
+            numbers = getattr(data, name)
+            setattr(c, name, (_int * len(numbers))(*map(int, numbers)))
         c.guess = self._vector(self.guess)
         c.dpt = (_row * 4)(*map(self._vector, data.dpt))
         c.g = (_double * 4)(*data.g)
@@ -250,15 +244,10 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Path:
             "usage", "there is no C compiler: neither cc nor gcc nor clang",
             hint="install one, or take --language python",
         )  # fmt: skip
-    names = ["accelred", "invdyna"]
-    files = equations(data, names, "c")
-    text = files["accelred"].read_text("utf-8")
-    needed = ("dirdyna", "cons_hJ", "cons_jdqd", "link", "link3D", "extforces")
-    calls = {*re.findall(r"mbs_(\w+)\(", text)}
-    names += [name for name in needed if name in calls and _asked(text, name, rows[0])]
-    own = _without_comments(sources)
-    names += [name for name in ("sensor", "gensensor") if f"mbs_{name}(" in own]
-    files = equations(data, names, "c")
+    files = equations(data, ["accelred", "invdyna"], "c")
+    texts = [file.read_text("utf-8", "replace") for file in (*files.values(), *sources)]
+    called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
+    files = equations(data, sorted({*called} & {*FUNCTIONS}), "c")
     defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
     defines += ["-DUSER_IN_C"] * bool(sources)
     compiled = [HERE / "runtime.c", *files.values(), *sources]
@@ -279,19 +268,6 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Path:
                 raise _not_compiled(done.stderr)
             keep(library, made.read_bytes())
     return library
-
-
-def _asked(accelred: str, name: str, cuts: int) -> bool:
-    """Whether a model has what a function that accelred names is for."""
-    if name.startswith("cons_"):
-        return cuts > 0
-    switch = {"link": "LINKS", "link3D": "LINKS3D", "extforces": "EXTFORCES"}.get(name)
-    return switch is None or f"{switch} = 0" not in accelred
-
-
-def _without_comments(sources: list[Path]) -> str:
-    text = "\n".join(file.read_text("utf-8", "replace") for file in sources)
-    return re.sub(r"/\*.*?\*/|//[^\n]*", " ", text, flags=re.DOTALL)
 
 
 def _not_compiled(said: str) -> ConversionError:
