@@ -146,6 +146,7 @@ def test_wrong_options_are_named(options: dict[str, object]) -> None:
         prove(arm("0 0 1"), options={"align-frames": options})
 
 
+@pytest.mark.slow
 def test_the_search_is_never_worse_with_more_candidates() -> None:
     random = Random(5)
     for _ in range(20):

@@ -72,7 +72,9 @@ class Sensors(Pass):
         extensions = conversion.robot.extensions
         sensors = [s for element in extensions for s in element.sensors if s.type in MOTION]
         names = [sensor.name for sensor in sensors]
-        only = choose(self.only or names, names, "sensors-only", "sensors: no sensor of the URDF")
+        only = names
+        if self.only:
+            only = choose(self.only, names, "sensors-only", "sensors: no sensor of the URDF")
         wanted = [sensor for sensor in sensors if sensor.name in only]
         for element in extensions:
             if any(sensor in wanted for sensor in element.sensors):

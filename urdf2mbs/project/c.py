@@ -99,9 +99,29 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             _table("Wrench", "wrenches", wrenches),
             _table("Spring", "springs", rows("link_stiffness", "link_length", "link_damping")),
             _table("Sensor", "sensors", sensors, f"{{0, {{{_row(IDENTITY)}}}}}"),
+            _laws(simulation),
             "/* The joints by Robotran's number; those that follow from the constraints. */\n",
             _names("joints", ["ground", *mbs.numbers()]),
             _names("dependent", dependent(mbs)),
+        ]
+    )
+
+
+def _laws(simulation: Simulation) -> str:
+    """The laws of plugins, and what each acts on."""
+    laws = simulation.laws
+    joints = ((f"{joint.name}_id", law.name) for law in laws for joint in law.joints)
+    points = (
+        (f"{point.extforce.name}_id", law.name)
+        for law in laws
+        for point in law.points
+        if point.extforce is not None
+    )
+    return "".join(
+        [
+            *(f"{law.c.strip()}\n\n" for law in laws),
+            _table("JointLaw", "joint_laws", joints),
+            _table("PointLaw", "point_laws", points),
         ]
     )
 
