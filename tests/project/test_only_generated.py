@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import SHARED
+from passes.test_mimic import CHAIN
 from project.standin import make, without_meshes
 from test_everyday import WRONG
 
@@ -72,11 +73,14 @@ class Truth:
         self.data = self.model.createData()
         self.order = [data.joint_id[name] for name in list(self.model.names)[1:]]
 
-    def energy(self, q: Any, qd: Any) -> tuple[float, float]:
-        """All of it, and the kinetic part."""
-        q, qd = q[self.order], qd[self.order]
-        kinetic = pin.computeKineticEnergy(self.model, self.data, q, qd)
-        return kinetic + pin.computePotentialEnergy(self.model, self.data, q), kinetic
+    def energies(self, results: Results) -> Any:
+        """All of it in each frame, and the kinetic part."""
+        found = []
+        for row, rate in zip(results.q, results.qd, strict=True):
+            q, qd = row[self.order], rate[self.order]
+            kinetic = pin.computeKineticEnergy(self.model, self.data, q, qd)
+            found.append([kinetic + pin.computePotentialEnergy(self.model, self.data, q), kinetic])
+        return np.array(found).T
 
     def swing(self, q: Any, qd: Any, slope: Any, time: float) -> Any:
         """The motion of q = q0 + slope x for constant columns of slope, by scipy: the positions
@@ -116,9 +120,7 @@ def test_a_floating_robot_falls_and_swings_as_pinocchio_says(tmp_path: Path) -> 
     found = np.concatenate([results.q[-1][truth.order], results.qd[-1][truth.order]])
     assert np.abs(wanted - np.concatenate([q[truth.order], qd[truth.order]])).max() > 3
     assert np.allclose(found, wanted, rtol=0, atol=1e-6)
-    energy, kinetic = np.array([
-        truth.energy(a, b) for a, b in zip(results.q, results.qd, strict=True)
-    ]).T  # fmt: skip
+    energy, kinetic = truth.energies(results)
     assert kinetic.max() > 2 * kinetic[0], "it falls"
     assert np.abs(energy - energy[0]).max() <= 1e-9 * kinetic.max()
 
@@ -145,7 +147,8 @@ def test_a_gripper_falls_as_its_reduction(tmp_path: Path, language: str) -> None
 
 @pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
 def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str) -> None:
-    """The lamp has a parallelogram: its cut stays closed, and it does no work."""
+    """The lamp has a parallelogram: its cut stays closed, and it does no work.  The accelerations
+    are those of Pinocchio's solver for constraints."""
     project = make(tmp_path, LAMP)
     data = still(MbsData(project / "dataR" / "robot.mbs"))
     results = run(data, 0.5, language)
@@ -157,10 +160,25 @@ def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str)
         assert np.allclose(*ends, rtol=0, atol=1e-8)
     assert np.abs(results.q[-1] - results.q[0])[1:].max() > 0.1
     truth = Truth(data)
-    energy, kinetic = np.array([
-        truth.energy(a, b) for a, b in zip(results.q, results.qd, strict=True)
-    ]).T  # fmt: skip
+    energy, kinetic = truth.energies(results)
     assert np.abs(energy - energy[0]).max() <= 1e-8 * kinetic.max()
+    model, computed, ends_in_joints = truth.model, truth.data, []
+    for body, point in (cut.endpoint1, cut.endpoint2):
+        frame = model.frames[model.getFrameId(f"{body}/{point}")]
+        ends_in_joints += [frame.parentJoint, frame.placement]
+    cuts, solved = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    cuts.append(
+        pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, *ends_in_joints, pin.LOCAL)
+    )
+    solved.append(cuts[0].createData())
+    pin.initConstraintDynamics(model, computed, cuts, solved)
+    exactly = pin.ProximalSettings(1e-12, 1e-12, 100)
+    for q, qd, qdd in zip(results.q, results.qd, results.qdd, strict=True):
+        wanted = pin.constraintDynamics(
+            model, computed, q[truth.order], qd[truth.order], np.zeros(model.nv), cuts, solved,
+            exactly,
+        )  # fmt: skip
+        assert np.allclose(qdd[truth.order], wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
 
 
 # --- C and Python ---
@@ -378,6 +396,15 @@ def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConversionError, match="is not the same robot") as caught:
         simulate(TINY_FILE, plugins=[mistake], after={"reframe-inertia": ["wrong"]})
     assert (caught.value.code, caught.value.exit_code) == ("not-the-same", 3)
+
+
+def test_dependent_joints_want_user_functions(tmp_path: Path) -> None:
+    project = make(tmp_path, CHAIN, base="fixed")
+    alone = tmp_path / "alone.mbs"
+    alone.write_bytes((project / "dataR" / "robot.mbs").read_bytes())
+    with pytest.raises(ConversionError, match=r"2 joints are dependent.* 0 of user_cons") as caught:
+        simulate(alone)
+    assert caught.value.code == "partition"
 
 
 def test_a_joint_without_matter_has_no_equations(tmp_path: Path) -> None:

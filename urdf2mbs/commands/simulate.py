@@ -122,6 +122,8 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     joints = counted(data.nqu, "independent joint")
     print(f"{data.mbs_name}: {time:g} s of {joints} simulated in {seconds:.2f} s")
     print(f"  equations and user functions in {results.language}")
+    if not data.user_path.is_dir():
+        print("  no user functions: gravity alone moves it")
     if results.stopped:
         print(f"  a user function has stopped the run at {time:g} s (flag_stop)")
     moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)

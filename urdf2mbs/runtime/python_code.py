@@ -198,11 +198,15 @@ def count_rows(data: MbsData) -> tuple[int, int]:
         cuts = count_equations(data.mbs)
     user = data.nqv - cuts
     said = data.user_constraints
-    if user < 0 or (said is not None and said != user):
+    if said is None:
+        here = any(list(data.user_path.glob(f"user_cons_hJ.{end}")) for end in ("py", "c"))
+        said = user if here else 0
+    if user != said:
         raise SimulationError(
             "partition",
             f"{data.nqv} joints are dependent, and there are {cuts} equations of cuts and "
-            f"{said or 0} of user_cons_hJ: there must be as many",
+            f"{said} of user_cons_hJ: there must be as many",
             file=str(data.mbs_file),
+            hint="is the .mbs without the user functions of its project?",
         )
     return cuts, user
