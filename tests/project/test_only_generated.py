@@ -20,6 +20,8 @@ from urdf2mbs.engine.config import parse
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.runtime import MbsData, MbsDirdyn, Results
+from urdf2mbs.runtime.dirdyn import choose_code, close
+from urdf2mbs.runtime.python_code import loaded
 from urdf2mbs.testing import TINY
 
 pin = pytest.importorskip("pinocchio")
@@ -181,6 +183,21 @@ def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str)
         assert np.allclose(qdd[truth.order], wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
 
 
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_a_loop_that_cannot_be_closed_leaves_no_trace(tmp_path: Path, language: str) -> None:
+    """A trial state of the integrator may be far away: the next one does not start from it."""
+    data = MbsData(make(tmp_path, LAMP) / "dataR" / "robot.mbs")
+    with loaded(data):
+        code = choose_code(data, language)
+        assert close(data, code)
+        y = np.concatenate([data.q[code.free], data.qd[code.free]])
+        near = code.accelerate(0.0, y)
+        assert np.isfinite(near).all()
+        for away in (1.0, 2.0, 3.0, 1e9):
+            code.accelerate(0.0, y + away)
+            assert np.array_equal(code.accelerate(0.0, y), near)
+
+
 # --- C and Python ---
 
 
@@ -247,6 +264,20 @@ def test_a_push_moves_the_centre_of_mass(language: str) -> None:
     assert not still_there.qd[:, 1:].any(), "the push was of the other run"
 
 
+def test_a_short_push_is_not_stepped_over() -> None:
+    """A robot at rest lets the integrator take steps that are longer than the push."""
+    results = simulate(
+        TINY_FILE, time=3.0, push=["arm:0,0,500@2.5..2.501"], language="python", base="floating",
+        gravity=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    truth = Truth(results.data)
+    pin.centerOfMass(
+        truth.model, truth.data, results.q[-1][truth.order], results.qd[-1][truth.order]
+    )
+    mass = sum(body.mass or 0.0 for body in results.data.mbs.bodies)
+    assert mass * truth.data.vcom[0][2] == pytest.approx(0.5, rel=1e-3)
+
+
 def test_a_push_that_cannot_be_read_or_placed() -> None:
     for text in ("arm", "arm:1,2", "arm:1,2,x@0..1", "arm:1,2,3@0.5"):
         with pytest.raises(ConversionError, match=r"it reads LINK:FX,FY,FZ@START\.\.STOP"):
@@ -286,6 +317,8 @@ def test_results_are_robotrans_files(tmp_path: Path) -> None:
 def test_driven_joints_feel_what_drives_them(tmp_path: Path) -> None:
     """Qc of driven joints: M qdd + c - Qq."""
     project = make(tmp_path, TINY, base="fixed", pipeline="faithful")
+    file = project / "userfctR" / "user_JointForces.py"
+    file.write_text(file.read_text() + "    mbs_data.Qq[1:] += 0.5\n")
     results = simulate(project, time=0.05, language="python")
     data = results.data
     driven = data.qc[1:]
