@@ -62,7 +62,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    from urdf2mbs.runtime.project import model_of, run
+    from urdf2mbs.runtime.project import model_of, simulate
 
     _check(arguments)
     model = model_of(arguments.config)
@@ -71,7 +71,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     elif arguments.output is not None:
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
     begin = perf_counter()
-    results = run(
+    results = simulate(
         model, time=arguments.time, push=arguments.push, method=arguments.method,
         language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
     )  # fmt: skip

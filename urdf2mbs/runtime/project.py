@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk import files
+from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Project, from_values, load
 from urdf2mbs.engine.pipeline import Pipeline
@@ -50,49 +50,31 @@ def simulate(
 
     The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
     """
-    model, keep = None if isinstance(source, Config) else model_of(Path(source)), None
+    keep = None
+    model = None if isinstance(source, Config) else model_of(Path(source))
     if model is None:
         if options is not None:
             fields["passes"] = options
-        if not isinstance(source, Config) and is_config(Path(source)):
+        if not isinstance(source, Config) and Path(source).suffix.lower() in (".yaml", ".yml"):
             config, lines = load(Path(source))
             config = msgspec.structs.replace(config, **fields)
         else:
             given = source if isinstance(source, Config) else {"source": source}
             config, lines = from_values(given, **fields)
-        if project is None and not isinstance(config.output, Project):
+        if project is None:
             keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
-            project = Path(keep.name, "robot" if source is config else stem(Path(str(source))))
-        config = with_project(config, project)
-        model = make(Pipeline(config, lines).run())
-    results = run(
-        model, time=time, push=push, method=method, language=language, rate=rate, rtol=rtol,
-        atol=atol,
-    )  # fmt: skip
-    results.keep = keep
-    return results
-
-
-def run(
-    model: Path,
-    *,
-    time: float,
-    push: Sequence[Push | str] = (),
-    method: str = METHOD,
-    language: str | None = None,
-    rate: float = 100.0,
-    rtol: float = 1e-6,
-    atol: float = 1e-8,
-) -> Results:
-    """Simulate the project of an .mbs; the arguments are those of ``simulate``."""
+            project = Path(keep.name, stem(Path(config.source)))
+        model = make(Pipeline(with_project(config, Path(project)), lines).run())
     data = MbsData(model)
+    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(
         tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
         save2file=0,
     )  # fmt: skip
-    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
-    return dirdyn.run()
+    results = dirdyn.run()
+    results.keep = keep
+    return results
 
 
 def model_of(place: Path) -> Path | None:
@@ -102,7 +84,7 @@ def model_of(place: Path) -> Path | None:
     """
     if place.suffix.lower() == ".mbs":
         return place
-    if not files.is_folder(place):
+    if not is_folder(place):
         return None
     models = sorted(place.glob("dataR/*.mbs"))
     if len(models) != 1:
@@ -114,17 +96,12 @@ def model_of(place: Path) -> Path | None:
     return models[0]
 
 
-def is_config(place: Path) -> bool:
-    return place.suffix.lower() in (".yaml", ".yml")
-
-
-def with_project(config: Config, folder: str | os.PathLike[str] | None) -> Config:
+def with_project(config: Config, folder: Path) -> Config:
     """The config of a project: that of the config itself, else one in ``folder``."""
     if isinstance(config.output, Project):
         return config
     languages: list[Any] = ["python", *(["c"] if compiler() else [])]
-    output = Project(os.path.abspath(os.fspath(folder or "robot")), languages)  # noqa: PTH100
-    return msgspec.structs.replace(config, output=output)
+    return msgspec.structs.replace(config, output=Project(str(absolute(folder)), languages))
 
 
 def make(conversion: Conversion, *, force: bool = False) -> Path:
