@@ -14,6 +14,11 @@ from urdf2mbs.spatial import IDENTITY, Rot, Vec
 from urdf2mbs.urdf.model import Extension
 
 
+def rounded(value: float, digits: int = 2) -> float:
+    """A number that urdf2mbs chooses, to so many digits: the robot does not state the number."""
+    return float(f"{value:.{digits}g}")
+
+
 class Coupling(msgspec.Struct):
     """A ``<mimic>``: q of ``follower`` = ``multiplier`` * q of ``leader`` + ``offset``.
 
@@ -50,7 +55,7 @@ class Wrench(msgspec.Struct):
 
 
 class Spring(msgspec.Struct):
-    """A spring and damper between two points, of which user models say the law."""
+    """A spring and damper between two points.  User models hold its law."""
 
     link: Connection
 

@@ -8,11 +8,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from urdf2mbs.commands.printing import near, print_json
+from urdf2mbs.commands.printing import near, print_json, tell_diagnostics
 from urdf2mbs.commands.settings import (
+    ALONE,
+    add_fields,
+    add_printing,
     add_running,
-    add_settings,
-    add_telling,
     path,
     robot_or_config,
 )
@@ -29,7 +30,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_telling(command)
+    add_printing(command)
     add_running(command)
     command.add_argument(
         "config", type=path, metavar="SOURCE",
@@ -58,7 +59,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--language", choices=("c", "python"), help="default: c, where there is a compiler"
     )
-    add_settings(command)
+    add_fields(command, *ALONE)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -105,6 +106,8 @@ def _make(arguments: argparse.Namespace) -> Path:
     with Progress(arguments) as progress:
         pipeline.watch(progress)
         conversion = pipeline.run()
+    if not arguments.json:
+        tell_diagnostics(conversion.diagnostics, arguments.verbose)
     return make(conversion, force=arguments.force)
 
 

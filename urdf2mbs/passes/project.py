@@ -51,7 +51,7 @@ class Project(Pass):
             "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
             "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
         }
-        _tell_renamed(conversion)
+        _warn_of_renamed_project(conversion)
 
 
 def _check_laws(conversion: Conversion) -> None:
@@ -98,7 +98,7 @@ def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
 
 
 def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
-    """What an earlier conversion has written here, and this one does not: it fits no more."""
+    """Remove files of an earlier conversion that this conversion does not write."""
     there = sorted(folder.iterdir()) if files.is_folder(folder) else []
     gone = [
         path
@@ -115,7 +115,7 @@ def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
         )
 
 
-def _tell_renamed(conversion: Conversion) -> None:
+def _warn_of_renamed_project(conversion: Conversion) -> None:
     """User functions that are there already may call the module of another name."""
     stale: dict[str, list[str]] = {}
     for path in conversion.starters:
