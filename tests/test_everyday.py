@@ -372,11 +372,10 @@ def test_colours(
     ],
 )
 def test_each_result_ends_with_what_to_do_next(
-    words: list[str], said: str, here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+    words: list[str], said: str, here: Path, capsys: Any
 ) -> None:
     (here / "robots").mkdir()
     (here / "robots" / "tiny.urdf").write_text(TINY)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(here / "cache"))
     assert main(["convert", "tiny.urdf"]) == 0
     assert main(words) == 0
     out = capsys.readouterr().out

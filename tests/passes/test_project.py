@@ -203,7 +203,7 @@ def test_main_runs_without_robotran(tmp_path: Path) -> None:
     file = project / "userfctR" / "user_JointForces.py"
     file.write_text(file.read_text() + "    mbs_data.Qq[mbs_data.joint_id['one']] += 9.0\n")
     (tmp_path / "matplotlib.py").write_text("raise ImportError('none here')\n")
-    env = {**os.environ, "PYTHONPATH": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
     command = [sys.executable, str(project / "workR" / "main.py")]
     done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -6,8 +6,6 @@ rebound.
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,7 +16,7 @@ import numpy as np
 
 import urdf2mbs.runtime
 from urdf2mbs.runtime.dirdyn import close
-from urdf2mbs.runtime.python_code import PythonCode, loaded
+from urdf2mbs.runtime.python_code import PythonCode, load, loaded
 
 
 class From1(np.ndarray):
@@ -107,23 +105,11 @@ class RungeKutta:
 
 @contextmanager
 def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
-    """The modules in a project's userfctR, each loaded from its file as Robotran may do it; the
-    folder is not on Python's path, and nothing stays there afterwards."""
-    path, known = list(sys.path), set(sys.modules)
-    loaded: dict[str, ModuleType] = {}
-    try:
-        for file in sorted((project / "userfctR").glob("user_*.py")):
-            spec = importlib.util.spec_from_file_location(file.stem, file)
-            assert spec is not None
-            assert spec.loader is not None
-            loaded[file.stem] = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(loaded[file.stem])
-        yield loaded
-    finally:
-        sys.path[:] = path
-        for name in set(sys.modules) - known:
-            if name.endswith("_robot"):
-                del sys.modules[name]
+    """The modules in a project's userfctR, each loaded from its file as the runtime does it."""
+    (model,) = project.glob("dataR/*.mbs")
+    data = urdf2mbs.runtime.MbsData(model)
+    with loaded(data):
+        yield {file.stem: load(file) for file in sorted(data.user_path.glob("user_*.py"))}
 
 
 def without_meshes(name: str) -> list[str]:

@@ -33,12 +33,6 @@ needs_gcc = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C
 TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-11}
 
 
-@pytest.fixture(autouse=True)
-def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing of the user's cache is used or changed."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.getbasetemp() / "cache"))
-
-
 def from_the_page(folder: Path, language: str = "python", **changed: Any) -> Path:
     """The project that docs/first-simulation.md makes of the biped."""
     page = (ROOT / "docs" / "first-simulation.md").read_text("utf-8")

@@ -36,13 +36,13 @@ def function(data: MbsData, name: str) -> Function:
     """``mbs_X`` of the equations, or ``user_X``: what the user has not does nothing."""
     if name.startswith("mbs_"):
         name = name.removeprefix("mbs_")
-        module = _load(equations(data, [name], "python")[name])
+        module = load(equations(data, [name], "python")[name])
         return cast(Function, getattr(module, "sensor" if name == "gensensor" else name))
     file = data.user_path / f"{USER[name]}.py"
     if not file.is_file():
         return _defaults(data).get(name, _nothing)
     with shown(data):
-        return cast(Function, getattr(_load(file), name))
+        return cast(Function, getattr(load(file), name))
 
 
 def _defaults(data: MbsData) -> dict[str, Function]:
@@ -58,7 +58,8 @@ def _nothing(*_: Any) -> None:
     """The user has no such function."""
 
 
-def _load(file: Path) -> Any:
+def load(file: Path) -> Any:
+    """The module in a file."""
     spec = importlib.util.spec_from_file_location(file.stem, file)
     assert spec is not None
     assert spec.loader is not None
