@@ -444,6 +444,11 @@ def test_a_joint_without_matter_has_no_equations(tmp_path: Path) -> None:
     assert caught.value.code == "equations-not-generated"
 
 
+def test_user_functions_in_c_alone_do_not_run_in_python(tmp_path: Path) -> None:
+    with pytest.raises(ConversionError, match="are in C only"):
+        simulate(make(tmp_path, TINY, language="c"), language="python")
+
+
 @needs_gcc
 def test_c_gets_numbers_only(tmp_path: Path) -> None:
     project = make(tmp_path, TINY, language="c")

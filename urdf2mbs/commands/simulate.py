@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -128,7 +129,7 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     if not data.user_path.is_dir():
         print("  no user functions: gravity alone moves it")
     if results.stopped:
-        print(f"  a user function has stopped the run at {time:g} s (flag_stop)")
+        print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
     moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
     most = int(moved.argmax())
     print(f"  joint '{results.joints[most]}' moved most: {moved[most]:.3g} rad or m")

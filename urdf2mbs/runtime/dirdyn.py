@@ -29,10 +29,14 @@ ROBOTRAN = {"RK4": "RK45", "Dopri5": "RK45"}
 OPTIONS: dict[str, Any] = {
     "t0": 0.0, "tf": 5.0, "dt0": 1e-3, "dt_max": np.inf, "integrator": METHOD,
     "rtoler": 1e-6, "atoler": 1e-8, "framerate": 100.0, "language": None,
-    "save2file": 1, "resfilename": "dirdyn", "respath": None, "animpath": None, "save_anim": 1,
+    "save2file": 1, "resfilename": "dirdyn", "respath": None, "animpath": None,
 }  # fmt: skip
 #: Others of Robotran's, which change nothing here.
-WITHOUT_EFFECT = frozenset(["saveperiod", "realtime", "verbose", "accelred", "n_freeze"])
+WITHOUT_EFFECT = frozenset([
+    "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
+    "flag_waypoint", "delta_t_wp", "flag_baumgarte_stabilization", "baumgarte_alpha",
+    "baumgarte_beta",
+])  # fmt: skip
 
 
 class MbsPart:
@@ -94,6 +98,12 @@ def choose_code(data: MbsData, language: str | None) -> PythonCode:
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
     if language == "python" or (language is None and compiler() is None):
+        written = {file.suffix for file in data.user_path.glob("user_JointForces.*")}
+        if written == {".c"}:
+            raise ConfigError(
+                "usage", "the user functions of this project are in C only",
+                hint="install a C compiler, and leave --language python out",
+            )  # fmt: skip
         return PythonCode(data)
     return CCode(data)
 
