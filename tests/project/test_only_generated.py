@@ -16,6 +16,7 @@ from test_everyday import WRONG
 
 import urdf2mbs
 from urdf2mbs import ConversionError, Push, simulate
+from urdf2mbs.cli import main
 from urdf2mbs.engine.config import parse
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.proof.dynamics import to_pinocchio
@@ -226,6 +227,22 @@ def test_the_biped_stands_and_is_pushed_the_same_way_in_every_language(tmp_path:
     assert abs(lean[-1]) > 10 * abs(lean[3])
 
 
+@needs_gcc
+def test_a_robot_without_a_config_stands(tmp_path: Path, capsys: Any) -> None:
+    folder = tmp_path / "stands"
+    source = str(ROOT / "configs/biped.urdf.xacro")
+    assert main(["simulate", source, "-o", str(folder), "--time", "0.3"]) == 0
+    assert "it stands on left_foot, right_foot" in capsys.readouterr().out
+    q = np.loadtxt(folder / "resultsR" / "dirdyn_q.res")
+    height = MbsData(folder / "dataR" / "stands.mbs").joint_id["floating_base_T3"]
+    assert np.ptp(q[:, height]) < 0.005
+    falls = [source, "-o", str(tmp_path / "falls"), "--set", "posture.hold={}", "--time", "0.3"]
+    assert main(["simulate", *falls]) == 0
+    assert "stands" not in capsys.readouterr().out
+    q = np.loadtxt(tmp_path / "falls" / "resultsR" / "dirdyn_q.res")
+    assert np.ptp(q[:, height]) > 0.4
+
+
 def test_what_is_compiled_is_kept_and_never_half(tmp_path: Path) -> None:
     from urdf2mbs.runtime.equations import cache_folder, keep
 
@@ -383,7 +400,7 @@ def test_equations_of_another_model_are_refused(tmp_path: Path) -> None:
     assert caught.value.code == "equations-of-another-model"
 
 
-def test_user_code_ends_a_run_and_gives_outputs(tmp_path: Path) -> None:
+def test_user_code_ends_a_run_and_gives_outputs(tmp_path: Path, capsys: Any) -> None:
     project = make(tmp_path, TINY)
     file = project / "userfctR" / "user_dirdyn.py"
     file.write_text(file.read_text().replace(
@@ -397,6 +414,8 @@ def test_user_code_ends_a_run_and_gives_outputs(tmp_path: Path) -> None:
     assert 0.05 < results.outputs["square"][-1, 0] < 0.2
     assert np.allclose(results.outputs["square"][:, 1], results.outputs["square"][:, 0] ** 2)
     assert results.time[-1] <= results.outputs["square"][-1, 0]
+    assert main(["simulate", str(project), "--language", "python"]) == 1
+    assert "a user function has stopped the run at 0." in capsys.readouterr().err
 
 
 def test_robotrans_equations_without_accelred_get_one(tmp_path: Path) -> None:

@@ -5,9 +5,13 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
+
+import msgspec
 
 from urdf2mbs.commands.printing import near, print_json, tell_diagnostics
 from urdf2mbs.commands.settings import (
@@ -18,10 +22,15 @@ from urdf2mbs.commands.settings import (
     path,
     robot_or_config,
 )
-from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
 if TYPE_CHECKING:
     from urdf2mbs.runtime.results import Results
+
+#: The controller of a robot without a config (Hz); ``init`` writes the same.
+HOLD = {"frequency": 10, "damping_ratio": 0.3}
 
 EXAMPLES = (
     "urdf2mbs simulate robot.yaml",
@@ -96,20 +105,34 @@ def _check(arguments: argparse.Namespace) -> None:
 def _make(arguments: argparse.Namespace) -> Path:
     """The project of a robot or of a config; gives its .mbs."""
     from urdf2mbs.commands.progress import Progress
-    from urdf2mbs.engine.pipeline import Pipeline
     from urdf2mbs.runtime.project import make, with_project
     from urdf2mbs.urdf.reader import stem
 
     config, lines = robot_or_config(arguments)
+    alone = config.output is None and not config.passes
     folder = arguments.output or Path(f"{stem(Path(config.source))}_robotran")
+    pipeline = partial(Pipeline, lines=lines, installed_plugins=not arguments.no_plugins)
     config = with_project(config, folder)
-    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    converter = pipeline(config)
     with Progress(arguments) as progress:
-        pipeline.watch(progress)
-        conversion = pipeline.run()
+        converter.watch(progress)
+        conversion = converter.run()
+    feet = _feet(conversion) if alone else []
+    if feet:
+        passes = {"contacts": {"links": feet}, "posture": {"hold": HOLD}}
+        with suppress(ConversionError):  # such as: the shapes of its feet cannot be found
+            conversion = pipeline(msgspec.structs.replace(config, passes=passes)).run()
+            if not arguments.json:
+                print(f"it stands on {', '.join(feet)}, held by a controller, as init proposes")
     if not arguments.json:
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
     return make(conversion, force=arguments.force)
+
+
+def _feet(conversion: Conversion) -> list[str]:
+    from urdf2mbs.commands.init import find
+
+    return find(conversion).feet
 
 
 def _described(results: Results, files: list[Path], seconds: float) -> dict[str, object]:
