@@ -391,6 +391,29 @@ def test_a_step_that_cannot_be_taken(tmp_path: Path, method: str) -> None:
     assert caught.value.code == "step-failed"
 
 
+@needs_gcc
+def test_a_loop_of_the_user_reads_an_imu_in_both_languages(tmp_path: Path) -> None:
+    """The lines that the templates offer as comments."""
+    project = make(
+        tmp_path, TINY, base="fixed", language="both", passes={"sensors": {"links": ["tool"]}}
+    )  # fmt: skip
+    number = MbsData(project / "dataR" / "robot.mbs").sensor_id["tool_sensor"]
+    python, c = (project / "userfctR" / f"user_dirdyn.{end}" for end in ("py", "c"))
+    text = python.read_text().replace("    # ", "    ").replace('"imu")', '"tool")')
+    python.write_text(text)
+    inside = re.search(r"/\* (MbsSensor.*?) \*/", c.read_text(), re.DOTALL)
+    assert inside is not None
+    lines = inside[1].replace("     * ", "    ").replace("imu_id", str(number))
+    c.write_text('#include "set_output.h"\n' + c.read_text().replace(inside[0], lines))
+    read = {}
+    for language in ("python", "c"):
+        results = simulate(project, time=0.2, language=language, method="RK45", rtol=1e-9)
+        read[language] = results.outputs["imu_z"]
+    assert len(read["c"]) > 3
+    assert np.ptp(read["c"][:, 1]) > 0.1, "it swings"
+    assert np.allclose(read["c"], read["python"], rtol=0, atol=1e-9)
+
+
 def test_equations_of_another_model_are_refused(tmp_path: Path) -> None:
     project = make(tmp_path, TINY, passes={"equations": {"language": "python"}})
     model = project / "dataR" / "robot.mbs"
