@@ -159,6 +159,9 @@ def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str)
     truth = Truth(data)
     energy, kinetic = truth.energies(results)
     assert np.abs(energy - energy[0]).max() <= 1e-8 * kinetic.max()
+    ours = results.energy()
+    assert np.allclose(ours[:, 0], kinetic, rtol=1e-9, atol=1e-12)
+    assert np.allclose(ours.sum(axis=1), energy, rtol=1e-9, atol=1e-12)
     model, computed, ends_in_joints = truth.model, truth.data, []
     for body, point in (cut.endpoint1, cut.endpoint2):
         frame = model.frames[model.getFrameId(f"{body}/{point}")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,22 +63,34 @@ class Results:
 
     def sensor(self, name: str) -> MbsSensor:
         """A sensor's P, V, OM, A, OMP (frames, 3) and R (frames, 3, 3), in the axes of the base."""
-        data, number = self.data, self.data.sensor_id[name]
-        frames: dict[str, list[Any]] = {part: [] for part in ("P", "V", "OM", "A", "OMP", "R")}
-        sensor, saved = MbsSensor(data), [data.q.copy(), data.qd.copy(), data.qdd.copy()]
+        sensor, number = MbsSensor(self.data), self.data.sensor_id[name]
+        parts = ("P", "V", "OM", "A", "OMP", "R")
+        found = []
+        for _ in self._replayed():
+            sensor.comp_s_sensor(number)
+            found.append([getattr(sensor, part).copy() for part in parts])
+        for part, frames in zip(parts, zip(*found, strict=True), strict=True):
+            values = np.array(frames)
+            setattr(sensor, part, values[:, 1:, 1:] if part == "R" else values[:, 1:])
+        return sensor
+
+    def energy(self) -> Any:
+        """Kinetic energy, and that of gravity, which is 0 at the base's origin: (frames, 2), J."""
+        found = np.zeros((len(self.time), 3))
+        for k in self._replayed():
+            self.data.mbs_energy(found[k], self.data)
+        return found[:, 1:]
+
+    def _replayed(self) -> Iterator[int]:
+        """The frames, each one put into ``data`` while it is out."""
+        data = self.data
+        saved = data.q.copy(), data.qd.copy(), data.qdd.copy()
         with loaded(data):
             for k in range(len(self.time)):
-                data.q[1:], data.qd[1:], data.qdd[1:] = (
-                    self.q[k, 1:], self.qd[k, 1:], self.qdd[k, 1:],
-                )  # fmt: skip
-                sensor.comp_s_sensor(number)
-                for part, values in frames.items():
-                    found = getattr(sensor, part)
-                    values.append((found[1:, 1:] if part == "R" else found[1:]).copy())
+                data.q[1:], data.qd[1:] = self.q[k, 1:], self.qd[k, 1:]
+                data.qdd[1:] = self.qdd[k, 1:]
+                yield k
         data.q[:], data.qd[:], data.qdd[:] = saved
-        for part, values in frames.items():
-            setattr(sensor, part, np.array(values))
-        return sensor
 
     def columns(self) -> dict[str, Any]:
         """All that is known of each frame by its name: ``time``, ``q.JOINT``, ``FORCE.Fx``, ..."""
