@@ -12,7 +12,7 @@ from conftest import SHARED
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree
-from merge.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf
+from merge.edits import BESIDE, CHANGES, MECHANICS, as_saved, no_leaf, renamed_joint
 
 from urdf2mbs import convert
 from urdf2mbs.diff.changes import (
@@ -165,11 +165,14 @@ def check(
     edited = read(as_saved(data[0]), "edited.mbs")
     for edit in edits:
         edit(edited, random)
-    saved = write(edited)
+    saved = write(edited).replace(b"<bodytree>", b"<bodytree><!-- mine -->")
     edited = read(saved, "edited.mbs")
     base, new = read(data[0], "base.mbs"), model(data[1])
     merged = merge(base, edited, new)
     again = read(merged.data, "merged.mbs")
+    assert b"<!-- mine -->" in merged.data
+    if data[0] == data[1] and renamed_joint not in edits:  # whose parameters follow it
+        assert merged.data == saved
     check_all_kept_or_named(base, read(saved, "edited.mbs"), merged, model(data[1]))
     check_plan_is_deed(saved, merged)
     if not set(edits) & set(MECHANICS):
