@@ -30,6 +30,8 @@ COMMANDS = {
     "simulate": "let a robot, a project or an .mbs move, and write Robotran's results",
     "verify": "compare a robot with an .mbs file: are they the same?",
     "diff": "say what differs between two .mbs files",
+    "edits": "write what people changed in an .mbs into a file of edits",
+    "merge": "merge three versions of an .mbs file, for git",
     "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",
     "equations": "write Robotran's equations for an .mbs file",
     "explain": "show the passes of a config, without running them",

@@ -62,6 +62,12 @@ class Proof(msgspec.Struct, kw_only=True):
         self.frames = []
         self.differ(found)
 
+    def forgive(self, why: str) -> None:
+        """Make differences known deviations, but for what a pass changed and did not say."""
+        kept = [found for found in self.differences if found.kind == "changed"]
+        self.but_for |= {d.message: why for d in self.differences if d not in kept}
+        self.differences, self.same = kept, not kept
+
     def in_words(self, changes: Sequence[str] = ()) -> str:
         """``NOT the same robot``, or ``the same robot, but for ...; not compared: ...``.
 
