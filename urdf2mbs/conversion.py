@@ -13,7 +13,7 @@ from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, Difference, nearest
 from urdf2mbs.simulation import Simulation
-from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
+from urdf2mbs.spatial import Pose, Sym, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import Change, told
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
@@ -131,6 +131,31 @@ class RobotChange(msgspec.Struct):
         return f"{self.by} (plugin '{self.plugin}') changed of the robot: {told(self.changes)}"
 
 
+class Compared(msgspec.Struct, gc=False):
+    """A rigid group of the URDF, and how far its counterpart in the .mbs is from it."""
+
+    coordinate: str
+    """The coordinate that moves it."""
+    mbs: str
+    """The joint of the .mbs that is this coordinate."""
+    joint: str
+    parent: str
+    """The coordinate of the group before it; empty for the ground."""
+    turns: bool
+    axis: Vec
+    place: tuple[float, ...]
+    """Of its joint at zero, in the group before it; the group's own frame is the one after it.
+    A rotation matrix row by row, then the origin (m)."""
+    mass: float
+    """kg"""
+    centre: Vec
+    """m, in its own frame."""
+    inertia: Sym
+    """kg m^2, about its centre, in the axes of its own frame."""
+    deviation: float
+    """The largest, relative."""
+
+
 class Proof(msgspec.Struct):
     """What ``check`` found: is the .mbs file the same robot as the URDF?"""
 
@@ -147,6 +172,8 @@ class Proof(msgspec.Struct):
     """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
     not_compared: dict[str, str]
     """What Robotran reads and nothing compared: each thing, and why."""
+    compared: list[Compared]
+    """Group by group, the ground left out."""
 
 
 def fits(name: str, patterns: Iterable[str]) -> bool:
@@ -207,6 +234,8 @@ class Conversion:
         self.packages = Packages(settings.packages, settings.source)
         """Where ROS packages are; what it has found once it knows."""
         self.robot: Robot = Robot(name="")
+        self.source = b""
+        """The file of the robot, as it was read."""
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
         self.floating = False

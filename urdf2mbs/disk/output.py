@@ -58,7 +58,7 @@ def write_files(
 
     ``files`` are sealed.  A file that is there is replaced if its seal is intact or it is empty;
     with ``force`` in any case.  The files of ``once`` are the user's: they are written as they
-    are, where nothing is.  ``obsolete`` files are removed if their seal is intact.
+    are, where nothing is.  ``obsolete`` files are removed if nobody has changed them.
     A link stays, and what it leads to is replaced.  A device or pipe is written to, last of all.
 
     Raises ConfigError where a file is not ours to replace, and where a folder or file cannot be
@@ -95,7 +95,7 @@ def write_files(
                 kept[path] = _backup(path)
                 part.replace(path)
             for path in gone:
-                if path not in places and intact(read(path)):
+                if path not in places and _is_ours(path, read(path)):
                     kept[path] = _backup(path)
                     path.unlink()
             for path in streams:
@@ -134,7 +134,7 @@ def check_ours(places: Mapping[Path, bytes]) -> None:
         if not place.exists():
             continue
         there = _read(place)
-        if not there or there == data or intact(there) or _line(place, there) in _recorded(place):
+        if not there or there == data or _is_ours(place, there):
             continue
         edited = sealed(there) or f"  {place.name}\n" in "".join(_recorded(place))
         why = (
@@ -150,6 +150,11 @@ def check_ours(places: Mapping[Path, bytes]) -> None:
             hint="nothing is written: move it away, write elsewhere, or replace it by --force "
             "(in Python: force=True)",
         )
+
+
+def _is_ours(place: Path, there: bytes) -> bool:
+    """True if nobody has changed a file since we wrote it."""
+    return intact(there) or _line(place, there) in _recorded(place)
 
 
 def _records(places: Mapping[Path, bytes]) -> dict[Path, bytes]:

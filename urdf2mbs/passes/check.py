@@ -65,6 +65,7 @@ class Check(Pass):
             differences,
             comparison.but_for,
             comparison.not_compared,
+            comparison.compared,
         )
         if differences:
             conversion.rejected = output.with_suffix(f".rejected{output.suffix}")

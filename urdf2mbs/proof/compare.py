@@ -33,7 +33,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import LinkFrame
+from urdf2mbs.conversion import Compared, LinkFrame
 from urdf2mbs.mbs.model import Body, Mbs, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import Difference, counted
@@ -64,6 +64,7 @@ from urdf2mbs.proof.rigid import (
     shift,
     spin,
     turned,
+    worst,
 )
 from urdf2mbs.proof.urdf_side import carriers, urdf_side
 from urdf2mbs.spatial import Vec, fewest_turns
@@ -97,6 +98,8 @@ class Comparison(msgspec.Struct):
     """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
     not_compared: dict[str, str]
     """What Robotran reads and nothing here compares: each thing, and why."""
+    compared: list[Compared]
+    """Group by group, the ground left out."""
     positions: int = POSITIONS
 
     @property
@@ -264,6 +267,7 @@ class Comparing:
         self.hanging: dict[int, list[tuple[Group, Group]]] | None = None
         self.found: list[Difference] = []
         self.elsewhere: list[Difference] = []
+        self.compared: list[Compared] = []
         self.largest = {"gravity": 0.0, "motion": 0.0, "mass": 0.0, "centre": 0.0, "inertia": 0.0}
         if frames is not None:
             self.largest["frame"] = 0.0
@@ -302,7 +306,7 @@ class Comparing:
             differences.sort(key=lambda difference: -difference.size)
         return Comparison(
             self.found, self.elsewhere, self.largest, len(self.one.groups), *masses,
-            but_for, not_compared,
+            but_for, not_compared, self.compared,
         )  # fmt: skip
 
     # --- group by group ---
@@ -337,8 +341,15 @@ class Comparing:
                 child = self.children[ours.joint]
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
                     self._differ("parent", told, link=child, joint=ours.joint)
-            self.apart[mine] = self._place(pair, other, link, hangs)
-            self._inertia(pair, self.apart[mine])
+            self.apart[mine], motion = self._place(pair, other, link, hangs)
+            self.compared.append(
+                Compared(
+                    ours.coordinate, theirs.coordinate, ours.joint,
+                    one.groups[ours.parent].coordinate, ours.turns, ours.axis, ours.before,
+                    *pair.our_inertia,
+                    worst((motion, self._inertia(pair, self.apart[mine]))),
+                )
+            )  # fmt: skip
 
     def _carried(self, mine: int) -> list[tuple[Group, Group]]:
         """The pairs of groups that hang on a pair: asked for only where something differs."""
@@ -350,8 +361,9 @@ class Comparing:
                     self.hanging.setdefault(ours.parent, []).append((ours, theirs))
         return self.hanging.get(mine, [])
 
-    def _place(self, pair: _Pair, other: int, link: str | None, hangs: bool) -> Frame:
-        """The constant pose of a group in its counterpart; tells what of the motion differs."""
+    def _place(self, pair: _Pair, other: int, link: str | None, hangs: bool) -> tuple[Frame, float]:
+        """The constant pose of a group in its counterpart, and how far their motions are apart;
+        tells what of the motion differs."""
         at = self.frames.get(link) if link is not None else None
         meant: Frame | None = None
         if at is not None:
@@ -367,7 +379,7 @@ class Comparing:
         self.largest["motion"] = max(self.largest["motion"], motion)
         if self._beyond(motion):
             self._tell_motion(pair, place, motion)
-        return place
+        return place, motion
 
     def _tell_motion(self, pair: _Pair, place: Frame, motion: float) -> None:
         """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
@@ -427,16 +439,17 @@ class Comparing:
                     told.append(f"{joint.type} {joint.q:.6g}")
         return ""
 
-    def _inertia(self, pair: _Pair, place: Frame) -> None:
-        """Compare what a pair of groups weighs, where, and how it resists turning."""
+    def _inertia(self, pair: _Pair, place: Frame) -> float:
+        """Compare what a pair of groups weighs, where, and how it resists turning; gives how far
+        they are apart."""
         apart = pair.inertia(place)
         most = max(apart.values())
         if most == 0.0:
-            return
+            return most
         for kind, off in apart.items():
             self.largest[kind] = max(self.largest[kind], off)
         if not self._beyond(most):
-            return
+            return most
         joint = pair.ours.joint
         link = self.children[joint]
         lost = self._lost(pair)
@@ -468,6 +481,7 @@ class Comparing:
             self._differ(
                 "inertia", f"{self.called[2]} '{link}': inertia", most, link=link, joint=joint
             )
+        return most
 
     def _lost(self, pair: _Pair) -> list[str]:
         """The links of a group whose mass is just what the .mbs has too little."""
