@@ -11,10 +11,11 @@ import msgspec
 
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model as mbs
-from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, Difference, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
+from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.simulation import Simulation
-from urdf2mbs.spatial import Pose, Sym, Turn, Vec, compose, rpy_turns
-from urdf2mbs.urdf.changes import Change, told
+from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
+from urdf2mbs.urdf.changes import RobotChange
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
 
@@ -90,17 +91,6 @@ class Segment(msgspec.Struct, gc=False):
         return self.holder
 
 
-class LinkFrame(msgspec.Struct, gc=False):
-    """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
-    one of the joints that lead to it."""
-
-    body: str | None
-    """Name in the .mbs; None is the base."""
-    joint: str | None
-    """Name in the .mbs of the joint after which the frame stands; None: the body frame."""
-    pose: Pose
-
-
 class Names(msgspec.Struct):
     """The map from URDF to .mbs names."""
 
@@ -114,66 +104,6 @@ class Names(msgspec.Struct):
     flipped: list[str] = []
     """URDF joints that count the other way round in the .mbs, where they are called
     ``NAME_flipped``: their coordinate there is minus the URDF's."""
-
-
-class RobotChange(msgspec.Struct):
-    """What somebody has changed of the robot that the URDF states."""
-
-    by: str
-    """The pass; or the hook, such as "the hook after 'emit'"."""
-    plugin: str
-    """Whose it is."""
-    declared: bool
-    """Whether the pass says so, by ``writes = ("robot",)``."""
-    changes: list[Change]
-
-    def __str__(self) -> str:
-        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {told(self.changes)}"
-
-
-class Compared(msgspec.Struct, gc=False):
-    """A rigid group of the URDF, and how far its counterpart in the .mbs is from it."""
-
-    coordinate: str
-    """The coordinate that moves it."""
-    mbs: str
-    """The joint of the .mbs that is this coordinate."""
-    joint: str
-    parent: str
-    """The coordinate of the group before it; empty for the ground."""
-    turns: bool
-    axis: Vec
-    place: tuple[float, ...]
-    """Of its joint at zero, in the group before it; the group's own frame is the one after it.
-    A rotation matrix row by row, then the origin (m)."""
-    mass: float
-    """kg"""
-    centre: Vec
-    """m, in its own frame."""
-    inertia: Sym
-    """kg m^2, about its centre, in the axes of its own frame."""
-    deviation: float
-    """The largest, relative."""
-
-
-class Proof(msgspec.Struct):
-    """What ``check`` found: is the .mbs file the same robot as the URDF?"""
-
-    same: bool
-    positions: int
-    """At how many positions the motion was compared."""
-    groups: int
-    """Of how many rigid groups."""
-    largest: dict[str, float]
-    """The largest relative deviation of each kind."""
-    differences: list[Difference]
-    """Why it is not the same, the largest first."""
-    but_for: dict[str, str]
-    """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
-    not_compared: dict[str, str]
-    """What Robotran reads and nothing compared: each thing, and why."""
-    compared: list[Compared]
-    """Group by group, the ground left out."""
 
 
 def fits(name: str, patterns: Iterable[str]) -> bool:
@@ -250,7 +180,7 @@ class Conversion:
         """Moving URDF joints that are not in the .mbs, and why; held at zero."""
         self.weightless: set[str] = set()
         """Those of them that are left out because nothing that they move has mass."""
-        self.frames: dict[str, LinkFrame] = {}
+        self.frames: dict[str, mbs.LinkFrame] = {}
         """Where each URDF link's frame is, by link name (filled by assign-names)."""
         self.meshes: dict[str, str] = {}
         """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""

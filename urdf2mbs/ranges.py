@@ -7,7 +7,7 @@ a number with which later ones overflow.
 
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 from msgspec.inspect import FloatType, IntType
 
 #: How far two descriptions may be apart and still be the same, relative to what is compared.
@@ -18,6 +18,17 @@ Tolerance = Annotated[float, Meta(gt=0.0, le=LARGEST_TOLERANCE)]
 #: A coordinate (m, or rad of a joint), and a place or direction in three.
 Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
+
+
+class End(Struct, forbid_unknown_fields=True):
+    """A point of a link, where a cut or a spring ends."""
+
+    link: str
+    """Where it ends."""
+    at: Place = (0.0, 0.0, 0.0)
+    """In the link's frame (m)."""
+
+
 #: m.
 Length = Annotated[float, Meta(ge=0.0, le=1e6)]
 PositiveLength = Annotated[float, Meta(gt=0.0, le=1e6)]

@@ -14,6 +14,11 @@ from urdf2mbs.spatial import IDENTITY, Rot, Vec
 from urdf2mbs.urdf.model import Extension
 
 
+def rounded(value: float, digits: int = 2) -> float:
+    """A number that urdf2mbs chooses, to so many digits: the robot does not state the number."""
+    return float(f"{value:.{digits}g}")
+
+
 class Coupling(msgspec.Struct):
     """A ``<mimic>``: q of ``follower`` = ``multiplier`` * q of ``leader`` + ``offset``.
 
@@ -93,6 +98,31 @@ class Held(msgspec.Struct):
     damping_ratio: float
 
 
+class Law(msgspec.Struct):
+    """A force law of a plugin, as text of the generated code.
+
+    A law of joints gives the force (N) or torque (N m) that is added to Qq.  ``joint`` is
+    Robotran's number::
+
+        def NAME(mbs_data, joint):
+        static double NAME(const MbsData *mbs_data, int joint)
+
+    A law of points gives, at their external forces, a force (N) and a torque (N m) in the axes of
+    the base.  P and V are the position (m) and velocity (m/s) of the point, from index 1::
+
+        def NAME(P, V, mbs_data, tsim, ixF):  # returns fx, fy, fz, mx, my, mz
+        static void NAME(const double P[4], const double V[4], const MbsData *mbs_data,
+            double tsim, int ixF, double force[7])  /* fills force[1] to force[6] */
+    """
+
+    name: str
+    python: str
+    """The text of the function; empty: the law is not there in Python."""
+    c: str
+    joints: list[Joint] = []
+    points: list[Point] = []
+
+
 class Simulation(msgspec.Struct):
     """Everything that a project's code is made from, and that is not in the .mbs."""
 
@@ -105,6 +135,8 @@ class Simulation(msgspec.Struct):
     sensors: list[PointSensor] = []
     force_torques: list[ForceTorque] = []
     hold: list[Held] = []
+    laws: list[Law] = []
+    """Forces of plugins."""
     up: Vec = (0.0, 0.0, 1.0)
     """Against gravity, in the axes of the base."""
     time_step: float = 5e-4

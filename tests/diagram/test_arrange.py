@@ -85,6 +85,7 @@ def test_no_fault_in_random_trees(mbs: Mbs, style: str) -> None:
     assert faults(mbs) == []
 
 
+@pytest.mark.slow
 @reproducible
 @given(robots())
 def test_no_fault_in_random_robots(mbs: Mbs) -> None:
@@ -304,6 +305,7 @@ def test_ten_times_the_bodies_take_ten_times_the_work(shape: str, style: str) ->
     assert work(1_000) < 12 * work(100)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", ["chain", "star"])
 def test_ten_thousand_bodies(shape: str) -> None:
     mbs = many(shape, 10_000)

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from fuzz.fuzzer import KINDS, PATIENCE, Fuzzer, patience
 
+pytestmark = pytest.mark.slow
+
 #: Inputs of each kind, and the codes of which some must be met: else the fuzzer does nothing.
 COUNT = 60
 

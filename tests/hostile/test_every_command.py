@@ -21,6 +21,8 @@ from urdf2mbs.messages.catalogue import CATALOGUE
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.testing import TINY
 
+pytestmark = pytest.mark.slow
+
 LAUGHS = b"a: &a [x]\n" + b"".join(
     b"%c: &%c [%s]\n" % (c + 1, c + 1, b",".join([b"*%c" % c] * 10)) for c in range(97, 115)
 )

@@ -28,7 +28,10 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="processes of POSIX")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="processes of POSIX"),
+]
 
 State = dict[str, bytes | None]
 

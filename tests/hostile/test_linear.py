@@ -92,7 +92,7 @@ def _written(text: str, here: Path) -> None:
 
 
 def _message(text: str, here: Path) -> None:
-    xacro._quoted(text)
+    xacro._find_words(text)
     render("error", "a", text, "a", 1, None)
 
 

@@ -21,6 +21,8 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY
 
+pytestmark = pytest.mark.slow
+
 HEADERS = Path(__file__).parents[1] / "project" / "mbsysc"
 
 #: Names that XML permits and that something else may stumble on.

@@ -146,6 +146,7 @@ def test_wrong_options_are_named(options: dict[str, object]) -> None:
         prove(arm("0 0 1"), options={"align-frames": options})
 
 
+@pytest.mark.slow
 def test_the_search_is_never_worse_with_more_candidates() -> None:
     random = Random(5)
     for _ in range(20):
@@ -371,4 +372,4 @@ def test_the_bound_does_not_explode(deep: bool) -> None:
         axis = " ".join(f"{random.uniform(-1, 1):.3f}" for _ in range(3))
         elements += [link(f"l{i}", SOLID), joint(f"l{i - 1 if deep else 0}", f"l{i}", axis=axis)]
     found = convert_text(robot(*elements), pipeline="compact").report.passes["align-frames"]
-    assert 50 < found["bound"] <= found["driven"] <= 120
+    assert (50 if deep else 0) <= found["bound"] <= found["driven"] <= 120

@@ -29,7 +29,7 @@ from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart, worst
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
-from urdf2mbs.urdf.changes import between, snapshot, told
+from urdf2mbs.urdf.changes import between, describe, snapshot
 
 MIMIC = TINY.replace(
     '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
@@ -244,7 +244,7 @@ def test_changes_are_counted_by_kind() -> None:
     for joint in robot.joints.values():
         joint.parent = "left_arm" if joint.parent == "arm" else joint.parent
         joint.child = "left_arm" if joint.child == "arm" else joint.child
-    assert told(between(before, snapshot(robot))) == "1 link renamed"
+    assert describe(between(before, snapshot(robot))) == "1 link renamed"
     robot.links["left_arm"].visuals = []
     del robot.joints["tool_mount"], robot.links["tool"]
     robot.joints["shoulder"].limit = None

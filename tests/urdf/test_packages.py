@@ -195,7 +195,7 @@ def test_a_folder_of_the_table_that_does_not_exist(tmp_path: Path) -> None:
     assert caught.value.code == "package-folder"
     assert str(tmp_path / "gone") in caught.value.message
     assert packages.resolve("package://arm/m.stl") is None
-    assert "gone" in "".join(packages.looked("package://arm/m.stl"))
+    assert "gone" in "".join(packages.places_of("package://arm/m.stl"))
 
 
 def test_files_of_meshes(tmp_path: Path) -> None:
@@ -219,9 +219,9 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         found = packages.resolve(filename)
         assert found is not None, filename
         assert found.samefile(mesh)
-        assert packages.looked(filename) == [str(found)]
+        assert packages.places_of(filename) == [str(found)]
     for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
-        (looked,) = packages.looked(drive)
+        (looked,) = packages.places_of(drive)
         assert not looked.startswith(("/C:", "/c:")), looked
         assert looked.endswith((":/a b.stl", ":/a.stl"))
     for filename in (
@@ -236,6 +236,6 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         "x" * 5000,
     ):
         assert packages.resolve(filename) is None
-        assert packages.looked(filename)
-    assert any("nobody_has_it" in p for p in packages.looked("package://nobody_has_it/m.stl"))
-    assert packages.looked("package://arm/c.stl") == [str(arm / "c.stl")]
+        assert packages.places_of(filename)
+    assert any("nobody_has_it" in p for p in packages.places_of("package://nobody_has_it/m.stl"))
+    assert packages.places_of("package://arm/c.stl") == [str(arm / "c.stl")]

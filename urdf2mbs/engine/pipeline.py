@@ -9,7 +9,7 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
-from urdf2mbs.conversion import Conversion, RobotChange
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_file
 from urdf2mbs.disk.seal import seal, unsealed
 from urdf2mbs.engine.config import Config, Lines
@@ -23,7 +23,7 @@ from urdf2mbs.engine.settings import check_output, settings_of, spelled
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.messages.levels import judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs.urdf.changes import between, snapshot
+from urdf2mbs.urdf.changes import RobotChange, between, snapshot
 
 #: The hooks around every pass.
 _AROUND = ("urdf2mbs_before_pass", "urdf2mbs_after_pass")

@@ -197,6 +197,7 @@ SECTIONS = [
             ),
             "force-torque": "force-torque sensors of the URDF are left out",
             "loops": "how many cuts there are, and which joints they make dependent",
+            "law-unknown": "a plugin adds a force law, which nothing proves",
             "generator-limits": "the model exceeds most accounts of Robotran's generator",
             "point-without-rotation": "frames became anchor points, which have no rotation",
             "layout-kept": "how many bodies stay where the earlier output has them",
@@ -299,6 +300,8 @@ SECTIONS = [
             "plugin-output-broken": (
                 "a plugin's pass leaves files or a report that cannot be written"
             ),
+            "law-missing": "a plugin's law has no function in a language of the project",
+            "law-doubled": "two laws of plugins have one name",
             "memory-full": "there is not enough memory",
             "internal": "urdf2mbs has failed: please report it",
         },

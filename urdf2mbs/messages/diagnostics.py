@@ -6,7 +6,7 @@ Each has a stable code, says where (file and line, link or joint) and what to do
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
@@ -83,19 +83,6 @@ class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
 
     def __str__(self) -> str:
         return render(self.level, self.code, self.message, self.file, self.line, self.hint)
-
-
-class Difference(msgspec.Struct, omit_defaults=True):
-    """One thing that is not the same."""
-
-    kind: str
-    message: str
-    size: float = 1.0
-    """Relative, at most 1, and 1 where there is no measure."""
-    link: str | None = None
-    joint: str | None = None
-    urdf: Any = None
-    mbs: Any = None
 
 
 def render(

@@ -15,9 +15,9 @@ class Actuators(Pass):
     writes = ("joints",)
 
     joints: list[str] = []
-    """Patterns of the joints that are actuated, besides those of the URDF."""
+    """Patterns of further joints that are actuated."""
     from_urdf: bool = True
-    """Whether those of ``<transmission>`` and ``<ros2_control>`` are."""
+    """Also actuate the joints of ``<transmission>`` and ``<ros2_control>``."""
 
     def run(self, conversion: Conversion) -> None:
         chosen = _from_urdf(conversion) if self.from_urdf else set()

@@ -1,22 +1,22 @@
-"""Align frames: each body's frame is chosen so that its joint's axis is a coordinate axis.
+"""Align frames: turn each body's frame so that a coordinate axis lies along its joint's axis.
 
-Beyond the method, whose Table A.2 turns the frame before a joint and turns it back after.
-Anything constant in a body can be expressed in any frame, so turning back is never needed:
-centre, inertia, points, visuals and the joints that follow are expressed in the frame that the
-joint leaves.  The turns before a joint must bring a coordinate axis onto the joint's direction
-``u``: none if u is +x, +y or +z; one if u has a zero component or is a negative axis; two
-otherwise.  The joint's coordinate stays the URDF's: same zero, same sign.
+Beyond the method.  The method's Table A.2 turns the frame before a joint, and turns it back after
+the joint.  Turning back is never needed: whatever is constant in a body can be written in any
+frame.  So centre, inertia, points, visuals and the next joints are written in the frame that the
+joint leaves.  The turns before a joint bring a coordinate axis onto the joint's direction ``u``.
+No turn is needed if u is +x, +y or +z.  One turn is needed if u has a zero component or is a
+negative axis, else two.  The joint's coordinate stays the URDF's: same zero, same sign.
 
-One thing is free: how far a body's frame is turned about its joint's own axis.  The pass tries
-the turns that put a coordinate axis of the frame in line with one of these:
+Each body's frame may have any angle about its own joint's axis.  The pass tries the angles that
+put a coordinate axis of the frame in line with
 
 * the axis of the joint before: then this joint needs the fewest turns;
-* the axes of the joints that the body carries, or that follow on joints parallel to its own:
-  then those joints need fewer;
+* the axes of the joints that the body carries, and of the joints behind parallel joints: then
+  those joints need fewer turns;
 * the other axes of the frame before.
 
-Each is tried with 0, 1, 2 and 3 quarter turns more.  Dynamic programming, from the tips of the
-tree back to the base, finds the choice with the fewest turns in all.
+The pass tries each of these angles with 0, 1, 2 and 3 quarter turns more.  Dynamic programming,
+from the tips of the tree to the base, finds the choice with the fewest turns in all.
 """
 
 from __future__ import annotations
@@ -60,12 +60,13 @@ class AlignFrames(Pass):
     axes: Literal["x", "y", "z", "any"] = "any"
     """The coordinate axis that joints act about or along."""
     candidates: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 12
-    """How many frames, quarter turns not counted, are considered for each body."""
+    """The number of frames considered for each body, quarter turns not counted."""
     tolerance: Tolerance = ROUNDING
-    """Up to this (rad) a direction off a coordinate axis or plane counts as on it.  The default
-    is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off each is."""
+    """A direction counts as on a coordinate axis or plane if it is at most this (rad) off.  The
+    default is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off they
+    are."""
     flip: bool = False
-    """Let a joint count the other way round where that saves a driven joint; it is then called
+    """Let a joint count the other way round if this saves a driven joint.  The joint is then called
     NAME_flipped, and its coordinate is minus the URDF's."""
 
     def run(self, conversion: Conversion) -> None:
@@ -92,20 +93,20 @@ class AlignFrames(Pass):
             if not step.joint.moves:
                 step.turns = ()
             after[id(step)] = multiply(node.held, offset)
-            step.frames = _turned(after[id(step)], step.frames)
+            step.frames = _turn(after[id(step)], step.frames)
         for segment in conversion.segments.values():
             if segment.steps:
-                segment.parts = _turned(after[id(segment.steps[-1])], segment.parts)
+                segment.parts = _turn(after[id(segment.steps[-1])], segment.parts)
 
 
-def _turned(rot: Rot, frames: dict[str, Pose]) -> dict[str, Pose]:
+def _turn(rot: Rot, frames: dict[str, Pose]) -> dict[str, Pose]:
     return {
         link: Pose(rotate(rot, pose.xyz), multiply(rot, pose.rot)) for link, pose in frames.items()
     }
 
 
 class _Node:
-    """A joint that moves, and the frames to choose from for the link behind it.
+    """A joint that moves, and the possible frames of the link behind the joint.
 
     The first node is the ground.  A frame is a rotation in the link's own frame.
     """
@@ -114,7 +115,7 @@ class _Node:
         self.step = step
         self.parent = parent or self
         self.rot = rot
-        """The link's frame in that of the parent node's link, at zero."""
+        """The link's frame in the frame of the parent node's link, at zero."""
         self.kind = step.joint.type if parent else "ground"
         self.turns_freely = self.kind not in ("ground", "floating", "planar")
         """True if the frame may be turned about the joint's axis at will."""
@@ -123,11 +124,11 @@ class _Node:
         """The joint's axis in the frame of the parent node's link, at zero."""
         self.children: list[_Node] = []
         self.wanted: list[tuple[Vec, int]] = []
-        """Directions at right angles to the axis.  Joints behind this one need fewer turns if its
-        frame has a coordinate axis in such a direction; the number says how many joints."""
+        """Directions at right angles to the axis, and for each the number of joints behind this
+        joint that need fewer turns if the frame has a coordinate axis in this direction."""
         self.frames: list[Rot] = []
-        """The frames to choose from; none for a joint that carries no other, if any axis will do.
-        Those that differ by quarter turns stand together."""
+        """The possible frames; frames that differ by quarter turns stand together.  A joint that
+        carries no other joint has none, if any axis will do."""
         self.costs: list[int] = []
         """For each frame, the fewest turns that all joints behind it need."""
         self.picks: list[int] = []
@@ -141,8 +142,11 @@ class _Node:
 def _tree(
     conversion: Conversion,
 ) -> tuple[list[_Node], list[tuple[Step, _Node, Rot, _Node, Rot]]]:
-    """All joints that move, parents first.  And all steps, each with the node whose frame its
-    own link is in and the link's rotation in it, then the same of the link before."""
+    """All joints that move, parents first; and all steps.
+
+    A step stands with the node that its link belongs to and the link's rotation in the node's
+    link, then with the same two of the link before the step.
+    """
     ground = conversion.ground.link
     nodes = [_Node(Step.of(Joint("", "fixed", "", ground)), None, IDENTITY)]
     steps: list[tuple[Step, _Node, Rot, _Node, Rot]] = []
@@ -166,9 +170,9 @@ def _tree(
 class _Search:
     """The search for the frames that need the fewest turns.
 
-    With any axis allowed, frames that differ by a cyclic exchange of x, y and z are as good as
-    one another for all that follows.  So only those are considered that have the joint's axis
-    first, and the turns before it are counted up to an exchange.
+    With any axis allowed, frames that differ by a cyclic exchange of x, y and z are equally good
+    for all joints behind.  So the search considers only frames whose x is the joint's axis, and
+    counts the turns before the joint up to an exchange.
     """
 
     def __init__(self, options: AlignFrames, joints: int = 1) -> None:
@@ -178,13 +182,13 @@ class _Search:
         self.candidates = options.candidates
         self.flip = options.flip
         self.weight = joints if self.flip else 1
-        """What a turn costs; a joint that counts the other way round costs one.  So the fewest
-        turns come first, and then the fewest such joints."""
+        """The cost of a turn; a flipped joint costs 1.  So the search saves turns first, and then
+        flipped joints."""
 
     # --- turns ---
 
     def zeros(self, u: tuple[float, ...]) -> int:
-        """How many components of a direction are zero."""
+        """The number of components of a direction that are zero."""
         x, y, z = u
         small = self.small
         return (abs(x) <= small) + (abs(y) <= small) + (abs(z) <= small)
@@ -195,7 +199,7 @@ class _Search:
         return 2 - zeros if zeros < 2 else int(sum(u) < 0.0 and not self.flip)
 
     def turns(self, rot: Rot) -> int:
-        """How many turns a rotation takes; with any axis allowed, up to an exchange of axes."""
+        """The number of turns of a rotation; with any axis allowed, up to an exchange of axes."""
         if not self.any:
             return len(fewest_turns(rot, self.small))
         # two turns leave some element zero, one turn some element one
@@ -210,15 +214,15 @@ class _Search:
         return (2, 1, 1, 0)[ones + (three == 2 and g + h + i > 0.0)]
 
     def fewest(self, rot: Rot) -> tuple[tuple[Turn, ...], int]:
-        """The turns themselves, and the axis (1, 2, 3) that ends up on the joint's."""
+        """The fewest turns of a rotation, and the axis (1, 2, 3) that ends up on the joint's."""
         ways = ((fewest_turns(_exchange(rot, k - self.ks[0]), self.small), k) for k in self.ks)
         return min(ways, key=lambda way: len(way[0]))
 
     # --- the frames to choose from ---
 
     def frames(self, axis: Vec, across: Vec) -> list[Rot]:
-        """The frames with an axis along ``axis``, and others along and across ``across``; then
-        those of a joint that counts the other way round."""
+        """The four frames with an axis along ``axis`` and another axis on the line ``across``; with
+        ``flip``, then the four frames of the flipped joint."""
         return [
             frame
             for along in ((axis, _back(axis)) if self.flip else (axis,))
@@ -234,8 +238,8 @@ class _Search:
             if child.kind == "floating":
                 continue
             directions.add(child.along)
-            # two turns are enough between two frames if an axis of one is at right angles to an
-            # axis of the other
+            # two turns between two frames are enough if an axis of the first frame is at right
+            # angles to an axis of the second frame
             for wanted, count in child.wanted:
                 directions.add(rotate(child.rot, wanted), count)
                 directions.add(rotate(child.rot, cross(child.axis, wanted)), count)
@@ -253,19 +257,17 @@ class _Search:
             node.frames = [_exchange(from_turns(turns), self.ks[0] - k)]
         elif node.children or not self.any:
             node.frames = [
-                frame
-                for across in self._considered(node)
-                for frame in self.frames(node.axis, across)
+                frame for across in self._consider(node) for frame in self.frames(node.axis, across)
             ]
-        # where joints may be flipped, the last four of eight frames flip this one
+        # with flip, the last four of eight frames flip this joint
         node.costs = [
             int(node.turns_freely and number % 8 > 3 and self.flip)
             for number in range(len(node.frames))
         ]
 
-    def _considered(self, node: _Node) -> list[Vec]:
-        """Directions at right angles to the joint's axis: a frame is tried for each, with a
-        coordinate axis in that direction."""
+    def _consider(self, node: _Node) -> list[Vec]:
+        """Directions at right angles to the joint's axis.  The search tries a frame with a
+        coordinate axis in each direction."""
         parent, back = node.parent, transpose(node.rot)
         # frames that differ by quarter turns have the same axes
         group = 1 if not parent.turns_freely else 8 if self.flip else 4
@@ -278,7 +280,7 @@ class _Search:
         room = self.candidates
         if parent.turns_freely:
             directions.add(rotate(back, parent.axis))
-        if not directions.vectors:  # the parent's axis is parallel, or given
+        if not directions.vectors:  # the parent's axis is parallel, or the parent cannot turn
             for axis in axes:
                 directions.add(axis)
         if not parent.turns_freely:
@@ -293,8 +295,8 @@ class _Search:
     def _free_frames(self, node: _Node) -> list[Rot]:
         """Frames for the link behind a floating joint.
 
-        The joint's own frame is given, as its coordinates are along fixed axes.  But a turn after
-        the joint costs one driven joint, and may save one at each of several joints that follow.
+        The joint's own frame is fixed: its coordinates are along given axes.  A turn after the
+        joint costs one driven joint, and may save a driven joint at each of the joints behind.
         """
         lines: dict[tuple[int, ...], Vec] = {}
         counts: Counter[tuple[int, ...]] = Counter()
@@ -338,8 +340,10 @@ class _Search:
             parent.costs[number] += cost
 
     def _best(self, node: _Node, before: Rot) -> tuple[int, int]:
-        """What the best frame of a node costs, and its number; ``before``: the rotation of the
-        node's link in the frame of the parent."""
+        """The cost of a node's best frame, and the frame's number.
+
+        ``before`` is the rotation of the node's link in the parent's frame.
+        """
         own = len(fewest_turns(before))
         best, pick = min(node.costs) + 99 * self.weight, 0
         for number, (frame, cost) in enumerate(zip(node.frames, node.costs, strict=True)):
@@ -353,7 +357,7 @@ class _Search:
         return best, pick
 
     def choose(self, node: _Node, conversion: Conversion) -> None:
-        """Give a joint its turns, once those before it have theirs."""
+        """Give a joint its turns; the joints before it must have theirs."""
         step, k = node.step, 1
         rot = multiply(node.parent.held, node.rot)
         if node.picks:
@@ -374,12 +378,12 @@ class _Search:
         held = multiply(transpose(from_turns(step.turns)), rot)
         along = AXES[k - 1]
         step.flipped = self.flip and node.turns_freely and dot(rotate(held, node.axis), along) < 0
-        _tell(conversion, step, held, _back(along) if step.flipped else along)
+        _note_axis_off(conversion, step, held, _back(along) if step.flipped else along)
         step.axis = along
         node.held = multiply(transpose(from_turns(step.after)), held) if step.after else held
 
 
-def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
+def _note_axis_off(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
     if step.joint.type == "floating":
         return
     meant = rotate(held, unit(step.axis))
@@ -396,41 +400,39 @@ def _tell(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
 # --- a lower bound: how few turns there could be ---
 
 
-#: The bound looks at the best frames of the joints behind, if they are no more than this.
+#: The bound looks at the best frames of a joint behind only if they are no more than this.
 MOST_FRAMES = 150
-#: For a body with more joints than this, the bound counts only how many directions they have.
+#: The bound counts no turns at a body that carries more joints than this: no robot has one.
 MOST_JOINTS = 40
 
 
 class _Bound:
-    """How many turns no choice of frames can do without.
+    """The number of turns that every choice of frames needs.
 
-    With u for a joint's direction in the frame before it, ``least(u)`` turns are needed; with one
-    turn more, about u itself, the frame behind can have any angle about u.  So the fewest turns
-    behind a frame are the sum, over the joints that its body carries, of
+    A joint with the direction u in the frame before it needs ``least(u)`` turns.  One turn more,
+    about u, gives the frame behind the joint any angle about u.  So the turns behind a frame are
+    at least the sum, over the joints that its body carries, of
 
-        least(u) + best + missed,
+        least(u) + best + missed.
 
-    where best is the same sum for the joint's own frame at its best angle, and missed is one if
-    ``least(u)`` turns reach no such angle.  This changes with a frame's angle only at a few
-    angles: where a u comes to a coordinate axis or plane, or where an axis of one of the best
-    frames of a joint behind does, so that fewer turns reach it.  These, and one other angle for
-    all others, are all to look at.
+    Here best is the same sum for the joint's own frame at its best angle.  missed is 1 if
+    ``least(u)`` turns do not reach a best angle, else 0.  The sum changes only at a few angles of
+    the frame: a joint's u, or an axis of a best frame behind, comes to a coordinate axis or plane.
+    The bound looks at these angles, and at one angle for all others.
 
-    Where most angles are best, or too many to follow, missed is taken as zero; where a body
-    carries too many joints, all but three directions are taken to need one turn.  The turns before
-    a floating or planar joint that is not on the ground are not counted.  So the bound may be too
-    low, never too high.
+    missed counts as 0 if most angles are best, or if the best angles are too many to follow.  The
+    bound does not count the turns before a floating or planar joint that is not on the ground.  So
+    the bound may be too low, but never too high.
     """
 
     def __init__(self, options: AlignFrames) -> None:
         self._search = _Search(options)
-        # frames made from directions that are nearly along one another have more rounding
+        # a frame made from two directions that are nearly parallel has more rounding
         self._coarse = _Search(options)
         self._coarse.small *= 10
         self._best: dict[_Node, int] = {}
         self._where: dict[_Node, list[Rot]] = {}
-        """The frames at which a node's best is reached, if these are few."""
+        """The best frames of each node, if they are few."""
 
     def fewest(self, nodes: list[_Node]) -> int:
         """The bound for a tree, parents first."""
@@ -463,11 +465,10 @@ class _Bound:
 
     def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
         """The fewest turns behind a node, over all its frames with this axis, and the frames that
-        need no more.  The list is empty where almost every frame does, and where they are many."""
-        if not node.children:
-            return 0, []
-        if len(node.children) > MOST_JOINTS:
-            return self._many(node), []
+        need no more turns.  The list is empty if almost every frame is best, or if there are many.
+        """
+        if not node.children or len(node.children) > MOST_JOINTS:
+            return self._further(node), []
         small = self._search.small
         directions = _Directions(axis, small)
         for child in node.children:
@@ -489,23 +490,14 @@ class _Bound:
                     where.append(frame)
         return best, where if len(where) <= MOST_FRAMES else []
 
-    def _many(self, node: _Node) -> int:
-        """The same bound for a node with many joints.  A frame has three axes, so at most three
-        directions of joints are on one; each joint in another direction takes a turn."""
-        lines: Counter[tuple[int, ...]] = Counter()
-        for child in node.children:
-            if child.turns_freely:
-                key = tuple(round(c / (10 * max(self._search.small, 1e-10))) for c in child.along)
-                lines[max(key, tuple(-c for c in key))] += 1
-        return sum(sorted(lines.values())[:-3]) + self._further(node)
-
     def _floating(self, node: _Node) -> int:
-        """The same for a floating joint, after which there are no turns, one about an axis, or
-        more.  Two bring the direction of some joint onto an axis; else each joint takes a turn."""
+        """The same for a floating joint.  After this joint there is no turn, one turn about an
+        axis, or more.  Two turns bring some joint's direction onto an axis; else each joint needs
+        a turn of its own."""
         own = [child.along for child in node.children if child.turns_freely]
         best, further = self._behind(node, IDENTITY), self._further(node)
         if len(own) > MOST_JOINTS:
-            return min(best, 1 + self._many(node))
+            return min(best, 1 + further)
         if best > 1 + further:
             best = min(best, *(1 + self._about(node, axis)[0] for axis in AXES))
         if best > 2 + further:
@@ -515,18 +507,18 @@ class _Bound:
 
 
 class _Directions:
-    """Directions at right angles to an axis; those a quarter turn apart count as one."""
+    """Directions at right angles to an axis; directions a quarter turn apart count as one."""
 
     def __init__(self, axis: Vec, small: float) -> None:
         self._axis, self._small = axis, small
-        # directions count as one up to ten times the tolerance of their components
+        # directions count as one if they differ by up to ten times the tolerance
         self._quarter = max(round(pi / 2 / (10 * small)), 1)
         x, y, z = map(abs, axis)
         smallest = X if x <= y and x <= z else Y if y <= z else Z
         self._one = cross(axis, smallest)
         self._two = cross(axis, self._one)
         self.counts: dict[int, int] = {}
-        """How often each was added, in the order of ``vectors``."""
+        """The number of joints for each direction, in the order of ``vectors``."""
         self.vectors: list[Vec] = []
 
     def add(self, v: Vec, count: int = 1) -> None:
@@ -542,10 +534,10 @@ class _Directions:
 
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
-    """The direction of the part of v at right angles to the axis; None if v is along it."""
+    """The direction of the part of v at right angles to the axis; None if v is along the axis."""
     a, b, c = axis
     x, y, z = v
-    for _ in range(2):  # the second time removes the rounding of the first, if v is nearly along
+    for _ in range(2):  # if v is nearly along the axis, the second round removes the rounding
         along = x * a + y * b + z * c
         x, y, z = x - along * a, y - along * b, z - along * c
         length = hypot(x, y, z)
@@ -556,7 +548,7 @@ def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
 
 
 def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
-    """The frames with axis k along ``axis`` and another axis on the line ``across`` it."""
+    """The frames with axis k along ``axis`` and another axis on the line ``across``."""
     up = cross(axis, across)
     back, left = _back(across), _back(up)
     pairs = ((across, up), (up, back), (back, left), (left, across))

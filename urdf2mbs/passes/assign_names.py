@@ -1,14 +1,15 @@
 """Assign names: everything gets the name and the place in the file that Robotran will know it by.
 
-Bodies are put depth first, as MBSysPad renumbers them when it saves: so the number of a joint
-never changes.  Names become identifiers, since the code that Robotran generates uses them; the
-model takes the file's own name.  From here on it is known where each link's frame is.
+Bodies stand depth first, as MBSysPad numbers them when it saves: so the number of a joint never
+changes.  Names become identifiers, since the code that Robotran generates uses them.  The model
+takes the file's name.  The pass also records the place of each link's frame.
 """
 
 from __future__ import annotations
 
-from urdf2mbs.conversion import Conversion, LinkFrame
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.mbs.names import identifiers, rename
 
 

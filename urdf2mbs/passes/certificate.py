@@ -8,17 +8,17 @@ rigid group.  ``proof/certificate.py`` replays the comparison.  A rejected file 
 
 from __future__ import annotations
 
-import json
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Literal
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Proof
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import UserConstraint, UserModel
+from urdf2mbs.proof.verdict import Proof
 
 STATEMENT = "https://in-toto.io/Statement/v1"
 PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
@@ -55,7 +55,11 @@ class Certificate(Pass):
             },
         }
         conversion.facts["certificate"] = {"file": path.name}
-        conversion.files[path] = (json.dumps(statement, indent=1, allow_nan=False) + "\n").encode()
+        conversion.files[path] = _text(statement)
+
+
+def _text(data: Any) -> bytes:
+    return msgspec.json.format(msgspec.json.encode(data), indent=1) + b"\n"
 
 
 def _files(conversion: Conversion, folder: Path) -> list[Any]:

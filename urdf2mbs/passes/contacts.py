@@ -7,14 +7,14 @@ cylinder.  The generated ``user_ExtForces`` has the contact law: the ground push
 ``stiffness depth (1 + rate / speed)``, never pulls, and rubs with ``friction tanh(slip /
 slip_speed)`` times that.
 
-Stiffness and damping follow what the ground carries, the mass m of the robot shared by its
-contact points.  Standing, it sinks by ``d = sink * leg``, so that ``stiffness = m g / d``; there
-the law damps by ``stiffness d / speed = m g / speed``, which is ``2 damping_ratio
-(m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.
+Stiffness and damping follow from the mass m that each contact point carries: the robot's mass
+over the number of points.  The robot stands at the depth ``d = sink * leg``, so that ``stiffness =
+m g / d``.  At this depth the law damps by ``stiffness d / speed = m g / speed``.  The damping is
+``2 damping_ratio (m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.
 
-A floating base is raised or lowered, so that the robot stands on the lowest of these points: a
-robot at zero has its feet below the ground.  A robot whose centre of mass is not over them falls,
-whatever holds its joints: it is told.
+The pass raises or lowers a floating base, so that the robot stands on the lowest of these points:
+a robot at zero has its feet below the ground.  A robot falls if its centre of mass is not over the
+contact points, whatever holds its joints.  A warning says so.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from msgspec import Meta
 from urdf2mbs.conversion import Conversion, Segment, choose
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, floating, place
-from urdf2mbs.mbs.model import Mbs, Parameter, Point, Sensor, UserModel
+from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
-from urdf2mbs.simulation import Contact
+from urdf2mbs.simulation import Contact, rounded
 from urdf2mbs.spatial import ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
 
@@ -45,28 +45,30 @@ class Contacts(Pass):
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground."""
     points: dict[str, list[Place]] = {}
-    """Link: its contact points, in its frame (m), instead of those of its shapes."""
+    """Link: its contact points, in the link's frame (m), in place of the lowest points of its
+    shapes."""
     within: Length = 0.005
-    """Shapes of a link count whose lowest point is at most this (m) above the link's lowest."""
+    """A shape of a link counts if its lowest point is at most this (m) above the link's lowest
+    point."""
     stand: bool = True
-    """Whether a floating base is shifted so that the lowest contact point is on the ground."""
+    """Shift a floating base so that the lowest contact point is on the ground."""
     ground: Coordinate = 0.0
     """Height of the ground (m)."""
     sink: Annotated[float, Meta(gt=0, le=1)] = 0.001
-    """How deep the robot sinks in when it stands on all points, in parts of its longest leg."""
+    """The robot that stands on all points sinks in by this part of its longest leg."""
     depth: PositiveLength | None = None
-    """The same (m), instead of ``sink``."""
+    """The robot sinks in by this (m), in place of ``sink``."""
     stiffness: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
-    """Of the ground at each point (N/m), instead of ``depth``."""
+    """Stiffness of the ground at each point (N/m), in place of ``depth``."""
     damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 1.0
-    """Of the robot that bounces on the ground, standing on all points."""
+    """Damping ratio of the robot that bounces on the ground with all points."""
     speed: Speed | None = None
-    """Speed (m/s) at which the ground pushes twice as hard on the way in, instead of
-    ``damping_ratio``: less damps more."""
+    """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
+    ``damping_ratio``. A smaller speed damps more."""
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.8
     """Coefficient of friction, a ratio."""
     slip_speed: Speed = 0.05
-    """Speed of slip (m/s) from which on friction is nearly full."""
+    """Friction is nearly full above this speed of slip (m/s)."""
 
     def run(self, conversion: Conversion) -> None:
         if not self.links and not self.points:
@@ -79,7 +81,7 @@ class Contacts(Pass):
         up = simulation.up
         placement = place(mbs)
         places: list[Vec] = []
-        for link, (segment, pose) in _chosen(conversion, self).items():
+        for link, (segment, pose) in _choose_links(conversion, self).items():
             at = compose(placement.bodies[segment.body.name], pose)
             corners = self.points.get(link) or _lowest_points(conversion, link, at, self.within)
             for number, corner in enumerate(corners, start=1):
@@ -99,25 +101,20 @@ class Contacts(Pass):
         ]
 
 
-def _chosen(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
-    """The links, each with its body and its pose in it."""
-    links = list(conversion.robot.links)
+def _choose_links(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
+    """The links that touch the ground, each with its body and its pose in the body."""
+    links = conversion.robot.links
     chosen = choose((*options.links, *options.points), links, "contacts-links", "contacts: no link")
     parts = conversion.parts()
-    places: dict[str, tuple[Segment, Pose]] = {}
-    for link in links:
-        if link not in chosen:
-            continue
-        segment, pose = parts.get(link, (None, None))
-        if segment is None or pose is None or segment.parent is None:
-            why = "has no body of its own" if segment is None else "never moves"
+    for link in chosen:
+        if link not in parts or parts[link][0] is conversion.ground:
+            why = "never moves" if link in parts else "has no body of its own"
             raise ConfigError(
                 "contacts-body", f"contacts: link '{link}' {why}, so that no force can act on it",
-                hint="leave it out of 'links'" if segment is not None
+                hint="leave it out of 'links'" if link in parts
                 else f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body",
             )  # fmt: skip
-        places[link] = (segment, pose)
-    return places
+    return {link: parts[link] for link in links if link in chosen}
 
 
 def _stand(conversion: Conversion, rise: float) -> None:
@@ -149,14 +146,14 @@ def _check_balance(conversion: Conversion, placement: Placement, places: list[Ve
     up = np.array(conversion.simulation.up)
     points = np.array(places) - moment / total
     points -= np.outer(points @ up, up)
-    # of all lines between two points, the place nearest to the centre of mass
+    # the place nearest to the centre of mass on any line between two points
     lines = points[None] - points[:, None]
     lengths = np.maximum((lines**2).sum(axis=2), 1e-300)
     shares = np.clip(-(points[:, None] * lines).sum(axis=2) / lengths, 0.0, 1.0)
     near = (points[:, None] + shares[..., None] * lines).reshape(-1, 3)
     x, y, z = way = near[np.argmin((near**2).sum(axis=1))]
     away = float(np.linalg.norm(way))
-    # the centre is outside if all points are beyond that place
+    # the centre of mass is outside if all points are beyond the nearest place
     if away > 1e-3 and (points @ way >= away**2 * (1 - 1e-9)).all():
         conversion.warn(
             "contacts-balance",
@@ -169,27 +166,22 @@ def _check_balance(conversion: Conversion, placement: Placement, places: list[Ve
 
 
 def _add_law(conversion: Conversion, options: Contacts) -> None:
+    """Add the numbers of the contact law as a user model."""
     mbs = conversion.mbs
     g = hypot(*mbs.base.gravity)
     share = sum(body.mass or 0.0 for body in mbs.bodies) / len(conversion.simulation.contacts)
-    depth = options.depth
-    if depth is None and options.stiffness is not None:
-        depth = share * g / options.stiffness
+    stiffness, depth, speed = options.stiffness, options.depth, options.speed
     if depth is None:
-        depth = options.sink * _longest_leg(mbs)
-    stiffness = options.stiffness
+        depth = share * g / stiffness if stiffness else options.sink * _longest_leg(mbs)
     if stiffness is None:
-        stiffness = float(f"{share * g / depth:.2g}") or 1000.0
-    speed = options.speed
+        stiffness = rounded(share * g / depth) or 1000.0
     if speed is None:
-        speed = float(f"{sqrt(g * depth) / (2 * options.damping_ratio):.2g}") or 0.1
+        speed = rounded(sqrt(g * depth) / (2 * options.damping_ratio)) or 0.1
     law = {
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
         "friction": options.friction, "slip_speed": options.slip_speed,
     }  # fmt: skip
-    mbs.user_models.append(
-        UserModel("contact", [Parameter(key, "scalar", (repr(v),)) for key, v in law.items()])
-    )
+    mbs.user_models.append(UserModel.of("contact", law))
 
 
 def _longest_leg(mbs: Mbs) -> float:
@@ -197,17 +189,15 @@ def _longest_leg(mbs: Mbs) -> float:
     a floating base; 1 m where it has no others."""
     placement = place(mbs)
     base = floating(mbs)
-    lengths = [0.0]
-    for body in mbs.bodies:
-        joints = [placement.joints[index] for index in placement.way(body.name)]
-        for point in body.points:
-            at = placement.point(mbs, body.name, point.name)
-            lengths += [
-                dist(at, placed.origin)
-                for placed in joints
-                if point.extforce is not None and (base is None or placed.joint not in base.joints)
-            ]
-    return max(lengths) or 1.0
+    lengths = [
+        dist(placement.point(mbs, body.name, point.name), placement.joints[index].origin)
+        for body in mbs.bodies
+        for point in body.points
+        if point.extforce is not None
+        for index in placement.way(body.name)
+        if base is None or placement.joints[index].joint not in base.joints
+    ]
+    return max(lengths, default=0.0) or 1.0
 
 
 # --- the lowest points of shapes ---
@@ -303,24 +293,22 @@ def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) ->
 
 
 def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
-    """All vertices of a mesh file, scaled (m), as rows; None, with a warning: it cannot be read."""
+    """All vertices of a mesh file, scaled (m), as rows; None, with a warning, if there are none."""
     from urdf2mbs.meshes.model import MeshError
     from urdf2mbs.meshes.reader import read
 
     path = conversion.packages.resolve(mesh.filename)
     problem = "it was not found"
-    if path is not None:
-        try:
-            parts = read(path).parts
-        except MeshError as error:
-            problem = str(error)
-        else:
+    try:
+        rows = [part.points for part in read(path).parts] if path is not None else []
+        if any(map(len, rows)):
             import numpy as np
 
-            rows = [np.asarray(part.points, float).reshape(-1, 3) for part in parts]
-            if rows and len(points := np.concatenate(rows)):
-                return points * np.array(mesh.scale)
+            return np.concatenate(rows).astype(float) * np.array(mesh.scale)
+        if path is not None:
             problem = "it has no vertices"
+    except MeshError as error:
+        problem = str(error)
     conversion.warn(
         "contacts-mesh", f"contacts: mesh '{mesh.filename}' cannot be used: {problem}", link=link
     )

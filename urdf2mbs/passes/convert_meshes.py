@@ -1,20 +1,19 @@
 """Convert meshes: the method's "simply needs to be converted (by the user)", done here.
 
 Every mesh that a visual shows becomes a VRML97 file in the project's ``animationR/vrml``.  The
-file holds the mesh in metres and z up; a shape's ``scale`` stays in the .mbs, except for its
-signs: a mirrored mesh gets a file of its own, with the faces turned back, and its shape the
-absolute values, so that no viewer has to know how to draw a mirrored transform.
+file holds the mesh in metres and z up.  A shape's ``scale`` stays in the .mbs as absolute values.
+A mirrored mesh (negative scale) gets a file of its own with the faces turned back, since not every
+viewer can draw a mirrored transform.
 
-A mesh that has no colour of its own takes the visual's.  A file is named after its mesh (the
-stem that convert-visuals chose), ``_mirror_AXES`` where mirrored, ``_RRGGBB`` where another
-visual shows the same mesh in another colour.
+A mesh without a colour takes the visual's.  A file has the name of its mesh (the stem that
+convert-visuals chose), with ``_mirror_AXES`` for a mirrored mesh and ``_RRGGBB`` for a second
+colour of the same mesh.
 """
 
 from __future__ import annotations
 
 import os
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from io import BytesIO
 from pathlib import Path, PurePosixPath
@@ -37,14 +36,14 @@ if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes
 
     from urdf2mbs.meshes.model import Mesh
 
-#: Stands in every file that is written; a new number makes all files anew.
+#: Each .wrl holds this number; with a new number, all files are written again.
 VERSION = 3
 
-#: How our files begin; then comes what each was made from.
+#: Each .wrl begins so; then comes ``Made``.
 BEGIN = b"#VRML V2.0 utf8\n# "
 
-#: So many bytes of mesh files are worth a process: they take a second or two, and so does a start
-#: on a machine that is busy.
+#: So many bytes of mesh files are worth a process.  They take a second or two, as the start of a
+#: process does on a busy machine.
 WORTH = 48 * 2**20
 
 
@@ -72,61 +71,53 @@ class ConvertMeshes(Pass):
         from urdf2mbs.meshes.model import MeshError
 
         folder = settings.project / "animationR" / "vrml"
-        uses = _uses(conversion)
+        uses = _uses(conversion, folder, self)
         links = _links(conversion)
-        names = _name_files(conversion.meshes, uses)
-        told: dict[str, Made] = {}
+        shown: dict[str, Made] = {}
         lost = Lost()
         left = self.at_most * 2**20
         counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
-        paths = {filename: conversion.packages.resolve(filename) for filename in uses}
-        there = _there(uses, names, paths, folder, self)
-        made_anew = _made_anew(uses, paths, there, self)
-        for number, (filename, looks) in enumerate(uses.items(), start=1):
+        ask = _start_conversion(uses, self)
+        for number, (filename, use) in enumerate(uses.items(), start=1):
             conversion.progress(f"{filename} ({number} of {len(uses)})")
-            path = paths[filename]
-            if path is None:
-                counts["unusable"] += 1
-                lost.missing[filename] = conversion.packages.looked(filename)
-                continue
             mesh: Converted | None = None
-            for look, shapes in looks.items():
-                target = folder / f"{names[filename, look]}.wrl"
-                old = there[filename, look]
-                if old is not None and old.made is None:
-                    lost.not_ours[filename] = str(target)
-                elif old is not None and old.made is not None and old.current:
+            if use.path is None:
+                lost.missing[filename] = conversion.packages.places_of(filename)
+            elif use.due and files.size(use.path) > left:
+                lost.too_large[filename] = f"{files.size(use.path) / 2**20:.3g} MiB"
+            elif use.due:
+                try:
+                    mesh = ask(use)
+                    left -= mesh.size
+                except MeshError as error:
+                    lost.unreadable[filename] = f"{use.path}: {error}"
+            counts["unusable"] += use.path is None or (bool(use.due) and mesh is None)
+            for target in use.targets:
+                if target.foreign:
+                    lost.not_ours[filename] = str(target.path)
+                elif target.made is not None:
                     counts["kept"] += 1
-                    counts["bytes"] += old.size
-                    told[filename] = old.made
-                else:
-                    if mesh is None:
-                        if files.size(path) > left:
-                            counts["unusable"] += 1
-                            lost.too_large[filename] = f"{files.size(path) / 2**20:.3g} MiB"
-                            break
-                        try:
-                            mesh = made_anew(filename)
-                            left -= mesh.size
-                        except MeshError as error:
-                            counts["unusable"] += 1
-                            lost.unreadable[filename] = f"{path}: {error}"
-                            break
-                    told[filename], content = mesh.looks[look]
-                    for name, digest in told[filename].sources.items():
-                        files.note(path.parent / name, digest)  # another process may have read it
-                    conversion.files[target] = content
-                    for name, image in mesh.textures.items():
-                        if not files.is_file(folder / name):
-                            conversion.files[folder / name] = image
+                    counts["bytes"] += target.size
+                    shown[filename] = target.made
+                elif mesh is not None and use.path is not None:
+                    shown[filename], content = mesh.looks[target.look]
+                    for name, digest in shown[filename].sources.items():
+                        # another process may have read the file
+                        files.note(use.path.parent / name, digest)
+                    conversion.files[target.path] = content
                     counts["converted"] += 1
                     counts["bytes"] += len(content)
-                for shape in shapes:
-                    shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.name}"
+                else:
+                    continue
+                for shape in target.shapes:
+                    shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.path.name}"
                     x, y, z = shape.scale
                     shape.scale = (abs(x), abs(y), abs(z))
-        _tell_lost(conversion, lost, links, self)
-        _tell(conversion, told, links)
+            for name, image in mesh.textures.items() if mesh is not None else ():
+                if not files.is_file(folder / name):
+                    conversion.files[folder / name] = image
+        _warn_of_lost(conversion, lost, links, self)
+        _warn_of_differences(conversion, shown, links)
         conversion.facts["convert-meshes"] = {
             "folder": str(folder), **counts,
             "lost": {
@@ -137,7 +128,7 @@ class ConvertMeshes(Pass):
 
 
 class Look(msgspec.Struct, frozen=True):
-    """What a visual changes of its mesh: each different look needs a file of its own."""
+    """A visual's changes of its mesh: each different look needs a file of its own."""
 
     mirror: str
     """The axes that a negative scale mirrors: of "xyz"."""
@@ -146,7 +137,7 @@ class Look(msgspec.Struct, frozen=True):
 
 
 class Made(msgspec.Struct, omit_defaults=True):
-    """What a .wrl was made from: its second line."""
+    """The sources of a .wrl: its second line."""
 
     version: int
     up_axis: str
@@ -167,15 +158,38 @@ class Lost(msgspec.Struct):
     too_large: dict[str, str] = {}
 
 
-class Old(msgspec.Struct):
-    """A .wrl that is there already."""
+class Target(msgspec.Struct):
+    """A .wrl that shows a mesh in one look, and the file that stands in its place already."""
 
-    size: int
-    """Bytes."""
-    made: Made | None
-    """What it was made from; None: it is not ours."""
-    current: bool
-    """Whether its mesh would give it again."""
+    path: Path
+    look: Look
+    shapes: list[Shape]
+    """The shapes that show the mesh in this look."""
+    made: Made | None = None
+    """What the file was made from, if the mesh would give the same file again."""
+    size: int = 0
+    """Bytes of the file."""
+    foreign: bool = False
+    """True if urdf2mbs did not write the file, or if somebody has changed it since."""
+
+
+class Use(msgspec.Struct):
+    """A mesh that is shown, in each of its looks."""
+
+    path: Path | None
+    """None: the mesh was not found."""
+    targets: list[Target]
+
+    @property
+    def due(self) -> list[Look]:
+        """The looks that are to be converted."""
+        return [target.look for target in self.targets if not (target.made or target.foreign)]
+
+    @property
+    def file(self) -> tuple[str, str]:
+        """The mesh file, whatever name the URDF gives it.  A .wrl says the name of its mesh."""
+        assert self.path is not None
+        return os.path.realpath(self.path), self.path.name
 
 
 class Job(msgspec.Struct, frozen=True):
@@ -187,7 +201,7 @@ class Job(msgspec.Struct, frozen=True):
 
 
 class Converted(msgspec.Struct):
-    """What is made of a mesh file."""
+    """A mesh file in all its looks."""
 
     size: int
     """Bytes of all the files that it was read from."""
@@ -195,10 +209,12 @@ class Converted(msgspec.Struct):
     textures: dict[str, bytes]
 
 
-def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
-    """Every mesh that is shown, in each of its looks, and the shapes that show it."""
+def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[str, Use]:
+    """Every mesh that is shown, by the name that the URDF gives it."""
+    from urdf2mbs.meshes.model import read_beside
+
     filenames = {stem: filename for filename, stem in conversion.meshes.items()}
-    uses: dict[str, dict[Look, list[Shape]]] = {}
+    shapes: dict[str, dict[Look, list[Shape]]] = {}
     for segment in conversion.segments.values():
         for shape in segment.holder.shapes:
             if shape.kind != "inline" or not shape.url:
@@ -207,83 +223,53 @@ def _uses(conversion: Conversion) -> dict[str, dict[Look, list[Shape]]]:
             if filename is not None:
                 mirror = "".join(a for a, s in zip("xyz", shape.scale, strict=True) if s < 0)
                 look = Look(mirror, shape.color, shape.transparency)
-                uses.setdefault(filename, {}).setdefault(look, []).append(shape)
+                shapes.setdefault(filename, {}).setdefault(look, []).append(shape)
+    names = _name_files(conversion.meshes, shapes)
+    uses: dict[str, Use] = {}
+    for filename, looks in shapes.items():
+        path = conversion.packages.resolve(filename)
+        use = uses[filename] = Use(path, [])
+        for look in looks if path is not None else ():
+            target = Target(folder / f"{names[filename, look]}.wrl", look, looks[look])
+            content = read_beside(target.path, target.path.name)
+            if content is not None and path is not None:
+                made = read_made(content)
+                target.size, target.foreign = len(content), made is None
+                if made is not None and is_current(made, options, look, path, folder):
+                    target.made = made
+            use.targets.append(target)
     return uses
 
 
-def _there(
-    uses: dict[str, dict[Look, list[Shape]]],
-    names: dict[tuple[str, Look], str],
-    paths: dict[str, Path | None],
-    folder: Path,
-    options: ConvertMeshes,
-) -> dict[tuple[str, Look], Old | None]:
-    """The .wrl files that are there already, for each look of each mesh."""
-    from urdf2mbs.meshes.model import read_beside
+def _start_conversion(uses: dict[str, Use], options: ConvertMeshes) -> Callable[[Use], Converted]:
+    """A function that converts a mesh, or raises MeshError; to be called in the order of ``uses``.
 
-    there: dict[tuple[str, Look], Old | None] = {}
-    for filename, looks in uses.items():
-        path = paths[filename]
-        for look in looks if path is not None else ():
-            target = folder / f"{names[filename, look]}.wrl"
-            content = read_beside(target, target.name)
-            there[filename, look] = None
-            if content is not None:
-                made = made_from(content)
-                current = (
-                    made is not None
-                    and path is not None
-                    and is_current(made, options, look, path, folder)
-                )
-                there[filename, look] = Old(len(content), made, current)
-    return there
+    Each file is read once, and on all cores where that pays.
+    """
+    due = [use for use in uses.values() if use.path is not None and use.due]
+    looks: dict[tuple[str, str], dict[Look, None]] = {}
+    for use in due:
+        looks.setdefault(use.file, {}).update(dict.fromkeys(use.due))
+    jobs = {
+        use.file: Job(use.path, tuple(looks[use.file]), options)
+        for use in reversed(due)
+        if use.path is not None
+    }
+    results = zip(looks, _results([jobs[file] for file in looks]), strict=True)
+    converted: dict[tuple[str, str], Converted] = {}
 
+    def ask(use: Use) -> Converted:
+        if use.file not in converted:
+            # meshes that are left out, as they are too large, are never asked for
+            result = next((result for file, result in results if file == use.file), None)
+            converted[use.file] = make(jobs[use.file]) if result is None else result()
+        return converted[use.file]
 
-def _made_anew(
-    uses: dict[str, dict[Look, list[Shape]]],
-    paths: dict[str, Path | None],
-    there: dict[tuple[str, Look], Old | None],
-    options: ConvertMeshes,
-) -> Callable[[str], Converted]:
-    """What gives the meshes that are made anew, asked in the order of ``uses``: each file is read
-    once, under however many names the URDF has it, and on all cores where that pays."""
-    files_of: dict[str, tuple[str, str]] = {}
-    first: dict[tuple[str, str], Path] = {}
-    wanted: dict[tuple[str, str], dict[Look, None]] = {}
-    for filename, looks in uses.items():
-        path = paths[filename]
-        due = [look for look in looks if path is not None and _is_due(there[filename, look])]
-        if path is not None and due:
-            # a .wrl says the name of its mesh
-            file = files_of[filename] = (os.path.realpath(path), path.name)
-            first.setdefault(file, path)
-            wanted.setdefault(file, {}).update(dict.fromkeys(due))
-    jobs = [Job(first[file], tuple(looks), options) for file, looks in wanted.items()]
-    coming = zip(wanted, _results(jobs), strict=True)
-    asked = Counter(files_of.values())
-    shared: dict[tuple[str, str], Converted] = {}
-
-    def made_anew(filename: str) -> Converted:
-        file = files_of[filename]
-        if file in shared:
-            return shared[file]
-        # those before it that nobody asks for are too much
-        result = next((result for one, result in coming if one == file), None)
-        mesh = make(Job(first[file], tuple(wanted[file]), options)) if result is None else result()
-        if asked[file] > 1:
-            shared[file] = mesh
-        return mesh
-
-    return made_anew
-
-
-def _is_due(old: Old | None) -> bool:
-    """Whether a .wrl is to be made; one that is not ours is left alone."""
-    return old is None or (old.made is not None and not old.current)
+    return ask
 
 
 def _results(jobs: list[Job]) -> Iterator[Callable[[], Converted]]:
-    """For each job in turn what gives its meshes, or raises MeshError."""
+    """For each job in turn a function that gives its meshes, or raises MeshError."""
     from urdf2mbs.machine.processes import cores, each
 
     count = min(len(jobs), sum(files.size(job.path) for job in jobs) // WORTH)
@@ -301,7 +287,7 @@ def _result(job: Job, future: Future[Converted]) -> Converted:
         return future.result()
     except MeshError:
         raise
-    except Exception:  # again here, where it can be told, or there is more memory
+    except Exception:  # this process can say what is wrong, or has more memory
         return make(job)
 
 
@@ -315,7 +301,7 @@ def make(job: Job) -> Converted:
 
 
 def _links(conversion: Conversion) -> dict[str, list[str]]:
-    """Which links show each mesh file."""
+    """The links that show each mesh file."""
     links: dict[str, list[str]] = {}
     for link in conversion.robot.links.values():
         for visual in link.visuals:
@@ -346,58 +332,52 @@ def _name_files(
     return names
 
 
-def _shown_by(links: list[str]) -> str:
-    return f"link {links[0]}" + (f" and {len(links) - 1} more" if len(links) > 1 else "")
-
-
-def _tell_lost(
+def _warn_of_lost(
     conversion: Conversion, lost: Lost, links: dict[str, list[str]], options: ConvertMeshes
 ) -> None:
-    """One warning for each reason, which names all meshes that it concerns."""
-
-    def warn(code: str, names: Iterable[str], what: str, hint: str | None = None) -> None:
-        files = list(names)
-        named = (f"'{name}' ({_shown_by(links[name])})" for name in files)
-        conversion.warn(
-            code,
-            f"{counted(len(files), 'mesh')} {what}: {some(named, 3)}",
-            link=links[files[0]][0],
-            hint=hint,
-        )
-
-    if lost.missing:
-        places = dict.fromkeys(place for looked in lost.missing.values() for place in looked)
-        warn(
+    """Warn once for each reason, with the names of the meshes."""
+    places = dict.fromkeys(place for places in lost.missing.values() for place in places)
+    for code, meshes, what, hint in (
+        (
             "mesh-missing", lost.missing, "not found",
             f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 8)}",
-        )  # fmt: skip
-    if lost.not_ours:
-        warn(
+        ),
+        (
             "mesh-not-ours", lost.not_ours,
             "not converted, as a file of the name is there that urdf2mbs did not write, or that "
             "was changed since",
             f"move away: {some(lost.not_ours.values())}",
-        )  # fmt: skip
-    if lost.too_large:
-        warn(
+        ),
+        (
             "mesh-too-large", lost.too_large,
             f"not converted: the files of all meshes are more than {options.at_most} MiB",
             f"'convert-meshes: {{at_most: {4 * options.at_most}}}' under 'passes' reads more, and "
             "takes up to 20 times the largest file's size in memory",
-        )  # fmt: skip
-    if lost.unreadable:
-        warn(
+        ),
+        (
             "mesh-unreadable", lost.unreadable, "cannot be used",
             some(lost.unreadable.values(), 3),
-        )  # fmt: skip
+        ),
+    ):  # fmt: skip
+        if meshes:
+            names = list(meshes)
+            named = [
+                f"'{name}' (link {links[name][0]}"
+                + (f" and {len(links[name]) - 1} more)" if len(links[name]) > 1 else ")")
+                for name in names
+            ]
+            text = f"{counted(len(names), 'mesh')} {what}: {some(named, 3)}"
+            conversion.warn(code, text, link=links[names[0]][0], hint=hint)
 
 
-def _tell(conversion: Conversion, told: dict[str, Made], links: dict[str, list[str]]) -> None:
-    """Warn of what the .wrl files do not show as the meshes do, new files and kept ones."""
+def _warn_of_differences(
+    conversion: Conversion, shown: dict[str, Made], links: dict[str, list[str]]
+) -> None:
+    """Warn of what the .wrl files, new or kept, do not show as the meshes do."""
     lost: dict[str, list[str]] = {}
     parts: dict[str, list[str]] = {}
     turned_up: list[str] = []
-    for filename, made in told.items():
+    for filename, made in shown.items():
         for problem in made.problems:
             parts.setdefault(problem, []).append(filename)
         for name, digest in made.sources.items():
@@ -449,8 +429,8 @@ def convert(mesh: Mesh, look: Look, options: ConvertMeshes) -> tuple[Made, bytes
     return made, seal(Path("mesh.wrl"), out.getvalue())
 
 
-def made_from(content: bytes) -> Made | None:
-    """What a .wrl was made from; None: it is not ours, or was changed by someone since."""
+def read_made(content: bytes) -> Made | None:
+    """The sources of a .wrl; None if it is not ours, or if somebody has changed it since."""
     if not content.startswith(BEGIN) or not intact(content):
         return None
     try:
@@ -460,7 +440,7 @@ def made_from(content: bytes) -> Made | None:
 
 
 def is_current(made: Made, options: ConvertMeshes, look: Look, path: Path, folder: Path) -> bool:
-    """Whether the mesh file at ``path`` would give this .wrl again."""
+    """True if the mesh file at ``path`` would give this .wrl again."""
     from urdf2mbs.meshes.model import read_beside
 
     return (

@@ -25,7 +25,7 @@ from urdf2mbs.urdf.model import Box, Cylinder, Geometry, Material, Sphere
 Y_ONTO_Z = from_turn((1, pi / 2))
 #: Where the project keeps its meshes.
 VRML = "PRJPATH/animationR/vrml"
-#: So many letters of a mesh file's name are kept: most file systems take 255 at most.
+#: A .wrl keeps so many letters of its mesh file's name: most file systems allow 255.
 _LONGEST = 150
 
 
@@ -47,7 +47,7 @@ class ConvertVisuals(Pass):
                     shape.rotation = ZERO if rot == IDENTITY else to_xyz_angles(rot)
                     _colour(shape, visual.material, conversion.robot.materials)
                     segment.holder.shapes.append(shape)
-        _tell(conversion)
+        _warn_of_left_out(conversion)
 
 
 def _shape(geometry: Geometry, name: str, conversion: Conversion, stems: set[str]) -> Shape:
@@ -87,7 +87,7 @@ def _colour(shape: Shape, material: Material | None, known: dict[str, Material])
     shape.transparency = 1.0 - a
 
 
-def _tell(conversion: Conversion) -> None:
+def _warn_of_left_out(conversion: Conversion) -> None:
     links = conversion.robot.links.values()
     textured = [
         link.name

@@ -22,7 +22,7 @@ from urdf2mbs.mbs.names import free_name
 from urdf2mbs.simulation import ForceTorque
 from urdf2mbs.spatial import ALIGNED, Turn, axis_turns, unit
 
-#: What a unit axis may be off a coordinate axis or plane without a word: the rounding of a double.
+#: A unit axis so far off a coordinate axis or plane gets no note: the rounding of a double.
 ROUNDING = 1e-15
 SIX: tuple[str, ...] = ("T1", "T2", "T3", "R1", "R2", "R3")
 
@@ -43,7 +43,7 @@ class DecomposeJoints(Pass):
                         joint.name = free_name(joint.name, taken)
                         taken.add(joint.name)
                 joints += step.joints
-                _tell_axis(conversion, step)
+                _note_axis_off(conversion, step)
                 if step.flipped:
                     conversion.names.flipped.append(step.joint.name)
                 if step.measured is not None:
@@ -63,7 +63,7 @@ def decompose(step: Step) -> None:
     if kind == "fixed":
         held = {f"{name}_{type_}": type_ for type_ in SIX} if step.measured else {name: "T3"}
         step.coordinates = []
-        step.joints = [*origin, *(_driven(name, type_, 0.0) for name, type_ in held.items())]
+        step.joints = [*origin, *(_drive(name, type_, 0.0) for name, type_ in held.items())]
         return
     turns: tuple[Turn, ...] = ()
     types = SIX
@@ -83,14 +83,14 @@ def decompose(step: Step) -> None:
 
 
 def _turns(name: str, turns: tuple[Turn, ...]) -> list[Joint]:
-    return [_driven(f"{name}_R{k}", f"R{k}", angle) for k, angle in turns]
+    return [_drive(f"{name}_R{k}", f"R{k}", angle) for k, angle in turns]
 
 
-def _driven(name: str, type_: str, q: float) -> Joint:
+def _drive(name: str, type_: str, q: float) -> Joint:
     return Joint(name, type_, "driven", q=q, symbols=("q",))
 
 
-def _tell_axis(conversion: Conversion, step: Step) -> None:
+def _note_axis_off(conversion: Conversion, step: Step) -> None:
     joint = step.joint
     if joint.type in ("fixed", "floating") or step.axis.count(0.0) == 2:
         return

@@ -1,8 +1,8 @@
 """Equations: Robotran's equations of motion for the file just made, in the project's symbolicR.
 
 In the method, Robotran's own generator is the last step, after the conversion (Figure 1): a web
-service with an account.  Here it needs none.  Only done where the config gives a language.
-Equations of an earlier model do not stay: ours are removed, Robotran's are named.
+service with an account.  This pass needs no account.  It writes equations if the config gives a
+language.  It removes our equations of an earlier model, and names Robotran's.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _folder(conversion: Conversion) -> Path:
 
 
 def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
-    """Equations that are there, and are of another model: ours go, others are named."""
+    """Remove our equations of another model, and warn of such equations that are not ours."""
     output, folder = conversion.settings.output, _folder(conversion)
     if not files.is_folder(folder):
         return

@@ -3,12 +3,12 @@
 Beyond the method, which neglects such links.  Off unless ``density`` or ``total_mass`` is set.
 The collision geometry counts (the visual one where there is none): primitives exactly, meshes
 by their enclosed volume (their convex hull's where they do not enclose one; extra ``meshes``).
-Where a mesh is not there, cannot be read or is flat, the link is taken for rods of ``rod_radius``
-from its origin to what it carries, or a ball where it carries nothing.  Every link is named in
-the report.
+A mesh may be missing, unreadable or flat.  Then rods of ``rod_radius`` from the link's origin to
+the joints that it carries stand in for the link, or a ball if it carries none.  The report names
+every link.
 
-``repair`` replaces each inertia that no body can have by the nearest one (``urdf.inertia`` says
-in which sense), and says by how much it moved.
+``repair`` replaces each inertia that no body can have by the nearest possible inertia
+(``urdf.inertia`` defines the distance), and says by how much the inertia moved.
 """
 
 from __future__ import annotations
@@ -78,9 +78,9 @@ def _repair(conversion: Conversion) -> None:
     for code in IMPOSSIBLE:
         conversion.settle(code)
     listed = some(
-        f"link '{name}' by {it['moved']:.3g} kg m^2 ({100 * it['moved_relative']:.3g} %)"
-        + (f" and from {it['mass'][0]:.6g} kg to 0" if it["mass"][0] < 0.0 else "")
-        for name, it in repaired.items()
+        f"link '{name}' by {link['moved']:.3g} kg m^2 ({100 * link['moved_relative']:.3g} %)"
+        + (f" and from {link['mass'][0]:.6g} kg to 0" if link["mass"][0] < 0.0 else "")
+        for name, link in repaired.items()
     )
     conversion.warn(
         "inertia-repaired",
@@ -95,28 +95,33 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
     if options.density is None and options.total_mass is None:
         return
     if options.density is not None and options.total_mass is not None:
-        raise ConfigError(
-            "estimate-inertia", "estimate-inertia has both a density and a total_mass: give one"
-        )
+        what = "estimate-inertia has both a density and a total_mass: give one"
+        raise ConfigError("estimate-inertia", what)
     solids: dict[str, tuple[Solid, str]] = {}
     children = conversion.robot.children()
     for link in conversion.robot.links.values():
         if link.massless and (link.collisions or link.visuals):
-            solid, means = _solid(
-                link, children[link.name], conversion.packages, options.rod_radius
-            )
+            solid, means = _solid(link, children[link.name], conversion.packages, options)
             if solid[0] > 0.0:
                 solids[link.name] = solid, means
     if not solids:
         conversion.facts["estimate-inertia"] = {"links": {}}
         return
     density = options.density or _density(conversion, solids, options.total_mass or 0.0)
-    for name, ((volume, centre, tensor), _) in solids.items():
-        xx, xy, xz, yy, yz, zz = (density * c for c in tensor)
-        conversion.robot.links[name].inertial = Inertial(
-            density * volume, (xx, xy, xz, yy, yz, zz), Origin(centre)
-        )
-    _tell(conversion, solids, density)
+    links: dict[str, dict[str, Any]] = {}
+    for name, ((volume, centre, tensor), means) in solids.items():
+        xx, xy, xz, yy, yz, zz = moments = [density * c for c in tensor]
+        mass = density * volume
+        inertial = Inertial(mass, (xx, xy, xz, yy, yz, zz), Origin(centre))
+        conversion.robot.links[name].inertial = inertial
+        links[name] = {"from": means, "mass": mass, "centre": centre, "inertia": moments}
+    listed = ", ".join(f"{n} {link['mass']:.4g} kg ({link['from']})" for n, link in links.items())
+    conversion.warn(
+        "inertia-estimated",
+        f"{counted(len(links), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "
+        f"{listed}",
+    )
+    conversion.facts["estimate-inertia"] = {"density": density, "links": links}
 
 
 def _density(
@@ -133,44 +138,22 @@ def _density(
     return (total_mass - known) / sum(volume for (volume, _, _), _ in solids.values())
 
 
-def _tell(conversion: Conversion, solids: dict[str, tuple[Solid, str]], density: float) -> None:
-    listed = ", ".join(
-        f"{name} {density * volume:.4g} kg ({means})"
-        for name, ((volume, _, _), means) in solids.items()
-    )
-    conversion.warn(
-        "inertia-estimated",
-        f"{counted(len(solids), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "
-        f"{listed}",
-    )
-    conversion.facts["estimate-inertia"] = {
-        "density": density,
-        "links": {
-            name: {
-                "from": means,
-                "mass": density * volume,
-                "centre": centre,
-                "inertia": [density * c for c in tensor],
-            }
-            for name, ((volume, centre, tensor), means) in solids.items()
-        },
-    }
-
-
 def _solid(
-    link: Link, onward: list[Joint], packages: Packages, rod_radius: float
+    link: Link, onward: list[Joint], packages: Packages, options: EstimateInertia
 ) -> tuple[Solid, str]:
-    shown = link.collisions or link.visuals
+    """A link's geometry as one solid in the link's frame, and where the solid comes from."""
     means = "collision geometry" if link.collisions else "visual geometry"
     solids: list[Solid] = []
-    for item in shown:
-        made = _of_geometry(item.geometry, packages)
-        if made is None:
-            name = item.geometry.filename if isinstance(item.geometry, Mesh) else "a shape"
-            rods, kind = _rods(onward, rod_radius)
+    for shape in link.collisions or link.visuals:
+        found = _of_geometry(shape.geometry, packages)
+        if found is None:
+            name = shape.geometry.filename if isinstance(shape.geometry, Mesh) else "a shape"
+            rods, kind = _rods(onward, options.rod_radius)
             return rods, f"{kind}: {name} gives no volume"
-        solid, how = made
-        solids.append(_placed(solid, item.origin.pose))
+        (volume, centre, tensor), how = found
+        pose = shape.origin.pose
+        at = compose(pose, Pose(centre)).xyz
+        solids.append((volume, at, rotate_inertia(pose.rot, tensor)))
         means = how or means
     return lump(solids), means
 
@@ -271,8 +254,3 @@ def _rods(joints: list[Joint], radius: float) -> tuple[Solid, str]:
         )  # fmt: skip
         rods.append((volume, (x / 2, y / 2, z / 2), tensor))
     return (lump(rods), "rods") if rods else (_ball(radius), "a ball")
-
-
-def _placed(solid: Solid, pose: Pose) -> Solid:
-    volume, centre, tensor = solid
-    return volume, compose(pose, Pose(centre)).xyz, rotate_inertia(pose.rot, tensor)

@@ -1,4 +1,4 @@
-"""Fit view: the 3D viewer opens with the whole robot in sight, its symbols of a size to match."""
+"""Fit view: the 3D viewer opens on the whole robot, with symbols that suit the robot's size."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from math import hypot
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Light, View, Viewpoint
+from urdf2mbs.simulation import rounded
 from urdf2mbs.spatial import add, rotate
 from urdf2mbs.urdf.model import Box, Cylinder, Mesh
 
-#: The height (m) of the human-sized robots whose view the scale factors are taken from.
+#: The scale factors are those of robots as tall as a human (m).
 HUMAN = 1.8
 
 
@@ -20,17 +21,17 @@ class FitView(Pass):
 
     def run(self, conversion: Conversion) -> None:
         low, high = _extent(conversion)
-        x, y, z = (_short((a + b) / 2) for a, b in zip(low, high, strict=True))
+        x, y, z = (rounded((a + b) / 2, 3) for a, b in zip(low, high, strict=True))
         size = max(hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]), 0.1)
-        away = (_short(x + 1.3 * size), _short(y + 0.6 * size), _short(z + 0.5 * size))
+        away = (rounded(x + 1.3 * size, 3), rounded(y + 0.6 * size, 3), rounded(z + 0.5 * size, 3))
         camera = Viewpoint(
             "Whole_robot", position=away, target=(x, y, z),
-            front_clip=_short(0.005 * size), back_clip=_short(30 * size),
+            front_clip=rounded(0.005 * size, 3), back_clip=rounded(30 * size, 3),
         )  # fmt: skip
         unit = size / HUMAN
         conversion.mbs.view = View(
-            frame=_short(0.1 * unit), joint=_short(0.2 * unit), com=_short(0.2 * unit),
-            point=_short(0.3 * unit), viewpoints=[camera],
+            frame=rounded(0.1 * unit, 3), joint=rounded(0.2 * unit, 3), com=rounded(0.2 * unit, 3),
+            point=rounded(0.3 * unit, 3), viewpoints=[camera],
             lights=[Light("Light_1", (2.0, 1.0, 1.0)), Light("Light_2", (-1.0, -2.0, -1.0))],
         )  # fmt: skip
 
@@ -58,8 +59,3 @@ def _extent(conversion: Conversion) -> tuple[list[float], list[float]]:
             points.append((x + radius, y + radius, z + radius))
     columns = list(zip(*points, strict=True))
     return [min(column) for column in columns], [max(column) for column in columns]
-
-
-def _short(value: float) -> float:
-    """Three significant digits: the view is for the eye, the robot is not rounded."""
-    return float(f"{value:.3g}")

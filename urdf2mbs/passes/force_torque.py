@@ -1,16 +1,14 @@
 """Force-torque: a sensor at a fixed joint becomes six driven joints, whose forces are the wrench.
 
-Beyond the method.  Robotran computes the force ``Qc`` that holds each driven joint, so three
-shifts and three turns that are held at zero measure what one side puts on the other.  This is how
-the authors of WalkMan's model did it.  It costs six joints a sensor, so it is done only for the
-joints that the config names; the URDF's own ``<sensor type="force_torque">`` are told of.
+Beyond the method.  Robotran computes the force ``Qc`` that holds each driven joint.  So three
+shifts and three turns, held at zero, measure the force and torque of one side on the other.  The
+authors of WalkMan's model did this.  A sensor costs six joints, so the pass makes only the sensors
+that the config names.  A note names the other ``<sensor type="force_torque">`` of the URDF.
 """
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
-from urdf2mbs.conversion import Conversion
+from urdf2mbs.conversion import Conversion, choose
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
@@ -38,28 +36,28 @@ class ForceTorque(Pass):
             named.setdefault(sensor.on, sensor.name)
         joints = conversion.robot.joints
         steps = {step.joint.name: step for step in conversion.steps() if not step.joint.moves}
-        chosen: dict[str, str] = {}
         for pattern in self.joints:
-            fitting = [name for name in steps if fnmatchcase(name, pattern)]
-            if not fitting:
-                joint = joints.get(pattern)
+            joint = joints.get(pattern)
+            if joint is not None and pattern not in steps:
                 why = (
-                    "there is no fixed joint of that name" if joint is None
-                    else f"it is {joint.type}, not fixed" if joint.moves
+                    f"it is {joint.type}, not fixed" if joint.moves
                     else "nothing that has mass hangs on it, so that it measures nothing"
                 )  # fmt: skip
                 raise ConfigError(
                     "force-torque-joint", f"force-torque: '{pattern}': {why}",
                     hint=nearest(pattern, steps),
                 )  # fmt: skip
-            chosen |= {name: named.get(name, name) for name in fitting}
-        names: set[str] = set()
+        what = "force-torque: no fixed joint"
+        names = choose(self.joints, steps, "force-torque-joint", what)
+        chosen = {name: named.get(name, name) for name in names}
+        taken: set[str] = set()
         for joint_name, name in chosen.items():
-            # the code finds a sensor by its name, which may stand at several joints
-            own = free_name(f"{joint_name}_{name}" if name in names else name, names)
-            names.add(own)
+            # several joints may have sensors of one name; the code finds a sensor by its name
+            own = free_name(f"{joint_name}_{name}" if name in taken else name, taken)
+            taken.add(own)
             steps[joint_name].measured = own
-        conversion.simulation.used += [one for sensor, one in sensors if sensor.on in chosen]
+        used = [extension for sensor, extension in sensors if sensor.on in chosen]
+        conversion.simulation.used += used
         left = [name for name in named if name in steps and name not in chosen]
         if left:
             conversion.note(

@@ -15,10 +15,10 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Connection, Parameter, Sensor, UserModel
+from urdf2mbs.mbs.model import Connection, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.ranges import Force, Gain, Length, Place, Time
+from urdf2mbs.ranges import End, Force, Gain, Length, Place, Time
 from urdf2mbs.simulation import Spring, Wrench
 from urdf2mbs.spatial import ZERO
 
@@ -41,13 +41,6 @@ class WrenchOptions(msgspec.Struct, forbid_unknown_fields=True):
     """When it begins (s)."""
     stop: Time = NEVER
     """When it ends (s)."""
-
-
-class End(msgspec.Struct, forbid_unknown_fields=True):
-    link: str
-    """Where it ends."""
-    at: Place = ZERO
-    """In the link's frame (m)."""
 
 
 class SpringOptions(msgspec.Struct, forbid_unknown_fields=True):
@@ -93,7 +86,7 @@ class Forces(Pass):
             point.extforce = Sensor(f"{name}_force" if name in taken else name, MEASURES)
             keys = ("Fx", "Fy", "Fz", "Mx", "My", "Mz", "start", "stop")
             values = (*wrench.force, *wrench.torque, wrench.start, wrench.stop)
-            model = _model(name, dict(zip(keys, values, strict=True)))
+            model = UserModel.of(name, dict(zip(keys, values, strict=True)))
             mbs.user_models.append(model)
             simulation.wrenches.append(Wrench(point, model))
         placement = place(mbs)
@@ -102,16 +95,17 @@ class Forces(Pass):
         lengths: dict[str, float] = {}
         for name, spring in self.springs.items():
             acts = ("forces-link", f"forces: '{name}' acts on")
-            ends: list[tuple[str | None, str | None]] = []
-            for number, end in enumerate(spring.ends, start=1):
-                body, point = conversion.add_point(f"{name}_{number}", end.link, end.at, *acts)
-                ends.append((body, point.name))
+            ends = [
+                conversion.add_point(f"{name}_{number}", end.link, end.at, *acts)
+                for number, end in enumerate(spring.ends, start=1)
+            ]
+            one, two = ((body, point.name) for body, point in ends)
             own = f"{name}_spring" if name in taken else name
-            link = Connection("link", own, ends[0], ends[1])
+            link = Connection("link", own, one, two)
             mbs.links.append(link)
-            one, two = (placement.point(mbs, *end) for end in ends)
-            length = dist(one, two) if spring.length is None else spring.length
-            if dist(one, two) == 0.0:
+            distance = dist(placement.point(mbs, *one), placement.point(mbs, *two))
+            length = distance if spring.length is None else spring.length
+            if distance == 0.0:
                 raise ConfigError(
                     "forces-spring", f"forces: the ends of spring '{name}' coincide, so that its "
                     "force has no direction",
@@ -119,16 +113,9 @@ class Forces(Pass):
             stiffness[own], damping[own], lengths[own] = spring.stiffness, spring.damping, length
             simulation.springs.append(Spring(link))
         if stiffness:
-            mbs.user_models += [
-                _model("link_stiffness", stiffness),
-                _model("link_damping", damping),
-                _model("link_length", lengths),
-            ]
+            models = {"stiffness": stiffness, "damping": damping, "length": lengths}
+            mbs.user_models += [UserModel.of(f"link_{key}", of) for key, of in models.items()]
         conversion.facts["forces"] = {
             "wrenches": [wrench.point for wrench in simulation.wrenches],
             "springs": [spring.link for spring in simulation.springs],
         }
-
-
-def _model(name: str, values: dict[str, float]) -> UserModel:
-    return UserModel(name, [Parameter(k, "scalar", (repr(float(v)),)) for k, v in values.items()])

@@ -1,11 +1,11 @@
 """Insert the base: the method's "Creation of the base element" (Figure A.4a).
 
 "A proper MBS base element does not have any parent and does not have any inertial
-property": a root link with inertia gets a link without above it.  "The humanoid robots
+property": a root link with inertia gets a parent link without inertia.  "The humanoid robots
 models are based on a floating base representation [...] a 6-DOF joint": T1 T2 T3 R1 R2 R3.
 
-Whether it floats is not in the URDF.  By ``auto`` it does if it can: if the root is not tied to
-the world, and has mass.  A floating root without mass is an arm's foot, and its mass matrix
+A URDF does not say if the base floats.  With ``auto`` the base floats if the root has mass and is
+not tied to the world.  A root without mass is the foot of an arm: if it floated, the mass matrix
 would be singular.
 """
 
@@ -27,39 +27,34 @@ class InsertBase(Pass):
         robot = conversion.robot
         conversion.mbs.base.gravity = conversion.settings.config.gravity
         root = robot.root()
-        welded, floating = _welded_to(robot, root)
+        welded, floating = _find_welded(robot, root)
         asked = conversion.settings.config.base
 
+        floats = False
         if floating is not None:
-            conversion.floating, conversion.base_reason = False, "own joint"
-            why = f"joint '{floating}' lets it float, so none is added"
+            reason, why = "own joint", f"joint '{floating}' lets it float, so none is added"
         elif asked != "auto":
-            conversion.floating, conversion.base_reason = asked == "floating", "as asked"
-            why = "as asked for"
+            floats, reason, why = asked == "floating", "as asked", "as asked for"
         elif "world" in welded:
-            conversion.floating, conversion.base_reason = False, "world"
-            why = (
-                f"root link '{root}' is "
-                + ("called" if root == "world" else "welded to")
-                + " world"
-            )
+            reason = "world"
+            why = f"root link '{root}' is {'called' if root == 'world' else 'welded to'} world"
         elif not any(_mass(robot.links[link]) for link in welded):
-            conversion.floating, conversion.base_reason = False, "massless root"
-            why = f"root link '{root}' has no mass, nor has what is fixed to it"
+            reason, why = (
+                "massless root",
+                f"root link '{root}' has no mass, nor has what is fixed to it",
+            )
         else:
-            conversion.floating, conversion.base_reason = True, "free root"
+            floats, reason = True, "free root"
             why = f"nothing ties root link '{root}' to the world, and it has mass"
-        kind = "floating" if conversion.floating else "fixed"
-        said = why if floating is not None else f"{kind} base: {why}"
-        conversion.note("base", said, link=root)
+        conversion.floating, conversion.base_reason = floats, reason
+        kind = "floating" if floats else "fixed"
+        conversion.note("base", why if floating else f"{kind} base: {why}", link=root)
 
         # a robot of one link without mass must have a body, too
-        if conversion.floating or not robot.links[root].massless or not robot.joints:
-            ground = _unused("ground", robot)
-            joint = Joint(
-                name=_unused(f"{kind}_base", robot), type=kind,
-                parent=ground, child=root,
-            )  # fmt: skip
+        if floats or not robot.links[root].massless or not robot.joints:
+            taken = robot.links.keys() | robot.joints.keys()
+            ground = free_name("ground", taken)
+            joint = Joint(free_name(f"{kind}_base", taken), kind, ground, root)
             conversion.inserted = joint.name
             conversion.robot = msgspec.structs.replace(
                 robot,
@@ -72,7 +67,7 @@ def _mass(link: Link) -> float:
     return 0.0 if link.inertial is None else link.inertial.mass
 
 
-def _welded_to(robot: Robot, root: str) -> tuple[set[str], str | None]:
+def _find_welded(robot: Robot, root: str) -> tuple[set[str], str | None]:
     """The links rigid with the root, and the first floating joint that leaves them."""
     children = robot.children()
     welded, todo, floating = {root}, [root], None
@@ -84,7 +79,3 @@ def _welded_to(robot: Robot, root: str) -> tuple[set[str], str | None]:
             elif joint.type == "floating":
                 floating = floating or joint.name
     return welded, floating
-
-
-def _unused(name: str, robot: Robot) -> str:
-    return free_name(name, robot.links.keys() | robot.joints.keys())

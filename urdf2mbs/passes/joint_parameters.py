@@ -5,13 +5,13 @@ edited in MBSysPad and read by user functions.  Each kind of property is one use
 parameters are scalars, called as the joints are.
 
 In a Robotran project the generated joint forces apply damping, Coulomb friction and soft stops at
-the limits.  What these want in addition is chosen here, for each joint, after the inertia that
-it moves (``I``, at the start position, with all joints further out locked):
+the limits.  The pass chooses two numbers for each joint from the inertia ``I`` that the joint moves
+at the start position, with all joints further out locked:
 
-* a stop is a spring of stiffness ``I (2 pi f)^2``, so that under its own weight a limb of
-  length l sinks into it by about ``g / (l (2 pi f)^2)``, whatever it weighs;
-* friction rises as ``tanh(qd / speed)``, where ``speed`` is not so small that the slope at
-  rest, ``friction / speed``, would want a very short time step.
+* a stop is a spring of stiffness ``I (2 pi f)^2``: a limb of length l sinks into the stop under its
+  own weight by about ``g / (l (2 pi f)^2)``, however heavy the limb is;
+* friction rises as ``tanh(qd / speed)``: ``speed`` is large enough that the slope at rest,
+  ``friction / speed``, does not ask for a very short time step.
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Parameter, UserModel
+from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.ranges import Speed
+from urdf2mbs.simulation import rounded
 from urdf2mbs.spatial import (
     NO_INERTIA,
     ZERO,
@@ -51,12 +52,13 @@ class JointParameters(Pass):
     writes = ("forces",)
 
     stops: bool = True
-    """Whether joints have soft stops at their limits."""
+    """Give joints soft stops at their limits."""
     stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
-    """How stiff the stops are: the frequency (Hz) at which what the joint moves would swing."""
+    """Stiffness of the stops, as a frequency (Hz): the moved inertia would swing on the stop so
+    fast."""
     friction_speed: Speed = 0.01
-    """The speed (rad/s or m/s) from which on friction is nearly constant; more for a joint that
-    moves little inertia."""
+    """Friction is nearly constant above this speed (rad/s or m/s); a joint that moves little
+    inertia has a higher speed."""
 
     def run(self, conversion: Conversion) -> None:
         # the limits of a joint that counts the other way round have changed places and signs
@@ -66,9 +68,7 @@ class JointParameters(Pass):
             for step, joint in conversion.single_coordinates()
         }
         kinds = _kinds(conversion, list(held.values()))
-        models: dict[str, dict[str, float]] = {
-            kind: values for kind, values in kinds.items() if values
-        }
+        models = {kind: values for kind, values in kinds.items() if values}
         switches: dict[str, float] = {}
         wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["friction"]}
         inertias = _inertias(conversion, wanted) if wanted else {}
@@ -78,7 +78,7 @@ class JointParameters(Pass):
         if "friction" in models:
             switches["friction"] = 1.0
             models["friction_speed"] = {
-                name: _short(max(self.friction_speed, value / (FASTEST * inertias[name])))
+                name: rounded(max(self.friction_speed, value / (FASTEST * inertias[name])))
                 if inertias[name] > 0.0
                 else self.friction_speed
                 for name, value in models["friction"].items()
@@ -86,16 +86,10 @@ class JointParameters(Pass):
         stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
         if stopped and self.stops:
             switches |= {"stops": 1.0, "stop_speed": 1.0}
-            models["stop_stiffness"] = {name: _short(inertias[name] * stiff) for name in stopped}
+            models["stop_stiffness"] = {name: rounded(inertias[name] * stiff) for name in stopped}
         if switches:
             models = {"joint_forces": switches, **models}
-        texts: dict[str, tuple[str, ...]] = {}
-        for model, values in models.items():
-            parameters = [
-                Parameter(name, "scalar", texts.setdefault(text := repr(value), (text,)))
-                for name, value in values.items()
-            ]
-            conversion.mbs.user_models.append(UserModel(model, parameters))
+        conversion.mbs.user_models += [UserModel.of(*model) for model in models.items()]
         if models:
             conversion.facts["joint-parameters"] = models
         if conversion.settings.project is None and {"damping", "friction"} & models.keys():
@@ -111,8 +105,8 @@ class JointParameters(Pass):
 def _kinds(
     conversion: Conversion, joints: list[tuple[Joint, mbs.Joint]]
 ) -> dict[str, dict[str, float]]:
-    """Each kind of property with its values by .mbs joint.  Marks what is written this way, so
-    that ``emit`` does not report it as left out."""
+    """The values of each kind of property, by .mbs joint.  The pass ``left-out`` does not name
+    these properties."""
     kinds: dict[str, dict[str, float]] = {
         kind: {}
         for kind in (
@@ -121,28 +115,29 @@ def _kinds(
             "calibration_rising", "calibration_falling",
         )
     }  # fmt: skip
-    kept = conversion.simulation.kept
     for joint, own in joints:
+        for code, part in (
+            ("limit", joint.limit), ("joint-dynamics", joint.dynamics),
+            ("safety-controller", joint.safety_controller), ("calibration", joint.calibration),
+        ):  # fmt: skip
+            if part is not None:
+                conversion.simulation.kept.setdefault(code, set()).add(joint.name)
         values: dict[str, float | None] = {}
         if joint.limit is not None:
-            kept.setdefault("limit", set()).add(joint.name)
             low, high = joint.limit.lower, joint.limit.upper
             if joint.type != "continuous" and (low is None or high is None or low < high):
                 values["q_min"], values["q_max"] = low, high
             values["effort"], values["velocity"] = joint.limit.effort, joint.limit.velocity
         if joint.dynamics is not None:
-            kept.setdefault("joint-dynamics", set()).add(joint.name)
             values["damping"] = joint.dynamics.damping or None
             values["friction"] = joint.dynamics.friction or None
         if joint.safety_controller is not None:
-            kept.setdefault("safety-controller", set()).add(joint.name)
             safety = joint.safety_controller
             if safety.soft_lower_limit < safety.soft_upper_limit:
                 values["soft_q_min"] = safety.soft_lower_limit
                 values["soft_q_max"] = safety.soft_upper_limit
             values["k_position"], values["k_velocity"] = safety.k_position, safety.k_velocity
         if joint.calibration is not None:
-            kept.setdefault("calibration", set()).add(joint.name)
             values["calibration_rising"] = joint.calibration.rising
             values["calibration_falling"] = joint.calibration.falling
         for kind, value in values.items():
@@ -152,7 +147,7 @@ def _kinds(
 
 
 def _inertias(conversion: Conversion, wanted: Container[str]) -> dict[str, float]:
-    """What each joint feels in a project, where its number counts; else what it moves."""
+    """The inertia that each joint feels in a project; without a project, the inertia it moves."""
     if conversion.settings.project is None:
         return moved_inertias(conversion.mbs, wanted)
     from urdf2mbs.mbs.mass import Mass
@@ -200,8 +195,3 @@ def moved_inertias(model: mbs.Mbs, wanted: Container[str]) -> dict[str, float]:
                 values[joint.name] = about + mass * dot(arm, arm)
         end = first
     return values
-
-
-def _short(value: float) -> float:
-    """Two significant digits: enough for a number that we choose and the robot does not state."""
-    return float(f"{value:.2g}")

@@ -1,6 +1,6 @@
-"""Left out: what the URDF says and the .mbs has no place for is named.
+"""Left out: name the parts of the URDF that have no place in an .mbs.
 
-So is what follows from that: a mimic joint that is free, a model that is too large for Robotran's
+The pass also names mimic joints that are free, and says if the model is too large for Robotran's
 generator of equations.
 """
 
@@ -9,9 +9,8 @@ from __future__ import annotations
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.messages.diagnostics import counted, some
-from urdf2mbs.urdf.model import Joint
 
-#: What most accounts of Robotran's generator of equations allow.
+#: Most accounts of Robotran's generator of equations allow so many.
 JOINTS, CUTS, SENSORS = 80, 30, 30
 
 
@@ -22,29 +21,22 @@ class LeftOut(Pass):
         # a fixed joint has no motion that could be damped or limited
         joints = [joint for joint in conversion.robot.joints.values() if joint.moves]
         kept = conversion.simulation.kept
-        _tell_mimic(conversion)
-        _tell_limits(conversion)
-        lossy = [
-            joint
-            for joint in joints
-            if joint.dynamics
-            and (joint.dynamics.damping or joint.dynamics.friction)
-            and joint.name not in kept.get("joint-dynamics", ())
-        ]
-        if lossy:
-            conversion.warn(
-                "joint-dynamics",
-                f".mbs has no joint damping or friction; left out on {_some(lossy)}",
-                hint="add them in user_JointForces",
-            )
+        _warn_of_free_followers(conversion)
+        _note_size(conversion)
+        lossy = [j for j in joints if j.dynamics and (j.dynamics.damping or j.dynamics.friction)]
         for code, what, found in (
+            ("joint-dynamics", "damping or friction", lossy),
             ("limit", "limits", [j for j in joints if j.limit]),
             ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
             ("calibration", "calibration", [j for j in joints if j.calibration]),
         ):
-            found = [joint for joint in found if joint.name not in kept.get(code, ())]
-            if found:
-                conversion.note(code, f".mbs has no joint {what}; left out on {_some(found)}")
+            names = [joint.name for joint in found if joint.name not in kept.get(code, ())]
+            listed = f"{counted(len(names), 'joint')}: {some(names)}"
+            message = f".mbs has no joint {what}; left out on {listed}"
+            if names and found is lossy:
+                conversion.warn(code, message, hint="add them in user_JointForces")
+            elif names:
+                conversion.note(code, message)
         tags: dict[str, int] = {}
         used = set(map(id, conversion.simulation.used))
         for extension in conversion.robot.extensions:
@@ -55,10 +47,10 @@ class LeftOut(Pass):
             conversion.note("extension", f".mbs has no place for {listed}; left out")
 
 
-def _tell_limits(conversion: Conversion) -> None:
-    """Robotran's generator is a web service that counts."""
+def _note_size(conversion: Conversion) -> None:
+    """Say if the model is larger than Robotran's generator, a web service, allows most users."""
     mbs = conversion.mbs
-    counted = {
+    sizes = {
         "joints": (sum(len(body.joints) for body in mbs.bodies), JOINTS),
         "cuts": (len(mbs.cuts), CUTS),
         "sensors": (
@@ -66,7 +58,7 @@ def _tell_limits(conversion: Conversion) -> None:
             SENSORS,
         ),
     }
-    over = [f"{count} {what} ({most})" for what, (count, most) in counted.items() if count > most]
+    over = [f"{count} {what} ({most})" for what, (count, most) in sizes.items() if count > most]
     if over:
         conversion.note(
             "generator-limits",
@@ -75,8 +67,8 @@ def _tell_limits(conversion: Conversion) -> None:
         )
 
 
-def _tell_mimic(conversion: Conversion) -> None:
-    """Name the joints that follow others in the URDF, and are independent in the .mbs."""
+def _warn_of_free_followers(conversion: Conversion) -> None:
+    """Name the joints that are followers in the URDF, but independent in the .mbs."""
     if not any(joint.mimic for joint in conversion.robot.joints.values()):
         return
     free = {
@@ -100,7 +92,3 @@ def _tell_mimic(conversion: Conversion) -> None:
             + f": {', '.join(rules)}",
             hint=None if in_project else "a project can: 'output: {project: DIR}'",
         )
-
-
-def _some(joints: list[Joint]) -> str:
-    return f"{counted(len(joints), 'joint')}: {some(joint.name for joint in joints)}"

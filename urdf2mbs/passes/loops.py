@@ -7,9 +7,10 @@ joint a solid, a revolute joint a ball, and a second one further along its axis 
 a constraint, a universal joint a ball and a rod.  They are closed where all joints are at zero,
 as SDF has it, whatever the start position.
 
-Each independent constraint makes one joint dependent.  These are chosen by Gaussian elimination
-of the constraints' Jacobian at the start position: joints without a motor first, those further
-out before those nearer to the base.  A loop that is not closed there is told, with the distance.
+Each independent constraint makes one joint dependent.  Gaussian elimination of
+the constraints' Jacobian at the start position chooses these joints: joints without a motor first,
+and joints further out before joints nearer to the base.  A warning names each loop that is open at
+the start position, with the distance.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from urdf2mbs.mbs.kinematics import Placement, place
 from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, counted
-from urdf2mbs.ranges import Place, PositiveLength
+from urdf2mbs.ranges import End, PositiveLength
 from urdf2mbs.spatial import (
     ZERO,
     Pose,
@@ -48,15 +49,6 @@ SINGULAR = 1e-6
 APART = 0.1
 
 
-class End(msgspec.Struct, forbid_unknown_fields=True):
-    """One of the two points of a cut."""
-
-    link: str
-    """Where it ends."""
-    at: Place = ZERO
-    """In the link's frame (m)."""
-
-
 CutKind = Literal["ball", "rod", "solid"]
 
 
@@ -76,9 +68,9 @@ class Loops(Pass):
     cuts: dict[str, Cut] = {}
     """Name: ``{kind: ball, rod or solid, ends: [{link, at}, {link, at}], length}``."""
     from_urdf: bool = True
-    """Whether joints inside ``<gazebo>`` that close a loop are taken."""
+    """Use the joints inside ``<gazebo>`` that close a loop."""
     dependent: list[str] = []
-    """Patterns of the joints to make dependent, instead of those that are chosen."""
+    """Patterns of the joints that become dependent, in place of the pass's own choice."""
 
     def run(self, conversion: Conversion) -> None:
         mbs = conversion.mbs
@@ -99,24 +91,23 @@ class Loops(Pass):
                     "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
                     hint="only a rod has a length",
                 )  # fmt: skip
-            ends: list[tuple[str | None, str | None]] = []
-            for number, end in enumerate(cut.ends, start=1):
-                what = f"loops: cut '{name}' ends at"
-                body, point = conversion.add_point(
-                    f"{name}_{number}", end.link, end.at, "loops-link", what
-                )
-                ends.append((body, point.name))
-            mbs.cuts.append(Connection(cut.kind, name, ends[0], ends[1]))
+            what = f"loops: cut '{name}' ends at"
+            ends = [
+                conversion.add_point(f"{name}_{number}", end.link, end.at, "loops-link", what)
+                for number, end in enumerate(cut.ends, start=1)
+            ]
+            one, two = ((body, point.name) for body, point in ends)
+            mbs.cuts.append(Connection(cut.kind, name, one, two))
         placement = place(mbs)
         for connection in mbs.cuts:
             if connection.kind == "rod":
                 given = cuts[connection.name].length
-                one, two = _ends(mbs, placement, connection)
-                connection.length = dist(one, two) if given is None else given
+                distance = dist(*_ends(mbs, placement, connection))
+                connection.length = distance if given is None else given
         rows = [row for connection in mbs.cuts for row in _rows(conversion, placement, connection)]
         order = _order(conversion, placement, self)
         if doubtful:
-            rows = _without_needless(conversion, placement, doubtful)
+            rows = _drop_needless(conversion, placement, doubtful)
         dependent = independent_columns(rows, order)
         if self.dependent and len(dependent) < rank(rows, placement):
             raise ConfigError(
@@ -128,7 +119,7 @@ class Loops(Pass):
         for index in dependent:
             placement.joints[index].joint.nature = "dependent"
             placement.joints[index].joint.actuated = False
-        _tell_open(conversion, placement)
+        _warn_of_open(conversion, placement)
         names = [placement.joints[index].joint for index in dependent]
         conversion.facts["loops"] = {"cuts": mbs.cuts, "dependent": names}
         conversion.note(
@@ -207,8 +198,8 @@ def _ends(mbs: Mbs, placement: Placement, connection: Connection) -> tuple[Vec, 
 def _rows(
     conversion: Conversion, placement: Placement, connection: Connection
 ) -> list[dict[int, float]]:
-    """The derivatives of a cut's constraints by the joints, by index.  Those by a joint that
-    follows another (mimic) are added to that one's."""
+    """The derivatives of a cut's constraints by the joints, by index.  The derivative by a follower
+    (mimic) is added to its leader's."""
     mbs = conversion.mbs
     rows: list[dict[int, float]] = [{} for _ in range(6)]
     one, two = _ends(mbs, placement, connection)
@@ -227,12 +218,10 @@ def _rows(
         rows = [{i: sum(c * rows[k][i] for k, c in enumerate(d)) for i in rows[0]}]
     elif connection.kind == "ball":
         rows = rows[:3]
-    return [_folded(conversion, placement, row) for row in rows]
+    return [_fold(conversion, placement, row) for row in rows]
 
 
-def _folded(
-    conversion: Conversion, placement: Placement, row: dict[int, float]
-) -> dict[int, float]:
+def _fold(conversion: Conversion, placement: Placement, row: dict[int, float]) -> dict[int, float]:
     index = {id(placed.joint): i for i, placed in enumerate(placement.joints)}
     out = {i: value for i, value in row.items() if placement.joints[i].joint.nature != "driven"}
     for coupling in conversion.simulation.couplings:
@@ -280,41 +269,40 @@ def independent_columns(rows: list[dict[int, float]], order: list[int]) -> list[
 
 
 def rank(rows: list[dict[int, float]], placement: Placement) -> int:
-    """How many of the constraints (rows of the Jacobian) are independent."""
+    """The number of independent constraints (rows of the Jacobian)."""
     return len(independent_columns(rows, list(range(len(placement.joints)))))
 
 
-def _without_needless(
+def _drop_needless(
     conversion: Conversion, placement: Placement, doubtful: set[str]
 ) -> list[dict[int, float]]:
     """Drop the cuts that add no constraint; returns all rows."""
     mbs = conversion.mbs
 
     def rows() -> list[dict[int, float]]:
-        return [row for cut in mbs.cuts for row in _rows(conversion, placement, cut)]
+        return [row for kept in mbs.cuts for row in _rows(conversion, placement, kept)]
 
-    for second in list(mbs.cuts):
-        if second.name not in doubtful:
-            continue
+    for cut in [cut for cut in mbs.cuts if cut.name in doubtful]:
         before = rank(rows(), placement)
-        mbs.cuts.remove(second)
+        mbs.cuts.remove(cut)
         if rank(rows(), placement) < before:
-            mbs.cuts.append(second)
+            mbs.cuts.append(cut)
             continue
-        ends = (second.endpoint1, second.endpoint2)
-        for owner, points in ((None, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)):
-            points[:] = [point for point in points if (owner, point.name) not in ends]
+        ends = (cut.endpoint1, cut.endpoint2)
+        for name, owner in mbs.owners():
+            owner.points = [point for point in owner.points if (name, point.name) not in ends]
     return rows()
 
 
-def _tell_open(conversion: Conversion, placement: Placement) -> None:
+def _warn_of_open(conversion: Conversion, placement: Placement) -> None:
+    """Warn of each loop that is open at the start position."""
     mbs = conversion.mbs
     for cut in mbs.cuts:
         one, two = _ends(mbs, placement, cut)
         off = dist(one, two)
         if cut.kind == "rod":
             off = abs(off - (cut.length or 0.0))
-        told = f"{off:.3g} m"
+        gap = f"{off:.3g} m"
         if cut.kind == "solid":
             a, b = (placement.bodies[end[0]].rot for end in (cut.endpoint1, cut.endpoint2))
             turned = multiply(transpose(a), b)
@@ -322,7 +310,7 @@ def _tell_open(conversion: Conversion, placement: Placement) -> None:
             chord = dist(turned, (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
             angle = 2.0 * asin(min(1.0, chord / 8**0.5))  # |R - 1| = 8^(1/2) sin(angle / 2)
             if angle > CLOSED:
-                told += f" and {angle:.3g} rad"
+                gap += f" and {angle:.3g} rad"
                 off = max(off, angle)
         if off > CLOSED:
             from urdf2mbs.equations import NEVER_CLOSES, constant_gaps  # seldom needed: slow
@@ -334,7 +322,7 @@ def _tell_open(conversion: Conversion, placement: Placement) -> None:
                 continue
             conversion.warn(
                 "loop-open",
-                f"cut '{cut.name}' is open at the start position, by {told}: Robotran will try "
+                f"cut '{cut.name}' is open at the start position, by {gap}: Robotran will try "
                 "to close it",
                 hint="give a start position that closes it: 'passes: {posture: {joints: ...}}'",
             )

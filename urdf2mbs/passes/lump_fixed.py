@@ -1,9 +1,9 @@
 """Lump fixed: links joined by fixed joints become one body.
 
 Beyond the method, whose Table A.1 makes every fixed joint a T3 driven at 0.  Mass, centre and
-inertia add up by the parallel-axis theorem; the frames of the links that are lumped stay, as
-anchor points under their names; their visuals move along.  What is fixed to the ground becomes
-part of the ground, except where nothing at all moves, since an .mbs wants a body.
+inertia add up by the parallel-axis theorem.  The frames of the lumped links stay, as anchor points
+under the links' names, and their visuals move along.  Links fixed to the ground become part of the
+ground.  If nothing moves, one link stays a body, since an .mbs needs a body.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class LumpFixed(Pass):
                     steps.append(step)
                     offset = HERE
                 else:
-                    # the frames after a fixed joint move with what is before it
+                    # the frames after a fixed joint move with the frame before it
                     (steps[-1].frames if steps else holder.parts).update(carried)
                     offset = pose
             parts = {link: compose(offset, at) for link, at in segment.parts.items()}
@@ -55,10 +55,10 @@ class LumpFixed(Pass):
                 holder.parts.update(parts)
                 moved[segment.link] = (holder, offset)
         conversion.regroup(kept)
-        _tell_ground(conversion)
+        _note_ground_mass(conversion)
 
 
-def _tell_ground(conversion: Conversion) -> None:
+def _note_ground_mass(conversion: Conversion) -> None:
     links = conversion.robot.links
     heavy = [link for link in conversion.ground.parts if not links[link].massless]
     if heavy:

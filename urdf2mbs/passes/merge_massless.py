@@ -1,10 +1,10 @@
 """Merge massless: the joints of a massless link go to the body behind it, as one chain.
 
-Beyond the method, where only what has nothing at all between its joints is chained.  A shift
-between two joints may be moved to where it costs nothing: a shift commutes with a prismatic
-joint, and with a turn about its own direction.  So what lies along the first joint's axis goes
-before it, into the anchor point, and what lies along the second's goes after it, into the body,
-whose frame then no longer stands where the link's does (the report says where).
+Beyond the method, which chains only joints with nothing between them.  A shift between two joints
+may move to a place where it costs nothing: a shift commutes with a prismatic joint, and with a turn
+about the direction of the shift.  So the part of the shift along the first joint's axis goes before
+this joint, into the anchor point.  The part along the second joint's axis goes after this joint,
+into the body.  Then the body's frame is not at the link's frame; the report has its place.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class MergeMassless(Pass):
 
 
 def _bare(segment: Segment, conversion: Conversion) -> bool:
-    """Whether the segment is a massless link alone: no visual, and no other link's frame."""
+    """True if the segment is a massless link alone: no visual, and no other link's frame."""
     link = conversion.robot.links[segment.link]
     return list(segment.parts) == [segment.link] and link.massless and not link.visuals
 
@@ -119,7 +119,7 @@ def _splits(last: Step, first: Step) -> Iterator[tuple[Vec, Vec]]:
 
 
 def _commutes(shift: Vec, step: Step, axis: Vec) -> bool:
-    """Whether a shift before the joint's motion is the same as one after it."""
+    """True if a shift before the joint's motion is the same as the shift after the motion."""
     if step.joint.type in ("prismatic", "floating"):
         return step.joint.type == "prismatic"
     return max(map(abs, cross(shift, axis))) <= ROUNDING * max(map(abs, shift))

@@ -1,12 +1,12 @@
 """Mimic: joints that follow others (``<mimic>``) become dependent, each with a constraint.
 
 Beyond the method.  In a Robotran project the generated ``user_cons_hJ`` holds the constraint
-``q_follower - multiplier q_leader - offset = 0``, and the main script says how many there are:
-the ``<user_constraint>`` in the .mbs tells a reader, but makes no constraint.  A follower that
-were driven instead would move right, but its inertia would not be felt by its leader.
+``q_follower - multiplier q_leader - offset = 0``, and the main script sets the number of
+constraints.  The ``<user_constraint>`` in the .mbs only describes the constraint.  A driven
+follower would move right, too, but its leader would not feel its inertia.
 
-In a plain .mbs nothing can hold the constraint, so there the joints stay independent, with a
-warning, unless the option says otherwise.
+In a plain .mbs nothing can hold the constraint.  There the joints stay independent, with a warning,
+unless the option says otherwise.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Mimic(Pass):
     (moved by user code; its inertia is not felt). The first that fits counts."""
 
     def run(self, conversion: Conversion) -> None:
-        # a joint that counts the other way round follows, and is followed, with the other sign
+        # the rules of flipped joints have the other sign
         robot = conversion.robot.with_flipped(conversion.names.flipped)
         simulation = conversion.simulation
         coordinates = {step.joint.name: step.coordinates for step in conversion.steps()}

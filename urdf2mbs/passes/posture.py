@@ -1,22 +1,21 @@
 """Posture: the position that a simulation starts from.
 
 Beyond the method, whose models start at zero.  Joints get their initial value from the config
-or from a group state of an SRDF file; joints that follow others follow.
+or from a group state of an SRDF file.  Followers (``<mimic>``) start where their rule says.
 
-In a project a joint that would start beyond its limits starts at the nearest of them, since its
-soft stop would throw it back.  A joint that others follow stays within their limits, too, where
-all can be kept.
+In a project no joint starts beyond its limits: its soft stop would throw the joint back.  Such a
+joint starts at the nearest limit.  A leader also stays within the limits of its followers, if it
+can keep all of them.
 
-With ``hold``, the generated joint forces hold this position by a PD controller; ``time-step``
-computes its gains, once it is known what each joint carries.
+With ``hold``, the generated joint forces hold this position by a PD controller.  The pass
+``time-step`` computes the gains.
 
-Positions and limits are the URDF's: a joint that align-frames made count the other way round
-starts at minus what is given.
+Positions and limits are the URDF's.  A joint that align-frames has flipped starts at minus the
+position given.
 """
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from math import inf, isfinite, pi
 from typing import Annotated
 
@@ -24,7 +23,7 @@ import msgspec
 from lxml import etree
 from msgspec import Meta
 
-from urdf2mbs.conversion import Conversion, Step, fits
+from urdf2mbs.conversion import Conversion, Step, choose, fits
 from urdf2mbs.disk import files
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
@@ -65,16 +64,15 @@ class Posture(Pass):
     hold: HoldOptions | None = None
     """A PD controller that holds the start position: ``{frequency: 10, damping_ratio: 0.3}``."""
     inside: bool = True
-    """Whether, in a project, each joint starts within its limits."""
+    """In a project, start each joint within its limits."""
 
     def run(self, conversion: Conversion) -> None:
         asked = self.joints or self.srdf or self.state
         settable, followers = _joints(conversion) if asked else ({}, set())
         given = _group_state(conversion, self, settable) if self.srdf or self.state else {}
         for pattern, value in self.joints.items():
-            names = [name for name in settable if fnmatchcase(name, pattern)]
-            if not names:
-                raise _unknown(conversion, pattern, settable, followers)
+            _refuse(conversion, pattern, settable, followers)
+            names = choose([pattern], settable, "posture-joint", "posture: no joint")
             given |= dict.fromkeys(names, value)
         for name, value in given.items():
             settable[name].q = -value if name in conversion.names.flipped else value
@@ -88,34 +86,37 @@ class Posture(Pass):
             conversion.facts["posture"] = given
 
 
-#: Of what a joint carries (Hz), and its damping ratio, where the config has no other.
+#: The frequency (Hz) and the damping ratio of what a joint carries, unless the config has others.
 FREQUENCY, DAMPING_RATIO = 10.0, 0.3
-#: What a joint may be beyond its limits (rad or m): the rounding of numbers in a file.
+#: A joint may be so far beyond its limits (rad or m): numbers in a file are rounded.
 ROUNDING = 1e-9
 
 
 def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
-    """The .mbs joints that may be given a position, by the URDF joint's name (by their own where
-    it has several coordinates), and the names of those that follow others."""
+    """The .mbs joints that may be given a position, by name, and the names of the followers.
+
+    The name is the URDF joint's; if this joint has several coordinates, the .mbs joint's.
+    """
     simulation = conversion.simulation
     bound = {id(c.follower) for c in (*simulation.couplings, *simulation.driven)}
     settable: dict[str, Joint] = {}
     followers: set[str] = set()
-    for segment in conversion.segments.values():
-        for step in segment.steps:
-            one = len(step.coordinates) == 1
-            for joint in step.coordinates:
-                name = step.joint.name if one else joint.name
-                if id(joint) in bound or joint.nature == "driven":
-                    followers.add(name)
-                else:
-                    settable[name] = joint
+    for step in conversion.steps():
+        for joint in step.coordinates:
+            name = step.joint.name if len(step.coordinates) == 1 else joint.name
+            if id(joint) in bound or joint.nature == "driven":
+                followers.add(name)
+            else:
+                settable[name] = joint
     return settable, followers
 
 
-def _unknown(
+def _refuse(
     conversion: Conversion, pattern: str, settable: dict[str, Joint], followers: set[str]
-) -> ConfigError:
+) -> None:
+    """Raise ConfigError if the pattern fits only joints that cannot be given a position."""
+    if any(fits(name, [pattern]) for name in settable):
+        return
     if any(fits(name, [pattern]) for name in followers):
         why, hint = "follows another joint", "give the position of that one"
     elif pattern in conversion.frozen:
@@ -123,11 +124,8 @@ def _unknown(
     elif pattern in conversion.robot.joints:
         why, hint = "has no position of its own", nearest(pattern, settable)
     else:
-        return ConfigError(
-            "posture-joint", f"posture: no joint is called '{pattern}'",
-            hint=nearest(pattern, settable) or "'*' in a pattern stands for any text: '*_knee'",
-        )  # fmt: skip
-    return ConfigError("posture-joint", f"posture: joint '{pattern}' {why}", hint=hint)
+        return
+    raise ConfigError("posture-joint", f"posture: joint '{pattern}' {why}", hint=hint)
 
 
 def _group_state(
@@ -135,30 +133,24 @@ def _group_state(
 ) -> dict[str, float]:
     """The positions in a ``<group_state>``; states of one name in several groups add up."""
     if options.srdf is None or options.state is None:
-        raise ConfigError(
-            "posture-srdf", "posture: 'srdf' and 'state' go together",
-            hint="'srdf' names the file, 'state' a group state in it",
-        )  # fmt: skip
+        what, hint = "'srdf' and 'state' go together", "'srdf' names a file, 'state' a state in it"
+        raise ConfigError("posture-srdf", f"posture: {what}", hint=hint)
     file = conversion.settings.folder / options.srdf
     try:
         root = etree.fromstring(files.read(file), xml_lines.parser())
     except OSError as error:
-        raise ConfigError(
-            "posture-srdf", f"posture: cannot read '{file}': {error.strerror}"
-        ) from None
+        what = f"posture: cannot read '{file}': {error.strerror}"
+        raise ConfigError("posture-srdf", what) from None
     except etree.XMLSyntaxError as error:
-        raise ConfigError(
-            "posture-srdf", f"posture: '{file}' is not XML: {error.msg}",
-            file=str(file), line=error.lineno,
-        ) from None  # fmt: skip
+        what = f"posture: '{file}' is not XML: {error.msg}"
+        raise ConfigError("posture-srdf", what, file=str(file), line=error.lineno) from None
     states = list(root.iter("group_state"))
     chosen = [state for state in states if state.get("name") == options.state]
     if not chosen:
         known = [str(state.get("name")) for state in states]
-        raise ConfigError(
-            "posture-srdf", f"posture: '{file}' has no group state '{options.state}'",
-            hint=nearest(options.state, known) or f"there are: {', '.join(known) or 'none'}",
-        )  # fmt: skip
+        hint = nearest(options.state, known) or f"there are: {', '.join(known) or 'none'}"
+        what = f"posture: '{file}' has no group state '{options.state}'"
+        raise ConfigError("posture-srdf", what, hint=hint)
     given: dict[str, float] = {}
     left_out: list[str] = []
     for element in (joint for state in chosen for joint in state.iter("joint")):
@@ -189,24 +181,20 @@ def _follow(conversion: Conversion) -> None:
 
 
 def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool) -> None:
-    """Say which joints start beyond their limits, and ``move`` them to the nearest."""
+    """Say which joints start beyond their limits, and ``move`` them to the nearest limit."""
     steps = {
         joint.name: step
         for step, joint in conversion.single_coordinates()
         if step.joint.type != "continuous"
     }
+    joints = {name: step.coordinates[0] for name, step in steps.items()}
     limits = {name: _limits(step) for name, step in steps.items()}
-    beyond = {
-        name: step.coordinates[0].q or 0.0
-        for name, step in steps.items()
-        if not _within(step.coordinates[0].q or 0.0, limits[name])
-    }
+    starts = {name: joint.q or 0.0 for name, joint in joints.items()}
+    beyond = {name: q for name, q in starts.items() if not _within(q, limits[name])}
     if not beyond:
         return
     if move:
-        _move_inside(
-            conversion, {name: step.coordinates[0] for name, step in steps.items()}, limits
-        )
+        _move_inside(conversion, joints, limits)
     texts = []
     for name, q in beyond.items():
         step, (low, high) = steps[name], limits[name]
@@ -214,7 +202,7 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
         low, high = sorted((sign * low, sign * high))
         unit = "m" if step.joint.type == "prismatic" else "rad"
         text = f"{step.joint.name} at {sign * q + 0.0:g} of [{low:g}, {high:g}] {unit}"
-        start = sign * (step.coordinates[0].q or 0.0)
+        start = sign * (joints[name].q or 0.0)
         if start != sign * q:
             text += f" starts at {start + 0.0:g}"
         if step.joint.name in given and unit == "rad" and abs(q) > 2 * pi:
@@ -228,7 +216,7 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
 
 
 def _limits(step: Step) -> tuple[float, float]:
-    """Of the .mbs joint (rad or m); those that leave no room are none."""
+    """The limits of the .mbs joint (rad or m); limits that leave no room do not count."""
     limit = step.joint.limit
     low = -inf if limit is None or limit.lower is None else limit.lower
     high = inf if limit is None or limit.upper is None else limit.upper
@@ -272,20 +260,18 @@ def _hold(conversion: Conversion, options: HoldOptions) -> list[Held]:
         for step, joint in conversion.single_coordinates()
         if joint.nature == "independent" and fits(step.joint.name, options.joints or ["*"])
     }
-    for pattern in options.gains or ["*"]:
-        if not any(fnmatchcase(name, pattern) for name in joints):
-            raise ConfigError(
-                "posture-hold",
-                "posture: no joint to hold fits "
-                + (f"'{pattern}' in 'hold.gains'" if options.gains else "'hold.joints'"),
-                hint=nearest(pattern, joints) if options.gains else None,
-            )
+    if not joints:
+        raise ConfigError("posture-hold", "posture: no joint to hold fits 'hold.joints'")
+    what = "posture: 'hold.gains': no joint that is held"
+    patterns = {
+        pattern: choose([pattern], joints, "posture-hold", what) for pattern in options.gains
+    }
     held = []
     for name, joint in joints.items():
         chosen: Gains = options
-        for pattern, gains in options.gains.items():
-            if fnmatchcase(name, pattern):
-                chosen = gains
+        for pattern, names in patterns.items():
+            if name in names:
+                chosen = options.gains[pattern]
         frequency = chosen.frequency or options.frequency or FREQUENCY
         ratios = (chosen.damping_ratio, options.damping_ratio, DAMPING_RATIO)
         ratio = next(value for value in ratios if value is not None)

@@ -15,7 +15,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
 from urdf2mbs.disk.seal import intact
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.messages.diagnostics import ConversionError, counted, some
 
 #: The generated module, where a user function loads it.
 _MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"
@@ -33,6 +33,7 @@ class Project(Pass):
         from urdf2mbs.project.python import robot_module
 
         mbs = conversion.mbs
+        _check_laws(conversion)
         if "python" in conversion.settings.languages:
             conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
                 mbs, conversion.simulation
@@ -50,7 +51,33 @@ class Project(Pass):
             "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
             "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
         }
-        _tell_renamed(conversion)
+        _warn_of_renamed_project(conversion)
+
+
+def _check_laws(conversion: Conversion) -> None:
+    """A law of a plugin must be a function of its name, in each language of the project."""
+    laws = conversion.simulation.laws
+    names = [law.name for law in laws]
+    for name in names:
+        if names.count(name) > 1:
+            raise ConversionError(
+                "law-doubled", f"two laws of plugins are called '{name}'", hint="rename one"
+            )
+    for law in laws:
+        texts = {"python": law.python, "c": law.c}
+        for language in conversion.settings.languages:
+            start = "def" if language == "python" else r"static (?:double|void)"
+            if not re.search(rf"(?m)^{start} {re.escape(law.name)}\(", texts[language]):
+                raise ConversionError(
+                    "law-missing",
+                    f"the law '{law.name}' of a plugin has no function '{law.name}' in {language}",
+                    hint="write its text in the plugin, or make a project in one 'language'",
+                )
+        conversion.note(
+            "law-unknown",
+            f"the law '{law.name}' is a plugin's: nothing proves it, and TIME_STEP knows nothing "
+            "of it",
+        )
 
 
 def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
@@ -71,7 +98,7 @@ def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
 
 
 def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
-    """What an earlier conversion has written here, and this one does not: it fits no more."""
+    """Remove files of an earlier conversion that this conversion does not write."""
     there = sorted(folder.iterdir()) if files.is_folder(folder) else []
     gone = [
         path
@@ -88,7 +115,7 @@ def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
         )
 
 
-def _tell_renamed(conversion: Conversion) -> None:
+def _warn_of_renamed_project(conversion: Conversion) -> None:
     """User functions that are there already may call the module of another name."""
     stale: dict[str, list[str]] = {}
     for path in conversion.starters:

@@ -3,13 +3,14 @@
 "For each URDF link found (except the null mass links which are neglected), a MBS body is
 added in the bodytree".  Neglected are the links, never their frames nor their children:
 
-* a massless link with nothing but massless links behind it goes.  Its frame stays, as an
-  anchor point of the body it is rigid with; if it moves, it is held at zero, with a warning;
-* a massless link on the way to a body chains its joints into that body's joints, where
-  nothing lies between them; else it stays, as a body without mass;
-* a massless link whose joint leads joints that have mass (``<mimic>``) stays in a project, whose
-  code couples them: the joint feels their inertia;
-* where no link at all has mass, every link stays, as a body without mass, with a warning.
+* a massless link with only massless links behind it goes.  Its frame stays, as an anchor point of
+  the body that the link is rigid with.  A moving joint of such a link is held at zero, with a
+  warning;
+* a massless link on the way to a body hands its joints on to this body, if nothing lies between
+  the joints; else the link stays, as a body without mass;
+* a massless link whose joint has followers with mass (``<mimic>``) stays in a project: the
+  project's code couples the joints, so that the leader feels the followers' inertia;
+* if no link has mass, every link stays, as a body without mass, with a warning.
 """
 
 from __future__ import annotations
@@ -48,11 +49,11 @@ class PruneMassless(Pass):
         if not any(joint.child in needed for joint in order):
             bodied = needed = set(robot.links)
         if all(link.massless for link in robot.links.values()):
-            _tell_no_mass(conversion)
+            _warn_of_no_mass(conversion)
 
-        chained = _chained(conversion, order, children, bodied, needed)
+        chained = _chain(conversion, order, children, bodied, needed)
         _make_segments(conversion, root, order, needed, chained)
-        _attach_frames(conversion, order, needed, chained)
+        _attach_frames(conversion, order, needed)
 
 
 def _with_way(links: set[str], order: list[Joint]) -> set[str]:
@@ -85,7 +86,7 @@ def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
     return set(leaders.values())
 
 
-def _tell_no_mass(conversion: Conversion) -> None:
+def _warn_of_no_mass(conversion: Conversion) -> None:
     links = conversion.robot.links.values()
     shown = any(link.visuals or link.collisions for link in links)
     asked = "estimate-inertia" in conversion.facts
@@ -99,7 +100,7 @@ def _tell_no_mass(conversion: Conversion) -> None:
     )
 
 
-def _chained(
+def _chain(
     conversion: Conversion,
     order: list[Joint],
     children: dict[str, list[Joint]],
@@ -108,8 +109,8 @@ def _chained(
 ) -> dict[str, Pose | None]:
     """The massless links whose joints go to the body behind them.
 
-    The value is the link's constant pose in that body, or None where a moving joint lies
-    between the two; then the link must carry nothing, as it has no body to carry it.
+    The value is the link's constant pose in this body, or None if a moving joint lies between the
+    two.  Then the link must carry nothing: no body could carry it.
     """
     chained: dict[str, Pose | None] = {}
     for joint in reversed(order):
@@ -158,34 +159,27 @@ def _make_segments(
     conversion.regroup(segments)
 
 
-def _attach_frames(
-    conversion: Conversion,
-    order: list[Joint],
-    needed: set[str],
-    chained: dict[str, Pose | None],
-) -> None:
-    holder = conversion.parts()
+def _attach_frames(conversion: Conversion, order: list[Joint], needed: set[str]) -> None:
+    """Make the links that no body needs parts of the segments they hang on."""
+    parts = conversion.parts()
     held: list[Joint] = []
     for joint in order:
         if joint.child in needed:
             continue
-        segment, pose = holder[joint.parent]
-        at = compose(pose, joint.origin.pose)
-        segment.parts[joint.child] = at
-        holder[joint.child] = (segment, at)
+        segment, pose = parts[joint.parent]
+        at = segment.parts[joint.child] = compose(pose, joint.origin.pose)
+        parts[joint.child] = (segment, at)
         if joint.moves:
             conversion.frozen[joint.name] = "nothing that it moves has mass"
             conversion.weightless.add(joint.name)
             held.append(joint)
-    _tell_held(conversion, held)
+    if held:
+        _warn_of_held_joints(conversion, held)
 
 
-def _tell_held(conversion: Conversion, held: list[Joint]) -> None:
-    if not held:
-        return
-    first = held[0]
+def _warn_of_held_joints(conversion: Conversion, held: list[Joint]) -> None:
+    first, one = held[0], len(held) == 1
     listed = some(f"joint '{joint.name}' ({joint.type})" for joint in held)
-    one = len(held) == 1
     conversion.warn(
         "massless-leaf",
         f"{listed} {'moves' if one else 'move'} nothing that has mass: "

@@ -1,11 +1,12 @@
 """Sensors: points whose motion Robotran computes, from the config and from the URDF.
 
 Beyond the method.  An IMU, accelerometer or gyroscope in ``<gazebo>`` or ``<sensor>`` becomes an
-anchor point with a ``sensor``, all of whose signals are computed; so does the frame of each link
-that the config names.  Contact sensors need no point: the force is that of the link's contact
-points.  Cameras and the like have no place in an .mbs.
+anchor point with a ``sensor``, and Robotran computes all its signals.  The frame of each link that
+the config names becomes such a point, too.  A contact sensor needs no point: its force is the sum
+over the link's contact points.  Cameras and the like have no place in an .mbs.
 
-The generated code has a helper for each, which knows the sensor's own axes: a point has none.
+The generated code has a helper for each sensor.  The helper knows the sensor's axes, since a point
+has none.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from urdf2mbs.urdf.model import Sensor
 #: Every signal that Robotran can compute for a sensor.
 MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
 
-#: Places (m, 1) that are the same but for the digits of a file.
+#: Two places (m, 1) are the same if they differ by no more: files round their digits.
 CLOSE = 1e-6
 
 
@@ -33,11 +34,11 @@ class Sensors(Pass):
     writes = ("anchors",)
 
     links: list[str] = []
-    """Patterns of links that get a sensor at their frame, called as they are."""
+    """Patterns of links that get a sensor at their frame. The sensor has the link's name."""
     from_urdf: bool = True
-    """Whether the sensors of ``<gazebo>`` and ``<sensor>`` are taken."""
+    """Use the sensors of ``<gazebo>`` and ``<sensor>``."""
     only: list[str] = []
-    """Patterns of those sensors of the URDF that are taken; none: all."""
+    """Patterns of the URDF's sensors that are used; none: all."""
 
     def run(self, conversion: Conversion) -> None:
         simulation = conversion.simulation
@@ -48,7 +49,7 @@ class Sensors(Pass):
             return
         parts = conversion.parts()
         lost: list[str] = []
-        for name, sensor in _named_apart(conversion, wanted).items():
+        for name, sensor in _name_apart(conversion, wanted).items():
             segment, at = parts.get(sensor.on, (None, HERE))
             if segment is None or segment.parent is None:
                 # the C library overruns its memory for sensors on the base
@@ -72,7 +73,9 @@ class Sensors(Pass):
         extensions = conversion.robot.extensions
         sensors = [s for element in extensions for s in element.sensors if s.type in MOTION]
         names = [sensor.name for sensor in sensors]
-        only = choose(self.only or names, names, "sensors-only", "sensors: no sensor of the URDF")
+        only = names
+        if self.only:
+            only = choose(self.only, names, "sensors-only", "sensors: no sensor of the URDF")
         wanted = [sensor for sensor in sensors if sensor.name in only]
         for element in extensions:
             if any(sensor in wanted for sensor in element.sensors):
@@ -80,10 +83,10 @@ class Sensors(Pass):
         return wanted
 
 
-def _named_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:
-    """The sensors by names of their own.
+def _name_apart(conversion: Conversion, sensors: list[Sensor]) -> dict[str, Sensor]:
+    """The sensors by name, no two of one name.
 
-    A sensor may stand in ``<gazebo>`` and in ``<sensor>``, and with its place in one of them only.
+    A sensor may be in ``<gazebo>`` and in ``<sensor>``, and may have its place in one of them only.
     """
     named: dict[str, Sensor] = {}
     names: dict[tuple[str, str, bool], list[str]] = {}

@@ -3,22 +3,22 @@
 Beyond the method.  At the start position the model is linearised: the mass matrix M of all joints,
 reduced by mimic rules, loops and driven joints, and the slopes of all forces that a project
 applies.  A joint has its damping, its friction (``friction / friction_speed``, at rest), its stop
-(hit at ``stop_speed``, where it pushes twice as hard) and its ``hold``; a foot carries its share
-of the weight, and has the ground's stiffness and damping and the slope of friction at rest; a
-spring has its own.  The eigenvalues say how long a stable step may be
-(``urdf2mbs.project.stability``), and ``TIME_STEP`` is a part of that, ``PART``, since the robot
-moves away from the start, and a step must be accurate, too.
+(hit at ``stop_speed``, where the stop pushes twice as hard) and its ``hold``.  A foot carries its
+share of the weight, and has the ground's stiffness and damping and the slope of friction at rest.
+A spring has its own stiffness and damping.  The eigenvalues say how long a stable step may be
+(``urdf2mbs.project.stability``).  ``TIME_STEP`` is the part ``PART`` of the longest stable step:
+the robot moves away from the start, and a step must be accurate, too.
 
-Where the step would be shorter than ``SHORTEST``, the numbers that urdf2mbs or the config has
-chosen give way, one by one, the one that makes the fastest mode first, and each is told.  What
-the robot itself states (damping) never does.
+The step must not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give
+way one by one, first the number that makes the fastest mode.  A warning names each of them.  The
+robot's own numbers (damping) never give way.
 
-The gains of ``hold`` are computed here, since only now it is known what each joint carries: the
-inertia I about its axis of all that hangs on it, and of all joints that follow it; or, for a joint
-between a floating base and the ground, that of the rest of the robot, shared by the links that
-touch the ground, if it is larger.  ``stiffness = I (2 pi frequency)^2``; ``damping = 2
+The gains of ``hold`` follow from the inertia I that each joint carries, which is known only here.
+I is the inertia about the joint's axis of all that hangs on the joint and on its followers.  For a
+joint between a floating base and the ground, I is at least the inertia of the rest of the robot,
+shared by the links that touch the ground.  ``stiffness = I (2 pi frequency)^2``; ``damping = 2
 damping_ratio (I stiffness)^(1/2)``, but at most ``FASTEST`` times the inertia that the joint feels
-while all others are free: so a light foot below a heavy robot asks for no very short step.
+while all other joints are free: so a light foot below a heavy robot asks for no very short step.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from typing import TYPE_CHECKING
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import floating
-from urdf2mbs.mbs.model import Parameter, UserModel
-from urdf2mbs.simulation import Simulation
+from urdf2mbs.mbs.model import UserModel
+from urdf2mbs.simulation import Simulation, rounded
 
 if TYPE_CHECKING:
     from urdf2mbs.mbs.mass import Array, Mass
@@ -70,16 +70,8 @@ Models = dict[str, dict[str, float]]
 
 class TimeStep(Pass):
     reads = (
-        "robot",
-        "base",
-        "bodies",
-        "inertias",
-        "joints",
-        "couplings",
-        "anchors",
-        "posture",
-        "forces",
-    )
+        "robot", "base", "bodies", "inertias", "joints", "couplings", "anchors", "posture", "forces"
+    )  # fmt: skip
     writes = ("forces",)
 
     def run(self, conversion: Conversion) -> None:
@@ -106,7 +98,7 @@ def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
 
     stiffness: dict[str, float] = {}
     damping: dict[str, float] = {}
-    carried = _carried(conversion.simulation, mass, reduction)
+    carried = _carry(conversion.simulation, mass, reduction)
     feels = felt(mass, reduction)
     for index, placed in enumerate(mass.placement.joints):
         held = next((h for h in conversion.simulation.hold if h.joint is placed.joint), None)
@@ -114,20 +106,19 @@ def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
             continue
         inertia, k, d = carried[index], held.stiffness, held.damping
         if k is None:
-            k = _short(inertia * (2 * pi * held.frequency) ** 2)
+            k = rounded(inertia * (2 * pi * held.frequency) ** 2)
         if d is None:
             most = FASTEST * float(feels[index])
-            d = _short(min(2 * held.damping_ratio * sqrt(inertia * k), most))
+            d = rounded(min(2 * held.damping_ratio * sqrt(inertia * k), most))
         stiffness[held.joint.name], damping[held.joint.name] = k, d
-    for name, values in (
-        ("hold", {"on": 1.0}), ("hold_stiffness", stiffness), ("hold_damping", damping)
-    ):  # fmt: skip
-        conversion.mbs.user_models.append(
-            UserModel(name, [Parameter(k, "scalar", (repr(v),)) for k, v in values.items()])
-        )
+    conversion.mbs.user_models += [
+        UserModel.of("hold", {"on": 1.0}),
+        UserModel.of("hold_stiffness", stiffness),
+        UserModel.of("hold_damping", damping),
+    ]
 
 
-def _carried(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
+def _carry(simulation: Simulation, mass: Mass, reduction: Array) -> list[float]:
     """The inertia that each joint carries (kg m^2, kg), with all that follows it."""
     owners = {id(point): body.name for body in mass.mbs.bodies for point in body.points}
     feet = {owners[id(contact.point)] for contact in simulation.contacts}
@@ -168,13 +159,13 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
     if mode.step * PART < LONGEST:
         worst = slopes[int(mode.shares.argmax())]
         simulation.shortened_by = NAMES[worst.kind].format(worst.name)
-        simulation.time_step = _rounded_down(mode.step * PART)
+        simulation.time_step = _round_down(mode.step * PART)
         conversion.note(
             "time-step",
             f"TIME_STEP is {simulation.time_step:g} s, because of {simulation.shortened_by} "
             f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
         )
-    _tell(conversion, before, models)
+    _warn_of_changes(conversion, before, models)
 
 
 def _slopes(
@@ -239,7 +230,7 @@ def _give_way(slopes: list[Slope], mode: Mode, models: Models) -> bool:
         ground = slope.kind in ("contact", "slip")
         for name, power in GIVES_WAY[slope.kind].items():
             group, key = ("contact", name) if ground else (name, slope.name)
-            models[group][key] = _short(models[group][key] * factor**power)
+            models[group][key] = rounded(models[group][key] * factor**power)
         return True
     return False
 
@@ -253,7 +244,7 @@ def _write(conversion: Conversion, models: Models) -> None:
                 parameter.values = (repr(value),)
 
 
-def _tell(conversion: Conversion, before: Models, models: Models) -> None:
+def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> None:
     changes = [
         f"{group} of '{name}' is {models[group][name]:g} instead of {old:g}"
         for group, values in before.items()
@@ -276,12 +267,7 @@ def _tell(conversion: Conversion, before: Models, models: Models) -> None:
         )
 
 
-def _short(value: float) -> float:
-    """Two significant digits: enough for a number that we choose and the robot does not state."""
-    return float(f"{value:.2g}")
-
-
-def _rounded_down(value: float) -> float:
+def _round_down(value: float) -> float:
     """To two significant digits."""
     digit = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{floor(value / digit * (1 + 1e-9)) * digit:.1e}")

@@ -21,6 +21,13 @@ typedef struct { size_t ground, stiffness, speed, friction, slip_speed; } Ground
 typedef struct { int force; size_t start, stop, parts[6]; } Wrench;
 typedef struct { int link; size_t stiffness, length, damping; } Spring;
 typedef struct { int isens; double axes[9]; } Sensor; /* its axes in the body, row by row */
+/* Laws of plugins. */
+typedef struct { int joint; double (*law)(const MbsData *mbs_data, int joint); } JointLaw;
+typedef struct {
+    int force;
+    void (*law)(const double P[4], const double V[4], const MbsData *mbs_data, double tsim, int ixF,
+        double force[7]);
+} PointLaw;
 
 #include "NAME_tables.h"
 
@@ -85,6 +92,7 @@ void NAME_joint_forces(MbsData *mbs_data)
 {
     const double *q = mbs_data->q, *qd = mbs_data->qd;
     double *Qq = mbs_data->Qq;
+    const JointLaw *l;
 
     if (number(mbs_data, damping_on) != 0.0) {
         const Damping *d;
@@ -126,6 +134,9 @@ void NAME_joint_forces(MbsData *mbs_data)
             Qq[h->joint] += push;
         }
     }
+    for (l = joint_laws; l->joint != 0; l++) {
+        Qq[l->joint] += l->law(mbs_data, l->joint);
+    }
 }
 
 /* --- external forces --- */
@@ -163,6 +174,7 @@ void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double
     double force[7])
 {
     const Wrench *w;
+    const PointLaw *l;
     const int *contact;
     int i;
 
@@ -180,6 +192,11 @@ void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double
             for (i = 1; i <= 6; i++) {
                 force[i] = number(mbs_data, w->parts[i - 1]);
             }
+        }
+    }
+    for (l = point_laws; l->force != 0; l++) {
+        if (l->force == ixF) {
+            l->law(PxF, VxF, mbs_data, tsim, ixF, force);
         }
     }
 }

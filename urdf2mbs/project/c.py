@@ -99,9 +99,29 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             _table("Wrench", "wrenches", wrenches),
             _table("Spring", "springs", rows("link_stiffness", "link_length", "link_damping")),
             _table("Sensor", "sensors", sensors, f"{{0, {{{_row(IDENTITY)}}}}}"),
+            _laws(simulation),
             "/* The joints by Robotran's number; those that follow from the constraints. */\n",
             _names("joints", ["ground", *mbs.numbers()]),
             _names("dependent", dependent(mbs)),
+        ]
+    )
+
+
+def _laws(simulation: Simulation) -> str:
+    """The laws of plugins, and what each acts on."""
+    laws = simulation.laws
+    joints = ((f"{joint.name}_id", law.name) for law in laws for joint in law.joints)
+    points = (
+        (f"{point.extforce.name}_id", law.name)
+        for law in laws
+        for point in law.points
+        if point.extforce is not None
+    )
+    return "".join(
+        [
+            *(f"{law.c.strip()}\n\n" for law in laws),
+            _table("JointLaw", "joint_laws", joints),
+            _table("PointLaw", "point_laws", points),
         ]
     )
 
@@ -152,10 +172,10 @@ def _all_id(mbs: Mbs) -> str:
             (link for link in mbs.links if link.kind == "link"), start=1)],
     }  # fmt: skip
     count = 0
-    for owner, points in ((BASE, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)):
-        for point in points:
+    for name, owner in mbs.owners():
+        for point in owner.points:
             count += 1
-            kinds["points, as BODY_POINT"].append((f"{owner}_{point.name}", count))
+            kinds["points, as BODY_POINT"].append((f"{name or BASE}_{point.name}", count))
             for kind, thing in (("sensors", point.sensor), ("external forces", point.extforce)):
                 if thing is not None:
                     kinds[kind].append((thing.name, len(kinds[kind]) + 1))

@@ -57,6 +57,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
                 ((f.name, (tuple(j.name for j in f.joints), f.rotation))
                  for f in simulation.force_torques),
             ),
+            _laws(simulation),
             "\n# A step (s) that a Runge-Kutta integrator can take with these numbers. "
             "What bounds it:\n"
             f"# {quoted(simulation.shortened_by)}.\n",
@@ -65,6 +66,22 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             _list("PLOTTED", plotted(mbs)),
         ]
     )  # fmt: skip
+
+
+def _laws(simulation: Simulation) -> str:
+    """The laws of plugins, and what each acts on."""
+    laws = simulation.laws
+    joints = ((joint.name, law.name) for law in laws for joint in law.joints)
+    points = ((_force(point), law.name) for law in laws for point in law.points)
+    return "".join(
+        [
+            *(f"\n\n{law.python.strip()}\n" for law in laws),
+            "\n" * (2 if laws else 1),
+            "# Laws of plugins: of joints, and of external forces.\n",
+            f"JOINT_LAWS = [{', '.join(f'({_literal(name)}, {law})' for name, law in joints)}]\n",
+            f"POINT_LAWS = [{', '.join(f'({_literal(name)}, {law})' for name, law in points)}]\n",
+        ]
+    )
 
 
 def dependent(mbs: Mbs) -> list[str]:

@@ -1,4 +1,4 @@
-"""What differs between two states of a robot: what a pass has changed of it, value by value."""
+"""The changes between two states of a robot: each value that a pass has changed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import msgspec
 
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
-#: What can change, and how one and several of it are called.
+#: The kinds of changes, with their names for one change and for several.
 KINDS = {
     "name": ("the robot's name", ""),
     "link-added": ("link added", "links added"),
@@ -50,6 +50,21 @@ class Change(msgspec.Struct):
     after: Any = None
 
 
+class RobotChange(msgspec.Struct):
+    """What somebody has changed of the robot that the URDF states."""
+
+    by: str
+    """The pass; or the hook, such as "the hook after 'emit'"."""
+    plugin: str
+    """Whose it is."""
+    declared: bool
+    """Whether the pass says so, by ``writes = ("robot",)``."""
+    changes: list[Change]
+
+    def __str__(self) -> str:
+        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {describe(self.changes)}"
+
+
 def snapshot(robot: Robot) -> bytes:
     """A copy of a robot that later changes do not reach; ``between`` reads it.
 
@@ -64,20 +79,20 @@ def encode(data: Any) -> bytes:
 
 
 def _plain(value: Any) -> Any:
-    """What numpy has made, as Python's own numbers and lists."""
+    """The numbers and arrays of numpy as Python's own numbers and lists."""
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"{value!r} ({type(value).__name__})")
 
 
 def between(before: bytes, after: bytes) -> list[Change]:
-    """What differs between two snapshots, in the order of the file."""
+    """The changes between two snapshots, in the order of the file."""
     if before == after:
         return []
     return list(_changes(*(msgspec.msgpack.decode(robot, type=Robot) for robot in (before, after))))
 
 
-def told(changes: list[Change]) -> str:
+def describe(changes: list[Change]) -> str:
     """Changes in words: "21 masses, 1 joint origin"."""
     counts: dict[str, int] = {}
     for change in changes:
@@ -91,32 +106,35 @@ def told(changes: list[Change]) -> str:
 def _changes(before: Robot, after: Robot) -> Iterator[Change]:
     if before.name != after.name:
         yield Change("name", "", before.name, after.name)
-    links = _renamed(list(before.links), list(after.links))
-    joints = _renamed(list(before.joints), list(after.joints))
-    yield from _there("link", before.links, after.links, links)
+    links = _match_renamed(list(before.links), list(after.links))
+    joints = _match_renamed(list(before.joints), list(after.joints))
+    yield from _compare_names("link", before.links, after.links, links)
     for name, link in before.links.items():
         now = after.links.get(links.get(name, name))
         if now is not None:
-            yield from _of_link(link, now)
-    yield from _there("joint", before.joints, after.joints, joints)
+            yield from _compare_links(link, now)
+    yield from _compare_names("joint", before.joints, after.joints, joints)
     for name, joint in before.joints.items():
         other = after.joints.get(joints.get(name, name))
         if other is not None:
-            yield from _of_joint(joint, other, links, joints)
-    for old, new, names in (
-        (before.links, after.links, links),
-        (before.joints, after.joints, joints),
-    ):
-        kept = [names.get(name, name) for name in old if names.get(name, name) in new]
-        if kept != [name for name in new if name in set(kept)]:
-            yield Change("order", "")
-            break
+            yield from _compare_joints(joint, other, links, joints)
+    both = ((before.links, after.links, links), (before.joints, after.joints, joints))
+    if any(_is_reordered(old, new, names) for old, new, names in both):
+        yield Change("order", "")
     for field in ("materials", "extensions"):
         if getattr(before, field) != getattr(after, field):
             yield Change(field, "")
 
 
-def _renamed(before: list[str], after: list[str]) -> dict[str, str]:
+def _is_reordered(
+    before: Mapping[str, object], after: Mapping[str, object], names: Mapping[str, str]
+) -> bool:
+    """True if the links or joints that are in both robots stand in another order."""
+    kept = {names.get(name, name): None for name in before if names.get(name, name) in after}
+    return list(kept) != [name for name in after if name in kept]
+
+
+def _match_renamed(before: list[str], after: list[str]) -> dict[str, str]:
     """The names that have another in their place."""
     if len(before) != len(after):
         return {}
@@ -128,10 +146,10 @@ def _renamed(before: list[str], after: list[str]) -> dict[str, str]:
     }
 
 
-def _there(
+def _compare_names(
     kind: str, before: Mapping[str, object], after: Mapping[str, object], names: Mapping[str, str]
 ) -> Iterator[Change]:
-    """Which links or joints came, went, or have another name."""
+    """The links or joints that were added, removed or renamed."""
     for name in before:
         if name in names:
             yield Change(f"{kind}-renamed", name, name, names[name])
@@ -143,7 +161,7 @@ def _there(
             yield Change(f"{kind}-added", name)
 
 
-def _of_link(before: Link, after: Link) -> Iterator[Change]:
+def _compare_links(before: Link, after: Link) -> Iterator[Change]:
     for kind, field in (("mass", "mass"), ("centre", "origin"), ("inertia", "inertia")):
         old, new = getattr(before.inertial, field, None), getattr(after.inertial, field, None)
         if old != new:
@@ -153,7 +171,7 @@ def _of_link(before: Link, after: Link) -> Iterator[Change]:
             yield Change(kind, before.name)
 
 
-def _of_joint(
+def _compare_joints(
     before: Joint, after: Joint, links: Mapping[str, str], joints: Mapping[str, str]
 ) -> Iterator[Change]:
     mimic = before.mimic

@@ -53,7 +53,7 @@ def locate(source: str) -> Description:
             f"robot_descriptions has no robot '{name}'",
             hint=_likely(name, known) or f"it has {len(known)}; 'robot_descriptions list' tells",
         )
-    found = _fetched(module, source)
+    found = _fetch(module, source)
     path = getattr(found, "URDF_PATH", None) or getattr(found, "XACRO_PATH", None)
     if path is None:
         raise ConfigError(
@@ -76,7 +76,7 @@ def _likely(name: str, known: list[str]) -> str | None:
     return f"there are: {', '.join(like[:6])}" if like else nearest(name, known)
 
 
-def _fetched(module: str, source: str) -> Any:
+def _fetch(module: str, source: str) -> Any:
     try:
         with redirect_stdout(sys.stderr):  # where it says what it fetches
             return import_module(module)

@@ -111,56 +111,44 @@ class Elements(Messages):
             if name not in known:
                 self.unknown_child(tag, child, known)
             elif name in parts:
-                self.doubled(tag, child)
+                self.warn_of_double(tag, child)
             else:
                 parts[name] = child
         return parts
 
     def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
         tag = child.tag  # that of a comment or processing instruction is a function
-        if isinstance(tag, str) and not self.xacro_left(child):
+        if isinstance(tag, str) and not self.report_xacro(child):
             what = f"<{plain(tag)}> in <{parent}> is not known and has no effect"
             self.warn("unknown-element", what, child.sourceline, like=(tag, known))
 
-    def doubled(self, parent: str, child: Any) -> None:
+    def warn_of_double(self, parent: str, child: Any) -> None:
         what = f"more than one <{child.tag}> in <{parent}>, the first one counts"
         self.warn("doubled-element", what, child.sourceline)
 
-    def xacro_left(self, element: Any) -> bool:
+    def report_xacro(self, element: Any) -> bool:
         """True, with a message, if an element is xacro's, which should be gone by now."""
-        tag = element.tag
+        tag, line = element.tag, element.sourceline
         if is_xacro(element):
             what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro"
-            self.warn("xacro-macro-unknown", what, element.sourceline, level="error")
+            self.warn("xacro-macro-unknown", what, line, level="error")
         elif tag == "property":
-            self.legacy = self.legacy or element.get("name") or "?"
-            self.warn(
-                "property-unused",
-                "<property> without the prefix xacro: has no effect, and is not used",
-                element.sourceline,
-                owner=("property", element.get("name") or ""),
-            )
+            name = element.get("name") or ""
+            self.legacy = self.legacy or name or "?"
+            what = "<property> without the prefix xacro: has no effect, and is not used"
+            self.warn("property-unused", what, line, owner=("property", name))
         elif tag in LEGACY:
-            self.warn(
-                "xacro-legacy",
-                f"<{tag}> without the prefix xacro: is not read by xacro any more",
-                element.sourceline,
-                hint=LEGACY_HINT.format(tag=tag),
-                level="error",
-            )
-        else:
-            return False
-        return True
+            what = f"<{tag}> without the prefix xacro: is not read by xacro any more"
+            self.warn("xacro-legacy", what, line, hint=LEGACY_HINT.format(tag=tag), level="error")
+        return is_xacro(element) or tag in LEGACY
 
-    def unexpanded(self, what: str, line: int | None) -> NoReturn:
+    def fail_unexpanded(self, what: str, line: int | None) -> NoReturn:
         if self.legacy is not None:
-            self.fail(
-                "xacro-legacy",
+            what = (
                 f"{what}: '{self.legacy}' is given by <property> without the prefix xacro:, which "
-                "is not read by xacro any more",
-                line,
-                LEGACY_HINT.format(tag="property"),
+                "is not read by xacro any more"
             )
+            self.fail("xacro-legacy", what, line, LEGACY_HINT.format(tag="property"))
         self.fail("xacro-unexpanded", f"{what} was left by xacro", line)
 
 
@@ -170,7 +158,7 @@ def plain(tag: str) -> str:
 
 
 def is_xacro(element: Any) -> bool:
-    """Whether an element is xacro's, by its namespace or its prefix."""
+    """True if an element is xacro's, by its namespace or its prefix."""
     tag = element.tag
     space = tag.partition("}")[0] if tag.startswith("{") else tag.partition(":")[0]
     return element.prefix == "xacro" or (space != tag and "xacro" in space)

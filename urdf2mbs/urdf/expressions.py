@@ -1,11 +1,11 @@
 """Expressions of xacro are data: checked over their syntax tree, and evaluated within bounds.
 
-xacro hands each ``${...}`` to Python.  Here the tree of an expression is checked first: it may hold
-constants, names, arithmetic, comparisons, conditions, subscripts, displays, comprehensions, calls
-and attributes without an underscore, and nothing else.  Then a call of ``Guard`` replaces each
-operation in the tree, and a function that ``Guard`` watches replaces each function that xacro
-offers.  So an expression never reaches a function, a method or an attribute that is not on the
-list, and ``Guard`` measures whatever goes into an operation or comes out of it.
+xacro hands each ``${...}`` to Python.  This module checks the tree of an expression first: the tree
+may hold constants, names, arithmetic, comparisons, conditions, subscripts, displays,
+comprehensions, calls, and attributes without an underscore, and nothing else.  Then a call of
+``Guard`` replaces each operation in the tree, and a function that ``Guard`` watches replaces each
+function that xacro offers.  So an expression never reaches a function, a method or an attribute
+that is not on the list, and ``Guard`` measures every operand and every result.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _NODES: tuple[type[ast.AST], ...] = (
     ast.expr_context, ast.operator, ast.unaryop, ast.boolop, ast.cmpop,
 )  # fmt: skip
 _NAMES = {"Lambda": "a lambda", "JoinedStr": "an f-string", "NamedExpr": "an assignment"}
-#: Where Python compares or hashes values, or takes them apart, without an operation of its own.
+#: The fields of nodes whose values Python compares, hashes or takes apart without an operation.
 _MEASURED: dict[type[ast.AST], tuple[str, ...]] = {
     ast.Compare: ("left", "comparators"), ast.Starred: ("value",), ast.keyword: ("value",),
     ast.Dict: ("keys", "values"), ast.Set: ("elts",), ast.SetComp: ("elt",), ast.DictComp: ("key",),
@@ -58,15 +58,14 @@ _VIEWS = (KeysView, ValuesView, ItemsView)
 _WITHHELD = ("type", "vars", "issubclass")
 
 
-def refused(what: str) -> ConversionError:
-    """The error for what no robot needs."""
-    return ConversionError(
-        "xacro-expression", f"{what} is not allowed in an expression", hint=TRUST
-    )
+def refusal(what: str) -> ConversionError:
+    """The error for something that no robot needs."""
+    text = f"{what} is not allowed in an expression"
+    return ConversionError("xacro-expression", text, hint=TRUST)
 
 
 def too_large(what: str) -> ConversionError:
-    """The error for what takes more than the bounds."""
+    """The error for something beyond the bounds."""
     return ConversionError("xacro-too-large", f"{what} is more than is allowed", hint=TRUST)
 
 
@@ -76,20 +75,20 @@ class Guard:
     def __init__(self) -> None:
         self.work = 0
         self._until = math.inf
-        """The work at which the expression being evaluated has had enough."""
+        """The work at which the current expression is stopped."""
         self._codes: dict[str, Any] = {}
         self._operations = {
             "__operate": self.operate, "__attribute": self.attribute, "__item": self.item,
-            "__slice": slice, "__measured": self.measured, "__each": self.each,
+            "__slice": slice, "__measured": self.measure, "__each": self.each,
         }  # fmt: skip
         self._own: dict[str, Callable[..., Any]] = {
-            "sum": self._fold(sum, partial(self.operate, "Add"), 0),
-            "prod": self._fold(math.prod, partial(self.operate, "Mult"), 1),
+            "sum": self._fold(sum, "Add", 0),
+            "prod": self._fold(math.prod, "Mult", 1),
             "lcm": self._lcm, "isinstance": _isinstance, "tokenize": _tokenize,
-            "round": _bounded(round, 1), "factorial": _bounded(math.factorial),
-            "comb": _bounded(math.comb), "perm": _bounded(math.perm),
+            "round": _bound(round, 1), "factorial": _bound(math.factorial),
+            "comb": _bound(math.comb), "perm": _bound(math.perm),
         }  # fmt: skip
-        """The functions whose work their arguments do not show, each with a bound."""
+        """Functions whose arguments do not show their work, each with a bound."""
 
     def spend(self, work: int) -> None:
         """Count the work of an expression; raises ConversionError where a bound is passed."""
@@ -100,7 +99,7 @@ class Guard:
             raise too_large(f"an expression with over {MOST:,} letters, items and steps")
 
     def spend_beside(self, work: int) -> None:
-        """Count work that is not the expression's, but the robot's only."""
+        """Count work of the robot that is no work of the current expression."""
         self._until += work
         self.spend(work)
 
@@ -125,7 +124,7 @@ class Guard:
                 self._codes[text] = code
             dict.__setitem__(symbols, "__builtins__", {})
             function = eval(code, symbols)
-            return self.measured(function(*self._operations.values()))
+            return self.measure(function(*self._operations.values()))
         finally:
             self._until = until + self.work - before
 
@@ -137,7 +136,7 @@ class Guard:
             elif name in _WITHHELD:
                 dict.__setitem__(names, name, partial(self._withhold, name))
             elif callable(value):
-                dict.__setitem__(names, name, self._watched(self._own.get(name, value)))
+                dict.__setitem__(names, name, self._watch(self._own.get(name, value)))
 
     # what the tree of an expression calls
 
@@ -157,19 +156,19 @@ class Guard:
         elif name == "Mod" and isinstance(left, str):
             _check_widths(left)
             _check_product(*sizes)
-        return self.measured(_OPERATORS[name](left, right))
+        return self.measure(_OPERATORS[name](left, right))
 
     def attribute(self, value: Any, name: str) -> Any:
         """``value.name``: an entry of a namespace or of YAML, or a method of a text or list."""
         if str(name).startswith("_"):
-            raise refused(f"the attribute '{name}'")
+            raise refusal(f"the attribute '{name}'")
         if hasattr(type(value), "_resolve_"):  # a namespace of xacro
             try:
                 return value[name]
             except KeyError:
                 raise NameError(f"name '{name}' is not defined") from None
         if not isinstance(value, _DATA):
-            raise refused(f"the attribute '{name}' of a {type(value).__name__}")
+            raise refusal(f"the attribute '{name}' of a {type(value).__name__}")
         if callable(getattr(type(value), name, None)):
             return self._method(value, name)
         return getattr(value, name)
@@ -182,9 +181,9 @@ class Guard:
         if not isinstance(value, _DATA):
             raise TypeError(f"'{type(value).__name__}' object is not subscriptable")
         part = value[key]  # type: ignore[index]
-        return self.measured(part) if isinstance(key, slice) else part
+        return self.measure(part) if isinstance(key, slice) else part
 
-    def measured(self, value: Any) -> Any:
+    def measure(self, value: Any) -> Any:
         """The same value, where it is within the bounds."""
         self._take(value)
         return value
@@ -196,7 +195,10 @@ class Guard:
             yield item
 
     def _take(self, value: Any) -> int:
-        """Count what is in a value, as often as it can be reached; gives how much that is."""
+        """Count the contents of a value, each part as often as it can be reached, as work.
+
+        Returns the size that was counted.
+        """
         if type(value) is float:
             self.spend(1)
             return 1
@@ -229,9 +231,9 @@ class Guard:
     # what an expression calls
 
     def _withhold(self, name: str, *_: Any) -> None:
-        raise refused(f"the function '{name}'")
+        raise refusal(f"the function '{name}'")
 
-    def _watched(self, function: Callable[..., Any]) -> Callable[..., Any]:
+    def _watch(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A function whose arguments and results are measured; an iterator becomes a list."""
 
         @wraps(function, updated=())
@@ -242,7 +244,7 @@ class Guard:
             result = function(*args, **more)
             if isinstance(result, Iterator):
                 result = list(islice(result, MOST + 1))
-            return self.measured(result)
+            return self.measure(result)
 
         return watched
 
@@ -260,23 +262,21 @@ class Guard:
                 _check_product(size, abs(given) if isinstance(given, int) else self._take(given))
             return method(*args, **more)
 
-        return self._watched(bounded)
+        return self._watch(bounded)
 
-    def _fold(
-        self, function: Callable[..., Any], operate: Callable[[Any, Any], Any], empty: int
-    ) -> Callable[..., Any]:
+    def _fold(self, function: Callable[..., Any], name: str, empty: int) -> Callable[..., Any]:
         @wraps(function)
         def fold(items: Iterable[Any], start: Any = empty) -> Any:
-            return reduce(operate, items, start)
+            return reduce(partial(self.operate, name), items, start)
 
         return fold
 
     def _lcm(self, *numbers: int) -> int:
-        return reduce(lambda left, right: self.measured(math.lcm(left, right)), numbers, 1)
+        return reduce(lambda left, right: self.measure(math.lcm(left, right)), numbers, 1)
 
 
-def _bounded(function: Callable[..., Any], first: int = 0) -> Callable[..., Any]:
-    """A function whose result has as many digits as its arguments from ``first`` on say."""
+def _bound(function: Callable[..., Any], first: int = 0) -> Callable[..., Any]:
+    """A function whose arguments from ``first`` on say how many digits the result has."""
 
     @wraps(function)
     def bounded(*args: Any, **more: Any) -> Any:
@@ -296,7 +296,7 @@ def _isinstance(value: Any, kinds: Any) -> bool:
 
 def _tokenize(s: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
     if "]" in sep:  # it is a set of letters in a pattern
-        raise refused("']' among the letters of tokenize")
+        raise refusal("']' among the letters of tokenize")
     words = re.split(f"[{sep}]", s)
     return [word for word in words if word] if skip_empty else words
 
@@ -306,7 +306,7 @@ class _Format(Formatter):
 
     def get_field(self, field_name: str, args: Any, kwargs: Any) -> Any:
         if "." in field_name:
-            raise refused("an attribute in a format field")
+            raise refusal("an attribute in a format field")
         return super().get_field(field_name, args, kwargs)
 
     def format_field(self, value: Any, format_spec: str) -> Any:
@@ -325,33 +325,33 @@ def _check_product(size: int, more: int) -> None:
 
 
 class _Checked(ast.NodeTransformer):
-    """A tree with nothing but the nodes that are allowed, whose operations are ``Guard``'s."""
+    """A tree of allowed nodes only, with the operations of ``Guard``."""
 
     def visit(self, node: ast.AST) -> Any:
         if not isinstance(node, _NODES):
             name = type(node).__name__
-            raise refused(_NAMES.get(name, f"'{name}' of Python"))
+            raise refusal(_NAMES.get(name, f"'{name}' of Python"))
         checked = super().visit(node)
         if isinstance(getattr(node, "ctx", ast.Load()), ast.Load):
             for field in _MEASURED.get(type(node), ()):
                 part = getattr(node, field)
-                part = list(map(_measured, part)) if isinstance(part, list) else _measured(part)
+                part = list(map(_measure, part)) if isinstance(part, list) else _measure(part)
                 setattr(node, field, part)
         return checked
 
     def visit_Constant(self, node: ast.Constant) -> Any:
         if not isinstance(node.value, (str, *_NUMBERS, type(None))):
-            raise refused(f"the constant {node.value!r}")
+            raise refusal(f"the constant {node.value!r}")
         return node
 
     def visit_Name(self, node: ast.Name) -> Any:
         if node.id.startswith("__"):
-            raise refused(f"the name '{node.id}'")
+            raise refusal(f"the name '{node.id}'")
         return node
 
     def visit_Attribute(self, node: ast.Attribute) -> Any:
         if node.attr.startswith("_"):
-            raise refused(f"the attribute '{node.attr}'")
+            raise refusal(f"the attribute '{node.attr}'")
         return self._call(node, "__attribute", node.value, ast.Constant(node.attr))
 
     def visit_Subscript(self, node: ast.Subscript) -> Any:
@@ -372,17 +372,17 @@ class _Checked(ast.NodeTransformer):
     def visit_comprehension(self, node: ast.comprehension) -> Any:
         self.generic_visit(node)
         if node.is_async:
-            raise refused("'async'")
+            raise refusal("'async'")
         node.iter = ast.Call(ast.Name("__each", ast.Load()), [node.iter], [])
         return node
 
     def _call(self, node: ast.AST, name: str, *args: ast.expr) -> ast.expr:
         if not isinstance(getattr(node, "ctx", ast.Load()), ast.Load):
-            raise refused("a change of a value")
+            raise refusal("a change of a value")
         return ast.Call(ast.Name(name, ast.Load()), [self.visit(arg) for arg in args], [])
 
 
-def _measured(node: ast.expr | None) -> ast.expr | None:
+def _measure(node: ast.expr | None) -> ast.expr | None:
     # Python warns of some comparisons of constants; ** has no key
     if node is None or isinstance(node, (ast.Constant, ast.Starred)):
         return node

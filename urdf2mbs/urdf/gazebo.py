@@ -1,17 +1,18 @@
-"""``<gazebo>``, ``<sensor>``, ``<transmission>``, ``<ros2_control>``: what of them is used.
+"""The sensors, joints and motors in ``<gazebo>``, ``<sensor>``, ``<transmission>`` and
+``<ros2_control>``.
 
-A sensor or a joint inside ``<gazebo>`` stands where SDF says ("Pose Frame Semantics" of
-sdformat.org, versions 1.4 to 1.12):
+SDF says where a sensor or a joint inside ``<gazebo>`` is ("Pose Frame Semantics" of sdformat.org,
+versions 1.4 to 1.12):
 
 * ``<pose>`` is ``x y z roll pitch yaw``, in degrees with ``degrees="true"``, or
   ``x y z qx qy qz qw`` with ``rotation_format="quat_xyzw"``;
-* it is seen from ``relative_to`` (``frame`` until SDF 1.6), all joints at zero; else a sensor's is
-  seen from its link, and a joint's from its child link;
-* an axis is seen from the joint's frame, or from ``expressed_in``; ``use_parent_model_frame`` is
-  ``expressed_in="__model__"`` of SDF 1.6.
+* a pose is relative to ``relative_to`` (``frame`` until SDF 1.6), with all joints at zero; else a
+  sensor's pose is relative to its link, and a joint's pose to its child link;
+* an axis is in the joint's frame, or in ``expressed_in``; ``use_parent_model_frame`` of SDF 1.6
+  means ``expressed_in="__model__"``.
 
-A link and a joint name the frame of the link, and of the joint's child link; ``__model__`` is that
-of the root link.  What cannot be read is left out with a warning.
+The name of a link is its frame, the name of a joint the frame of its child link, and
+``__model__`` the frame of the root link.  A warning names an element that cannot be read.
 """
 
 from __future__ import annotations
@@ -128,14 +129,10 @@ def read_pose(reading: Reading, element: Any) -> tuple[Pose, str | None]:
         roll, pitch, yaw = map(radians, angles) if degrees else angles
         return Pose((x, y, z), from_rpy((roll, pitch, yaw))), relative_to
     x, y, z, *quaternion = reading.numbers(element, "the text", words, 7)
-    if degrees:
-        reading.fail(
-            "number-invalid", "<pose> is a quaternion in degrees", element, "leave 'degrees' out"
-        )
-    if not any(quaternion):
-        reading.fail(
-            "number-invalid", "<pose> has the quaternion zero", element, "no rotation is 0 0 0 1"
-        )
+    if degrees or not any(quaternion):
+        what = "<pose> is a quaternion in degrees" if degrees else "<pose> has the quaternion zero"
+        hint = "leave 'degrees' out" if degrees else "no rotation is 0 0 0 1"
+        reading.fail("number-invalid", what, element, hint)
     return Pose((x, y, z), from_quaternion(*quaternion)), relative_to
 
 

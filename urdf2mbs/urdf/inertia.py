@@ -1,4 +1,4 @@
-"""Which inertias a body can have, and the nearest one that it can.
+"""Inertias that a body can have, and the nearest possible inertia to any other.
 
 The second moment about the centre of mass, ``J = trace(I)/2 - I`` (the integral of r r^T dm),
 of a body of positive mass is positive semi-definite, and any such J is some body's: just then
@@ -27,7 +27,7 @@ Rows = list[list[float]]
 
 
 class Fault(msgspec.Struct, frozen=True):
-    """Why no body can have an inertia."""
+    """The reason why no body can have an inertia."""
 
     code: str
     """``inertia-indefinite`` or ``inertia-triangle``."""
@@ -36,7 +36,7 @@ class Fault(msgspec.Struct, frozen=True):
 
 
 def fault(tensor: Sym, mass: float) -> Fault | None:
-    """What is wrong with an inertia (kg m^2, about the centre of mass); None: nothing is."""
+    """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
     xx, xy, xz, yy, yz, zz = tensor
     half = (xx + yy + zz) / 2
     a, b, c = half - xx, half - yy, half - zz
@@ -46,7 +46,7 @@ def fault(tensor: Sym, mass: float) -> Fault | None:
     # J is positive definite where its leading minors are positive
     if a > least and ab > least * half and determinant > least * half * half:
         return None
-    small, middle, large = moments = _sorted(principal(tensor)[0])
+    small, middle, large = moments = _sort(principal(tensor)[0])
     trace = small + middle + large
     if small < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):
         return Fault("inertia-indefinite", moments)
@@ -88,7 +88,7 @@ def second_moments(tensor: Sym) -> list[float]:
 
 def moments(tensor: Sym) -> tuple[float, float, float]:
     """Principal moments, ascending (kg m^2)."""
-    return _sorted(principal(tensor)[0])
+    return _sort(principal(tensor)[0])
 
 
 def principal(tensor: Sym) -> tuple[list[float], Rows]:
@@ -120,6 +120,6 @@ def principal(tensor: Sym) -> tuple[list[float], Rows]:
     return [a[k][k] * size for k in range(3)], axes
 
 
-def _sorted(values: list[float]) -> tuple[float, float, float]:
+def _sort(values: list[float]) -> tuple[float, float, float]:
     small, middle, large = sorted(values)
     return small, middle, large

@@ -53,7 +53,6 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
     if parent == child:
         what = f"joint '{name}' has the link '{parent}' as its parent and as its child"
         reading.fail("joint-same-link", what, parts["child"])
-    kind = reading.words.setdefault(kind, kind)
     joint = joints[name] = Joint(
         name, kind, parent, child, reading.origin(parts.get("origin")), line=element.sourceline
     )
@@ -80,7 +79,7 @@ def read_optional(reading: Reading, element: Any) -> Any:
         numbers = known_numbers(reading, element)
         return Mimic(element.get("joint") or "", **numbers) if kind is Mimic else kind(**numbers)
     except ConversionError as error:
-        reading.left_out(element, f"<{element.tag}>", error)
+        reading.warn_of_left_out(element, f"<{element.tag}>", error)
         return None
 
 
@@ -107,7 +106,7 @@ def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) 
     if part is None or not name:
         what, at = f"{reading.where} has no {which} link", element if part is None else part
         reading.fail("joint-link-missing", what, at, f'give <{which} link="..."/>')
-    return reading.words.setdefault(name, name)
+    return name
 
 
 def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
@@ -126,7 +125,7 @@ def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
         try:
             numbers[name] = reading.number(element, name, text)
         except ConversionError as error:
-            reading.left_out(element, "a limit", error)
+            reading.warn_of_left_out(element, "a limit", error)
             numbers[name] = None
     limit = Limit(**numbers)
     lower, upper = limit.lower, limit.upper

@@ -1,4 +1,4 @@
-"""What a URDF says of its joints and an .mbs has no place for, as values."""
+"""The numbers of a URDF's joints that have no place in an .mbs."""
 
 from __future__ import annotations
 

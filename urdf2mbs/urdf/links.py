@@ -34,11 +34,10 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
             read_visual(reading, child, visuals)
         elif tag == "collision":
             read_collision(reading, child, collisions)
+        elif tag == "inertial" and inertial is not None:
+            reading.warn_of_double("link", child)
         elif tag == "inertial":
-            if inertial is not None:
-                reading.doubled("link", child)
-            else:
-                inertial = child
+            inertial = child
         else:
             reading.unknown_child("link", child, ("visual", "collision", "inertial"))
     links[name] = Link(
@@ -65,28 +64,22 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
                 "mass-negative", "no body has a mass below zero; it is kept",
                 mass_element.sourceline, detail=f"{mass!r} kg", hint=REPAIR,
             )  # fmt: skip
-    if inertia_element is not None and not inertia_element.attrib:
-        inertia_element = None
-    if inertia_element is not None:
+    stated = inertia_element is not None and bool(inertia_element.attrib)
+    if stated:
         tensor = read_inertia(reading, inertia_element)
         if tensor != NO_INERTIA:
             check_inertia(reading, tensor, mass, inertia_element)
     line = element.sourceline
     if mass_element is None:
-        reading.warn(
-            "inertial-incomplete",
-            "<inertial> without <mass> is not used, as in ROS: no mass, no inertia",
-            line, hint="give <mass value=.../>, or take <inertial> away",
-        )  # fmt: skip
+        what = "<inertial> without <mass> is not used, as in ROS: no mass, no inertia"
+        hint = "give <mass value=.../>, or take <inertial> away"
+        reading.warn("inertial-incomplete", what, line, hint=hint)
         return None
-    if inertia_element is None:
-        reading.warn(
-            "inertial-incomplete",
-            "<inertial> without <inertia>: mass, but no inertia, as in ROS",
-            line, hint="give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>",
-        )  # fmt: skip
-        return Inertial(mass, NO_INERTIA, origin)
-    if mass == 0.0 and tensor != NO_INERTIA:
+    if not stated:
+        what = "<inertial> without <inertia>: mass, but no inertia, as in ROS"
+        hint = "give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>"
+        reading.warn("inertial-incomplete", what, line, hint=hint)
+    elif mass == 0.0 and tensor != NO_INERTIA:
         reading.warn("inertia-without-mass", "inertia, but no mass", line)
     elif mass > 0.0 and tensor == NO_INERTIA:
         reading.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
@@ -96,18 +89,13 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
 def read_inertia(reading: Reading, element: Any) -> Sym:
     """An inertia (kg m^2); products that are missing are zero, with a warning."""
     given = reading.attributes(element)
-    if len(given) < len(MOMENTS):
-        missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
-        if missing:
-            reading.warn(
-                "inertia-incomplete",
-                "<inertia> has not all products of inertia; those missing are zero",
-                element.sourceline, detail=", ".join(missing),
-            )  # fmt: skip
-            given.update(dict.fromkeys(missing, "0"))
-    xx, xy, xz, yy, yz, zz = [
-        reading.number(element, name, given.get(name)) for name in MOMENTS
-    ]  # fmt: skip
+    missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
+    if missing:
+        what = "<inertia> has not all products of inertia; those missing are zero"
+        detail = ", ".join(missing)
+        reading.warn("inertia-incomplete", what, element.sourceline, detail=detail)
+        given.update(dict.fromkeys(missing, "0"))
+    xx, xy, xz, yy, yz, zz = (reading.number(element, name, given.get(name)) for name in MOMENTS)
     return (xx, xy, xz, yy, yz, zz)
 
 

@@ -15,25 +15,21 @@ if TYPE_CHECKING:
 def read_material(reading: Reading, element: Any) -> Material | None:
     """Name, colour (red, green, blue, alpha from 0 to 1) and texture; None: nothing of use."""
     name = reading.attribute(element, "name") or ""
-    name = reading.words.setdefault(name, name)
     color: tuple[float, float, float, float] | None = None
     texture: str | None = None
-    if len(element):
-        parts = reading.parts(element)
-        if "color" in parts:
-            child = parts["color"]
-            rgba = reading.attribute(child, "rgba")
-            try:
-                r, g, b, a = reading.numbers(child, "rgba", rgba, 4)
-                color = (r, g, b, a)
-            except ConversionError as error:
-                reading.left_out(child, "a colour", error)
-                reading.colourless.add(name)
-            if color is not None and (min(color) < 0.0 or max(color) > 1.0):
-                reading.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
-        if "texture" in parts:
-            child = parts["texture"]
-            texture = reading.attribute(child, "filename") or None
+    parts = reading.parts(element)
+    if "color" in parts:
+        child = parts["color"]
+        try:
+            r, g, b, a = reading.numbers(child, "rgba", reading.attribute(child, "rgba"), 4)
+            color = (r, g, b, a)
+        except ConversionError as error:
+            reading.warn_of_left_out(child, "a colour", error)
+            reading.colourless.add(name)
+        if color is not None and (min(color) < 0.0 or max(color) > 1.0):
+            reading.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
+    if "texture" in parts:
+        texture = reading.attribute(parts["texture"], "filename") or None
     if not name and color is None and texture is None:
         return None
     return Material(name, color, texture)
@@ -46,7 +42,7 @@ def read_global_material(reading: Reading, element: Any, robot: Robot) -> None:
     if material is None or not material.name:
         reading.warn("material-unnamed", "a material of <robot> has no name", element.sourceline)
     elif material.name in robot.materials:
-        reading.doubled("robot", element)
+        reading.warn_of_double("robot", element)
     elif material.color is not None or material.texture is not None:
         robot.materials[material.name] = material
 

@@ -1,4 +1,4 @@
-"""What is said about one URDF file: errors with their line, warnings about many links at once."""
+"""The messages about one URDF file: errors with their line, warnings about many links at once."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 import msgspec
 
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
 from urdf2mbs.urdf import written
 
 if TYPE_CHECKING:
@@ -102,27 +102,18 @@ class Messages:
         for (code, message), group in self.groups.items():
             owners = list(group.owners)
             kind, name = owners[0]
-            shown = ", ".join(
+            elements = (
                 f"{kind} '{name}'" + (f" ({detail})" if detail else "")
-                for (kind, name), detail in list(group.owners.items())[:_NAMES_SHOWN]
+                for (kind, name), detail in group.owners.items()
                 if name
             )
-            more = len(owners) - _NAMES_SHOWN
-            text = f"{message}: {shown}" if shown else message
-            if more > 0:
-                text += f" and {more} more"
+            names = some(elements, _NAMES_SHOWN)
+            text = f"{message}: {names}" if names else message
+            only = {kind: name} if len(owners) == 1 else {}
             said.append(
                 Diagnostic(
-                    group.level, code, text,
-                    name if kind == "link" and len(owners) == 1 else None,
-                    name if kind == "joint" and len(owners) == 1 else None,
+                    group.level, code, text, only.get("link"), only.get("joint"),
                     self.file, group.line, group.hint,
                 )
             )  # fmt: skip
         return said
-
-
-def listed(names: list[str]) -> str:
-    """The first six names, and how many more there are."""
-    shown = ", ".join(f"'{name}'" for name in names[:6])
-    return f"{shown} and {len(names) - 6} more" if len(names) > 6 else shown

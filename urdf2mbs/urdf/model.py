@@ -173,7 +173,7 @@ def _minus(value: float | None) -> float | None:
     return None if value is None else -value
 
 
-def _flipped(joint: Joint) -> Joint:
+def _flip(joint: Joint) -> Joint:
     x, y, z = joint.axis
     limit, safety, marks = joint.limit, joint.safety_controller, joint.calibration
     if limit is not None:
@@ -255,7 +255,7 @@ class Robot(msgspec.Struct):
         """
         if not names:
             return self
-        joints = {n: _flipped(j) if n in names else j for n, j in self.joints.items()}
+        joints = {n: _flip(j) if n in names else j for n, j in self.joints.items()}
         for name, joint in joints.items():
             if joint.mimic is not None:
                 sign = -1.0 if (name in names) != (joint.mimic.joint in names) else 1.0

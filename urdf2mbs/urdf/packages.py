@@ -24,34 +24,32 @@ _LOCALHOST = r"(?i)^//localhost(?=/)"
 #: The most that is read of a package.xml.
 _MOST = 2**20
 _DRIVE = r"(?i)[A-Z](:|%3A)/"
-#: What the root of a git checkout, or of a workspace of colcon or catkin, has.
+#: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.
 _ROOTS = (".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall")
 #: Folders that a crawl through a ROS_PACKAGE_PATH entry does not enter, as rospack does.
 _NO_CRAWL = ("CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs")
 
 
 def absolute(path: str | Path) -> str:
-    """Not ``Path.resolve``: links stay, since the folders above a link are where its user
-    thinks the file is."""
+    """The absolute path, with its links: for a user, a file is in the folder of its link."""
     return os.path.normpath(Path(path).absolute())
 
 
 def workspace(source: Path) -> Path:
     """The folder that is searched for packages, besides the folders of the ROS environment.
 
-    It is the outermost folder above the source that is a package (it has a ``package.xml``), a git
-    checkout, a workspace of colcon or catkin, or a folder ``src`` that directly holds one of
-    these; else the folder of the source.  The home folder and what is above it never is.
-    xacro is code: what lies beside the workspace may be a stranger's, and is used only where
-    ``packages:`` says so.
+    The workspace is the outermost folder above the source that is a package (with a
+    ``package.xml``), a git checkout, a workspace of colcon or catkin, or a folder ``src`` that
+    directly holds one of these; else the folder of the source.  The home folder and the folders
+    above it are no workspace.  xacro is code, and a package beside the workspace may be a
+    stranger's: ``packages:`` must name it.
     """
-    root = source.parent
-    home = Path(os.path.expanduser("~"))  # noqa: PTH111 which raises nothing
+    root, home = source.parent, _home()
     inner = False
     for folder in source.parents:
         if folder == home or folder.parent == folder:
             break  # somebody's dotfiles in git are no workspace
-        marked = _marked(folder)
+        marked = _is_marked(folder)
         if marked or (inner and folder.name == "src"):
             root = folder
         inner = marked
@@ -59,20 +57,23 @@ def workspace(source: Path) -> Path:
 
 
 def _neighbours(root: Path) -> list[Path]:
-    """The folders beside the root, since an archive may hold packages side by side.
+    """The folders beside the root: an archive may hold packages side by side.
 
-    None where the root is a checkout or a workspace, which is complete by itself, nor where
-    anybody may write, as in /tmp.
+    There are none if the root is a checkout or a workspace, which is complete by itself, or if
+    anybody may write beside the root, as in /tmp.
     """
     holder = root.parent
     closed = root.name == "src" or any((root / mark).exists() for mark in _ROOTS)
-    home = Path(os.path.expanduser("~"))  # noqa: PTH111 which raises nothing
-    if closed or holder in (home, holder.parent) or holder.stat().st_mode & S_IWOTH:
+    if closed or holder in (_home(), holder.parent) or holder.stat().st_mode & S_IWOTH:
         return []
     return _subfolders(holder)
 
 
-def _marked(folder: Path) -> bool:
+def _home() -> Path:
+    return Path(os.path.expanduser("~"))  # noqa: PTH111 Path.home may raise
+
+
+def _is_marked(folder: Path) -> bool:
     return any((folder / mark).exists() for mark in ("package.xml", *_ROOTS))
 
 
@@ -88,7 +89,7 @@ class Packages:
 
     @cached_property
     def root(self) -> Path:
-        """The folder that is searched; most robots name no package, and need none."""
+        """The folder that is searched; cached, since most robots name no package."""
         return workspace(self.source)
 
     def find(self, name: str) -> Path:
@@ -111,11 +112,9 @@ class Packages:
         known = self._found[name]
         if known is None:
             places = "".join(f"\n  {place}" for place in self.places(name))
-            stranger = self._further(name)
-            if stranger is None:
-                close = nearest(name, self.table)
-                said = f"{close} else " if close else ""
-            else:
+            stranger, close = self._further(name), nearest(name, self.table)
+            said = f"{close} else " if close else ""
+            if stranger is not None:
                 said = f"there is one outside, in {stranger}: if you trust it, "
             raise ConversionError(
                 "package-not-found",
@@ -131,7 +130,7 @@ class Packages:
         return dict(sorted({**self.table, **there}.items()))
 
     def places(self, name: str) -> list[str]:
-        """Where ``find`` looks for a package, for a message."""
+        """The places where ``find`` looks for a package, for a message."""
         known = ", ".join(self.table) or "empty"
         return [
             f"the table of packages ({known})",
@@ -144,7 +143,7 @@ class Packages:
         ]
 
     def resolve(self, filename: str) -> Path | None:
-        """The file that a mesh or texture name means, or None where there is none."""
+        """The file of a mesh or texture by its name; None if there is no such file."""
         try:
             path = self._path(filename)
             if path is None or path.is_file():
@@ -154,8 +153,8 @@ class Packages:
         except (ConversionError, OSError, ValueError):
             return None
 
-    def looked(self, filename: str) -> list[str]:
-        """Where ``resolve`` looks for a file, for a message."""
+    def places_of(self, filename: str) -> list[str]:
+        """The places where ``resolve`` looks for a file, for a message."""
         scheme, name, _ = _split(filename)
         try:
             path = self._path(filename)
@@ -189,7 +188,7 @@ class Packages:
         for prefix in _entries("AMENT_PREFIX_PATH"):
             if (prefix / "share" / name).is_dir():
                 return prefix / "share" / name
-        # No package.xml at all: a folder of that name that the source is in, or beside.
+        # without any package.xml: a folder of this name that is above or beside the source
         for ancestor in self.source.parents:
             if ancestor.name == name:
                 return ancestor
@@ -206,7 +205,7 @@ class Packages:
         # a folder may have another name than its package
         for folder in _subfolders(self.root):
             yield folder
-            if self.root.name == "src" or _marked(self.root):  # else it may be large
+            if self.root.name == "src" or _is_marked(self.root):  # else it may be large
                 yield self._crawl(folder).get(name, folder)
         for entry in _entries("ROS_PACKAGE_PATH"):
             yield entry

@@ -1,13 +1,12 @@
 """From a URDF or xacro file to a ``Robot``, or to one error that says what is wrong where.
 
-An error only where no meaning is left.  What is odd is kept as it is, and what the .mbs does not
-need is left out where it cannot be read; both are warnings.  Where URDF leaves a choice,
-urdfdom's is taken.
+A file without a meaning is an error.  Odd parts stay as they are, with a warning.  Unreadable parts
+that the .mbs does not need are left out, with a warning.  If URDF leaves a choice, the reader does
+as urdfdom does.
 """
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 from lxml import etree
@@ -33,8 +32,7 @@ def read_robot(
 ) -> tuple[Robot, list[Diagnostic]]:
     """Read a robot; a file with xacro in it is expanded first, whatever its name.
 
-    An error among the diagnostics is one that the user may lower; then what it is about is left
-    out.
+    The user may lower the level of an error among the diagnostics; then its element is left out.
 
     :raises ConversionError: the codes of ``parse`` and of ``xacro.expand``, and
         ``file-not-found``, ``file-is-directory``, ``file-unreadable``
@@ -45,9 +43,9 @@ def read_robot(
 def expanded(
     source: Path, packages: Packages, xacro_args: Mapping[str, str], *, trust_xacro: bool = False
 ) -> tuple[bytes, Expansion | None]:
-    """A file's bytes, and what xacro makes of them; None where there is no xacro in it.
+    """A file's bytes and their expansion by xacro; None if there is no xacro in the file.
 
-    ``trust_xacro``: its expressions may do whatever Python can.
+    ``trust_xacro``: the file's expressions may do whatever Python can.
     """
     data = read_file(source)
     if source.suffix.lower() != ".xacro" and not has_xacro(data, str(source)):
@@ -57,24 +55,9 @@ def expanded(
     return data, expand(source, packages, xacro_args, trust=trust_xacro)
 
 
-#: What a text has, one of them, if there is work for xacro: ``${`` or ``$(``, an element with the
-#: prefix ``xacro``, or a namespace of xacro under another prefix.  Just to declare
-#: ``xmlns:xacro``, as what xacro has written often does, is none.  No sign goes beyond the
-#: beginning of the next, so that the time grows as the text.
-_SIGNS = (
-    rb"\$[{(]",
-    rb"xacro(?:(?!xacro)[^\s<>='\"/])*:",
-    rb"""xmlns(?!:xacro[\s=])(?:(?!xmlns)[^<>=])*=\s*(?:"[^"]*xacro|'[^']*xacro)""",
-)
-
-
 def has_xacro(data: bytes, file: str) -> bool:
-    """Whether a URDF has elements, or values of links and joints, that xacro must expand."""
+    """True if xacro must expand elements of a URDF, or values of its links and joints."""
     if b"xacro" not in data and b"$" not in data:
-        return False
-    first, *others = data.split(b"<!--")
-    text = first + b"".join(other.partition(b"-->")[2] for other in others)  # no comments
-    if not any(re.search(sign, text) for sign in _SIGNS):
         return False
     root, _ = xml.parse(data, file)
     return any(map(is_xacro, root.iter(etree.Element))) or any(

@@ -56,7 +56,7 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
         elif isinstance(tag, str):
             reading.owner = ("robot", "")
             if tag not in FOREIGN:
-                if reading.xacro_left(child):
+                if reading.report_xacro(child):
                     continue
                 if "{" not in tag and ":" not in tag:
                     what = f"<{tag}> in <robot> is not known: kept as it is, without effect"

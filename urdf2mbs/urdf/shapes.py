@@ -46,7 +46,7 @@ def read_shape(
         geometry = read_geometry(reading, element, parts.get("geometry"))
         return None if geometry is None else (geometry, reading.origin(parts.get("origin")))
     except ConversionError as error:
-        reading.left_out(element, f"a <{element.tag}>", error)
+        reading.warn_of_left_out(element, f"a <{element.tag}>", error)
         return None
 
 
@@ -59,7 +59,7 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
     if element is not None and element.attrib:
         reading.unknown_attributes(element)
     for child in shapes[1:]:
-        reading.doubled("geometry", child)
+        reading.warn_of_double("geometry", child)
     if not shapes:
         what = f"<{owner.tag}> without a geometry is left out"
         reading.warn("geometry-unknown", what, owner.sourceline)
@@ -94,7 +94,7 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         geometry = Sphere(reading.number(shape, "radius", reading.attribute(shape, "radius")))
         sizes = (geometry.radius,)
     else:
-        reading.xacro_left(shape)
+        reading.report_xacro(shape)
         what = f"<{owner.tag}> is left out, its geometry <{plain(tag)}> is not known"
         reading.warn("geometry-unknown", what, shape.sourceline)
         return None

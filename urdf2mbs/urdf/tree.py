@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from urdf2mbs.messages.diagnostics import ConversionError, nearest
-from urdf2mbs.urdf.messages import listed
+from urdf2mbs.messages.diagnostics import ConversionError, nearest, some
 from urdf2mbs.urdf.model import Link
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from urdf2mbs.urdf.model import Joint, Robot
     from urdf2mbs.urdf.values import Reading
@@ -32,11 +31,11 @@ def check_tree(reading: Reading, robot: Robot, line: int | None) -> None:
     check_loops(reading, links, above)
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        roots = without_unattached(reading, robot, roots)
+        roots = drop_unattached(reading, robot, roots)
     if len(roots) > 1:
         reading.fail(
             "several-roots",
-            f"{len(roots)} links have no parent: {listed(roots)}",
+            f"{len(roots)} links have no parent: {_list(roots)}",
             links[roots[1]].line,
             "join them by a joint, or take away what does not belong to the robot",
         )
@@ -73,7 +72,7 @@ def imply_world(reading: Reading, robot: Robot) -> None:
             )  # fmt: skip
 
 
-def without_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list[str]:
+def drop_unattached(reading: Reading, robot: Robot, roots: list[str]) -> list[str]:
     """Take away links that no joint holds and that hold nothing: no mass, no shape."""
     holding = {joint.parent for joint in robot.joints.values()}
     empty = [
@@ -98,11 +97,15 @@ def check_loops(reading: Reading, links: Mapping[str, Link], above: Mapping[str,
         joints = [above[name] for name in reversed(names)]
         reading.fail(
             "loop",
-            f"the links {listed([joint.parent for joint in joints])} form a loop"
-            f" (joints {listed([joint.name for joint in joints])})",
+            f"the links {_list(joint.parent for joint in joints)} form a loop"
+            f" (joints {_list(joint.name for joint in joints)})",
             joints[0].line,
             "a robot in URDF is a tree: a loop cannot be closed in it",
         )
+
+
+def _list(names: Iterable[str]) -> str:
+    return some((f"'{name}'" for name in names), 6)
 
 
 def loops(following: Mapping[str, str]) -> Iterator[list[str]]:

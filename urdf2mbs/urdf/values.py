@@ -29,18 +29,12 @@ class Reading(Elements):
 
     def __init__(self, file: str, expanded: Sequence[str]) -> None:
         super().__init__(file, expanded)
-        self.known: dict[str | None, float] = {}
-        """The numbers read so far, by their text: each is kept once."""
-        self.words: dict[str, str] = {}
-        """The names and types read so far: each is kept once."""
-        self.vectors: dict[str | None, Vec] = {None: ZERO}
-        """The vectors read so far, by their text; that of an origin without one."""
         self.colourless: set[str] = set()
-        """Materials whose colour could not be read, which is said."""
+        """Materials whose colour could not be read; a warning has said so."""
         self.firsts: dict[tuple[str, str | None], Any] = {}
-        """The first link and joint of each name, once one is doubled."""
+        """The first link and joint of each name; empty until a name is doubled."""
         self.quaternions = False
-        """Whether the file's version has ``quat_xyzw``; urdfdom ignores it in older ones."""
+        """True if the file's version has ``quat_xyzw``; urdfdom ignores it in older versions."""
 
     def name(self, element: Any, kind: str, taken: Mapping[str, Any]) -> str | None:
         """The ``name`` of a link or joint: there must be a name, and only once.
@@ -52,14 +46,13 @@ class Reading(Elements):
         if not name or not bare:
             hint = f"every <{kind}> needs a name of its own"
             self.fail("name-missing", f"a {kind} without a name", element, hint)
-        name = self.words.setdefault(name, name)
         self.owner = (kind, name)
         if name != bare:
             what = "the name begins or ends with a blank, which is kept"
             self.warn("name-blank", what, element.sourceline)
         if name in taken:
             if _says_the_same(self._first(element, kind, name), element):
-                self.doubled("robot", element)
+                self.warn_of_double("robot", element)
                 return None
             what = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
             self.fail("name-doubled", what, element, f"give one of the {kind}s another name")
@@ -74,15 +67,12 @@ class Reading(Elements):
 
     def text(self, element: Any, attribute: str, text: str) -> str:
         if "${" in text or "$(" in text:
-            self.unexpanded(f"{attribute}={quote(text)} of {self.where}", element.sourceline)
+            self.fail_unexpanded(f"{attribute}={quote(text)} of {self.where}", element.sourceline)
         return text
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
-        known = self.known.get(text)
-        if known is None:
-            (known,) = self.numbers(element, attribute, text, 1)
-            self.known[text] = known
-        return known
+        (number,) = self.numbers(element, attribute, text, 1)
+        return number
 
     def numbers(
         self, element: Any, attribute: str, text: str | None, count: int
@@ -95,11 +85,8 @@ class Reading(Elements):
         return self.bad_number(element, attribute, text, count)
 
     def vector(self, element: Any, attribute: str, text: str | None) -> Vec:
-        vector = self.vectors.get(text)
-        if vector is None or text is None:
-            x, y, z = self.numbers(element, attribute, text, 3)
-            vector = self.vectors[text] = (x, y, z)
-        return vector
+        x, y, z = self.numbers(element, attribute, text, 3)
+        return (x, y, z)
 
     def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
         wanted = "a number" if count == 1 else f"{count} numbers"
@@ -126,7 +113,7 @@ class Reading(Elements):
             f"give {wanted}" + (", with blanks between them" if count > 1 else ""),
         )
 
-    def left_out(self, element: Any, what: str, error: ConversionError) -> None:
+    def warn_of_left_out(self, element: Any, what: str, error: ConversionError) -> None:
         """Warn that something is left out: it cannot be read, and the .mbs does not need it."""
         reason = error.message.partition(f"{self.where}: ")[2] or error.message
         self.warn(
@@ -138,31 +125,26 @@ class Reading(Elements):
         if element is None:
             return NO_ORIGIN
         xyz, rpy = element.get("xyz"), element.get("rpy")
-        if len(element.attrib) != (xyz is not None) + (rpy is not None):
-            if self.quaternions and element.get("quat_xyzw") is not None:
-                return self.turned_origin(element)
+        quaternion = element.get("quat_xyzw") if self.quaternions else None
+        if quaternion is None and len(element.attrib) != (xyz is not None) + (rpy is not None):
             self.unknown_attributes(element)
-        return Origin(
-            self.vectors.get(xyz) or self.vector(element, "xyz", xyz),
-            self.vectors.get(rpy) or self.vector(element, "rpy", rpy),
-        )
+        if quaternion is not None:
+            angles = self.rotation(element, quaternion, rpy)
+        else:
+            angles = ZERO if rpy is None else self.vector(element, "rpy", rpy)
+        return Origin(ZERO if xyz is None else self.vector(element, "xyz", xyz), angles)
 
-    def turned_origin(self, element: Any) -> Origin:
-        """An origin that gives its rotation as a quaternion, as URDF 1.1 permits."""
-        attributes = dict(element.items())
-        quaternion = self.numbers(element, "quat_xyzw", attributes.pop("quat_xyzw"), 4)
-        fault = "<origin> has both rpy and quat_xyzw" if "rpy" in attributes else ""
+    def rotation(self, element: Any, text: str, rpy: str | None) -> Vec:
+        """Roll, pitch and yaw (rad) of an origin with a quaternion, as URDF 1.1 permits."""
+        quaternion = self.numbers(element, "quat_xyzw", text, 4)
+        fault = "" if rpy is None else "<origin> has both rpy and quat_xyzw"
         fault = fault if any(quaternion) else "quat_xyzw of <origin> is zero"
         if fault:
             hint = "give a rotation, and give it once"
             self.fail("number-invalid", f"{self.where}: {fault}", element, hint)
-        inverse = transpose(from_quaternion(*quaternion))
-        # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles.
-        roll, pitch, yaw = to_xyz_angles(inverse)
-        xyz = attributes.get("xyz")
-        return Origin(
-            ZERO if xyz is None else self.vector(element, "xyz", xyz), (-roll, -pitch, -yaw)
-        )
+        # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles
+        roll, pitch, yaw = to_xyz_angles(transpose(from_quaternion(*quaternion)))
+        return (-roll, -pitch, -yaw)
 
 
 def quote(text: str) -> str:
@@ -174,16 +156,18 @@ def quote(text: str) -> str:
 def _says_the_same(first: Any, second: Any) -> bool:
     """True if an element repeats another, but for blanks."""
     pairs = zip_longest(first.iter(etree.Element), second.iter(etree.Element))
-    return all(a is not None and b is not None and _said(a) == _said(b) for a, b in pairs)
+    return all(
+        a is not None and b is not None and _read_content(a) == _read_content(b) for a, b in pairs
+    )
 
 
-def _said(element: Any) -> tuple[Any, ...]:
-    """What an element says by itself."""
+def _read_content(element: Any) -> tuple[Any, ...]:
+    """The content of an element without its children."""
     return element.tag, len(element), sorted(element.items()), (element.text or "").strip()
 
 
 def _comma_hint(text: str, count: int) -> str | None:
-    """What to do about commas in numbers."""
+    """A hint about commas in numbers."""
     if "," not in text:
         return None
     if count > 1 and len(text.replace(",", " ").split()) == count:

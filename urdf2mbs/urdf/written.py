@@ -1,4 +1,4 @@
-"""Where in a robot's files something is written: xacro says no lines."""
+"""Search the robot's files for the line of a name: xacro's messages have no lines."""
 
 from __future__ import annotations
 

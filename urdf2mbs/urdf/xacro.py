@@ -10,6 +10,7 @@ import os
 import re
 import threading
 import warnings
+from contextlib import suppress
 from functools import partial
 from glob import glob
 from importlib.util import find_spec, module_from_spec
@@ -38,23 +39,23 @@ _UNKNOWN_MACRO = "unknown macro name: "
 # Python catches its warnings for all threads at once
 _lock = threading.Lock()
 _EVALUATING = "when evaluating expression '"
-#: What xacro's own pattern of a macro's parameter means; that takes a time that doubles with each
+#: A macro's parameter.  xacro's own pattern of the same meaning takes twice the time for each more
 #: letter before a quote that is not closed.
 _PARAMETER = re.compile(
     r"""^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?"""
     r"""(\$\{.*?\}|\$\(.*?\)|(?:'[^']*'|"[^"]*"|[^\s'"])+|)(?:\s+|$)(.*)"""
 )
-#: The lines of a stack of includes and macros at each end that a message shows.
+#: A message shows so many lines at each end of a stack of includes and macros.
 _STACK_ENDS = 4
-#: The functions of xacro that ``_Run`` has its own of.
+#: The functions of xacro that ``_Run`` replaces by its own.
 _REPLACED = (
     "parse", "open", "load_yaml", "handle_macro_call", "eval_text", "replace_node",
     "parse_macro_arg",
 )  # fmt: skip
 
-#: Stands in for an argument that is not given, while we look for the others that are not.
+#: The value of a missing argument while the run goes on, to find all missing arguments.
 _ANY = "0"
-#: What ``$(find NAME)`` gives for a package that was not found.
+#: ``$(find NAME)`` gives this and the name if the package was not found.
 _NOWHERE = "package://"
 _NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
 
@@ -63,16 +64,16 @@ class Expansion(NamedTuple):
     """What xacro made of a file."""
 
     text: bytes
-    """What the ``xacro`` command prints, in UTF-8."""
+    """The output of the ``xacro`` command, in UTF-8."""
     files: list[str]
-    """All that was read, the source first."""
+    """All files that were read, the source first."""
     warnings: list[Diagnostic]
 
 
 class _Args(dict[str, str]):
-    """The arguments, which notes the names that the robot asks for.
+    """The arguments.  They note each name that the robot asks for.
 
-    xacro looks with ``in`` only where a file declares an argument.
+    xacro asks with ``in`` only for an argument that a file declares.
     """
 
     def __init__(self, args: Mapping[str, str]) -> None:
@@ -90,7 +91,7 @@ class _Args(dict[str, str]):
 
 
 class _Run:
-    """One run of xacro on one file: what it says, and what it does not find."""
+    """One run of xacro on one file: its messages, and the things that it does not find."""
 
     def __init__(self, file: str, packages: Packages, args: Mapping[str, str], trust: bool) -> None:
         self.file = file
@@ -111,7 +112,7 @@ class _Run:
         self._replace()
 
     def run(self) -> Expansion:
-        """What xacro makes of the file; raises ConversionError."""
+        """Expand the file; raises ConversionError."""
         with _lock, warnings.catch_warnings(record=True) as python_warnings:
             warnings.simplefilter("always")
             try:
@@ -123,13 +124,13 @@ class _Run:
                     failure.said = self.diagnostics()
                     raise failure from error
         if self.args_missing:
-            raise self.undefined()
+            raise self.explain_missing()
         for warning in python_warnings:
             name = warning.category.__name__
             self.messages["warning", f"{name}: {warning.message}", None] = None
         names = dict.fromkeys(map(absolute, (self.file, *self.xacro.all_includes)))
         files = [name for name in names if Path(name).is_file()]
-        return Expansion(text, files, [*self.diagnostics(), *self.unused()])
+        return Expansion(text, files, [*self.diagnostics(), *self.warn_of_unused()])
 
     def _replace(self) -> None:
         """Give our copy of xacro its parts of our own."""
@@ -223,10 +224,10 @@ class _Run:
         return ""
 
     def eval_text(self, text: Any, symbols: Any) -> Any:
-        # most texts are only themselves; to find that out, xacro takes a fifth of its time
+        # most texts have no expression; xacro takes a fifth of its time to find this out
         if not isinstance(text, str) or "$" not in text:
             return text
-        # xacro copies what is left of a text for each expression in it
+        # xacro copies the rest of a text for each expression in it
         self.spend(10 + len(text) * text.count("$") // 1000)
         result = self.plain.eval_text(text, symbols)
         if isinstance(result, str) and len(result) > MOST and not self.trust:
@@ -234,7 +235,7 @@ class _Run:
         return result
 
     def parse_macro_arg(self, text: str) -> Any:
-        self.spend(1 + len(text) // 50)  # xacro copies what is left for each parameter
+        self.spend(1 + len(text) // 50)  # xacro copies the rest for each parameter
         return self.plain.parse_macro_arg(text)
 
     def parse(self, _: Any, name: str) -> Any:
@@ -245,7 +246,7 @@ class _Run:
             given = standard_input.stands_for(file)
             return self.plain.parse(io.BytesIO(standard_input.read(file)) if given else None, name)
         except ConversionError:
-            self.xacro.filestack.pop()  # the file that includes it is to be named
+            self.xacro.filestack.pop()  # the error names the file that includes this file
             raise
         except (ExpatError, UnicodeError):
             data, slips = xml.mend(standard_input.read(file))
@@ -268,17 +269,17 @@ class _Run:
             return True
 
     def replace_node(self, node: Any, by: Any, content_only: bool = False) -> None:
-        # minidom looks for the node among all its neighbours, once for each that takes its place
+        # minidom looks for the node among all its neighbours, once for each new node
         nodes = by if isinstance(by, list) else [by] if by is not None else []
         moved = 1 + sum(len(part.childNodes) if content_only else 1 for part in nodes)
         self.spend(moved * len(node.parentNode.childNodes) // 100)
         self.plain.replace_node(node, by, content_only)
 
     def open(self, name: str) -> io.BytesIO:
-        """A file's bytes: what is included is read up to a bound, as all else is."""
+        """An included file's bytes, up to the bound for all files."""
         self.check_file(name)
         data = read_file(Path(name))
-        # minidom goes through all neighbours to take a comment away
+        # minidom goes through all neighbours of a comment to remove it
         self.spend(len(data) // 4 + data.count(b"<!--") ** 2 // 200)
         return io.BytesIO(data)
 
@@ -295,11 +296,11 @@ class _Run:
         xacro = self.xacro
 
         class Loader(yaml.SafeLoader):
-            """xacro's own adds its tags to the loader that all programs share."""
+            """A loader of this run's own: xacro adds its tags to the loader of the process."""
 
             def flatten_mapping(loader, node: Any) -> None:  # noqa: N805
                 for key, merged in node.value:
-                    if key.tag == "tag:yaml.org,2002:merge":  # <<, which may double what << made
+                    if key.tag == "tag:yaml.org,2002:merge":  # <<, which may double an earlier <<
                         several = isinstance(merged, yaml.SequenceNode)
                         for part in merged.value if several else [merged]:
                             if isinstance(part, yaml.MappingNode):
@@ -356,7 +357,7 @@ class _Run:
         """
         xacro = self.xacro
         files = [absolute(name) for name in xacro.filestack or [self.file]]
-        macros = [(macro, _defining(macro)) for macro in reversed(xacro.macrostack or [])]
+        macros = [(macro, _find_file(macro)) for macro in reversed(xacro.macrostack or [])]
         file = files[-1]
         if line is None:
             defining = [absolute(where) for _, where in macros if where][:1]
@@ -376,37 +377,39 @@ class _Run:
         return ConversionError(code, "\n  ".join([text, *stack]), file=file, line=line, hint=hint)
 
     def explain(self, error: Exception) -> ConversionError:
-        """The one error to show for anything that went wrong inside xacro."""
+        """The one error for an exception inside xacro."""
         chain = _chain(error)
+
+        def find(kind: type[Exception]) -> Any:
+            return next((cause for cause in chain if isinstance(cause, kind)), None)
+
         text = _sentence(error)
-        # the last one is where it was asked for
+        # the message ends with the outermost expression
         _, evaluated, expression = str(error).rpartition(_EVALUATING)
         expression = expression.partition("\n")[0].rstrip("'") if evaluated else ""
         signs = [f"${{{expression}}}", expression] if expression else []
-        ours = next((cause for cause in chain if isinstance(cause, ConversionError)), None)
-        ours = ours or _missing_package(f"{text} {chain[-1]}", self)
+        ours = find(ConversionError) or _missing_package(f"{text} {chain[-1]}", self)
         if isinstance(ours, ConfigError):
             return ConfigError(ours.code, ours.message, hint=ours.hint)
         if ours is not None:
-            signs = [*(signs if ours.code.startswith("xacro-") else ()), *_quoted(ours.message)[:1]]
+            signs = [
+                *(signs if ours.code.startswith("xacro-") else ()),
+                *_find_words(ours.message)[:1],
+            ]
             return self.fault(ours.code, ours.message, signs, ours.hint)
-        for cause in chain:
-            if isinstance(cause, ExpatError):
-                return self.explain_syntax(cause)
-        for cause in chain:
-            if isinstance(cause, MemoryError):
-                return self.fault(
-                    "memory-full", "xacro takes more memory than there is", [],
-                    "look for macros that call themselves, and for long texts or lists in "
-                    "expressions",
-                )  # fmt: skip
-            if isinstance(cause, RecursionError):
-                text = "macros, includes or properties that call themselves without an end"
-                return self.fault("xacro", text, [], None)
-            if isinstance(cause, OSError) and cause.filename:
-                text = f"cannot read {cause.filename}: {cause.strerror}"
-                return self.fault("xacro", text, [Path(cause.filename).name], None)
-        return _legacy(self.files()) or self.fault("xacro", text, signs or _quoted(text), None)
+        if (syntax := find(ExpatError)) is not None:
+            return self.explain_syntax(syntax)
+        if find(MemoryError) is not None:
+            hint = "look for macros that call themselves, and for long texts or lists in ${...}"
+            return self.fault("memory-full", "xacro takes more memory than there is", [], hint)
+        if find(RecursionError) is not None:
+            text = "macros, includes or properties that call themselves without an end"
+            return self.fault("xacro", text, [], None)
+        unread = find(OSError)
+        if unread is not None and unread.filename:
+            text = f"cannot read {unread.filename}: {unread.strerror}"
+            return self.fault("xacro", text, [Path(unread.filename).name], None)
+        return _legacy(self.files()) or self.fault("xacro", text, signs or _find_words(text), None)
 
     def explain_syntax(self, error: ExpatError) -> ConversionError:
         """The error for a file that is no XML."""
@@ -421,8 +424,8 @@ class _Run:
         text = "not well-formed XML: it cannot be read here"
         return self.fault("xacro", text, [], None, error.lineno)
 
-    def undefined(self) -> ConversionError:
-        """The error for the arguments that have no value: that of the first, with all names."""
+    def explain_missing(self) -> ConversionError:
+        """The error of the first argument that has no value, with the names of all of them."""
         names = list(self.args_missing)
         error = self.args_missing[names[0]]
         if len(names) > 1:
@@ -434,7 +437,7 @@ class _Run:
             error.hint = f"give each a value: `xacro_args: {{{keys}}}` or `{words}`"
         return error
 
-    def unused(self) -> list[Diagnostic]:
+    def warn_of_unused(self) -> list[Diagnostic]:
         """Warnings of arguments that were given for nothing."""
         given, asked = self.args.given, self.args.asked
         known = [name for name in asked if name not in given]
@@ -456,12 +459,13 @@ class _Run:
         ]
         for name, caller in self.macros:
             where = written.locate([f"xacro:{name}"], [caller])
+            hint = _find_definition(name, self.packages)
             diagnostics.append(
                 Diagnostic(
                     "error", "xacro-macro-unknown",
                     f"the macro '{name}' is not defined: the <xacro:include> of the file that "
                     "defines it is missing",
-                    file=caller, line=where and where[1], hint=_defined_in(name, self.packages),
+                    file=caller, line=where and where[1], hint=hint,
                 )
             )  # fmt: skip
         for name, failure in self.packages_missing.items():
@@ -479,10 +483,9 @@ class _Run:
 
 
 def _copy(name: str) -> Any:
-    """A module of xacro's that nobody else has."""
+    """A new copy of one of xacro's modules."""
     spec = find_spec(name)
-    assert spec is not None
-    assert spec.loader is not None
+    assert spec is not None and spec.loader is not None  # noqa: PT018
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -493,10 +496,8 @@ def expand(
 ) -> Expansion:
     """Run xacro on a file; ``args`` are those of ``NAME:=VALUE``.
 
-    Without ``trust`` its expressions are data, and it reads no files outside of its workspace and
-    packages.
-
-    A macro that is not defined is left out, which is an error among the diagnostics.
+    Without ``trust`` its expressions are data, and xacro reads no file outside of the workspace and
+    the packages.  A macro that is not defined is left out; the diagnostics have an error for it.
 
     :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``,
         ``xacro-expression``, ``xacro-too-large``, ``xacro-file``
@@ -505,12 +506,12 @@ def expand(
 
 
 def _missing_package(text: str, run: _Run) -> ConversionError | None:
-    """The error of a package that was not found, if a message names a file in it."""
+    """The error of a missing package, if a message names a file of the package."""
     named = _NOWHERE_IN.search(text)
     return run.packages_missing.get(named[1]) if named else None
 
 
-def _defined_in(macro: str, packages: Packages) -> str:
+def _find_definition(macro: str, packages: Packages) -> str:
     """A hint that names the .xacro file, around the source or in the packages, of a macro."""
     file = written.macro(macro, dict.fromkeys([packages.source.parent, *packages.table.values()]))
     if file is None:
@@ -519,7 +520,7 @@ def _defined_in(macro: str, packages: Packages) -> str:
     return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
 
 
-def _defining(macro: Any) -> str | None:
+def _find_file(macro: Any) -> str | None:
     """The file of a macro."""
     return macro.history[-1][-1] if macro.history and macro.history[-1] else None
 
@@ -551,16 +552,10 @@ def _declares(names: Iterable[str]) -> str:
     return f"the arguments declared are: {shown}" if shown else "no file declares an argument"
 
 
-def _quoted(text: str) -> list[str]:
-    """What a message of xacro's puts in quotes or names as a macro or a file."""
-    return [
-        part
-        for part in re.findall(
-            r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$", text
-        )
-        for part in part
-        if part
-    ]
+def _find_words(text: str) -> list[str]:
+    """The words that a message of xacro's puts in quotes, or names at its end."""
+    words = r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$"
+    return [group for match in re.findall(words, text) for group in match if group]
 
 
 def _legacy(files: list[str]) -> ConversionError | None:
@@ -568,17 +563,12 @@ def _legacy(files: list[str]) -> ConversionError | None:
     from lxml import etree
 
     for file in files:
-        try:
+        root: Any = None
+        with suppress(etree.XMLSyntaxError, ValueError):
             root = xml_lines.parse(written.text(file).encode(), xml_lines.parser(recover=True))
-        except (etree.XMLSyntaxError, ValueError):
-            continue
-        children: Any = () if root is None else root.iterchildren(*LEGACY)
-        for child in children:
-            return ConversionError(
-                "xacro-legacy",
-                f"<{child.tag}> without the prefix xacro: is not read by xacro any more",
-                file=file,
-                line=child.sourceline,
-                hint=LEGACY_HINT.format(tag=child.tag),
-            )
+        child = None if root is None else next(root.iterchildren(*LEGACY), None)
+        if child is not None:
+            text = f"<{child.tag}> without the prefix xacro: is not read by xacro any more"
+            hint, line = LEGACY_HINT.format(tag=child.tag), child.sourceline
+            return ConversionError("xacro-legacy", text, file=file, line=line, hint=hint)
     return None

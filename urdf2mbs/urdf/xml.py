@@ -1,6 +1,6 @@
-"""From bytes to XML elements: harmless slips are mended and said, all else is one error.
+"""From bytes to XML elements: harmless slips are mended with a warning, any other is an error.
 
-Lines stay where they are: what is mended away is replaced by blanks.
+Blanks replace a slip, so that the line numbers stay.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from urdf2mbs.xml.errors import BLANK, check_entities, explain
 
 
 class Slip(msgspec.Struct, frozen=True):
-    """Something that was mended or forgiven."""
+    """A slip that was mended or forgiven."""
 
     code: str
     message: str
@@ -36,7 +36,7 @@ _ENCODING = rb"""encoding\s*=\s*["']([A-Za-z0-9._-]+)["']"""
 
 
 def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
-    """The root element of an XML text, and what was mended or forgiven.
+    """The root element of an XML text, and the slips that were mended or forgiven.
 
     :raises ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
         ``xml-truncated``, ``xml-entity``, ``xml-too-large``
@@ -62,7 +62,7 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
 
 
 def mend(data: bytes) -> tuple[bytes, list[Slip]]:
-    """The same text without slips that leave its meaning clear, and what they were."""
+    """The text without slips that leave its meaning clear, and these slips."""
     slips: list[Slip] = []
 
     def slip(message: str, at: int) -> None:
@@ -98,7 +98,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         elif version[1] == b"1.0":
             return match[0]
         encoding = encoding or (named[1] if named else None)
-        return _blanked(match[0])
+        return _blank(match[0])
 
     def comment(match: re.Match[bytes]) -> bytes:
         if match[2] is not None:
@@ -109,7 +109,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
         if b"--" not in match[1] and not match[1].endswith(b"-"):
             return match[0]
         slip("there is a '--' within a comment", match.start())
-        return b"<!--" + _blanked(match[1]) + b"-->"
+        return b"<!--" + _blank(match[1]) + b"-->"
 
     text = re.sub(_COMMENT, comment, re.sub(_DECLARATION, declaration, data))
     if encoding is not None:
@@ -117,7 +117,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     if not re.search(_ENCODING, text[:200]) and not _is_utf_8(text):
         plain = re.sub(
             _COMMENT,
-            lambda match: b"<!--" + _blanked(match[1]) + match[0][4 + len(match[1]) :],
+            lambda match: b"<!--" + _blank(match[1]) + match[0][4 + len(match[1]) :],
             text,
         )
         if _is_utf_8(plain):
@@ -141,7 +141,7 @@ def _only_prefixes(log: list[Any]) -> bool:
     return bool(log) and all(entry.domain_name == "NAMESPACE" for entry in log)
 
 
-def _blanked(text: bytes) -> bytes:
+def _blank(text: bytes) -> bytes:
     return re.sub(rb"[^\r\n]", b" ", text)
 
 

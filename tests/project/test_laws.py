@@ -1,0 +1,102 @@
+"""The force laws that plugins put into the code of a project."""
+
+from __future__ import annotations
+
+import runpy
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.testing import TINY
+
+PLUGIN = '''
+from urdf2mbs.plugin import Pass, hookimpl, mbs, simulation
+
+class Laws(Pass):
+    """A torque in a joint, and a force at a point."""
+    reads = ("joints", "bodies")
+    writes = ("anchors", "forces")
+    name_of_point: str = "wind"
+
+    def run(self, conversion):
+        (shoulder,) = [j for step, j in conversion.single_coordinates()
+                       if step.joint.name == "shoulder"]
+        _, point = conversion.add_point("here", "hand", (0.1, 0.0, 0.0), "laws-link", "laws: at")
+        point.extforce = mbs.Sensor("breeze", ("Pos", "Vit"))
+        conversion.simulation.laws += [
+            simulation.Law("rubber", """
+def rubber(mbs_data, joint):
+    return -3.0 * mbs_data.q[joint] ** 3
+""", """
+static double rubber(const MbsData *mbs_data, int joint)
+{
+    return -3.0 * mbs_data->q[joint] * mbs_data->q[joint] * mbs_data->q[joint];
+}
+""", joints=[shoulder]),
+            simulation.Law(self.name_of_point, """
+def wind(P, V, mbs_data, tsim, ixF):
+    return (-V[1], 0.0, P[3], 0.0, 0.0, tsim)
+""", """
+static void wind(const double P[4], const double V[4], const MbsData *mbs_data, double tsim,
+    int ixF, double force[7])
+{
+    force[1] = -V[1];
+    force[3] = P[3];
+    force[6] = tsim;
+}
+""", points=[point]),
+        ]
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Laws]
+'''
+
+
+def convert(tmp_path: Path, **options: Any) -> Any:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "laws.py").write_text(PLUGIN)
+    lines = Lines()
+    values = {
+        "source": str(tmp_path / "tiny.urdf"),
+        "output": {"project": str(tmp_path / "moved"), "language": "both"},
+        "plugins": [str(tmp_path / "laws.py")],
+        "after": {"joint-parameters": "laws"},
+        "passes": {"laws": options},
+    }
+    return Pipeline(typed(Config, values, lines), lines, installed_plugins=False).run()
+
+
+def test_the_generated_python_calls_the_laws(tmp_path: Path) -> None:
+    conversion = convert(tmp_path)
+    module = tmp_path / "moved_robot.py"
+    module.write_bytes(conversion.files[tmp_path / "moved/userfctR/moved_robot.py"])
+    code = runpy.run_path(str(module))
+    joints = conversion.mbs.numbers()
+    data = SimpleNamespace(
+        joint_id=joints, extforce_id={"breeze": 1}, link_id={}, user_model={},
+        q=np.full(len(joints) + 1, 2.0), qd=np.zeros(len(joints) + 1), Qq=np.zeros(len(joints) + 1),
+    )  # fmt: skip
+    code["joint_forces"](data)
+    assert data.Qq[joints["shoulder"]] == -24.0
+    assert np.count_nonzero(data.Qq) == 1
+    force = code["external_force"]([0, 1.0, 2.0, 5.0], None, [0, 7.0, 8.0, 9.0], data, 0.5, 1)
+    assert force == (-7.0, 0.0, 5.0, 0.0, 0.0, 0.5)
+
+
+def test_a_law_is_said_to_be_unproven(tmp_path: Path) -> None:
+    notes = [d.message for d in convert(tmp_path).diagnostics if d.code == "law-unknown"]
+    assert [note.split("'")[1] for note in notes] == ["rubber", "wind"]
+
+
+@pytest.mark.parametrize(("name", "code"), [("storm", "law-missing"), ("rubber", "law-doubled")])
+def test_a_law_needs_a_function_of_its_own_name(name: str, code: str, tmp_path: Path) -> None:
+    with pytest.raises(ConversionError) as error:
+        convert(tmp_path, name_of_point=name)
+    assert error.value.code == code
