@@ -28,7 +28,7 @@ from urdf2mbs.messages.diagnostics import (
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf import model as urdf
 
-#: Of this interface.
+#: The version of this interface.
 VERSION = 1
 
 __all__ = [

@@ -60,8 +60,8 @@ def run_pass(
 def assert_same_robot(result: Result, expected: Result | None = None) -> None:
     """Fail where the .mbs is not the same robot as the URDF that the passes left.
 
-    With ``expected``, as the URDF of that conversion: ``convert_text()`` for the tiny robot
-    as it is, of which your pass has changed nothing.
+    With ``expected``, the same robot as the URDF of that conversion.  ``convert_text()`` is the
+    tiny robot as it is, without your pass.
     """
     model = read(result.data, "robot.mbs")
     proof = prove(result.conversion, model, robot=(expected or result).robot)

@@ -9,11 +9,10 @@ import msgspec
 from urdf2mbs.commands.findings import Findings, add_sarif, collecting
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import (
-    add_base,
-    add_levels,
-    add_robot,
-    add_telling,
-    add_trust,
+    READING,
+    add_fields,
+    add_json,
+    add_verbose,
     path,
     robot_or_config,
 )
@@ -21,7 +20,7 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError, counted
 
 #: The passes that read a robot.
-READING = ["expand", "insert-base"]
+PASSES = ["expand", "insert-base"]
 
 EXAMPLES = (
     "urdf2mbs lint robot.urdf",
@@ -35,18 +34,16 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config", type=path, metavar="ROBOT",
         help="a .urdf or .xacro file, robot_descriptions:NAME, - for standard input, or a config",
     )  # fmt: skip
-    add_telling(command, writes=False)
-    add_levels(command)
-    add_robot(command)
-    add_base(command)
-    add_trust(command)
+    add_json(command)
+    add_verbose(command)
+    add_fields(command, *READING, "packages", "xacro_args", "base")
     add_sarif(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
     config, lines = robot_or_config(arguments)
     config = msgspec.structs.replace(
-        config, pipeline=READING, after={}, before={}, without=[], alias={}, swap={}, passes={},
+        config, pipeline=PASSES, after={}, before={}, without=[], alias={}, swap={}, passes={},
         plugins=[], sweep=None,
     )  # fmt: skip
     name = config.source

@@ -124,7 +124,7 @@ def origin(found: Registered) -> str:
     return f"{found.plugin}{of}{version} ({near(Path(found.file))})"
 
 
-def described(found: Registered) -> dict[str, Any]:
+def describe(found: Registered) -> dict[str, Any]:
     """A pass as JSON has it."""
     kind = found.kind
     return {
