@@ -97,16 +97,6 @@ def test_a_warning_is_an_error_with_strict(here: Path, capsys: pytest.CaptureFix
     assert main(["lint", "odd.urdf", "--strict", "--level", "inertia-triangle=note"]) == 0
 
 
-def test_what_has_no_hint_has_the_meaning_of_its_code(
-    here: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    Path("none.urdf").write_text('<robot name="none"/>')
-    assert main(["lint", "none.urdf"]) == 1
-    out = capsys.readouterr().out.splitlines()
-    assert "error[no-links]" in out[0]
-    assert out[1].startswith("  ")
-
-
 def test_a_fault_in_xacro_has_the_line_of_its_own_file(here: Path) -> None:
     assert main(["lint", "two.urdf.xacro", "--sarif", "found.sarif"]) == 0
     found = {result["ruleId"]: place(result) for result in results()}

@@ -18,7 +18,6 @@ from urdf2mbs.commands.printing import near
 from urdf2mbs.commands.settings import path
 from urdf2mbs.disk.files import noting
 from urdf2mbs.disk.output import write_files
-from urdf2mbs.messages.catalogue import CATALOGUE
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf import written
@@ -63,7 +62,7 @@ class Findings:
         """Print each error and warning, and below it what to do; the notes if ``verbose``."""
         for found in self.placed():
             if verbose or found.level != "note":
-                print(found if found.hint else f"{found}{_meaning(found.code)}")
+                print(found)
 
     def sarif(self) -> dict[str, Any]:
         """The findings as SARIF."""
@@ -73,7 +72,7 @@ class Findings:
         codes = sorted({found.code for found in placed})
         driver = {
             "name": "urdf2mbs", "version": version("urdf2mbs"),
-            "rules": [{"id": code, "shortDescription": {"text": meaning(code)}} for code in codes],
+            "rules": [{"id": code, "shortDescription": {"text": code.replace("-", " ")}} for code in codes],
         }  # fmt: skip
         results = [
             {
@@ -116,16 +115,6 @@ def differences(found: Iterable[Difference]) -> list[Diagnostic]:
     return [
         Diagnostic("error", DIFFERS, one.message, link=one.link, joint=one.joint) for one in found
     ]
-
-
-def meaning(code: str) -> str:
-    """What a code means; a plugin's has no entry in the catalogue."""
-    known = {DIFFERS: "the two are not the same robot", **CATALOGUE}
-    return known.get(code, code)
-
-
-def _meaning(code: str) -> str:
-    return f"\n  {code}: {meaning(code)}" if code in CATALOGUE else ""
 
 
 def _location(found: Diagnostic) -> dict[str, Any]:
