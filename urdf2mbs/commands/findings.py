@@ -71,9 +71,12 @@ class Findings:
         placed = self.placed()
         codes = sorted({found.code for found in placed})
         driver = {
-            "name": "urdf2mbs", "version": version("urdf2mbs"),
-            "rules": [{"id": code, "shortDescription": {"text": code.replace("-", " ")}} for code in codes],
-        }  # fmt: skip
+            "name": "urdf2mbs",
+            "version": version("urdf2mbs"),
+            "rules": [
+                {"id": code, "shortDescription": {"text": code.replace("-", " ")}} for code in codes
+            ],
+        }
         results = [
             {
                 "ruleId": found.code,
