@@ -60,6 +60,36 @@ class MbsSensor:
         self.A[1:], self.OMP[1:] = acceleration.linear, acceleration.angular
 
 
+#: The anchor point of the link ``tool`` gets a force, as a plugin may give it.
+FORCED = """
+from making import hookimpl, make
+from urdf2mbs.plugin import mbs
+
+def run(conversion, options):
+    for body in conversion.mbs.bodies:
+        for point in body.points:
+            if point.name == "tool":
+                point.extforce = mbs.Sensor("push", ("Pos",))
+
+@hookimpl
+def urdf2mbs_passes():
+    return [make("forced", run, writes=("anchors",))]
+"""
+
+
+def test_a_sensor_is_not_on_the_point_of_a_force(tmp_path: Path) -> None:
+    (tmp_path / "forced.py").write_text(FORCED)
+    result = convert_text(
+        TINY, plugins=[tmp_path / "forced.py"], after={"collect-anchors": "forced"},
+        options={"sensors": {"links": ["tool"]}},
+    )  # fmt: skip
+    points = {point.name: point for body in result.mbs.bodies for point in body.points}
+    assert points["tool"].extforce is not None
+    assert points["tool"].sensor is None
+    assert points["tool_at"].sensor is not None
+    assert points["tool_at"].coordinates == points["tool"].coordinates
+
+
 @pytest.fixture
 def robotran(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     pytest.importorskip("pinocchio")
