@@ -162,6 +162,13 @@ def test_wrong_options(options: dict[str, Any], code: str) -> None:
     assert caught.value.code == code
 
 
+def test_elements_that_became_sensors_are_not_left_out() -> None:
+    for used, left in ((True, "1 <gazebo>"), (False, "2 <gazebo>, 2 <sensor>")):
+        result = convert_text(ROBOT, options={"sensors": {"from_urdf": used}})
+        (said,) = [found.message for found in result.diagnostics if found.code == "extension"]
+        assert said == f".mbs has no place for {left}; left out"
+
+
 def test_sensors_of_the_urdf_have_places_and_links() -> None:
     """In SDF's words and in URDF's; a sensor without a place is where its link is; a sensor whose
     place or link cannot be read is left out, and that is said."""

@@ -154,6 +154,21 @@ def test_the_fastest_foot_makes_the_step_wherever_it_is_in_the_list(tmp_path: Pa
         assert result.conversion.simulation.shortened_by == f"the ground's push on '{light}'"
 
 
+def test_a_foot_carries_its_share_of_the_weight(tmp_path: Path) -> None:
+    """The ground damps by the weight that a point carries, over ``speed``: at a small ``speed``
+    this makes the step, which is then proportional to ``speed``."""
+    steps = []
+    for speed in (0.02, 0.01):
+        options = {"links": ["*_foot"], "stiffness": 1000.0, "speed": speed, "friction": 0.0}
+        result = convert(
+            BIPED, project=tmp_path / "robot",
+            options={"contacts": options, "joint-parameters": {"stops": False}},
+        )  # fmt: skip
+        steps.append(result.conversion.simulation.time_step)
+        assert "the ground's push" in result.conversion.simulation.shortened_by
+    assert steps[0] / steps[1] == pytest.approx(2.0, rel=0.1)
+
+
 def test_a_calm_robot_takes_half_a_millisecond(tmp_path: Path) -> None:
     project = make(tmp_path, TINY)
     assert step_of(project) == 5e-4
