@@ -35,12 +35,12 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--fold", action="store_true", help="write masses, points and the like as numbers"
     )
     command.add_argument(
+        "--energy", action="store_true", help="also write energy, momentum and centre of mass"
+    )
+    command.add_argument(
         "--keep-turns", action="store_true",
         help="read the positions of joints that never move, too",
     )  # fmt: skip
-    command.add_argument(
-        "--numba", action="store_true", help="let numba compile dirdyna and invdyna (python)"
-    )
     command.add_argument(
         "--no-pairs", action="store_true",
         help="compute mirrored limbs one after the other, for compilers other than gcc and "
@@ -52,8 +52,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.equations import generate
     from urdf2mbs.mbs.reader import read
 
-    if arguments.numba and arguments.language == "c":
-        raise ConfigError("usage", "--numba is for Python: leave it out, or --language c")
     if arguments.no_pairs and arguments.language == "python":
         raise ConfigError("usage", "--no-pairs is for C: leave it out, or --language python")
     model: Path = arguments.model
@@ -65,8 +63,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     folder: Path = arguments.output or project / "symbolicR"
     made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
-        keep_turns=arguments.keep_turns, numba=arguments.numba,
-        pairs=not arguments.no_pairs,
+        keep_turns=arguments.keep_turns, pairs=not arguments.no_pairs,
+        energy=arguments.energy,
     )  # fmt: skip
     for warning in made.warnings:
         print(warning, file=sys.stderr)

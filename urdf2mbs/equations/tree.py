@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar, cast
 
-from urdf2mbs.equations.graph import CONST, Expr, Graph
+from urdf2mbs.equations.graph import Expr, Graph, Op
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.spatial import ZERO, Vec
 
@@ -127,7 +127,7 @@ class Tree:
 
     def moves(self, frame: Frame) -> bool:
         """True if the position of a joint is not a number of the equations."""
-        return self.graph.op[abs(frame.q)] != CONST
+        return self.graph.op[abs(frame.q)] != Op.CONST
 
     def put(self, frame: Frame, slide: Vector) -> None:
         """Move a frame in its own axes (m); the frame before it must be in its place."""
