@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +105,15 @@ def test_what_a_plugin_changed_is_named(tiny: Path, tmp_path: Path) -> None:
     assert predicate["result"] == "WARNED"
     assert "heavy (plugin 'heavy') changed of the robot" in predicate["urdf2mbs"]["changed"][0]
     assert predicate["urdf2mbs"]["options"]["plugins"] == ["heavy.py"]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the system has no such names of files")
+def test_a_name_of_a_file_may_be_no_text(tiny: Path, tmp_path: Path) -> None:
+    odd = tmp_path / os.fsdecode(b"odd\xff.urdf")
+    odd.write_text(TINY)
+    convert(odd, project=tmp_path / "p").write()
+    (source,) = certificate(tmp_path / "p")["predicate"]["configuration"]
+    assert source["name"] == odd.name
 
 
 def test_a_lone_file_has_one_if_asked_for(tiny: Path, tmp_path: Path) -> None:

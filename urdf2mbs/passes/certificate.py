@@ -8,6 +8,7 @@ rigid group.  ``proof/certificate.py`` replays the comparison.  A rejected file 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Literal
 
@@ -59,7 +60,9 @@ class Certificate(Pass):
 
 
 def _text(data: Any) -> bytes:
-    return msgspec.json.format(msgspec.json.encode(data), indent=1) + b"\n"
+    import json  # a name of a file may be no text, which msgspec refuses
+
+    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
 
 
 def _files(conversion: Conversion, folder: Path) -> list[Any]:
@@ -77,12 +80,13 @@ def _sources(conversion: Conversion) -> list[Any]:
     name = conversion.settings.source.name
     sources = [_described(name, conversion.source)]
     if conversion.expanded is not None:
-        from xml.etree.ElementTree import canonicalize
+        from xml.etree.ElementTree import ParseError, canonicalize
 
         # xacro puts a path of this machine into a comment
-        text = canonicalize(conversion.expanded.decode("utf-8-sig"))
-        sources.append(_described("expanded.urdf", text.encode()))
-        sources[1]["annotations"] = {"digest of": "Canonical XML 2.0, without comments"}
+        with suppress(ParseError):  # the reader mends what no other parser reads
+            text = canonicalize(conversion.expanded.decode("utf-8-sig"))
+            sources.append(_described("expanded.urdf", text.encode()))
+            sources[1]["annotations"] = {"digest of": "Canonical XML 2.0, without comments"}
     return sources
 
 
