@@ -81,14 +81,15 @@ SHARED = {
     "--json": set(COMMANDS) - {"schema", "completion"},  # what these print is no table of words
     "--quiet": {*CONVERTING, "init", "verify", "diagram", "equations", "new-pass"},
     "--no-plugins": PLUGINS,
-    "--level": {*CONVERTING, "explain", "verify"},
-    "--strict": {*CONVERTING, "explain", "verify"},
-    "--verbose": {*CONVERTING, "explain", "verify"},
+    "--level": {*CONVERTING, "explain", "lint", "verify"},
+    "--strict": {*CONVERTING, "explain", "lint", "verify"},
+    "--verbose": {*CONVERTING, "explain", "lint", "verify"},
     "--set": {*CONVERTING, "explain"},
-    "--trust-xacro": {*CONVERTING, "explain", "init", "verify"},
-    "--package": {"init", "convert", "report", "explain", "verify"},
-    "--arg": {"init", "convert", "report", "explain", "verify"},
-    "--base": {"init", "convert", "report", "explain", "verify"},
+    "--trust-xacro": {*CONVERTING, "explain", "init", "lint", "verify"},
+    "--package": {"init", "convert", "report", "explain", "lint", "verify"},
+    "--arg": {"init", "convert", "report", "explain", "lint", "verify"},
+    "--base": {"init", "convert", "report", "explain", "lint", "verify"},
+    "--sarif": {"lint", "verify"},
     "--plugin": {"convert", "report", "explain", "passes", "schema"},
 }
 
