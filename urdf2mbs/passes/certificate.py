@@ -86,7 +86,7 @@ def _sources(conversion: Conversion) -> list[Any]:
         with suppress(ParseError):  # the reader mends what no other parser reads
             text = canonicalize(conversion.expanded.decode("utf-8-sig"))
             sources.append(_described("expanded.urdf", text.encode()))
-            sources[1]["annotations"] = {"digest of": "Canonical XML 2.0, without comments"}
+            sources[1]["annotations"] = {"canonicalization": "Canonical XML 2.0, no comments"}
     return sources
 
 
