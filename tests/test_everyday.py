@@ -73,7 +73,7 @@ def test_no_command_is_without_examples() -> None:
 
 
 #: The flags that commands share: who has them.
-CONVERTING = {"run", "convert", "report"}
+CONVERTING = {"run", "convert", "report", "simulate"}
 PLUGINS = {*CONVERTING, "explain", "passes", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),
@@ -86,11 +86,11 @@ SHARED = {
     "--verbose": {*CONVERTING, "explain", "lint", "verify"},
     "--set": {*CONVERTING, "explain"},
     "--trust-xacro": {*CONVERTING, "explain", "init", "lint", "verify"},
-    "--package": {"init", "convert", "report", "explain", "lint", "verify"},
-    "--arg": {"init", "convert", "report", "explain", "lint", "verify"},
-    "--base": {"init", "convert", "report", "explain", "lint", "verify"},
+    "--package": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--arg": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--base": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
     "--sarif": {"lint", "verify"},
-    "--plugin": {"convert", "report", "explain", "passes", "schema"},
+    "--plugin": {"convert", "report", "simulate", "explain", "passes", "schema"},
 }
 
 
@@ -361,7 +361,11 @@ def test_colours(
     ("words", "said"),
     [
         (["convert", "tiny.urdf", "-o", "x.mbs"], "Next: open x.mbs in MBSysPad"),
-        (["convert", "tiny.urdf", "-o", "x/"], "\n      python x/workR/main.py"),
+        (["convert", "tiny.urdf", "-o", "x/"], "Next: let it move: urdf2mbs simulate x\n"),
+        (
+            ["simulate", "tiny.urdf", "-o", "s/", "--time", "0.02"],
+            "Next: plot s/resultsR/dirdyn.csv",
+        ),
         (["init", "tiny.urdf"], "Next: urdf2mbs run tiny.yaml\n      urdf2mbs report tiny.yaml"),
         (["diagram", "tiny.mbs"], "Next: open tiny.svg in a browser"),
         (["equations", "tiny.mbs", "-o", "s"], "Next: call them"),
