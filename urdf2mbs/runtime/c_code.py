@@ -87,8 +87,8 @@ def compiler() -> str | None:
 class CCode(PythonCode):
     """The functions of a simulation, in C but for user functions that are in Python."""
 
-    def __init__(self, data: MbsData) -> None:
-        sources = sorted(data.user_path.glob("*.c"))
+    def __init__(self, data: MbsData, *, user_in_c: bool = True) -> None:
+        sources = sorted(data.user_path.glob("*.c")) if user_in_c else []
         self.in_c = bool(sources)
         super().__init__(data)
         self.name = "C" if self.in_c else "C, user functions in Python"
