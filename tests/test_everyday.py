@@ -83,14 +83,15 @@ SHARED = {
     "--json": set(COMMANDS) - {"schema", "completion"},  # what these print is no table of words
     "--quiet": {*CONVERTING, *WRITING, "init", "verify"},
     "--no-plugins": PLUGINS,
-    "--level": {*CONVERTING, "explain", "verify"},
-    "--strict": {*CONVERTING, "explain", "verify"},
-    "--verbose": {*CONVERTING, "explain", "verify"},
+    "--level": {*CONVERTING, "explain", "lint", "verify"},
+    "--strict": {*CONVERTING, "explain", "lint", "verify"},
+    "--verbose": {*CONVERTING, "explain", "lint", "verify"},
     "--set": {*CONVERTING, "explain"},
-    "--trust-xacro": {*CONVERTING, "explain", "init", "verify"},
-    "--package": {"init", "convert", "report", "simulate", "explain", "verify"},
-    "--arg": {"init", "convert", "report", "simulate", "explain", "verify"},
-    "--base": {"init", "convert", "report", "simulate", "explain", "verify"},
+    "--trust-xacro": {*CONVERTING, "explain", "init", "lint", "verify"},
+    "--package": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--arg": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--base": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--sarif": {"lint", "verify"},
     "--plugin": {"convert", "report", "simulate", "explain", "passes", "schema"},
 }
 

@@ -153,6 +153,8 @@ class Conversion:
         self.packages = Packages(settings.packages, settings.source)
         """The folders of ROS packages."""
         self.robot: Robot = Robot(name="")
+        self.source = b""
+        """The file of the robot, as it was read."""
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
         self.floating = False

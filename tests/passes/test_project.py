@@ -85,6 +85,14 @@ def test_all_twelve_user_functions_are_there(tmp_path: Path) -> None:
         assert (project / folder).is_dir()
 
 
+def test_code_of_another_language_goes_and_that_of_this_one_stays(tmp_path: Path) -> None:
+    user = make(tmp_path, CHAIN, language="both") / "userfctR"
+    assert (user / "robot_robot.c").is_file()
+    make(tmp_path, CHAIN, language="python")
+    assert not (user / "robot_robot.c").exists()
+    assert (user / "robot_robot.py").is_file()
+
+
 def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> None:
     project = make(tmp_path, CHAIN, language="both")
     kept = project / "userfctR" / "user_JointForces.py"
@@ -105,7 +113,9 @@ def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> Non
         path.name for path, data in before.items() if path.exists() and path.read_bytes() != data
     ]
     # only what depends on the robot is written anew
-    assert set(changed) <= {"robot.mbs", "robot.mbs.base", "robot_tables.h"}
+    assert set(changed) <= {
+        "robot.mbs", "robot.mbs.base", "robot_tables.h", "robot.proof.json", ".urdf2mbs",
+    }  # fmt: skip
     assert kept.read_text() == "mine = 1\n"
 
 

@@ -28,6 +28,7 @@ COMMANDS = {
     "convert": "convert one robot, or a folder of them, without a config file",
     "report": "convert, and write one HTML page to look at instead",
     "simulate": "let a robot, a project or an .mbs move, and write Robotran's results",
+    "lint": "say what is wrong with a robot, without converting it",
     "verify": "compare a robot with an .mbs file: are they the same?",
     "diff": "say what differs between two .mbs files",
     "edits": "write what people changed in an .mbs into a file of edits",

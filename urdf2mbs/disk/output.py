@@ -88,8 +88,7 @@ def write_files(
     its seal is intact or it is empty; with ``force`` in any case.  One of ``replaces`` is replaced
     if it is still what that says, by the new file as it is, without a seal.  The files of ``once``
     are the user's: they are written as they are, where nothing is and where nobody has touched
-    what an earlier run wrote.  ``obsolete`` files are removed
-    if their seal is intact.
+    what an earlier run wrote.  ``obsolete`` files are removed if nobody has changed them.
     A link stays, and what it leads to is replaced.  A device or pipe is written to, last of all.
 
     Raises ConfigError where a file is not ours to replace, and where a folder or file cannot be
@@ -125,7 +124,7 @@ def write_files(
                 kept[path] = _backup(path)
                 part.replace(path)
             for path in gone:
-                if path not in places and intact(read(path)):
+                if path not in places and _is_ours(path, read(path)):
                     kept[path] = _backup(path)
                     path.unlink()
             for path in streams:
@@ -167,9 +166,7 @@ def check_ours(
         if not place.exists():
             continue
         there = _read(place)
-        if not there or there in (data, known.get(place)) or intact(there):
-            continue
-        if _line(place, there) in _recorded(place):
+        if not there or there in (data, known.get(place)) or _is_ours(place, there):
             continue
         edited = has_seal(there) or f"  {place.name}\n" in "".join(_recorded(place))
         why = (
@@ -185,6 +182,11 @@ def check_ours(
             hint="nothing is written: move it away, write elsewhere, or replace it by --force "
             "(in Python: force=True)",
         )
+
+
+def _is_ours(place: Path, there: bytes) -> bool:
+    """True if nobody has changed a file since we wrote it."""
+    return intact(there) or _line(place, there) in _recorded(place)
 
 
 def _records(places: Mapping[Path, bytes], starters: Mapping[Path, bytes]) -> dict[Path, bytes]:

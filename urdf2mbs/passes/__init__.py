@@ -17,6 +17,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     from urdf2mbs.passes.align_frames import AlignFrames
     from urdf2mbs.passes.apply_edits import ApplyEdits
     from urdf2mbs.passes.assign_names import AssignNames
+    from urdf2mbs.passes.certificate import Certificate
     from urdf2mbs.passes.check import Check
     from urdf2mbs.passes.collect_anchors import CollectAnchors
     from urdf2mbs.passes.contacts import Contacts
@@ -81,6 +82,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
         Check,
         Equations,  # when given a language
         Project,  # when the output is a project folder
+        Certificate,  # when the output is a project folder, or when told to
     ]
 
 
