@@ -112,7 +112,9 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     ``rules``: the joints that follow others, none of which follows another itself.
     """
     size = _size(mbs)
-    whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body, size)) == 3}
+    whole = {body.name for body in mbs.bodies if body.mass and _resists_all(body, size)}
+    if all(body.name in whole and _independent(body) for body in mbs.bodies):
+        return []
     numbers = mbs.numbers()
     initial: dict[str, float] = {}
     general: dict[str, float] = {}
@@ -137,6 +139,15 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
                 singular.always, singular.nearly = values is general, small == NEARLY
                 out.append(singular)
     return out
+
+
+def _independent(body: Body) -> bool:
+    """True if the joints before a body surely are independent: one, or a floating base at zero,
+    whose shifts and turns are along and about the axes of one frame, each another."""
+    moving = [joint.type for joint in body.joints if joint.nature != "driven"]
+    return len(moving) <= 1 or (
+        len(set(moving)) == len(moving) and not any(joint.q for joint in body.joints)
+    )
 
 
 class _Position:
@@ -269,6 +280,20 @@ def _scaled(twist: tuple[Vec, Vec], size: float) -> Six:
     """Lengths relative to the robot's size; the speed of a shift stays 1."""
     turn, (x, y, z) = twist
     return (*turn, x / size, y / size, z / size) if turn != ZERO else (*ZERO, x, y, z)
+
+
+def _resists_all(body: Body, size: float) -> bool:
+    """True if a body resists torques in all directions.
+
+    The last step of ``_torques`` is at least a third of the determinant: a large determinant
+    leaves no doubt.
+    """
+    a, b, c, d, e, f = body.inertia or NO_INERTIA
+    largest = max(abs(a), abs(b), abs(c), abs(d), abs(e), abs(f))
+    determinant = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
+    clear = abs(determinant) > 10.0 * ROUNDING * largest * largest * largest
+    dust = largest <= DUST * abs(body.mass or 0.0) * size * size
+    return not dust and (clear or len(_torques(body, size)) == 3)
 
 
 def _torques(body: Body, size: float) -> list[Vec]:
