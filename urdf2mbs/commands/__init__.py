@@ -37,16 +37,18 @@ COMMANDS = {
 
 def parse(words: Sequence[str]) -> argparse.Namespace:
     """The words of a command line; what is wrong with them ends the program, as argparse does."""
-    arguments, unknown = parser(words[:1]).parse_known_args(words)
+    may_ask_for_help = any(word.startswith("-") and "h" in word for word in words)
+    whole = parser(words[:1], texts=may_ask_for_help)
+    arguments, unknown = whole.parse_known_args(words)
     if unknown:  # argparse would show the usage of all commands
         arguments.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     return arguments
 
 
-def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
+def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.ArgumentParser:
     """All commands in the order of the help, those that are ``named`` with their options.
 
-    Only the files of the named commands are imported.
+    Only the files of the named commands are imported.  Without ``texts`` the help is not whole.
     """
     whole = _Parser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
@@ -57,6 +59,10 @@ def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
         command = commands.add_parser(name, help=does)
         if name in named:
             _add_options(command, name)
+            if texts:
+                from urdf2mbs.commands.settings import add_texts
+
+                add_texts(command)
     return whole
 
 
