@@ -14,11 +14,12 @@ from math import isinf
 from operator import attrgetter
 from pathlib import Path
 from sys import intern
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, MBS, OBJECTS, REPEATED, Table
+from urdf2mbs.mbs.fields import BASE as BASE_TABLE
+from urdf2mbs.mbs.fields import DRAWING, INSIDE, MBS, OBJECTS, REPEATED, VIEW, Table
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -48,9 +49,7 @@ from urdf2mbs.xml.errors import BLANK, check_conflict, check_entities, explain
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-    Children = dict[str, Any]
-    """The children of an element by tag: an element, or a list of those that may stand several
-    times."""
+    Children = dict[str, list[_Element]]
 
 #: What must be the first child of an element: Robotran takes the first, whatever it is.
 _FIRST = frozenset(["bodyname", "jointname", "pointname", "coordinates"])
@@ -140,52 +139,64 @@ class _Reader:
     def mbs(self, root: _Element) -> Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
-        return self.filled(Mbs("", "", origin=self.origin(root)), root, "mbs", "the file")
+        return self.filled(Mbs("", "", origin=self.origin(root)), root, MBS, "the file")
 
     def base(self, element: _Element) -> Base:
         self.points[None] = set()
-        base = self.filled(Base(BASE), element, "base", "the base")
+        base = self.filled(Base(BASE), element, BASE_TABLE, "the base")
         base.name = base.name or BASE
         self.names.setdefault(("body", base.name), "the base")
         return base
 
-    def filled(self, thing: Thing, element: _Element, kind: str, who: str = "") -> Thing:
+    def filled(self, thing: Thing, element: _Element, table: Table, who: str = "") -> Thing:
         """An object with the values of its element; ``who``: how messages call the element."""
-        plan = _plan(kind)
-        kids = self.children(element, plan)
+        kids = self.children(element, table)
         self.require(element, kids, who)
-        self.fill(thing, kids, plan)
+        self.fill(thing, kids, table)
         return thing
 
     def part(self, element: _Element) -> Any:
         """The object of an element, with all that stands in it."""
-        make, _, what = OBJECTS[element.tag]
+        make, table, what = OBJECTS[element.tag]
         part: Any = make(element.tag)
-        plan = _plan(element.tag)
-        kids = self.children(element, plan)
+        kids = self.children(element, table)
         if what:
-            part.name = self.name(element, kids, plan.name, what)
+            tag = next(iter(table))
+            part.name = self.name(element, kids, tag, what)
+            del kids[tag]
             if element.tag in _REQUIRED:
                 self.require(element, kids, f"{what} '{part.name}'")
         part.origin = self.origin(element)
         if isinstance(part, Body):
             self.owner = part.name
-        self.fill(part, kids, plan)
+        self.fill(part, kids, table)
         check = _CHECKS.get(type(part))
         if check is not None:
             check(self, part, element)
         return part
 
-    def fill(self, thing: Any, kids: Children, plan: Plan) -> None:
+    def fill(self, thing: Any, kids: Children, table: Table) -> None:
         """Give an object, or what belongs to it, the values of its elements."""
-        for tag, field, read in plan.steps:
-            child = kids.get(tag)
-            if child is None:
+        for tag, entry in table.items():
+            found = kids.get(tag)
+            if found is None or entry is None or (self.mechanics_only and tag in _GRAPHICS):
                 continue
-            if field:
-                setattr(thing, field, read(self, child))
-            else:
-                read(self, child, thing)
+            if not isinstance(entry, tuple):
+                self.fill(thing, self.children(found[0], entry), entry)
+                continue
+            field, kind = entry
+            read = _KINDS.get(kind)
+            if read is not None:
+                setattr(thing, field, read(self, found[0]))
+            elif kind == "place":
+                self.set_place(thing, field, found[0])
+            elif kind == "parts":
+                setattr(thing, field, list(map(self.part, found)))
+            elif kind == "texts":
+                setattr(thing, field, tuple(map(self.text, found)))
+            elif isinstance(kind, frozenset):
+                parts = [self.part(child) for child in found[0] if child.tag in kind]
+                setattr(thing, field, parts)
 
     # --- objects ---
 
@@ -237,22 +248,22 @@ class _Reader:
                     nearest(joint, [name for kind, name in self.names if kind == "joint"]),
                 )  # fmt: skip
 
-    def set_place(self, element: _Element, thing: Any) -> None:
+    def set_place(self, thing: Any, field: str, element: _Element) -> None:
         if isinstance(thing, Body):
             what = f"the parent of body '{thing.name}'"
             thing.parent, thing.point = self.place(element, what, thing.name)
         else:
-            what = f"{element.tag} of {thing.kind} '{thing.name}'"
-            setattr(thing, element.tag, self.place(element, what))
+            what = f"{field} of {thing.kind} '{thing.name}'"
+            setattr(thing, field, self.place(element, what))
 
     def place(
         self, element: _Element, what: str, of: str | None = None
     ) -> tuple[str | None, str | None]:
         """A body and one of its points, both known by now; ``of`` is the body that hangs on it."""
-        parts = self.children(element, _plan("place"))
+        parts = self.children(element, INSIDE["place"])
         body: str | None
         point: str | None
-        body, point = [self.text(parts[tag]) if tag in parts else "" for tag in INSIDE["place"]]
+        body, point = [self.text(parts[tag][0]) if tag in parts else "" for tag in INSIDE["place"]]
         if of is None and "" in (body, point):
             return body, point  # a draft: who drew it has not chosen yet
         if body == BASE:
@@ -303,7 +314,7 @@ class _Reader:
     # --- values ---
 
     def symbols(self, element: _Element) -> tuple[str, ...]:
-        return tuple(tag for tag in self.children(element, _plan("symbols"))
+        return tuple(tag for tag in self.children(element, INSIDE["symbols"])
                      if tag in INSIDE["symbols"])  # fmt: skip
 
     def color(self, element: _Element) -> tuple[int, int, int]:
@@ -317,21 +328,21 @@ class _Reader:
         return int(rgb[0]), int(rgb[1]), int(rgb[2])
 
     def inertia(self, element: _Element) -> Sym:
-        parts = self.children(element, _plan("inertia"))
+        parts = self.children(element, INSIDE["inertia"])
         xx, xy, xz, yy, yz, zz = [
-            self.number(parts[tag]) if tag in parts else 0.0 for tag in INSIDE["inertia"]
+            self.number(parts[tag][0]) if tag in parts else 0.0 for tag in INSIDE["inertia"]
         ]
         return (xx, xy, xz, yy, yz, zz)
 
     def coordinates(self, element: _Element) -> Vec:
-        parts = self.children(element, _plan("coordinates"))
+        parts = self.children(element, INSIDE["coordinates"])
         if "coordinates" not in parts:
             self.fail(
                 element, "mbs-incomplete", f"<{element.tag}> has no <coordinates>",
                 "Robotran's C library cannot read it: give x, y and z, or leave the element out",
             )  # fmt: skip
-        self.is_first(element, parts["coordinates"])
-        return self.xyz(parts["coordinates"])
+        self.is_first(element, parts["coordinates"][0])
+        return self.xyz(parts["coordinates"][0])
 
     def xyz(self, element: _Element) -> Vec:
         x, y, z = self.axes(element, _XYZ)
@@ -347,11 +358,11 @@ class _Reader:
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         if list(map(_TAG, children)) == tags:
             return children
-        kids = self.children(element, _plan("xyz"))
+        kids = self.children(element, INSIDE["xyz"])
         for tag in tags:
             if tag not in kids:
                 self.fail(element, "number-missing", f"<{element.tag}> has no <{tag}>")
-        return [kids[tag] for tag in tags]
+        return [kids[tag][0] for tag in tags]
 
     def control_points(self, element: _Element) -> tuple[XY, ...]:
         return tuple(map(self.xy, element.iterchildren("control_point")))
@@ -386,11 +397,11 @@ class _Reader:
 
     def name(self, element: _Element, kids: Children, tag: str, what: str) -> str:
         """The name of an object, which no other of its name space has."""
-        name = self.text(kids[tag]) if tag in kids else ""
+        name = self.text(kids[tag][0]) if tag in kids else ""
         if not name:
             self.fail(element, "name-missing", f"this {what} has no name")
         if tag in _FIRST:
-            self.is_first(element, kids[tag])
+            self.is_first(element, kids[tag][0])
         if what in ("body", "joint"):
             self.take(element, name, what)
         return name
@@ -423,19 +434,19 @@ class _Reader:
                 f"<{child.tag}> must be the first",
             )  # fmt: skip
 
-    def children(self, element: _Element, plan: Plan) -> Children:
+    def children(self, element: _Element, known: Table) -> Children:
         """The children by tag; two of a known tag are an error, unless they belong to a list."""
         kids: Children = {}
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
         for child in children:
-            tag = child.tag
-            if tag in plan.lists:
-                kids.setdefault(tag, []).append(child)
-            elif tag in kids and tag in plan.table:
-                self.fail(child, "doubled-element", f"<{element.tag}> has two <{tag}>")
-            else:
-                kids[tag] = child
+            kids.setdefault(child.tag, []).append(child)
+        if len(kids) < len(children):
+            for tag, found in kids.items():
+                entry = known.get(tag)
+                repeated = entry is None or (isinstance(entry, tuple) and entry[1] in REPEATED)
+                if len(found) > 1 and not repeated:
+                    self.fail(found[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
         return kids
 
     def require(self, element: _Element, kids: Children, who: str) -> None:
@@ -462,8 +473,8 @@ _CHECKS: dict[type[Part], Callable[[_Reader, Any, _Element], None]] = {
     Point: _Reader.check_point,
     UserConstraint: _Reader.check_constraint,
 }
-#: What reads each kind of value; a place is given to its object.
-_KINDS: dict[str, Callable[..., Any]] = {
+#: What reads each kind of value.
+_KINDS: dict[object, Callable[[_Reader, _Element], Any]] = {
     "text": _Reader.text,
     "title": _Reader.text,
     "word": lambda reader, element: intern(reader.text(element)),
@@ -476,67 +487,10 @@ _KINDS: dict[str, Callable[..., Any]] = {
     "symbols": _Reader.symbols,
     "color": _Reader.color,
     "flag": lambda *_: True,
-    "place": _Reader.set_place,
     "sensor": _Reader.sensor,
-    "texts": lambda reader, elements: tuple(map(reader.text, elements)),
-    "parts": lambda reader, elements: list(map(reader.part, elements)),
     "base": _Reader.base,
     "drawing": lambda reader, element: (
-        reader.filled(Drawing(), element, "drawing") if len(element) else None
+        reader.filled(Drawing(), element, DRAWING) if len(element) else None
     ),
-    "view": lambda reader, element: (
-        None if reader.mechanics_only else reader.filled(View(), element, "view")
-    ),
+    "view": lambda reader, element: reader.filled(View(), element, VIEW),
 }
-
-
-class Plan(NamedTuple):
-    """How the elements of a table are read; each table becomes a plan once: AAA of the time."""
-
-    table: Table
-    lists: frozenset[str]
-    """The tags that may stand several times."""
-    steps: list[tuple[str, str, Callable[..., Any]]]
-    """Tags, each with the field and what reads its value; without a field what reads the values
-    is given the object, too."""
-    name: str = ""
-    """The tag of the name, which is read first."""
-
-
-@cache
-def _plan(kind: str) -> Plan:
-    """The plan of an object, by its tag, or of the children in a kind of value."""
-    if kind not in OBJECTS:
-        return _planned(INSIDE.get(kind, MBS))
-    _, table, what = OBJECTS[kind]
-    plan = _planned(table)
-    return plan._replace(name=next(iter(table)), steps=plan.steps[1:]) if what else plan
-
-
-def _planned(table: Table) -> Plan:
-    lists: set[str] = set()
-    steps: list[tuple[str, str, Callable[..., Any]]] = []
-    for tag, entry in table.items():
-        if isinstance(entry, tuple):
-            field, kind = entry
-            if kind in REPEATED:
-                lists.add(tag)
-            read = _KINDS[kind] if isinstance(kind, str) else _list_of(kind)
-            steps.append((tag, "" if kind == "place" else field, read))
-        elif entry is not None:
-            steps.append((tag, "", _within(_planned(entry), graphics=tag in _GRAPHICS)))
-    return Plan(table, frozenset(lists), steps)
-
-
-def _list_of(tags: frozenset[str]) -> Callable[..., Any]:
-    return lambda reader, element: [reader.part(child) for child in element if child.tag in tags]
-
-
-def _within(plan: Plan, *, graphics: bool) -> Callable[..., Any]:
-    """Reads the values in an element that belong to the same object."""
-
-    def read(reader: _Reader, element: _Element, thing: Any) -> None:
-        if not (graphics and reader.mechanics_only):
-            reader.fill(thing, reader.children(element, plan), plan)
-
-    return read

@@ -112,7 +112,7 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     ``rules``: the joints that follow others, none of which follows another itself.
     """
     size = _size(mbs)
-    whole = {body.name for body in mbs.bodies if body.mass and _resists_all(body, size)}
+    whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body, size)) == 3}
     if all(body.name in whole and _independent(body) for body in mbs.bodies):
         return []
     numbers = mbs.numbers()
@@ -282,26 +282,16 @@ def _scaled(twist: tuple[Vec, Vec], size: float) -> Six:
     return (*turn, x / size, y / size, z / size) if turn != ZERO else (*ZERO, x, y, z)
 
 
-def _resists_all(body: Body, size: float) -> bool:
-    """True if a body resists torques in all directions.
-
-    The last step of ``_torques`` is at least a third of the determinant: a large determinant
-    leaves no doubt.
-    """
-    a, b, c, d, e, f = body.inertia or NO_INERTIA
-    largest = max(abs(a), abs(b), abs(c), abs(d), abs(e), abs(f))
-    determinant = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
-    clear = abs(determinant) > 10.0 * ROUNDING * largest * largest * largest
-    dust = largest <= DUST * abs(body.mass or 0.0) * size * size
-    return not dust and (clear or len(_torques(body, size)) == 3)
-
-
 def _torques(body: Body, size: float) -> list[Vec]:
     """An orthonormal basis of the torques (in body axes) that a body resists."""
     xx, xy, xz, yy, yz, zz = body.inertia or NO_INERTIA
     largest = max(map(abs, (xx, xy, xz, yy, yz, zz)))
     if largest <= DUST * abs(body.mass or 0.0) * size * size:
         return []
+    determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
+    # the last step below is at least a third of the determinant
+    if abs(determinant) > 10.0 * ROUNDING * largest * largest * largest:
+        return list(AXES)
     columns = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     basis = _basis([(x / largest, y / largest, z / largest, *ZERO) for x, y, z in columns])
     return [(x, y, z) for x, y, z, *_ in basis]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, KEPT, MBS, OBJECTS, Table
+from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, MBS, OBJECTS, Table
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -32,24 +32,16 @@ if TYPE_CHECKING:
     from lxml.etree import _Element
 
 
-class _NotFiniteError(ValueError):
-    """A number that is not finite; the innermost object that has a name is its place."""
-
-    def locate(self, where: str) -> None:
-        if where and len(self.args) == 1:
-            self.args = (self.args[0], where)
-
-    def __str__(self) -> str:
-        return f"{self.args[-1]} has the number {self.args[0]}, which no .mbs file can hold"
-
-
 class _Numbers(dict[float, str]):
     """Each number as text, to its last digit; minus zero is zero."""
+
+    where = ""
+    """The element that is being written."""
 
     def __missing__(self, value: float) -> str:
         number = float(value)
         if not isfinite(number):
-            raise _NotFiniteError(number)
+            raise ValueError(f"{self.where} has the number {number}, which no .mbs file can hold")
         text = self[value] = repr(number + 0.0)
         return text
 
@@ -162,13 +154,13 @@ def _part(tag: str, pad: str) -> Write:
     bare = _elements({tag: table[tag] for tag in table if tag != "graphics"}, f"{pad}  ")
 
     def write(writer: _Writer, part: Any) -> str:
+        above = writer.number.where
+        if what and tag != "point":
+            writer.number.where = f"{what} '{part.name}'"
         # a body's own frame is not drawn
-        elements = bare if tag == "point" and part.name == ORIGIN else drawn
-        try:
-            return f"{pad}<{tag}{writer.at(part)}>\n{elements(writer, part)}{pad}</{tag}>\n"
-        except _NotFiniteError as error:
-            error.locate(f"{what} '{part.name}'" if what and tag != "point" else "")
-            raise
+        inner = (bare if tag == "point" and part.name == ORIGIN else drawn)(writer, part)
+        writer.number.where = above
+        return f"{pad}<{tag}{writer.at(part)}>\n{inner}{pad}</{tag}>\n"
 
     return write
 
@@ -179,11 +171,9 @@ def _elements(table: Table, pad: str) -> Write:
     for tag, entry in table.items():
         if isinstance(entry, tuple):
             entries.append((entry[0], _value(tag, entry[1], pad)))
-        elif not entry:
-            entries.append(("", _empty(tag, pad)))
         else:
-            inside = _elements(entry, f"{pad}  ")
-            entries.append(("", _around(tag, inside, pad, kept=tag in KEPT)))
+            inside = _elements(entry or {}, f"{pad}  ")
+            entries.append(("", _around(tag, inside, pad, kept=entry is MARK or tag in KEPT)))
 
     def write(writer: _Writer, thing: Any) -> str:
         out: list[str] = []
@@ -201,31 +191,19 @@ def _value(tag: str, kind: str | frozenset[str], pad: str) -> Write:
         return _KINDS[kind](tag, pad)
     only = next(iter(kind))
     within = f"{pad}  "
-    return _around(
-        tag,
-        _each(lambda w, part: _part(getattr(part, "kind", only), within)(w, part)),
-        pad,
-        kept=tag in KEPT,
-    )
-
-
-def _empty(tag: str, pad: str) -> Write:
-    return lambda *_: f"{pad}<{tag}/>\n"
+    each = _each(lambda w, part: _part(getattr(part, "kind", only), within)(w, part))
+    return _around(tag, each, pad, kept=tag in KEPT)
 
 
 def _each(write: Write) -> Write:
     return lambda w, values: "".join([write(w, value) for value in values])
 
 
-def _around(tag: str, inside: Write, pad: str, *, kept: bool = True, where: str = "") -> Write:
+def _around(tag: str, inside: Write, pad: str, *, kept: bool = True) -> Write:
     """Writes an element around others; without others only if it is ``kept``."""
 
     def write(writer: _Writer, value: Any) -> str:
-        try:
-            inner = inside(writer, value)
-        except _NotFiniteError as error:
-            error.locate(where)
-            raise
+        inner = inside(writer, value)
         if inner:
             return f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
         return f"{pad}<{tag}/>\n" if kept else ""
@@ -234,7 +212,16 @@ def _around(tag: str, inside: Write, pad: str, *, kept: bool = True, where: str 
 
 
 def _nested(kind: str, where: str = "") -> Callable[[str, str], Write]:
-    return lambda tag, pad: _around(tag, _elements(INSIDE[kind], f"{pad}  "), pad, where=where)
+    def entry(tag: str, pad: str) -> Write:
+        elements = _elements(INSIDE[kind], f"{pad}  ")
+
+        def inside(writer: _Writer, value: Any) -> str:
+            writer.number.where = where or writer.number.where
+            return elements(writer, value)
+
+        return _around(tag, inside, pad)
+
+    return entry
 
 
 def _text(tag: str, pad: str) -> Write:
@@ -264,8 +251,7 @@ def _place(tag: str, pad: str) -> Write:
 def _sensor(tag: str, pad: str) -> Write:
     def write(writer: _Writer, sensor: Sensor) -> str:
         measures = "".join([f' {measure}="true"' for measure in sensor.measures])
-        name = writer.text[sensor.name]
-        return f'{pad}<{tag}{writer.at(sensor)} name="{name}"{measures}/>\n'
+        return f'{pad}<{tag}{writer.at(sensor)} name="{writer.text[sensor.name]}"{measures}/>\n'
 
     return write
 
