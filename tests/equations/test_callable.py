@@ -1,0 +1,97 @@
+"""``load_equations`` beside pinocchio, in C and Python."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from conftest import SHARED
+from robots import CONVERTIBLE
+from runtime import Truth, error, pin, random_state
+
+from urdf2mbs import Robot, load_equations
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.runtime.c_code import FLAGS
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from urdf2mbs.mbs.model import Mbs
+
+TOLERANCE = 1e-10
+NAMES = ("ur-ur10e", "cassie-cassie_v4")
+ROBOTS = [p.values[0] for p in CONVERTIBLE if p.values[0].name in NAMES]
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr("urdf2mbs.runtime.c_code.FLAGS", (*FLAGS, "-O0"))
+
+
+def loaded(path: Path, data: bytes, language: str) -> tuple[Mbs, Robot]:
+    path.write_bytes(data)
+    return read(data, path.name, mechanics_only=True), load_equations(path, language=language)
+
+
+def compare(robot: Robot, mbs: Mbs) -> None:
+    truth, s = Truth(mbs), random_state(mbs, np.random.default_rng(5), loads=False)
+    model, data = truth.model, truth.data
+    q, qd, qdd = s.q[1:].copy(), s.qd[1:].copy(), s.qdd[1:].copy()
+    v, w = truth.vector(s.q), truth.vector(s.qd)
+    pairs: list[tuple[Any, Any]] = [
+        (robot.mass_matrix(q), truth.matrix(s)),
+        (robot.bias(q, qd), truth.forces(s, accelerated=False)),
+        (robot.inverse_dynamics(q, qd, qdd), truth.forces(s, accelerated=True)),
+        (robot.energy(q, qd), [pin.computeKineticEnergy(model, data, v, w),
+                               pin.computePotentialEnergy(model, data, v)]),
+        (robot.centre_of_mass(q), pin.centerOfMass(model, data, v)),
+        (robot.momentum(q, qd), pin.computeCentroidalMomentum(model, data, v, w)),
+    ]  # fmt: skip
+    for body in mbs.bodies:
+        joint = truth.ids.index(truth.joint_of[body.name])
+        for place, at in [
+            (body.name, np.zeros(3)),
+            *(((body.name, point.name), np.array(point.coordinates)) for point in body.points),
+        ]:
+            wanted = truth.sensor(s, joint, at)
+            pairs.append((robot.position(place, q), wanted.P[1:]))
+            pairs.append((robot.jacobian(place, q), wanted.J[1:, 1:]))
+    driven = [joint.nature == "driven" for body in mbs.bodies for joint in body.joints]
+    s.qdd[1:][driven] = 0.0
+    tau = truth.forces(s, accelerated=True)
+    pairs.append((robot.forward_dynamics(q, qd, tau), s.qdd[1:]))
+    for found, wanted in pairs:
+        assert error(np.asarray(found), np.asarray(wanted)) <= TOLERANCE
+    assert robot.joints == list(mbs.numbers())
+
+
+@pytest.mark.parametrize("language", ["c", "python"])
+@pytest.mark.parametrize("source", [pytest.param(robot, id=robot.name) for robot in ROBOTS])
+def test_real_robots(source: Any, language: str, tmp_path: Path) -> None:
+    data = source.convert(pipeline="compact").data
+    mbs, robot = loaded(tmp_path / "robot.mbs", data, language)
+    compare(robot, mbs)
+
+
+@pytest.mark.parametrize("language", ["c", "python"])
+def test_wrong_arrays_are_named(language: str, tmp_path: Path) -> None:
+    path = SHARED / "mbs-samples" / "minimal.mbs"
+    if not path.is_file():
+        pytest.skip("../shared is not here")
+    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), language)
+    n = len(robot.joints)
+    right = np.zeros(n)
+    for call in (
+        lambda: robot.mass_matrix(np.zeros(n + 1)),
+        lambda: robot.mass_matrix(np.zeros((n, 1))),
+        lambda: robot.mass_matrix(1.0),
+        lambda: robot.bias(right, [0.0] * (n + 1)),
+        lambda: robot.forward_dynamics(right, right, np.zeros(n + 1)),
+        lambda: robot.position("nowhere", right),
+    ):
+        with pytest.raises(ValueError, match=rf"the model has ({n} joints|no body)"):
+            call()
+    with pytest.raises(TypeError, match="q must be real numbers"):
+        robot.mass_matrix(right + 1j)
