@@ -76,3 +76,14 @@ def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any)
     assert main(["equations", str(tmp_path / "no.mbs")]) == 2
     assert main(["equations", str(model), "--no-pairs", "--language", "python"]) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("more", [["-o", "out"], ["--language", "c"]])
+def test_standalone_is_for_c_in_a_folder_of_its_own(
+    model: Path, more: list[str], capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(model.parent)
+    assert main(["equations", str(model), "--standalone", *more]) == 2
+    assert "--standalone" in capsys.readouterr().err
+    assert not (model.parent / "out").exists()
+    assert not (model.parent.parent / "symbolicR").exists()

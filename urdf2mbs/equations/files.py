@@ -18,6 +18,7 @@ from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.python import PythonWriter
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
+from urdf2mbs.equations.standalone import headers
 from urdf2mbs.equations.tree import NONE, Tree, is_fixed
 from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
@@ -74,6 +75,7 @@ def generate(
     energy: bool = False,
     functions: Iterable[str] = FUNCTIONS,
     reduced: bool = False,
+    standalone: bool = False,
 ) -> Equations:
     """Generate the equations of a model.
 
@@ -82,7 +84,8 @@ def generate(
     data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
     compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
     functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that are wanted.
-    ``reduced``: accelred calls dirdyna, whatever the model.
+    ``reduced``: accelred calls dirdyna, whatever the model.  ``standalone`` adds headers for C
+    that stand for Robotran's.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -127,6 +130,9 @@ def generate(
         ]
         lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
         out.files[f"mbs_{name}_{mbs.name}.{writer.suffix}"] = (lines + "\n" + text).encode()
+    if standalone:
+        mark = f"// {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n\n"
+        out.files |= {name: (mark + text).encode() for name, text in headers(mbs).items()}
     return out
 
 
