@@ -95,3 +95,55 @@ def test_wrong_arrays_are_named(language: str, tmp_path: Path) -> None:
             call()
     with pytest.raises(TypeError, match="q must be real numbers"):
         robot.mass_matrix(right + 1j)
+
+
+def test_many_states_at_once_have_the_same_bits(tmp_path: Path) -> None:
+    path = SHARED / "mbs-samples" / "minimal.mbs"
+    if not path.is_file():
+        pytest.skip("../shared is not here")
+    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
+    many = load_equations(tmp_path / "minimal.mbs", math=np)
+    states = np.random.default_rng(2).uniform(-1, 1, (3, len(robot.joints), 4))
+    place = robot.bodies[-1]
+    calls: list[tuple[str, Any]] = [
+        ("mass_matrix", lambda r, q, qd, u: r.mass_matrix(q)),
+        ("bias", lambda r, q, qd, u: r.bias(q, qd)),
+        ("inverse", lambda r, q, qd, u: r.inverse_dynamics(q, qd, u)),
+        ("forward", lambda r, q, qd, u: r.forward_dynamics(q, qd, u)),
+        ("position", lambda r, q, qd, u: r.position(place, q)),
+        ("jacobian", lambda r, q, qd, u: r.jacobian(place, q)),
+        ("momentum", lambda r, q, qd, u: r.momentum(q, qd)),
+    ]
+    for name, call in calls:
+        found = call(many, *states)
+        for k in range(4):
+            wanted = call(robot, *states[:, :, k])
+            # numpy's own sines of arrays may differ in the last bit
+            assert error(found[..., k], wanted) <= 1e-14, name
+    with pytest.raises(ValueError, match="joints"):
+        many.mass_matrix(states[0, 1:])
+
+
+class Symbol:
+    """As CasADi's: a float of it is nan."""
+
+    def __float__(self) -> float:
+        return float("nan")
+
+
+def test_symbols_are_an_error_and_never_nan(tmp_path: Path) -> None:
+    path = SHARED / "mbs-samples" / "minimal.mbs"
+    if not path.is_file():
+        pytest.skip("../shared is not here")
+    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
+    n = len(robot.joints)
+    with pytest.raises(TypeError, match="q must be real numbers"):
+        robot.mass_matrix([Symbol()] * n)
+    data = robot.data
+    m, c = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
+    data.q = np.array([Symbol()] * (n + 1))
+    with pytest.raises(TypeError, match=r"set s\.math"):
+        data.mbs_dirdyna(m, c, data, 0.0)
+    data.math = np
+    with pytest.raises(TypeError, match=r"set s\.math"):
+        data.mbs_dirdyna(m, c, data, 0.0)

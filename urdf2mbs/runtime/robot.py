@@ -38,19 +38,26 @@ def load_equations(
     source: Config | str | os.PathLike[str],
     *,
     language: str | None = None,
+    math: Any = None,
     project: str | os.PathLike[str] | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **fields: Any,
 ) -> Robot:
     """The equations of motion of an .mbs, a project's folder, a robot or a config.
 
-    ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``project``,
-    ``options`` and ``fields`` are as in ``simulate``.  Raises ConversionError.
+    ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``math``: a module
+    with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy`` for many states at
+    once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the equations are then Python.
+    ``project``, ``options`` and ``fields`` are as in ``simulate``.  Raises ConversionError.
     """
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
+    if language == "c" and math is not None:
+        raise ConfigError("usage", "C has floats only: leave language or math out")
     model, keep = project_of(source, project, options, fields)
-    return Robot(MbsData(model), language or ("c" if compiler() else "python"), keep)
+    if language is None:
+        language = "python" if math is not None or compiler() is None else "c"
+    return Robot(MbsData(model), language, math, keep)
 
 
 class Robot:
@@ -61,10 +68,17 @@ class Robot:
     ``mass_matrix``, ``bias`` and ``inverse_dynamics`` are those of the tree: all joints move as
     they are told, and cuts are open.  Only ``forward_dynamics`` closes loops.  Of the project's
     user functions only those for constraints are called.  A wrong number of values is a ValueError.
+
+    With ``math``, results are arrays of objects; with numpy, arrays with the states last.
     """
 
-    def __init__(self, data: MbsData, language: str, keep: Any = None) -> None:
-        self.data, self.language, self.keep = data, language, keep
+    def __init__(self, data: MbsData, language: str, math: Any = None, keep: Any = None) -> None:
+        self.data, self.language, self.math, self.keep = data, language, math, keep
+        self.kind: Any = float if math is None else object
+        if math is not None:
+            data.math = math
+            for name in ("q", "qd", "qdd", "Qq"):
+                setattr(data, name, np.full(data.njoint + 1, 0.0, object))
         self.joints = list(data.joint_id)
         self.bodies = list(data.body_id)
         for name in USER:
@@ -98,6 +112,8 @@ class Robot:
 
         Raises LinAlgError where loops cannot be closed.
         """
+        if self.math is not None and self.data.nqv:
+            raise TypeError("loops are closed for floats only: leave math out")
         if self.code is None:
             self.code = self._load_code()
         self._set(q=q, qd=qd, Qq=tau, qdd=ZERO)
@@ -105,7 +121,7 @@ class Robot:
             failed = self.code.solve()
         if failed:
             raise np.linalg.LinAlgError("the loops cannot be closed from these positions")
-        return self.data.qdd[1:].copy()
+        return self._result(self.data.qdd[1:].copy())
 
     def position(self, place: str | tuple[str, str], q: Any) -> Any:
         """Where the origin of a body, or a point is (m).
@@ -152,6 +168,9 @@ class Robot:
             if values is ZERO:
                 array[1:] = 0.0
                 continue
+            if self.math is not None:
+                self._set_any(name, values)
+                continue
             given = np.asarray(values)
             if given.shape != (len(self.joints),):
                 what = "tau" if name == "Qq" else name
@@ -163,16 +182,35 @@ class Robot:
                 raise TypeError(f"{name} must be real numbers, and is of type {given.dtype}")
             array[1:] = given
 
+    def _set_any(self, name: str, values: Any) -> None:
+        """Put numbers of any kind into the data."""
+        count = values.shape[0] if hasattr(values, "shape") else len(values)
+        if count != len(self.joints):
+            what = "tau" if name == "Qq" else name
+            raise ValueError(
+                f"{what} has {count} rows, and the model has {len(self.joints)} joints"
+            )
+        array = getattr(self.data, name)
+        for k in range(count):
+            array[k + 1] = values[k]
+
+    def _result(self, array: Any) -> Any:
+        """An array of objects, or with numpy of numbers, the states last."""
+        if self.math is not np:
+            return array
+        states = np.broadcast_arrays(*array.ravel(), self.data.q[1])[:-1]
+        return np.array(states, float).reshape(*array.shape, *np.shape(self.data.q[1]))
+
     def _fill(self, name: str, *shapes: tuple[int, ...]) -> list[Any]:
         """What a function of the equations fills, from index 0."""
-        arrays = [np.zeros(shape) for shape in shapes]
+        arrays = [np.full(shape, 0.0, self.kind) for shape in shapes]
         time = (0.0,) if name in TIMED else ()
         if self.memory is None:
             getattr(self.data, f"mbs_{name}")(*arrays, self.data, *time)
         else:
             given = [row(array) if array.ndim == 1 else rows(array) for array in arrays]
             self._c(name)(*given, self.memory.at, *map(ctypes.c_double, time))
-        return [array[(slice(1, None),) * array.ndim] for array in arrays]
+        return [self._result(array[(slice(1, None),) * array.ndim]) for array in arrays]
 
     def _c(self, name: str) -> Any:
         """A function of the equations in C, compiled when it is first asked for."""
@@ -195,12 +233,14 @@ class Robot:
     def _point(self, place: str | tuple[str, str]) -> tuple[Any, Any]:
         """Position and Jacobian of a place."""
         body, at = self._find(place)
-        jac = np.zeros((7, self._size))
+        jac = np.full((7, self._size), 0.0, self.kind)
         if body is None:
-            return at, jac[1:, 1:]
+            return at, self._result(jac[1:, 1:])
         sensor: Any = MbsSensor(self.data)
         number = self.data.body_id[body]
         if self.memory is None:
+            for name in ("P", "R", "V", "OM", "A", "OMP"):
+                setattr(sensor, name, getattr(sensor, name).astype(self.kind))
             sensor.J = jac
             sensor.comp_gen_sensor(number)
             origin, axes = sensor.P[1:], sensor.R[1:, 1:]
@@ -212,8 +252,10 @@ class Robot:
             axes = np.array(sensor.R).reshape(4, 4)[1:, 1:]
         arm = axes.T @ at
         jac = jac[1:, 1:]
-        jac[:3] += np.cross(jac[3:], arm, axis=0)
-        return origin + arm, jac
+        for k in range(3):  # the spin x arm
+            i, j = (k + 1) % 3, (k + 2) % 3
+            jac[k] += jac[3 + i] * arm[j : j + 1] - jac[3 + j] * arm[i : i + 1]
+        return self._result(origin + arm), self._result(jac)
 
     def _find(self, place: str | tuple[str, str]) -> tuple[str | None, Any]:
         """The body that a place is on (None: the base), and where it is in its axes (m)."""
