@@ -32,7 +32,8 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
     ]
     assert main(["equations", str(model), "--language", "c", "--fold"]) == 0
     assert main(["equations", str(model), "--energy"]) == 0
-    for name in ("energy", "momentum", "com"):
+    assert main(["equations", str(model), "--derivatives"]) == 0
+    for name in ("energy", "momentum", "com", "derivatives"):
         assert (folder / f"mbs_{name}_robot.py").is_file()
     assert (
         (folder / "mbs_dirdyna_robot.c")

@@ -38,6 +38,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--energy", action="store_true", help="also write energy, momentum and centre of mass"
     )
     command.add_argument(
+        "--derivatives", action="store_true", help="also write the derivatives of invdyna"
+    )
+    command.add_argument(
         "--standalone", action="store_true",
         help="also write headers that stand for Robotran's: C that runs alone (c)",
     )  # fmt: skip
@@ -75,7 +78,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
         keep_turns=arguments.keep_turns, pairs=not arguments.no_pairs,
-        energy=arguments.energy, standalone=arguments.standalone,
+        energy=arguments.energy, derivatives=arguments.derivatives, standalone=arguments.standalone,
     )  # fmt: skip
     for warning in made.warnings:
         print(warning, file=sys.stderr)

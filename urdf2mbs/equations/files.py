@@ -10,6 +10,7 @@ from pathlib import Path
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
 from urdf2mbs.equations.constraints import constant_gaps, constraints
+from urdf2mbs.equations.derivatives import jacobian
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.energy import first_moment, kinetic
 from urdf2mbs.equations.graph import Expr
@@ -36,6 +37,13 @@ ENERGY = {
     "(kg m^2/s), in the base's axes.",
     "com": "P is the centre of mass (m), in the base's axes.",
 }
+#: The same for derivatives.
+DERIVATIVES = {
+    "derivatives": "Dq[i][k] and Dqd[i][k] are the derivatives of phi[i] of invdyna by q[k] and "
+    "qd[k].",
+}
+#: All that Robotran has not.
+OWN = {**ENERGY, **DERIVATIVES}
 #: Functions that Robotran has in C only.
 ONLY_C = frozenset(["invdynared"])
 
@@ -75,6 +83,7 @@ def generate(
     energy: bool = False,
     functions: Iterable[str] = FUNCTIONS,
     reduced: bool = False,
+    derivatives: bool = False,
     standalone: bool = False,
 ) -> Equations:
     """Generate the equations of a model.
@@ -84,8 +93,8 @@ def generate(
     data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
     compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
     functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that are wanted.
-    ``reduced``: accelred calls dirdyna, whatever the model.  ``standalone`` adds headers for C
-    that stand for Robotran's.
+    ``reduced``: accelred calls dirdyna, whatever the model.  ``derivatives`` adds the derivatives
+    of invdyna, ``standalone`` headers for C that stand for Robotran's.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -112,7 +121,8 @@ def generate(
     writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
-    for name in (*functions, *(ENERGY if energy else ())):
+    more = (*(ENERGY if energy else ()), *(DERIVATIVES if derivatives else ()))
+    for name in (*functions, *more):
         if name in ONLY_C and not in_c:
             continue
         made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
@@ -125,7 +135,7 @@ def generate(
             f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
             fits,
             f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
-            *([ENERGY[name]] if name in ENERGY else []),
+            *([OWN[name]] if name in OWN else []),
             *_remarks(made, out.counts[name], out.fixed, fold=fold),
         ]
         lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
@@ -212,6 +222,19 @@ class Maker:
         phi = joint_forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
         self._store_forces(routine, "phi", phi, twin)
+        return routine
+
+    def derivatives(self) -> Routine:
+        tree = self.tree()
+        frames = tree.frames
+        phi = joint_forces(tree, range(len(frames)))
+        routine = Routine(tree.graph)
+        for name in ("q", "qd"):
+            variables = [getattr(frame, name) for frame in frames[1:]]
+            for k, column in enumerate(jacobian(tree.graph, phi, variables), start=1):
+                for i, value in enumerate(column):
+                    if value:
+                        routine.store(f"D{name}[{i}][{k}]", value)
         return routine
 
     def _store_forces(

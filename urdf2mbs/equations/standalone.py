@@ -16,6 +16,7 @@ void mbs_gensensor(MbsSensor *sens, MbsData *s, int isens);
 void mbs_energy(double *E, MbsData *s);
 void mbs_momentum(double *P, double *L, MbsData *s);
 void mbs_com(double *P, MbsData *s);
+void mbs_derivatives(double **Dq, double **Dqd, MbsData *s);
 """
 
 

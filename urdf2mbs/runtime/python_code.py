@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from urdf2mbs.equations import ENERGY, FUNCTIONS
+from urdf2mbs.equations import FUNCTIONS, OWN
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.equations import SimulationError, equations
@@ -29,7 +29,7 @@ USER = {
     "user_derivatives": "user_Derivative",
     **{f"user_dirdyn_{when}": "user_dirdyn" for when in ("init", "loop", "finish")},
 }  # fmt: skip
-KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *ENERGY))])
+KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *OWN))])
 
 
 def function(data: MbsData, name: str) -> Function:

@@ -123,6 +123,37 @@ class Robot:
             raise np.linalg.LinAlgError("the loops cannot be closed from these positions")
         return self._result(self.data.qdd[1:].copy())
 
+    def inverse_dynamics_derivatives(self, q: Any, qd: Any, qdd: Any) -> tuple[Any, Any, Any]:
+        """The derivatives of ``inverse_dynamics`` by q, qd and qdd: a row for each force."""
+        by_qdd = self.mass_matrix(q)
+        joints = [joint for body in self.data.mbs.bodies for joint in body.joints]
+        unread = [
+            k for k, joint in enumerate(joints)
+            if joint.symbols is not None and "qdd" not in joint.symbols
+        ]  # fmt: skip
+        by_qdd[:, unread] = 0.0
+        self._set(q=q, qd=qd, qdd=qdd)
+        shape = self._size, self._size
+        by_q, by_qd = self._fill("derivatives", shape, shape)
+        return by_q, by_qd, by_qdd
+
+    def forward_dynamics_derivatives(self, q: Any, qd: Any, tau: Any) -> tuple[Any, Any, Any]:
+        """The derivatives of ``forward_dynamics`` by q, qd and tau: a row for each acceleration.
+
+        Rows of driven joints are zero.  Raises ValueError for models with dependent joints.
+        """
+        if self.data.nqv:
+            raise ValueError("the model has dependent joints: derivatives are those of a tree")
+        if self.math is not None:
+            raise TypeError("forward dynamics is differentiated for floats only: leave math out")
+        qdd = self.forward_dynamics(q, qd, tau)
+        by_q, by_qd, _ = self.inverse_dynamics_derivatives(q, qd, qdd)
+        mass = self.mass_matrix(q)
+        free = self.data.qu[1:] - 1
+        inverse = np.zeros_like(mass)
+        inverse[np.ix_(free, free)] = np.linalg.inv(mass[np.ix_(free, free)])
+        return -inverse @ by_q, -inverse @ by_qd, inverse
+
     def position(self, place: str | tuple[str, str], q: Any) -> Any:
         """Where the origin of a body, or a point is (m).
 
