@@ -209,11 +209,12 @@ def test_the_biped_stands_and_is_pushed_the_same_way_in_every_language(tmp_path:
     more: dict[str, Any] = {"time": 0.15, "method": "RK45", "push": ["head:0,9,0@0.03..0.08"]}
     plain = simulate(project, language="python", **more)
     in_c = simulate(project, language="c", **more)
-    for file in project.glob("userfctR/*.c"):
-        file.unlink()
-    mixed = simulate(project, language="c", **more)
-    languages = [results.language for results in (plain, in_c, mixed)]
-    assert languages == ["Python", "C", "C, user functions in Python"]
+    by_itself = simulate(project, time=0.001)
+    file = project / "userfctR" / "user_JointForces.py"
+    file.write_text(file.read_text() + "    # changed\n")
+    mixed = simulate(project, **more)
+    languages = [results.language for results in (plain, in_c, by_itself, mixed)]
+    assert languages == ["Python", "C", "C", "C, user functions in Python"]
     for results in (in_c, mixed):
         for name in ("q", "qd", "Qq"):
             wanted, found = getattr(plain, name), getattr(results, name)

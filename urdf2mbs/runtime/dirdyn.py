@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.project import starters
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.equations import SimulationError
 from urdf2mbs.runtime.push import add_pushes
@@ -92,7 +93,11 @@ class MbsDirdyn:
 
 
 def choose_code(data: MbsData, language: str | None) -> PythonCode:
-    """C where there is a compiler, unless a language is given."""
+    """C where there is a compiler, unless a language is given.
+
+    User functions are those in C, where the project has them; by itself only if those in Python
+    are as urdf2mbs wrote them.
+    """
     from urdf2mbs.runtime.c_code import CCode, compiler
 
     if language not in (None, "c", "python"):
@@ -105,7 +110,16 @@ def choose_code(data: MbsData, language: str | None) -> PythonCode:
                 hint="install a C compiler, and leave --language python out",
             )  # fmt: skip
         return PythonCode(data)
-    return CCode(data)
+    return CCode(data, user_in_c=language == "c" or not _has_own_python(data))
+
+
+def _has_own_python(data: MbsData) -> bool:
+    """True if somebody has changed or written user functions in Python."""
+    written = starters("python", data.mbs_name)
+    return any(
+        written.get(f"userfctR/{file.name}") != file.read_bytes()
+        for file in data.user_path.glob("user_*.py")
+    )
 
 
 def close(data: MbsData, code: PythonCode) -> bool:
