@@ -76,6 +76,29 @@ def test_real_robots(source: Any, language: str, tmp_path: Path) -> None:
     compare(robot, mbs)
 
 
+def test_loops_are_closed() -> None:
+    """Fingers that follow by user constraints: what is left of the forces does no work."""
+    path = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
+    if not path.is_file():
+        pytest.skip("../shared is not here")
+    in_c, robot = (load_equations(path, language=language) for language in ("c", "python"))
+    data, n = robot.data, len(robot.joints)
+    q, qd, tau = np.random.default_rng(3).uniform(-0.1, 0.1, (3, n))
+    qdd = robot.forward_dynamics(q, qd, tau)
+    assert error(in_c.forward_dynamics(q, qd, tau), qdd) <= TOLERANCE
+    free, dependent = data.qu[1:] - 1, data.qv[1:] - 1
+    assert len(dependent) == 5
+    assert robot.code is not None
+    jac = robot.code.jacobian()[1:, 1:]
+    turn = np.zeros((n, len(free)))
+    turn[free] = np.eye(len(free))
+    turn[dependent] = -np.linalg.solve(jac[:, dependent], jac[:, free])
+    needed = robot.inverse_dynamics(data.q[1:], data.qd[1:], qdd)
+    assert error(turn.T @ needed, turn.T @ tau) <= TOLERANCE
+    with pytest.raises(ValueError, match="dependent joints"):
+        robot.forward_dynamics_derivatives(q, qd, tau)
+
+
 def pinocchios(truth: Truth, tables: Any) -> list[Any]:
     """Derivatives of pinocchio, by joint number."""
     at = np.ix_(truth.column, truth.column)
