@@ -107,7 +107,8 @@ def _leave_stdout() -> None:
 
 def parse(words: Sequence[str]) -> argparse.Namespace:
     """The words of a command line; what is wrong with them ends the program, as argparse does."""
-    whole = parser(words[:1])
+    may_ask_for_help = any(word.startswith("-") and "h" in word for word in words)
+    whole = parser(words[:1], texts=may_ask_for_help)
     if words and not words[0].startswith("-") and words[0] not in COMMANDS:
         whole.error(f"there is no command '{words[0]}'{_nearest(words[0], COMMANDS)}")
     arguments, unknown = whole.parse_known_args(words)
@@ -123,8 +124,11 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     return f"; {hint}" if hint else ""
 
 
-def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
-    """All commands in the order of the help, those that are ``named`` with their options."""
+def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.ArgumentParser:
+    """All commands in the order of the help, those that are ``named`` with their options.
+
+    Only the files of the named commands are imported.  Without ``texts`` the help is not whole.
+    """
     whole = argparse.ArgumentParser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )
@@ -137,6 +141,10 @@ def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
         )
         if name in named:
             _add_options(command, name)
+            if texts:
+                from urdf2mbs.commands.settings import add_texts
+
+                add_texts(command)
     return whole
 
 

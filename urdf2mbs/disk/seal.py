@@ -62,7 +62,7 @@ def checksum(data: bytes) -> str:
     """The sha256 of a text, its lines ended by a line feed."""
     from hashlib import sha256  # its library takes as long to load as all our passes
 
-    return sha256(data.replace(b"\r\n", b"\n") if b"\r\n" in data else data).hexdigest()
+    return sha256(data.replace(b"\r\n", b"\n") if b"\r" in data else data).hexdigest()
 
 
 def _last_line(data: bytes) -> int:
