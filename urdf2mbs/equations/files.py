@@ -110,12 +110,7 @@ def generate(
         Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
         for _, message in constant_gaps(mbs)
     ]
-    if not keep_turns:
-        numbers = mbs.numbers()
-        out.fixed = [
-            (numbers[joint.name], joint.name, joint.q or 0.0)
-            for body in mbs.bodies for joint in body.joints if is_fixed(joint)
-        ]  # fmt: skip
+    out.fixed = [] if keep_turns else _fixed(mbs)
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns, reduced=reduced)
     in_c = language == "c"
     writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
@@ -144,6 +139,15 @@ def generate(
         mark = f"// {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n\n"
         out.files |= {name: (mark + text).encode() for name, text in headers(mbs).items()}
     return out
+
+
+def _fixed(mbs: Mbs) -> list[tuple[int, str, float]]:
+    """The joints that never move: number, name, position."""
+    numbers = mbs.numbers()
+    return [
+        (numbers[joint.name], joint.name, joint.q or 0.0)
+        for body in mbs.bodies for joint in body.joints if is_fixed(joint)
+    ]  # fmt: skip
 
 
 def _refuse_draft(mbs: Mbs, function: str) -> Refused | None:
