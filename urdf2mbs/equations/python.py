@@ -105,7 +105,7 @@ class PythonWriter(Writer):
         filled = [FILLED.get(p, p) for p in parameters.split(", ") if p not in ("tsim", "isens")]
         filled = [p for p in filled if p != "s"] or ["s.qdd"]
         if used:
-            read = ", ".join(f"s.{array}" for array in used)
+            read = ", ".join(f"s.{array}" for array in used if array in ("q", "qd", "qdd"))
             out.append(f"given = _math(s, [{read}], [{', '.join(filled)}])")
         text = "".join(line.text for line in lines)
         out += [f"{name} = given.{name}" for name in ("cos", "sin", "sqrt") if f"{name}(" in text]
