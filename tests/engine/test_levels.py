@@ -23,12 +23,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """With a robot that has the warning joint-dynamics, and one more."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "tiny.urdf").write_text(TINY.replace('name="tool"/>', 'name="tool"><a/></link>', 1))
-    (tmp_path / "tiny.yaml").write_text("source: tiny.urdf\n")
+    (tmp_path / "tiny.yaml").write_text("source: tiny.urdf\nbase: floating\n")
     return tmp_path
 
 
 def levels(**settings: Any) -> dict[str, str]:
-    return {one.code: one.level for one in convert("tiny.urdf", **settings).diagnostics}
+    found = convert("tiny.urdf", base="floating", **settings)
+    return {one.code: one.level for one in found.diagnostics}
 
 
 def test_every_level(folder: Path) -> None:
@@ -44,7 +45,7 @@ def test_every_level(folder: Path) -> None:
 
 def test_all_errors_are_told_at_once(folder: Path, capsys: Any) -> None:
     with pytest.raises(ConversionError) as caught:
-        convert("tiny.urdf", strict=True)
+        convert("tiny.urdf", strict=True, base="floating")
     assert re.findall(r"error\[([a-z-]+)\]", str(caught.value)) == [
         "unknown-element", "joint-dynamics",
     ]  # fmt: skip
@@ -60,11 +61,13 @@ def test_a_code_goes_before_strict_and_the_command_line_before_the_config(folder
     mild = ["--level", "unknown-element=warning", "--level", "joint-dynamics=note"]
     assert main(["run", "tiny.yaml", "--strict", *mild]) == 0
     config = folder / "tiny.yaml"
-    config.write_text("source: tiny.urdf\nstrict: true\ndiagnostics: {joint-dynamics: error}\n")
+    config.write_text(
+        "source: tiny.urdf\nbase: floating\nstrict: true\ndiagnostics: {joint-dynamics: error}\n"
+    )
     assert main(["run", "tiny.yaml"]) == 1
     assert main(["run", "tiny.yaml", *mild]) == 0
-    assert main(["convert", "tiny.urdf", "--strict"]) == 1
-    assert main(["convert", "tiny.urdf", "--strict", *mild]) == 0
+    assert main(["convert", "tiny.urdf", "--base", "floating", "--strict"]) == 1
+    assert main(["convert", "tiny.urdf", "--base", "floating", "--strict", *mild]) == 0
 
 
 def test_the_error_that_ends_a_run_comes_after_what_was_found_before(folder: Path) -> None:

@@ -312,6 +312,7 @@ def _why(conversion: Conversion) -> str:
         "own joint": "the URDF has a floating joint of its own",
         "as asked": "as asked for",
         "world": "the root is tied to 'world'; or floating",
+        "one limb": "the root carries one limb, as an arm does; or floating",
         "massless root": "the root has no mass; or floating",
         "free root": "nothing ties the root to 'world'; or fixed",
     }.get(conversion.base_reason, conversion.base_reason)

@@ -131,6 +131,10 @@ SECTIONS = [
         "The conversion: warnings and notes",
         changeable=True,
         warnings={
+            "base-guessed": (
+                "the URDF does not say whether the base floats; `base: fixed` or "
+                "`base: floating` does"
+            ),
             "no-mass": "no link has mass or inertia; the model has no dynamics",
             "massless-leaf": "joints move no mass; they are [held](passes/prune-massless.md)",
             "singular": "the mass matrix is [singular](passes/find-singular.md) at every position",
