@@ -440,3 +440,38 @@ def test_a_rejected_result_says_where_to_look(here: Path, capsys: Any) -> None:
     assert "error[not-the-same]" in said.err
     assert (here / "tiny.rejected.mbs").is_file()
     assert not (here / "tiny.mbs").exists()
+
+
+BARE = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box size="1 1 1"/>
+</geometry></visual></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/>
+</joint></robot>"""
+
+
+def decisions(out: str) -> list[str]:
+    """The lines between the count of the warnings and what to do next."""
+    return re.findall(r"^  (.*)$", re.split(r"\d+ notes?.*\n", out)[1].partition("Next")[0], re.M)
+
+
+def test_a_run_ends_with_what_was_decided_and_the_line_for_the_other_choice(
+    here: Path, capsys: Any
+) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    floating = "floating base, a guess, as nothing ties the root to the world"
+    assert decisions(capsys.readouterr().out) == [f"{floating}; 'base: fixed' if it is wrong"]
+    (here / "lamp.urdf").write_text(BARE)
+    assert main(["convert", "lamp.urdf", "--set", "estimate-inertia.density=500"]) == 0
+    said = decisions(capsys.readouterr().out)
+    assert said == [
+        "fixed base, a guess, as the root has no mass; 'base: floating' if it is wrong",
+        "1 link got an inertia, estimated at 500 kg/m^3; else 'passes: {estimate-inertia: "
+        "{density: KG_PER_M3}}'",
+    ]
+
+
+def test_a_robot_without_mass_is_not_sent_to_the_simulation(here: Path, capsys: Any) -> None:
+    (here / "lamp.urdf").write_text(BARE)
+    assert main(["convert", "lamp.urdf", "-o", "lamp/"]) == 0
+    out = capsys.readouterr().out
+    assert "NO DYNAMICS" in out
+    assert "Next: give the links masses" in out
+    assert "main.py" not in out
