@@ -210,6 +210,7 @@ SECTIONS = [
             "safety-controller": "safety controllers of such joints are left out",
             "calibration": "the calibration of such joints is left out",
             "extension": "elements of other programs are left out",
+            "mesh-moved": "a mesh was [found elsewhere](meshes.md#where-meshes-are-found)",
             "mesh-not-converted": "the output is one file and not a project; meshes are left out",
         },
     ),

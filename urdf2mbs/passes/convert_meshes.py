@@ -67,6 +67,7 @@ class ConvertMeshes(Pass):
                     f"{counted(len(conversion.meshes), 'mesh file')} left as they are: the .mbs "
                     "names the .wrl files that 'output: {project: DIR}' makes of them",
                 )
+            _note_moved(conversion)
             return
         from urdf2mbs.meshes.model import MeshError
 
@@ -117,6 +118,7 @@ class ConvertMeshes(Pass):
                 if not files.is_file(folder / name):
                     conversion.files[folder / name] = image
         _warn_of_lost(conversion, lost, links, self)
+        _note_moved(conversion)
         _warn_of_differences(conversion, shown, links)
         conversion.facts["convert-meshes"] = {
             "folder": str(folder), **counts,
@@ -330,6 +332,21 @@ def _name_files(
             taken.add(name.lower())
             names[filename, look] = name
     return names
+
+
+def _note_moved(conversion: Conversion) -> None:
+    """Name the meshes that are elsewhere in the workspace than the URDF says."""
+    moved = [
+        f"'{name}' at {fitting[0]}"
+        for name, fitting in conversion.packages.moved.items()
+        if len(fitting) == 1
+    ]
+    if moved:
+        conversion.note(
+            "mesh-moved",
+            f"{counted(len(moved), 'mesh')} not where the URDF says, but found elsewhere in the "
+            f"workspace: {some(moved, 3)}",
+        )
 
 
 def _warn_of_lost(
