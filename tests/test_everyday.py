@@ -141,21 +141,21 @@ def test_quiet_and_standard_output(here: Path, capfdbinary: Any) -> None:
 
 
 def test_quiet_leaves_warnings(here: Path, capsys: Any) -> None:
-    (here / "odd.urdf").write_text(TINY.replace('<link name="hand">', '<link name="hand"><foo/>'))
+    (here / "odd.urdf").write_text(TINY.replace('<link name="hand">', '<link name="hand"><visul/>'))
     assert main(["convert", "odd.urdf", "-q"]) == 0
     said = capsys.readouterr()
     assert said.out == ""
-    assert "warning[unknown-element]" in said.err
+    assert "warning[misspelt]" in said.err
     assert main(["verify", "odd.urdf", "odd.mbs", "-q"]) == 0
     said = capsys.readouterr()
     assert said.out == ""
-    assert "warning[unknown-element]" in said.err
-    assert main(["verify", "odd.urdf", "odd.mbs", "--level", "unknown-element=ignore"]) == 0
+    assert "warning[misspelt]" in said.err
+    assert main(["verify", "odd.urdf", "odd.mbs", "--level", "misspelt=ignore"]) == 0
     said = capsys.readouterr()
     assert said.out.splitlines()[-1].startswith("the same robot; not compared: user model ")
     assert said.err == ""
     assert main(["verify", "odd.urdf", "odd.mbs", "--strict"]) == 1
-    assert "error[unknown-element]" in capsys.readouterr().err
+    assert "error[misspelt]" in capsys.readouterr().err
 
 
 def test_json_of_those_that_write_for_you(here: Path, capsys: Any) -> None:

@@ -115,8 +115,8 @@ def structure() -> Cases:
             "loop",
         ),
         "unattached": (with_(link), "link-unattached"),
-        "unknown element": (with_("<lnk/>"), "unknown-element"),
-        "unknown attribute": (changed('name="b"', 'name="b" nme="c"'), "unknown-attribute"),
+        "unknown element": (with_("<lnk/>"), "misspelt"),
+        "unknown attribute": (changed('name="b"', 'name="b" nme="c"'), "misspelt"),
         "no robot name": (changed(' name="r"', ""), "robot-unnamed"),
         "no limit": (
             changed('<limit lower="-1" upper="1.5" effort="6" velocity="7"/>', ""),

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from urdf2mbs.messages.catalogue import DEFAULTS
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf.model import (
     Box,
@@ -479,19 +480,37 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
         arm(joint='<axis xyz="1 0 0" rpy="0 0 0"/>'),
         "unknown-attribute", 9, ("'rpy'", "<axis>"), None, "turn",
     ),
+    "turned axis": (
+        arm(joint='<axis xyz="1 0 0" rpy="0 1 0"/>'),
+        "mechanics-unread", 9, ("'rpy'", "<axis>"), None, "turn",
+    ),
+    "friction of another format": (
+        arm(joint='<dynamics mu_viscous="3" D="1" K="7000"/>'),
+        "mechanics-unread", 9, ("'mu_viscous', 'D', 'K' of <dynamics> are",), None, "turn",
+    ),
+    "origin of a link": (
+        arm('<origin xyz="0 0 1"/>'), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
+    ),
+    "inertial of the robot": (
+        arm(robot="").replace("</robot>", '<inertial><mass value="1"/></inertial></robot>'),
+        "mechanics-unread", 11, ("<inertial> in <robot>",), None, None,
+    ),
+    "origin of a link that says nothing": (
+        arm('<origin xyz="0 0 0"/>'), "unknown-element", 5, ("<origin> in <link>",), "tip", None,
+    ),
     "quaternion in an old file": (
         arm(joint='<origin quat_xyzw="0 0 0 1"/>'),
-        "unknown-attribute", 9, ("quat_xyzw",), None, "turn",
+        "mechanics-unread", 9, ("quat_xyzw",), None, "turn",
     ),
     "unknown child of a link": (
         arm("<contact><a/></contact>"), "unknown-element", 5, ("<contact>", "<link>"), "tip", None,
     ),
     "unknown child of a joint": (
-        arm(joint='<limits lower="1"/>'), "unknown-element", 9, ("<limits>",), None, "turn",
+        arm(joint='<limits lower="1"/>'), "misspelt", 9, ("<limits>",), None, "turn",
     ),
     "unknown child of the robot": (
         arm(robot="").replace("</robot>", "<jiont/></robot>"),
-        "unknown-element", 11, ("<jiont>",), None, None,
+        "misspelt", 11, ("<jiont>",), None, None,
     ),
     "undefined material": (
         arm('<visual><geometry><box size="1 1 1"/></geometry><material name="re"/></visual>'),
@@ -616,7 +635,7 @@ def test_what_is_only_warned_of(tmp_path: Path, name: str) -> None:
     (one,) = diagnostics
     assert (one.line, one.link, one.joint) == (line, link, joint)
     assert one.file == str(tmp_path / "robot.urdf")
-    assert one.level == ("note" if code == "mass-without-inertia" else "warning")
+    assert one.level == DEFAULTS[code]
     for word in (*words, link or "", joint or ""):
         assert word in one.message
 

@@ -85,8 +85,10 @@ SECTIONS = [
         "The robot's file: warnings and notes",
         changeable=True,
         warnings={
-            "unknown-element": "URDF does not know the element; it has no effect",
-            "unknown-attribute": "URDF does not know the attribute; it has no effect",
+            "misspelt": "the name of an element or attribute is nearly one of URDF; no effect",
+            "mechanics-unread": (
+                "an element or attribute states mechanics where URDF does not know it; no effect"
+            ),
             "doubled-element": "an element is there twice; the first counts",
             "robot-unnamed": "`<robot>` has no name; the robot gets the name of its file",
             "name-blank": "a name begins or ends with a blank; the blank is kept",
@@ -123,6 +125,8 @@ SECTIONS = [
             "xacro-unused-arg": "no file uses the xacro argument; it has no effect",
         },
         notes={
+            "unknown-element": "URDF does not know the element; it has no effect",
+            "unknown-attribute": "URDF does not know the attribute; it has no effect",
             "mass-without-inertia": "a link has mass, but no inertia: a point mass",
             "xacro-message": "a message of xacro",
         },
@@ -170,7 +174,9 @@ SECTIONS = [
                 "the earlier output cannot be read; all places in the diagram are new"
             ),
             "texture": "textures of materials are left out",
-            "joint-dynamics": "nothing applies damping and friction; a project does",
+            "joint-dynamics-lost": (
+                "damping and friction of joints that are not one coordinate are left out"
+            ),
             "mesh-missing": "a mesh file was not found",
             "mesh-unreadable": "a mesh file cannot be read",
             "mesh-too-large": (
@@ -206,6 +212,7 @@ SECTIONS = [
             "point-without-rotation": "frames became anchor points, which have no rotation",
             "layout-kept": "how many bodies stay where the earlier output has them",
             "collision": "collision shapes are left out",
+            "joint-dynamics": "nothing applies damping and friction; a project does",
             "limit": "limits of joints that are not one coordinate are left out",
             "safety-controller": "safety controllers of such joints are left out",
             "calibration": "the calibration of such joints is left out",

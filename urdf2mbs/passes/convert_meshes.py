@@ -357,7 +357,7 @@ def _warn_of_lost(
     for code, meshes, what, hint in (
         (
             "mesh-missing", lost.missing, "not found",
-            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 8)}",
+            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 4)}",
         ),
         (
             "mesh-not-ours", lost.not_ours,

@@ -59,9 +59,7 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
                 if reading.report_xacro(child):
                     continue
                 if "{" not in tag and ":" not in tag:
-                    what = f"<{tag}> in <robot> is not known: kept as it is, without effect"
-                    known = ("link", "joint", "material", *FOREIGN)
-                    reading.warn("unknown-element", what, child.sourceline, like=(tag, known))
+                    reading.unknown_child("robot", child, ("link", "joint", "material", *FOREIGN))
             extensions.append(read_extension(reading, child))
     reading.owner = ("robot", "")
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
