@@ -19,10 +19,11 @@ from urdf2mbs import testing
 from urdf2mbs.api import Result, Verdict, convert, verify
 from urdf2mbs.commands import module_of, parser
 from urdf2mbs.commands.schema import schema
-from urdf2mbs.conversion import Conversion, LinkFrame, Names, Segment, Step
+from urdf2mbs.conversion import Conversion, Names, Segment, Step
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import field_docs
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.report.summary import Joints, Report
 
 DOCS = Path(__file__).resolve().parent

@@ -1,7 +1,7 @@
 """URDF and xacro robots to Robotran ``.mbs`` multibody systems, provably the same robot."""
 
-# Nothing is imported before ``cli`` has taken the working folder out of ``sys.path``.
-# A type checker and an editor read these imports; Python imports a name when it is first used.
+# ``cli`` takes a stranger's working folder out of ``sys.path`` before anything is imported.  So
+# Python imports these names when they are first used; a type checker and an editor read them here.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from urdf2mbs.api import Result, Verdict, convert, verify
@@ -22,27 +22,16 @@ __all__ = [
     "verify",
 ]
 
-_HOMES = {
-    "Config": "urdf2mbs.engine.config",
-    "ConfigError": "urdf2mbs.messages.diagnostics",
-    "ConversionError": "urdf2mbs.messages.diagnostics",
-    "Diagnostic": "urdf2mbs.messages.diagnostics",
-    "Outcome": "urdf2mbs.many",
-    "Result": "urdf2mbs.api",
-    "Verdict": "urdf2mbs.api",
-    "convert": "urdf2mbs.api",
-    "convert_many": "urdf2mbs.many",
-    "verify": "urdf2mbs.api",
-}
-
 
 def __getattr__(name: str) -> object:
-    from importlib import import_module
-
-    if name not in _HOMES:
+    if name not in __all__:
         raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
-    globals()[name] = found = getattr(import_module(_HOMES[name]), name)
-    return found
+    from urdf2mbs import api, many
+    from urdf2mbs.messages import diagnostics
+
+    module = next(module for module in (api, diagnostics, many) if hasattr(module, name))
+    globals()[name] = value = getattr(module, name)
+    return value
 
 
 def __dir__() -> list[str]:

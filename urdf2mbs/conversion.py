@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs import model as mbs
-from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, Difference, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
+from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
-from urdf2mbs.urdf.changes import Change, describe
+from urdf2mbs.urdf.changes import RobotChange
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
 
@@ -31,10 +32,10 @@ class Settings(msgspec.Struct, frozen=True):
     languages: tuple[str, ...] = ("python",)
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
-    """That of the config, to which the paths in it are relative."""
+    """The folder of the config; the paths in the config are relative to it."""
 
 
-class Step(msgspec.Struct, gc=False):
+class Step(msgspec.Struct):
     """One URDF joint on the way from a parent body to a body.
 
     A shift ``xyz`` (m), then ``turns`` about current axes, then the joint's own motion
@@ -46,19 +47,19 @@ class Step(msgspec.Struct, gc=False):
     turns: tuple[Turn, ...]
     axis: Vec
     measured: str | None = None
-    """Of a fixed joint: the force-torque sensor that it is; then it becomes six driven joints."""
+    """The force-torque sensor that a fixed joint is.  The joint becomes six driven joints."""
     after: tuple[Turn, ...] = ()
     """Turns after the motion, which the frames below have seen."""
     flipped: bool = False
-    """Whether it counts the other way round: its coordinate is minus the URDF's, and ``axis`` is
-    minus the URDF's axis."""
+    """True if the joint counts the other way round: its coordinate is minus the URDF's, and
+    ``axis`` is minus the URDF's axis."""
     frames: dict[str, Pose] = {}
     """Links without a body of their own that move with the frame after this joint, and
     their constant pose in it; only on steps before the last."""
     joints: list[mbs.Joint] = []
     """The body's joints that this URDF joint became; the last one's frame is the step's."""
     coordinates: list[mbs.Joint] = []
-    """Those of them that move with the URDF joint's own coordinates, in their order."""
+    """The joints among ``joints`` that move with the URDF joint's coordinates, in their order."""
 
     @classmethod
     def of(cls, joint: Joint) -> Step:
@@ -66,7 +67,7 @@ class Step(msgspec.Struct, gc=False):
         return cls(joint, joint.origin.xyz, rpy_turns(joint.origin.rpy), joint.axis)
 
 
-class Segment(msgspec.Struct, gc=False):
+class Segment(msgspec.Struct):
     """What becomes one body: the links that move as one, and the joints that lead to it.
 
     The first segment of a conversion is the ground; it has no steps and no parent.
@@ -90,17 +91,6 @@ class Segment(msgspec.Struct, gc=False):
         return self.holder
 
 
-class LinkFrame(msgspec.Struct, gc=False):
-    """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
-    one of the joints that lead to it."""
-
-    body: str | None
-    """Name in the .mbs; None is the base."""
-    joint: str | None
-    """Name in the .mbs of the joint after which the frame stands; None: the body frame."""
-    pose: Pose
-
-
 class Names(msgspec.Struct):
     """The map from URDF to .mbs names."""
 
@@ -114,39 +104,6 @@ class Names(msgspec.Struct):
     flipped: list[str] = []
     """URDF joints that count the other way round in the .mbs, where they are called
     ``NAME_flipped``: their coordinate there is minus the URDF's."""
-
-
-class RobotChange(msgspec.Struct):
-    """What somebody has changed of the robot that the URDF states."""
-
-    by: str
-    """The pass; or the hook, such as "the hook after 'emit'"."""
-    plugin: str
-    """Whose it is."""
-    declared: bool
-    """Whether the pass says so, by ``writes = ("robot",)``."""
-    changes: list[Change]
-
-    def __str__(self) -> str:
-        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {describe(self.changes)}"
-
-
-class Proof(msgspec.Struct):
-    """What ``check`` found: is the .mbs file the same robot as the URDF?"""
-
-    same: bool
-    positions: int
-    """At how many positions the motion was compared."""
-    groups: int
-    """Of how many rigid groups."""
-    largest: dict[str, float]
-    """The largest relative deviation of each kind."""
-    differences: list[Difference]
-    """Why it is not the same, the largest first."""
-    but_for: dict[str, str]
-    """What is not as in the URDF, known, and no difference by itself: each thing, and why."""
-    not_compared: dict[str, str]
-    """What Robotran reads and nothing compared: each thing, and why."""
 
 
 def fits(name: str, patterns: Iterable[str]) -> bool:
@@ -186,26 +143,13 @@ def follow(robot: Robot, name: str, free: Collection[str] = ()) -> tuple[str, fl
 class Conversion:
     """One robot on its way from URDF to .mbs; every pass reads and writes this.
 
-    ========== ===================== ==================================================
-    token      attribute             filled by
-    ========== ===================== ==================================================
-    robot      ``robot``             expand
-    base       ``floating``          insert-base
-    bodies     ``segments``, ``mbs`` prune-massless
-    inertias   ``Body.mass`` ...     reframe-inertia
-    joints     ``Body.joints``       decompose-joints
-    anchors    ``Body.points`` ...   collect-anchors
-    shapes     ``Body.shapes``       convert-visuals
-    names      ``names``, ``frames`` assign-names
-    layout     positions, drawings   layout
-    mbs-file   ``files``             emit
-    ========== ===================== ==================================================
+    docs/passes.md lists the sections that passes read and write.
     """
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         self.packages = Packages(settings.packages, settings.source)
-        """Where ROS packages are; what it has found once it knows."""
+        """The folders of ROS packages."""
         self.robot: Robot = Robot(name="")
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
@@ -220,8 +164,8 @@ class Conversion:
         self.frozen: dict[str, str] = {}
         """Moving URDF joints that are not in the .mbs, and why; held at zero."""
         self.weightless: set[str] = set()
-        """Those of them that are left out because nothing that they move has mass."""
-        self.frames: dict[str, LinkFrame] = {}
+        """The joints of ``frozen`` that are left out because nothing that they move has mass."""
+        self.frames: dict[str, mbs.LinkFrame] = {}
         """Where each URDF link's frame is, by link name (filled by assign-names)."""
         self.meshes: dict[str, str] = {}
         """Mesh files as the URDF names them, and the stem that each one's .wrl gets."""
@@ -250,7 +194,9 @@ class Conversion:
     def regroup(self, segments: dict[str, Segment]) -> None:
         """Make these the segments, the ground first; their bodies are the bodies of ``mbs``."""
         self.segments = segments
-        self.mbs.bodies = [one.body for one in segments.values() if one.parent is not None]
+        self.mbs.bodies = [
+            segment.body for segment in segments.values() if segment.parent is not None
+        ]
 
     def steps(self) -> Iterator[Step]:
         """The URDF's joints on their way into the .mbs."""
@@ -282,15 +228,12 @@ class Conversion:
                 point = mbs.Point(name, compose(segment.parts[link], Pose(at)).xyz)
                 segment.holder.points.append(point)
                 return None if segment.parent is None else segment.body.name, point
-        known = self.robot.links
-        raise ConfigError(
-            code,
-            f"{what} link '{link}', which "
-            + ("has no body of its own" if link in known else "does not exist"),
-            hint=f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
-            if link in known
-            else nearest(link, known),
-        )
+        if link in self.robot.links:
+            why = "has no body of its own"
+            hint: str | None = f"'passes: {{prune-massless: {{keep: [{link}]}}}}' makes it a body"
+        else:
+            why, hint = "does not exist", nearest(link, self.robot.links)
+        raise ConfigError(code, f"{what} link '{link}', which {why}", hint=hint)
 
     @property
     def ground(self) -> Segment:
@@ -305,18 +248,28 @@ class Conversion:
         joint: str | None = None,
         hint: str | None = None,
         line: int | None = None,
+        level: Literal["warning", "note"] = "warning",
     ) -> None:
         """Say that something of the robot is not in the .mbs as one would expect.
 
         ``line``: in the URDF; none: that of the link or joint.
         """
-        self._say("warning", code, message, link, joint, hint, line)
+        element: Link | Joint | None = None
+        if joint is not None:
+            element = self.robot.joints.get(joint)
+        elif link is not None:
+            element = self.robot.links.get(link)
+        if element is not None:
+            line = element.line
+        self.diagnostics.append(
+            Diagnostic(level, code, message, link, joint, self.robot.file, line, hint)
+        )
 
     def note(
         self, code: str, message: str, *, link: str | None = None, joint: str | None = None
     ) -> None:
         """Say what was decided."""
-        self._say("note", code, message, link, joint, None)
+        self.warn(code, message, link=link, joint=joint, level="note")
 
     def settle(self, code: str, *, link: str | None = None, joint: str | None = None) -> int:
         """Take back warnings and notes of an earlier pass that no longer hold.
@@ -325,34 +278,11 @@ class Conversion:
         many there were.
         """
         kept = [
-            one
-            for one in self.diagnostics
-            if one.code != code
-            or (link is not None and one.link != link)
-            or (joint is not None and one.joint != joint)
+            said
+            for said in self.diagnostics
+            if said.code != code
+            or (link or said.link, joint or said.joint) != (said.link, said.joint)
         ]
         settled = len(self.diagnostics) - len(kept)
         self.diagnostics[:] = kept
         return settled
-
-    def _say(
-        self,
-        level: Any,
-        code: str,
-        message: str,
-        link: str | None,
-        joint: str | None,
-        hint: str | None,
-        line: int | None = None,
-    ) -> None:
-        element: Link | Joint | None = None
-        if joint is not None:
-            element = self.robot.joints.get(joint)
-        elif link is not None:
-            element = self.robot.links.get(link)
-        self.diagnostics.append(
-            Diagnostic(
-                level, code, message, link, joint,
-                self.robot.file, element.line if element else line, hint,
-            )
-        )  # fmt: skip

@@ -10,7 +10,6 @@ from __future__ import annotations
 from urdf2mbs import simulation, spatial
 from urdf2mbs.conversion import (
     Conversion,
-    LinkFrame,
     Names,
     Segment,
     Settings,
@@ -19,16 +18,17 @@ from urdf2mbs.conversion import (
 )
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.mbs import model as mbs
+from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.messages.diagnostics import (
     ConfigError,
     ConversionError,
     Diagnostic,
-    Difference,
     nearest,
 )
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf import model as urdf
 
-#: Of this interface.
+#: The version of this interface.
 VERSION = 1
 
 __all__ = [

@@ -55,7 +55,7 @@ class Wrench(msgspec.Struct):
 
 
 class Spring(msgspec.Struct):
-    """A spring and damper between two points, of which user models say the law."""
+    """A spring and damper between two points.  User models hold its law."""
 
     link: Connection
 

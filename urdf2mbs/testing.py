@@ -20,7 +20,7 @@ from typing import Any
 
 from urdf2mbs.api import Result, convert
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.proof.compare import compare
+from urdf2mbs.passes.check import prove
 
 #: A robot with a bit of all that robots have: a root with mass, a turned joint, an axis between
 #: two coordinate axes, a massless link on the way (``wrist``) and one at the end (``tool``).
@@ -60,20 +60,11 @@ def run_pass(
 def assert_same_robot(result: Result, expected: Result | None = None) -> None:
     """Fail where the .mbs is not the same robot as the URDF that the passes left.
 
-    With ``expected``, as the URDF of that conversion: ``convert_text()`` for the tiny robot
-    as it is, of which your pass has changed nothing.
+    With ``expected``, the same robot as the URDF of that conversion.  ``convert_text()`` is the
+    tiny robot as it is, without your pass.
     """
-    comparison = compare(
-        (expected or result).robot.with_flipped(result.names.flipped),
-        read(result.data, "robot.mbs"),
-        {name: tuple(joints) for name, joints in result.names.coordinates.items()},
-        frames=result.frames,
-        frozen=result.frozen,
-        weightless=sorted(result.conversion.weightless & result.frozen.keys()),
-        driven=[one.follower.name for one in result.conversion.simulation.driven],
-        gravity=result.conversion.settings.config.gravity,
-    )
-    found = [difference.message for difference in comparison.differences + comparison.frames]
-    found += [str(one) for one in result.conversion.changed if not one.declared]
-    if found:
+    model = read(result.data, "robot.mbs")
+    proof = prove(result.conversion, model, robot=(expected or result).robot)
+    if not proof.same:
+        found = [difference.message for difference in proof.differences]
         raise AssertionError("not the same robot:\n  " + "\n  ".join(found))

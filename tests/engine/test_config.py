@@ -14,7 +14,7 @@ import yaml
 from urdf2mbs import convert
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
-from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, chosen
+from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields
 from urdf2mbs.engine.config import Config, Lines, field_docs, load, parse, typed
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.yaml_text import word
@@ -88,7 +88,7 @@ passes: {check: {tolerance: 1e-6}}
         ),
         (
             "source: x\noutput: {projekt: y}",
-            r"robot.yaml:2: .*'output': .*the unknown key 'projekt'",
+            r"robot.yaml:2: .*'output': .*the unknown key 'projekt'\n  did you mean 'project'\?",
         ),
         (
             "source: x\nsource: y",
@@ -418,4 +418,4 @@ def test_a_flag_says_what_its_field_says() -> None:
 )
 def test_a_flag_sets_its_field(words: list[str], field: str, value: Any) -> None:
     arguments = parser(["convert"]).parse_args(["convert", "r.urdf", *words])
-    assert chosen(arguments) == {field: value}
+    assert choose_fields(arguments) == {field: value}

@@ -9,11 +9,11 @@ import pytest
 from making import make, passes_of
 
 from urdf2mbs import convert
-from urdf2mbs.engine.config import Config, Lines, typed
+from urdf2mbs.engine.config import Config, Key, Lines, typed
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.order import check_order
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.sections import SECTIONS, changed, look
+from urdf2mbs.engine.sections import SECTIONS, find_changed, look
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.passes import urdf2mbs_passes
 from urdf2mbs.testing import TINY, convert_text, run_pass
@@ -77,7 +77,7 @@ class Seen:
 
     @hookimpl
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Any) -> None:
-        now = changed(self.before, look(conversion))
+        now = find_changed(self.before, look(conversion))
         self.sections.setdefault(pass_.name, set()).update(now)
 
 
@@ -147,12 +147,12 @@ D = make("d", lambda c, o: None, reads=("robot",))
     ],
 )
 def test_places_of_passes_of_plugins(passes: list[type[Pass]], code: str, said: str) -> None:
-    named = [(kind.name, kind) for kind in passes]
+    keys: list[Key] = [()] * len(passes)
     if not code:
-        check_order(named, [])
+        check_order(passes, [], Lines(), keys)
         return
     with pytest.raises(ConfigError) as wrong:
-        check_order(named, [])
+        check_order(passes, [], Lines(), keys)
     assert (wrong.value.code, said in wrong.value.message) == (code, True), wrong.value.message
 
 

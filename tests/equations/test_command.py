@@ -31,6 +31,9 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
         f"mbs_{name}_robot.py" for name in names.split()
     ]
     assert main(["equations", str(model), "--language", "c", "--fold"]) == 0
+    assert main(["equations", str(model), "--energy"]) == 0
+    for name in ("energy", "momentum", "com"):
+        assert (folder / f"mbs_{name}_robot.py").is_file()
     assert (
         (folder / "mbs_dirdyna_robot.c")
         .read_text()
@@ -71,5 +74,5 @@ def test_a_model_that_will_not_do(
 
 def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any) -> None:
     assert main(["equations", str(tmp_path / "no.mbs")]) == 2
-    assert main(["equations", str(model), "--numba", "--language", "c"]) == 2
+    assert main(["equations", str(model), "--no-pairs", "--language", "python"]) == 2
     assert "Traceback" not in capsys.readouterr().err

@@ -367,6 +367,41 @@ def test_user_constraints_beside_a_cut() -> None:
     assert np.abs(ends[0] - ends[1]).max() <= 1e-10
 
 
+def test_a_light_loop_moves_as_a_heavy_one() -> None:
+    """What counts as singular does not depend on the units of mass."""
+    found = []
+    for scale in (1.0, 2.0**-50):
+        mbs = four_bar()
+        for body in mbs.bodies:
+            body.mass = (body.mass or 0.0) * scale
+            body.inertia = tuple(x * scale for x in body.inertia or ())  # type: ignore[assignment]
+        eq, s = written(mbs, c=True), Data(mbs)
+        s.q[1:3] = 0.2, 0.3
+        assert eq.accelred(s) == 0
+        found.append(s.qdd)
+    assert np.array_equal(*found)
+    assert np.abs(found[0][1:]).min() > 0.1
+
+
+def test_a_loop_at_its_dead_point_is_refused() -> None:
+    """The rod goes on where the dependent bar ends, so this joint cannot change its length.  What
+    was factored there is not used elsewhere."""
+    mbs, angles = four_bar(), np.cumsum([0.7, -0.3, 0.2])
+    lengths = np.array([0.5, 0.5, 0.8])
+    far = (float(lengths @ np.cos(angles)), 0.0, float(-lengths @ np.sin(angles)))
+    mbs.base.points[0].coordinates = far
+    eq, s = written(mbs, c=True), Data(mbs)
+    s.q[1:] = 0.57, 0.0, 0.3
+    assert eq.accelred(s) == 0
+    closed, before = s.q.copy(), s.qdd.copy()
+    s.q[1:] = 0.7, -0.3, 0.2
+    assert abs(eq.constraints(s, 1)[0][0]) <= 1e-15
+    assert eq.accelred(s) == -1
+    s.q[:] = closed
+    assert eq.accelred(s) == 0
+    assert error(s.qdd, before) <= TOLERANCE
+
+
 @pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
 def test_turns_that_are_kept(c: bool) -> None:
     """A driven joint with the symbol q alone is a number, unless the turns are kept."""

@@ -327,9 +327,3 @@ def test_the_names_of_the_files() -> None:
     python, c = (names(generate(arm(), b"<mbsDescR7/>", "a", language=x)) for x in ("python", "c"))
     assert c - python == {"invdynared"}
     assert not python - c
-
-
-def test_a_small_model_with_numba(tmp_path: Path) -> None:
-    """A function in one piece needs no shared array."""
-    text = generate(arm(), b"<mbsDescR7/>", "a", numba=True).files["mbs_dirdyna_arm.py"].decode()
-    assert "empty(0)" in text

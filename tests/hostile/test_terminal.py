@@ -12,7 +12,7 @@ import pytest
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.commands.colours import Shown, shown
+from urdf2mbs.commands.colours import Screen, screens
 from urdf2mbs.messages.diagnostics import ConversionError, printable
 from urdf2mbs.testing import TINY
 
@@ -89,8 +89,8 @@ def test_an_error_as_text_from_python(here: Path) -> None:
 def test_the_progress_line_is_ours(capsys: Any) -> None:
     import sys
 
-    with shown():
-        assert isinstance(sys.stderr, Shown)
+    with screens():
+        assert isinstance(sys.stderr, Screen)
         sys.stderr.rewrite(NASTY)
     assert capsys.readouterr().err == "\r\x1b[K" + printable(NASTY)
 

@@ -14,8 +14,10 @@ from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Parameter, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.proof.alike import compare_models
-from urdf2mbs.proof.compare import TOLERANCE, Comparison, compare
+from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import match
+from urdf2mbs.proof.pair import TOLERANCE
+from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf.reader import parse
 
@@ -43,7 +45,7 @@ def loop() -> Mbs:
     return mbs
 
 
-def compared(after: Mbs) -> Comparison:
+def compared(after: Mbs) -> Proof:
     return compare_models(loop(), after, TOLERANCE, CALLED)
 
 
@@ -150,6 +152,10 @@ def test_two_urdfs(folder: Path) -> None:
     tool = ('<origin xyz="0 0 0.1" rpy="0 1.5708 0"/>', '<origin xyz="0 0 0.2"/>')
     assert against(*tool).same
     assert len(against(*tool).frames) == 1
+    mark = '<joint name="mark" type="fixed"><parent link="body"/><child link="mark"/></joint>'
+    marked = against("</robot>", f'<link name="mark"/>{mark}</robot>')
+    assert marked.same
+    assert [found.message for found in marked.frames] == ["link 'mark' is in new.urdf only"]
     assert not against(*tool, frames=True).same
 
 

@@ -12,8 +12,9 @@ from urdf2mbs import Result
 from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.proof.compare import Comparison, compare
+from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import match
+from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.testing import TINY, convert_text
 
 
@@ -22,7 +23,7 @@ def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:
     return result, read(result.data, "r.mbs")
 
 
-def compared(result: Result, mbs: Mbs, **changes: Any) -> Comparison:
+def compared(result: Result, mbs: Mbs, **changes: Any) -> Proof:
     given = {
         "joints": {name: tuple(names) for name, names in result.names.coordinates.items()},
         "frames": result.frames,
@@ -31,7 +32,7 @@ def compared(result: Result, mbs: Mbs, **changes: Any) -> Comparison:
     return compare(result.robot, mbs, **{**given, **changes})
 
 
-def kinds(comparison: Comparison) -> set[str]:
+def kinds(comparison: Proof) -> set[str]:
     return {difference.kind for difference in comparison.differences}
 
 

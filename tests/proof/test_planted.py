@@ -12,7 +12,8 @@ from urdf2mbs.cli import main
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.proof.compare import Comparison, compare
+from urdf2mbs.proof.compare import compare
+from urdf2mbs.proof.verdict import Proof
 
 BIPED = Path(__file__).parents[2] / "configs" / "biped.urdf.xacro"
 
@@ -22,7 +23,7 @@ def result(request: pytest.FixtureRequest) -> Result:
     return convert(BIPED, pipeline=request.param)
 
 
-def again(result: Result, plant: Callable[[Mbs], None] = lambda mbs: None) -> Comparison:
+def again(result: Result, plant: Callable[[Mbs], None] = lambda mbs: None) -> Proof:
     """The comparison that ``check`` makes, of the file with a mistake planted."""
     mbs = read(result.data, "biped.mbs")
     plant(mbs)

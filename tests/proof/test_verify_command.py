@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from urdf2mbs import convert
+from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 if TYPE_CHECKING:
@@ -32,6 +33,11 @@ def test_json_has_the_verdict(pair: Path, capsys: Any) -> None:
     found = json.loads(capsys.readouterr().out)
     assert (found["same"], found["robot"], found["moving"]) == (True, "tiny", 3)
     assert found["differences"] == []
+
+
+def test_a_keyword_that_no_config_has_is_refused(pair: Path) -> None:
+    with pytest.raises(ConfigError, match="unknown key 'bases'"):
+        verify("tiny.urdf", "tiny.mbs", bases="fixed")
 
 
 def test_what_differs_is_told_the_largest_first(pair: Path, capsys: Any) -> None:

@@ -14,12 +14,12 @@ import pytest
 from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
-from urdf2mbs.conversion import Proof
 from urdf2mbs.disk.seal import intact
 from urdf2mbs.mbs.model import Connection, Joint, Mbs, UserConstraint, UserModel, UserVariable
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY, convert_text, run_pass
 

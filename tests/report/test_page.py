@@ -13,7 +13,7 @@ from evaluator import Evaluator
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs.cli import main
-from urdf2mbs.messages.diagnostics import Difference
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.report import page
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY

@@ -8,8 +8,8 @@ from math import pi
 from pathlib import Path
 
 import pytest
+from codes import DEFAULTS
 
-from urdf2mbs.messages.catalogue import DEFAULTS
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf.model import (
     Box,

@@ -9,12 +9,17 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from errno import ENOSPC
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
-# typing is not imported: a type checker knows this name, too
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from typing import Any
+from urdf2mbs.commands.colours import screens
+from urdf2mbs.disk.files import absolute
+from urdf2mbs.machine import stopping
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full, nearest
 
 #: In the order of the help.
 COMMANDS = {
@@ -35,26 +40,97 @@ COMMANDS = {
 }
 
 
+def carry_out(words: Sequence[str]) -> int:
+    """Carry out a command line, and print what went wrong; returns the exit code."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # a service has closed the stream: nobody reads it
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            # a robot's name may have letters that this terminal or pipe has not
+            reconfigure(errors="backslashreplace")
+    with screens():
+        arguments = parse(words)
+    with screens(arguments.color, quiet=getattr(arguments, "quiet", False)):
+        try:
+            absolute(Path())  # raises where the working folder is gone
+            code: int = module_of(arguments.command).carry_out(arguments)
+            sys.stdout.flush()
+            return code
+        except BrokenPipeError:  # the reader of our output has seen enough
+            _leave_stdout()
+            return 0
+        except KeyboardInterrupt:
+            print(stopping.line(stopping.SIGINT), file=sys.stderr)
+            return 128 + stopping.SIGINT
+        except Exception as error:
+            if arguments.debug:
+                raise
+            return _say(error, getattr(arguments, "json", False))
+
+
+def _say(error: Exception, as_json: bool) -> int:
+    """Print why a command has failed; returns the exit code."""
+    if isinstance(error, MemoryError):
+        error = memory_full("this command")
+    elif not isinstance(error, ConversionError):
+        _leave_stdout()
+        if isinstance(error, OSError) and error.errno == ENOSPC:
+            print(f"error[output-unwritable]: cannot print: {error.strerror}", file=sys.stderr)
+            return ConfigError.exit_code
+        error = ConversionError(
+            "internal", f"{type(error).__name__}: {' '.join(str(error).split())}",
+            hint="this is a mistake in urdf2mbs: please report it; --debug shows more",
+        )  # fmt: skip
+        as_json = False
+    print(error, file=sys.stderr)
+    if as_json:
+        from urdf2mbs.commands.printing import print_json
+
+        fields = ("code", "message", "file", "line", "hint")
+        print_json(
+            {"error": {name: getattr(error, name) for name in fields}, "diagnostics": error.said}
+        )
+    return error.exit_code
+
+
+def _leave_stdout() -> None:
+    """Let nothing more be written to standard output, not even when the process ends."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def parse(words: Sequence[str]) -> argparse.Namespace:
     """The words of a command line; what is wrong with them ends the program, as argparse does."""
-    arguments, unknown = parser(words[:1]).parse_known_args(words)
+    whole = parser(words[:1])
+    if words and not words[0].startswith("-") and words[0] not in COMMANDS:
+        whole.error(f"there is no command '{words[0]}'{_nearest(words[0], COMMANDS)}")
+    arguments, unknown = whole.parse_known_args(words)
     if unknown:  # argparse would show the usage of all commands
-        arguments.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+        own: argparse.ArgumentParser = arguments.parser
+        hint = _nearest(unknown[0].partition("=")[0], own._option_string_actions)
+        own.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
     return arguments
 
 
-def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
-    """All commands in the order of the help, those that are ``named`` with their options.
+def _nearest(word: str, known: Iterable[str]) -> str:
+    hint = nearest(word, known) if word.startswith("--") or not word.startswith("-") else None
+    return f"; {hint}" if hint else ""
 
-    Only the files of the named commands are imported.
-    """
-    whole = _Parser(
+
+def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
+    """All commands in the order of the help, those that are ``named`` with their options."""
+    whole = argparse.ArgumentParser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )
+    whole.color = False  # type: ignore[attr-defined]  # no escape code passes a screen
     whole.add_argument("--version", action=_Version, help="show the version and exit")
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for name, does in COMMANDS.items():
-        command = commands.add_parser(name, help=does)
+        command = commands.add_parser(
+            name, help=does, formatter_class=argparse.RawDescriptionHelpFormatter
+        )
         if name in named:
             _add_options(command, name)
     return whole
@@ -75,45 +151,12 @@ def _add_options(command: argparse.ArgumentParser, name: str) -> None:
 
 def module_of(name: str) -> Any:
     """The file of a command."""
-    from importlib import import_module
-
     return import_module(f"urdf2mbs.commands.{name.replace('-', '_')}")
 
 
-class _Parser(argparse.ArgumentParser):
-    """Its help is as wide as the terminal; it says what is wrong with a word without the control
-    characters in it.
-
-    argparse would ask shutil for the width, which imports four ways to compress files, and again
-    for every option.
-    """
-
-    def __init__(self, **more: Any) -> None:
-        width = _columns() - 2
-        super().__init__(
-            **more,
-            formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, width=width),
-        )
-
-    def _print_message(self, message: str, file: Any = None) -> None:
-        super()._print_message("".join(map(_letter, message)), file)
-
-
-def _letter(letter: str) -> str:
-    return letter if letter.isprintable() or letter == "\n" else ascii(letter)[1:-1]
-
-
-def _columns() -> int:
-    given = os.environ.get("COLUMNS", "")
-    if given.isdecimal() and int(given):
-        return int(given)
-    try:
-        return os.get_terminal_size(sys.__stdout__.fileno()).columns or 80  # type: ignore[union-attr]
-    except (AttributeError, OSError, ValueError):
-        return 80
-
-
 class _Version(argparse.Action):
+    """Look for the version only where it is asked for."""
+
     def __init__(self, option_strings: list[str], dest: str, **more: Any) -> None:
         super().__init__(option_strings, dest, nargs=0, **more)
 

@@ -1,4 +1,4 @@
-"""What a terminal is shown: colours, and no control character that is not ours."""
+"""What a terminal gets: colours, and no control character that is not ours."""
 
 from __future__ import annotations
 
@@ -18,53 +18,57 @@ _SAME = r"(?<!NOT )\bthe same robot\b"
 _OTHER = r"\bNOT (?:the same robot|CHECKED)\b"
 
 
-class Shown:
-    """A stream that is written to without control characters, and with colours if wanted.
+class Screen:
+    """A stream that gets words without control characters, and with colours if wanted.
 
-    A name in a robot, or a file's name, may hold a sequence that clears the screen.
+    A name in a robot, or a file's name, may hold a sequence that clears the screen.  A silent
+    stream drops words; a file may still be written to its bytes.
     """
 
-    def __init__(self, stream: TextIO, coloured: bool) -> None:
+    def __init__(self, stream: TextIO, coloured: bool, silent: bool = False) -> None:
         self._stream = stream
         self._coloured = coloured
+        self._silent = silent
 
     def write(self, text: str) -> int:
-        return self._stream.write(self._shown(text))
+        return len(text) if self._silent else self._stream.write(self._clean(text))
 
     def rewrite(self, text: str) -> None:
-        """Show a text in the place of the terminal's last line."""
-        self._stream.write(f"\r\033[K{self._shown(text)}")
+        """Put a text in the place of the terminal's last line."""
+        self._stream.write(f"\r\033[K{self._clean(text)}")
         self._stream.flush()
 
-    def _shown(self, text: str) -> str:
+    def _clean(self, text: str) -> str:
         text = printable(text)
         if not self._coloured:
             return text
-        text = re.sub(_LEVEL, lambda found: f"{_COLOURS[found[1]]}{found[1]}{_OFF}", text)
-        text = re.sub(_OTHER, lambda found: f"{_RED}{found[0]}{_OFF}", text)
-        return re.sub(_SAME, lambda found: f"{_GREEN}{found[0]}{_OFF}", text)
+        text = re.sub(_LEVEL, lambda match: f"{_COLOURS[match[1]]}{match[1]}{_OFF}", text)
+        text = re.sub(_OTHER, lambda match: f"{_RED}{match[0]}{_OFF}", text)
+        return re.sub(_SAME, lambda match: f"{_GREEN}{match[0]}{_OFF}", text)
 
     def __getattr__(self, name: str) -> object:
         return getattr(self._stream, name)
 
 
 @contextmanager
-def shown(colours: str = "auto") -> Iterator[None]:
-    """Within it, standard output and error show no foreign control character, and have colours:
-    ``auto``, ``always`` or ``never``.
+def screens(colours: str = "auto", *, quiet: bool = False) -> Iterator[None]:
+    """Within it, standard output and error are screens; ``quiet`` silences standard output.
 
-    ``auto`` is where they are terminals; there ``NO_COLOR`` (https://no-color.org) and
-    ``TERM=dumb`` switch colours off.
+    ``colours`` are ``always``, ``never``, or ``auto``: on terminals.  There ``NO_COLOR``
+    (https://no-color.org) and ``TERM=dumb`` switch colours off.
     """
     plain = sys.stdout, sys.stderr
     wanted = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
     if os.name == "nt" and "WT_SESSION" not in os.environ:
         wanted = False  # the old console shows the codes
-    always = colours == "always"
+    coloured = [
+        colours == "always" or (wanted and colours == "auto" and stream.isatty())
+        for stream in plain
+    ]
     try:
         sys.stdout, sys.stderr = (
-            Shown(stream, always or (wanted and colours == "auto" and stream.isatty()))
-            for stream in plain
+            Screen(plain[0], coloured[0], quiet),
+            Screen(plain[1], coloured[1]),
         )
         yield
     finally:

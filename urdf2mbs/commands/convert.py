@@ -8,16 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from urdf2mbs.commands.printing import tell
-from urdf2mbs.commands.run import carry_out_one, converted, only_one
+from urdf2mbs.commands.run import carry_out_one, convert_one, only_one
 from urdf2mbs.commands.settings import (
+    ALONE,
+    add_fields,
     add_many,
+    add_printing,
     add_running,
-    add_settings,
     add_steps,
-    add_telling,
     without_config,
 )
-from urdf2mbs.commands.streams import STREAM, file_to_stdout
+from urdf2mbs.commands.streams import STREAM, is_stream, saving
 from urdf2mbs.disk.files import is_file, is_folder
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.report.summary import report
@@ -31,7 +32,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_telling(command)
+    add_printing(command)
     add_running(command)
     add_steps(command)
     command.add_argument(
@@ -44,7 +45,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="the file, - for standard output; an existing folder, or DIR/, gets a project "
         "(of a folder of robots: their .mbs files)",
     )  # fmt: skip
-    add_settings(command)
+    add_fields(command, *ALONE)
     add_many(command)
 
 
@@ -54,7 +55,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", "--output: the name of the file is empty")
     if not arguments.robot:
         raise ConfigError("usage", "the name of the robot is empty")
-    if output == STREAM or (output is None and arguments.robot == STREAM):
+    if is_stream(output) or (output is None and is_stream(arguments.robot)):
         return _pass_on(arguments)
     if is_folder(Path(arguments.robot)):
         return _convert_folder(Path(arguments.robot), output, arguments)
@@ -67,17 +68,17 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def _pass_on(arguments: argparse.Namespace) -> int:
     """Convert to standard output; all that is said goes to standard error."""
-    name = "robot" if arguments.robot == STREAM else stem(Path(arguments.robot))
-    with file_to_stdout(arguments) as give:
+    name = "robot" if is_stream(arguments.robot) else stem(Path(arguments.robot))
+    with saving(arguments, True) as save:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
-        conversion = converted(config, lines, arguments)
+        conversion = convert_one(config, lines, arguments)
         found = report(conversion)
         data = conversion.files.get(conversion.settings.output)
         place = "nothing is written" if data is None else "written to standard output"
         print(f"{found.robot}: {place}")
         tell(conversion, found, arguments.verbose)
         if data is not None:
-            give(data)
+            save(Path(STREAM), data)
     return 0 if conversion.rejected is None else 3
 
 

@@ -6,10 +6,8 @@ import argparse
 from pathlib import Path
 
 from urdf2mbs.commands.printing import beside, print_json
-from urdf2mbs.commands.settings import add_telling, path
-from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
-from urdf2mbs.disk.output import write_files
-from urdf2mbs.disk.standard_input import NAME as STDIN
+from urdf2mbs.commands.settings import add_printing, path
+from urdf2mbs.commands.streams import is_stream, read_model, saving
 from urdf2mbs.messages.diagnostics import counted
 
 EXAMPLES = (
@@ -26,23 +24,21 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=path, metavar="OUT.svg",
         help="default: beside the model; - for standard output",
     )  # fmt: skip
-    add_telling(command)
+    add_printing(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.diagram.draw import draw
-    from urdf2mbs.mbs.reader import read
 
     model: Path = arguments.model
-    mbs = read(read_model(model), STDIN if str(model) == STREAM else str(model))
+    mbs = read_model(model)
     picture = draw(mbs).encode()
-    default = Path(STREAM) if str(model) == STREAM else beside(model, ".svg")
+    default = model if is_stream(model) else beside(model, ".svg")
     output: Path = arguments.output or default
-    if str(output) == STREAM:
-        with file_to_stdout(arguments) as give:
-            give(picture)
+    with saving(arguments, is_stream(output)) as save:
+        save(output, picture)
+    if is_stream(output):
         return 0
-    write_files({output: picture}, force=arguments.force)
     if arguments.json:
         print_json({"model": mbs.name, "output": str(output)})
     else:

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_json, path
-from urdf2mbs.commands.streams import STREAM, read_model
-from urdf2mbs.disk.standard_input import NAME as STDIN
+from urdf2mbs.commands.streams import read_model
 from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
 EXAMPLES = (
@@ -34,13 +33,10 @@ def carry_out(arguments: argparse.Namespace) -> int:
     """Exit code as that of diff: 0 no difference, 1 differences, 2 trouble."""
     from urdf2mbs.diff.changes import differences
     from urdf2mbs.diff.words import in_words, remarks
-    from urdf2mbs.mbs.reader import read
 
     files: tuple[Path, Path] = (arguments.before, arguments.after)
     try:
-        before, after = (
-            read(read_model(file), STDIN if str(file) == STREAM else str(file)) for file in files
-        )
+        before, after = map(read_model, files)
     except ConversionError as error:
         error.exit_code = 2
         raise

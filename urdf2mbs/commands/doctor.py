@@ -62,7 +62,7 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
 
 
 def _versions() -> dict[str, str]:
-    needed = _wanted("")
+    needed = _requirements("")
     return {
         "urdf2mbs": f"{version('urdf2mbs')} ({Path(__file__).parents[1]})",
         "Python": f"{platform.python_version()} ({sys.executable})",
@@ -71,7 +71,7 @@ def _versions() -> dict[str, str]:
     }
 
 
-def _wanted(extra: str) -> list[str]:
+def _requirements(extra: str) -> list[str]:
     """The packages that an extra brings; those that are always needed for ""."""
     found = []
     for line in requires("urdf2mbs") or []:
@@ -83,7 +83,7 @@ def _wanted(extra: str) -> list[str]:
 
 
 def _extra(extra: str, use: str) -> str:
-    there = {name: version_of(name) for name in _wanted(extra)}
+    there = {name: version_of(name) for name in _requirements(extra)}
     missing = [name for name, found in there.items() if not found]
     if missing:
         return f"not installed, for {use}: pip install 'urdf2mbs[{extra}]' ({', '.join(missing)})"
@@ -93,10 +93,10 @@ def _extra(extra: str, use: str) -> str:
 def _plugins(installed: bool) -> dict[str, str]:
     plugins = Plugins(installed=installed)
     lines = {
-        one.plugin: f"{one.package} {one.version}".strip() or str(one.file)
+        pass_.plugin: f"{pass_.package} {pass_.version}".strip() or str(pass_.file)
         for offered in plugins.passes.values()
-        for one in offered
-        if one.plugin != GROUP
+        for pass_ in offered
+        if pass_.plugin != GROUP
     }
     broken = {f"broken {n}": str(said) for n, said in enumerate(plugins.broken, start=1)}
     return {**lines, **broken} or {"none": "no package with an entry point 'urdf2mbs'"}

@@ -82,7 +82,7 @@ def state(conversion: Conversion) -> dict[str, Any]:
         "changed": _plain(conversion.changed),
         "proof": _plain(conversion.proof),
         "report": _plain(conversion.facts),
-        "diagnostics": [_plain(one) for one in conversion.diagnostics],
+        "diagnostics": [_plain(said) for said in conversion.diagnostics],
     }
     everything["robot"] = {k: v for k, v in everything["robot"].items() if v is not None}
     return {key: value for key, value in everything.items() if value}

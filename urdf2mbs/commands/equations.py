@@ -9,8 +9,8 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.commands.printing import near, print_json
-from urdf2mbs.commands.settings import add_model, add_telling, path
-from urdf2mbs.commands.streams import STREAM, read_model
+from urdf2mbs.commands.settings import add_printing, path
+from urdf2mbs.commands.streams import is_stream, read_bytes
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
@@ -21,8 +21,10 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_model(command)
-    add_telling(command)
+    command.add_argument(
+        "model", type=path, metavar="MODEL.mbs", help="of urdf2mbs, or drawn by hand"
+    )
+    add_printing(command)
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR", help="default: symbolicR of the project"
     )
@@ -33,12 +35,12 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--fold", action="store_true", help="write masses, points and the like as numbers"
     )
     command.add_argument(
+        "--energy", action="store_true", help="also write energy, momentum and centre of mass"
+    )
+    command.add_argument(
         "--keep-turns", action="store_true",
         help="read the positions of joints that never move, too",
     )  # fmt: skip
-    command.add_argument(
-        "--numba", action="store_true", help="let numba compile dirdyna and invdyna (python)"
-    )
     command.add_argument(
         "--no-pairs", action="store_true",
         help="compute mirrored limbs one after the other, for compilers other than gcc and "
@@ -50,21 +52,19 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.equations import generate
     from urdf2mbs.mbs.reader import read
 
-    if arguments.numba and arguments.language == "c":
-        raise ConfigError("usage", "--numba is for Python: leave it out, or --language c")
     if arguments.no_pairs and arguments.language == "python":
         raise ConfigError("usage", "--no-pairs is for C: leave it out, or --language python")
     model: Path = arguments.model
-    if str(model) == STREAM or str(arguments.output) == STREAM:
+    if is_stream(model) or is_stream(arguments.output):
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
-    data = read_model(model)
+    data = read_bytes(model)
     mbs = read(data, str(model), mechanics_only=True)
     project = model.parent.parent if model.parent.name == "dataR" else model.parent
     folder: Path = arguments.output or project / "symbolicR"
     made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
-        keep_turns=arguments.keep_turns, numba=arguments.numba,
-        pairs=not arguments.no_pairs,
+        keep_turns=arguments.keep_turns, pairs=not arguments.no_pairs,
+        energy=arguments.energy,
     )  # fmt: skip
     for warning in made.warnings:
         print(warning, file=sys.stderr)

@@ -9,19 +9,26 @@ import msgspec
 from urdf2mbs.commands.presets import by_presets, driven_bound
 from urdf2mbs.commands.printing import (
     METHOD,
-    described,
+    describe,
     joints_in_words,
     origin,
     print_json,
     warn_of,
 )
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import add_json, add_running, add_settings, path, robot_or_config
+from urdf2mbs.commands.settings import (
+    ALONE,
+    add_fields,
+    add_json,
+    add_running,
+    path,
+    robot_or_config,
+)
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP, Plugins
 from urdf2mbs.engine.resolve import Configured
-from urdf2mbs.many.sweep import members, told
+from urdf2mbs.many.sweep import in_words, members
 from urdf2mbs.messages.diagnostics import ConversionError, counted
 from urdf2mbs.report.summary import Report, report
 from urdf2mbs.urdf.reader import read_file
@@ -43,7 +50,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     add_json(command)
     add_running(command)
-    add_settings(command)
+    add_fields(command, *ALONE)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
@@ -57,7 +64,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if arguments.json:
         passes = [
             {
-                **described(step.registered),
+                **describe(step.registered),
                 "swapped": step.swapped,
                 "options": step.pass_,
             }
@@ -74,9 +81,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
         return 0
     settings = pipeline.settings
     if others:
-        print(
-            f"sweep   {counted(len(others) + 1, 'robot')}; this is the first: {told(first.values)}"
-        )
+        count = counted(len(others) + 1, "robot")
+        print(f"sweep   {count}; this is the first: {in_words(first.values)}")
     print(f"source  {settings.source}\noutput  {settings.output}\nbase    {settings.config.base}")
     for name, folder in settings.packages.items():
         print(f"package {name} = {folder}")
@@ -86,11 +92,11 @@ def carry_out(arguments: argparse.Namespace) -> int:
         pass_ = step.pass_
         print(f"\n{number}. {pass_.name}: {pass_.summary()}")
         print(f"   from     {origin(step.registered)}{_instead(step, pipeline.plugins)}")
-        for other in pipeline.plugins.passes.get(pass_.name, []):
-            if other.plugin not in (step.registered.plugin, GROUP):
+        for rival in pipeline.plugins.passes.get(pass_.name, []):
+            if rival.plugin not in (step.registered.plugin, GROUP):
                 print(
-                    f"   not      {origin(other)}, which brings a '{pass_.name}' too; "
-                    f"'swap: {{{pass_.name}: {other.plugin}}}' takes it"
+                    f"   not      {origin(rival)}, which brings a '{pass_.name}' too; "
+                    f"'swap: {{{pass_.name}: {rival.plugin}}}' takes it"
                 )
         print(f"   reads    {', '.join(pass_.reads) or '-'}")
         print(f"   writes   {', '.join(pass_.writes) or '-'}")
@@ -112,14 +118,14 @@ def _cost(
     """What becomes of the joints by the config as it is, and of it by each other preset."""
     pipelines = {"this config": pipeline, **by_presets(config, lines, arguments)}
     with Progress(arguments) as progress:
-        for each in pipelines.values():
-            each.watch(progress)
+        for each_pipeline in pipelines.values():
+            each_pipeline.watch(progress)
         costs = {}
-        for name, each in pipelines.items():
+        for name, other in pipelines.items():
             try:
-                costs[name] = report(each.run())
+                costs[name] = report(other.run())
             except ConversionError:
-                if each is pipeline:
+                if other is pipeline:
                     raise
                 # a preset for which this robot is not made
         return costs
@@ -128,8 +134,9 @@ def _cost(
 def _instead(step: Configured, plugins: Plugins) -> str:
     """What a pass stands in for."""
     mine = step.registered
-    others = [found for found in plugins.passes.get(mine.kind.name, []) if found != mine]
+    offered = plugins.passes.get(mine.kind.name, [])
+    others = [registered for registered in offered if registered != mine]
     if not step.swapped or not others:
         return ""
-    built_in = any(found.plugin == GROUP for found in others)
+    built_in = any(registered.plugin == GROUP for registered in others)
     return ", in place of " + ("the built-in pass" if built_in else origin(others[0]))

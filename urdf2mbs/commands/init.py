@@ -10,20 +10,19 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
 import yaml
 from lxml import etree
 
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_fields, add_telling, chosen, path
+from urdf2mbs.commands.settings import add_fields, add_printing, choose_fields, path
 from urdf2mbs.commands.streams import STREAM
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
 from urdf2mbs.disk.output import write_files
-from urdf2mbs.engine.config import Config, Lines, parse, typed
+from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, counted
-from urdf2mbs.report.summary import Report, report
+from urdf2mbs.report.summary import report
 from urdf2mbs.spatial import Pose, compose
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.gazebo import MOTION
@@ -45,7 +44,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", type=path, metavar="CONFIG.yaml", help="default: the robot's name, here"
     )
-    add_telling(command)
+    add_printing(command)
     add_fields(command, "base", "packages", "xacro_args", "trust_xacro")
 
 
@@ -56,11 +55,11 @@ def carry_out(arguments: argparse.Namespace) -> int:
         arguments.robot,
         arguments.output,
         force=arguments.force,
-        **chosen(arguments),
+        **choose_fields(arguments),
     )
     if arguments.json:
         more = {key: value for key, value in found._asdict().items() if key != "robot"}
-        declared = [one._asdict() for one in found.arguments]
+        declared = [argument._asdict() for argument in found.arguments]
         packages = {name: str(folder) for name, folder in found.packages.items()}
         print_json(
             {"config": str(config), "robot": found.robot.name, "links": len(found.robot.links),
@@ -71,9 +70,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 0
 
 
-#: A foot is at most so far above the lowest link, in parts of the robot's height.
+#: How far a foot may be above the lowest link, as a part of the robot's height.
 LOW = 0.1
-#: An argument's default and description are cut to so many characters.
+#: The longest default or description of an argument that is shown, in characters.
 SHOWN = 60
 
 
@@ -91,9 +90,9 @@ class Findings(NamedTuple):
 
     robot: Robot
     packages: dict[str, Path]
-    """Those whose files the robot uses."""
+    """The packages whose files the robot uses."""
     packages_missing: list[str]
-    """Those that its meshes name, and that were not found."""
+    """The packages that meshes name, and that were not found."""
     arguments: list[Argument]
     meshes: int
     meshes_missing: list[str]
@@ -113,31 +112,28 @@ def init(
     ``fields`` are those of ``Config`` that say how to read the robot, such as ``packages``.
     ``force``: a config that is there is replaced, also one that was edited.
 
-    The config is tried before it is written: a conversion runs, of which nothing is kept.
+    The robot is converted before the config is written; the model is not kept.
 
     :raises ConfigError: ``output-not-ours``, ``output-unwritable``, ``config-name``
     :raises ConversionError: the robot cannot be converted
     """
     lines = Lines()
-    asked = typed(Config, {"source": source, **fields}, lines)
-    pipeline = Pipeline(asked, lines, installed_plugins=False)
-    conversion = pipeline.run(stop_after="insert-base")
+    asked = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
+    conversion = Pipeline(asked, lines, installed_plugins=False).run()
     found = find(conversion)
-    name = stem(pipeline.settings.source)
+    name = stem(conversion.settings.source)
     config = Path(f"{name}.yaml") if config is None else config
     if config.suffix.lower() not in (".yaml", ".yml"):
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
-    arguments = asked.xacro_args
-    tried = _try(_text(source, config, found, arguments, conversion, None), config)
-    text = _text(source, config, found, arguments, conversion, report(tried))
+    text = _text(source, config, found, asked.xacro_args, conversion)
     write_files({config: text.encode()}, force=force)
     return config, found
 
 
 def find(conversion: Conversion) -> Findings:
-    """What there is to know of the robot of a conversion that has run ``insert-base``."""
+    """What there is to know of the robot of a conversion."""
     source, config = conversion.settings.source, conversion.settings.config
     packages = Packages(conversion.settings.packages, source)
     data, expansion = expanded(source, packages, config.xacro_args, trust_xacro=config.trust_xacro)
@@ -179,18 +175,18 @@ def _arguments(names: list[str]) -> list[Argument]:
             name = element.get("name")
             if name and "xacro" in str(etree.QName(element).namespace):
                 default = element.get("default") or ""
-                found.setdefault(name, Argument(name, default, _described(element)))
+                found.setdefault(name, Argument(name, default, _comment_of(element)))
     return list(found.values())
 
 
-def _described(element: etree._Element) -> str:
+def _comment_of(element: etree._Element) -> str:
     """The comment in the line of an element, else the one in the line before."""
     after, before = element.getnext(), element.getprevious()
     if isinstance(after, etree._Comment) and "\n" not in (element.tail or ""):
         return _line(after.text)
     if isinstance(before, etree._Comment) and (before.tail or "").count("\n") <= 1:
         above = before.getprevious()
-        if above is None or "\n" in (above.tail or ""):  # else it is the other one's
+        if above is None or "\n" in (above.tail or ""):  # else the comment describes ``above``
             return _line(before.text)
     return ""
 
@@ -203,10 +199,10 @@ def _line(text: str | None) -> str:
 def _feet(robot: Robot) -> list[str]:
     """Links with a shape, at the end of a limb and low down, where all joints are at zero.
 
-    A wheel is none: contact points are fixed on their link.
+    A wheel is no foot: contact points are fixed on their link.
     """
     children = robot.children()
-    poses = {robot.root(): Pose((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))}
+    poses = {robot.root(): Pose((0.0, 0.0, 0.0))}
     limb: dict[str, str | None] = {robot.root(): None}
     """Each link, and the joint that moves it, with all that is fixed to it."""
     for joint in robot.depth_first():
@@ -231,16 +227,9 @@ def _feet(robot: Robot) -> list[str]:
 
 
 def _likely(link: Link) -> tuple[bool, bool, float]:
-    """Which of the links that are fixed to each other is rather the foot."""
+    """How likely a link is a foot, to compare links that are fixed to each other."""
     mass = link.inertial.mass if link.inertial else 0.0
     return "foot" in link.name.lower(), bool(link.collisions), mass
-
-
-def _try(text: str, config: Path) -> Conversion:
-    """Convert as the config says, but without its meshes; keep nothing."""
-    parsed, lines = parse(text, config)
-    parsed = msgspec.structs.replace(parsed, output=f"{config.stem}.mbs")
-    return Pipeline(parsed, lines, installed_plugins=False).run()
 
 
 def _text(
@@ -249,12 +238,10 @@ def _text(
     found: Findings,
     given: Mapping[str, str],
     conversion: Conversion,
-    made: Report | None,
 ) -> str:
-    """The config; ``made`` is what a first try has given."""
+    """The text of the config; ``given`` are the xacro arguments of the user."""
     robot = found.robot
     moving = sum(joint.moves for joint in robot.joints.values())
-    mass = "" if made is None else f", {made.mass:.4g} kg"
     base = "floating" if conversion.floating else "fixed"
     own = conversion.inserted is None and conversion.base_reason == "own joint"
     holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
@@ -274,7 +261,8 @@ def _text(
     width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
     lines = [
         f"# {_line(robot.name)}: {counted(len(robot.links), 'link')}, "
-        f"{counted(moving, 'moving joint')}{mass}. Paths are relative to this file.",
+        f"{counted(moving, 'moving joint')}, "
+        f"{report(conversion).mass:.4g} kg. Paths are relative to this file.",
         f"#   urdf2mbs run {config.name}       convert it",
         f"#   urdf2mbs report {config.name}    look at it",
     ]
@@ -333,22 +321,20 @@ def _packages(config: Path, found: Findings) -> list[str]:
 def _args(found: Findings, given: Mapping[str, str]) -> list[str]:
     if not found.arguments and not given:
         return []
-    described = {one.name: one for one in found.arguments}
+    described = {argument.name: argument.description for argument in found.arguments}
     lines = ["", "xacro_args:" if given else "# xacro_args:   # and their defaults"]
     for name, value in given.items():
-        about = described[name].description if name in described else ""
+        about = described.get(name)
         line = f"  {_flow(name)}: {_argument(value)}"
         lines.append(f"{line}   # {about}" if about else line)
-    for one in found.arguments:
-        if one.name not in given:
-            notes = [one.description] if one.description else []
-            default = _argument(one.default)
-            if "$(" in one.default:  # which is filled in only in the file that declares it
-                notes.append(f"default: {_line(one.default)}")
+    for name, written, description in found.arguments:
+        if name not in given:
+            notes = [description] if description else []
+            default = _argument(written)
+            if "$(" in written:  # xacro knows the value only in the file that declares it
+                notes.append(f"default: {_line(written)}")
                 default = "VALUE"
-            lines.append(
-                f"#   {_flow(one.name)}: {default}" + "   # " * bool(notes) + "; ".join(notes)
-            )
+            lines.append(f"#   {_flow(name)}: {default}" + "   # " * bool(notes) + "; ".join(notes))
     return lines
 
 
@@ -368,7 +354,7 @@ def _meshes(found: Findings) -> list[str]:
 
 
 def _passes(found: Findings) -> list[str]:
-    """What a first simulation wants: offered, not switched on."""
+    """The passes of a first simulation, as comments."""
     lines: list[str] = []
     if found.sensors:
         lines += [

@@ -11,21 +11,21 @@ from pathlib import Path
 from time import monotonic
 from typing import TextIO
 
-from urdf2mbs.commands.colours import Shown
+from urdf2mbs.commands.colours import Screen
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import REPORT
 from urdf2mbs.engine.config import Config, Lines, Project
 from urdf2mbs.machine import stopping
 from urdf2mbs.many.convert import jobs_of, run
 from urdf2mbs.many.job import Job, Outcome
-from urdf2mbs.many.journal import Journal, shown, worst
-from urdf2mbs.many.sweep import told
+from urdf2mbs.many.journal import Journal, to_report, worst
+from urdf2mbs.many.sweep import in_words
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
-#: So many robots that are done are in the table; those that are not, all are.
+#: The most converted robots in the table.  All failed robots are in it.
 SHOWN = 40
 
-#: Seconds between two lines of progress where no terminal rewrites one.
+#: Seconds between two lines of progress, where no terminal rewrites a line.
 PATIENCE = 5.0
 
 
@@ -41,7 +41,9 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
     report = arguments.report or _folder(jobs) / REPORT
     outcomes = _convert_all(jobs, report, arguments)
     if arguments.json:
-        print_json({"code": worst(outcomes), "robots": [shown(outcome) for outcome in outcomes]})
+        print_json(
+            {"code": worst(outcomes), "robots": [to_report(outcome) for outcome in outcomes]}
+        )
     else:
         for outcome in outcomes:
             if outcome.error is not None:
@@ -64,7 +66,7 @@ def _folder(jobs: list[Job]) -> Path:
 
 
 def _error(outcome: Outcome) -> str:
-    own = f" ({told(outcome.values)})" if outcome.values else ""
+    own = f" ({in_words(outcome.values)})" if outcome.values else ""
     return f"{near(Path(outcome.source))}{own}:\n{outcome.error}"
 
 
@@ -75,11 +77,11 @@ def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -
             print(f"{len(journal.outcomes)} of {len(jobs)} were done before", file=sys.stderr)
         progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr, arguments.quiet)
         outcomes = run(journal.todo, workers=arguments.workers, cluster=arguments.cluster)
-        stopping.tell(journal.told())
+        stopping.tell(journal.state())
         with closing(outcomes):
             for outcome in outcomes:
                 journal.add(outcome)
-                stopping.tell(journal.told())
+                stopping.tell(journal.state())
                 progress.show(outcome)
         progress.end()
         stopping.tell("")
@@ -110,35 +112,36 @@ class _Progress:
         text = f"{self._done} of {self._count}, {rate:.3g} a second, {left:.0f} s left"
         if self._failed:
             text += f", {self._failed} failed"
-        if isinstance(self._stream, Shown) and self._terminal:
+        if isinstance(self._stream, Screen) and self._terminal:
             self._stream.rewrite(text)
         else:
             print(f"... {text}", file=self._stream, flush=True)
 
     def end(self) -> None:
-        if isinstance(self._stream, Shown) and self._terminal:
+        if isinstance(self._stream, Screen) and self._terminal:
             self._stream.rewrite("")
 
 
 def _table(outcomes: list[Outcome], report: Path) -> str:
-    """A line for each robot, and what they came to."""
-    done = [one for one in outcomes if one.code == 0]
+    """A line for each robot, and the counts."""
+    done = [outcome for outcome in outcomes if outcome.code == 0]
     left = len(done) - SHOWN
-    listed = [one for one in outcomes if one.code or left <= 0 or one in done[:SHOWN]]
+    first = done[:SHOWN]
+    listed = [outcome for outcome in outcomes if outcome.code or outcome in first]
     rows: list[tuple[str, ...]] = [
         ("robot", "of its own", "links", "bodies", "joints", "mass/kg", "warnings", "")
     ]
     rows += [_row(outcome) for outcome in listed]
     own = any(row[1] for row in rows[1:])
-    lines = _aligned([row if own else (row[0], *row[2:]) for row in rows])
+    lines = _align([row if own else (row[0], *row[2:]) for row in rows])
     if left > 0:
         lines.append(f"and {left} more that are done")
-    kept = sum(one.kept for one in done)
+    kept = sum(outcome.kept for outcome in done)
     before = f" ({kept} of them before)" if kept else ""
     failures = "; ".join(
         f"{counted(number, 'robot')} {what}"
         for code, what in _FAILURES.items()
-        if (number := sum(one.code == code for one in outcomes))
+        if (number := sum(outcome.code == code for outcome in outcomes))
     )
     lines.append(f"{counted(len(done), 'robot')} done{before}" + (failures and f"; {failures}"))
     lines.append(f"report: {near(report)}")
@@ -149,14 +152,14 @@ def _table(outcomes: list[Outcome], report: Path) -> str:
 
 _FAILURES = {
     1: "cannot be converted",
-    2: "of which the config or the command line is wrong",
+    2: "with a wrong config or command line",
     3: "NOT the same as the URDF",
 }
 
 
 def _row(outcome: Outcome) -> tuple[str, ...]:
     name = near(Path(outcome.source))
-    own = told(outcome.values)
+    own = in_words(outcome.values)
     found = outcome.report
     if found is None:
         error = outcome.error
@@ -171,7 +174,7 @@ def _row(outcome: Outcome) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _aligned(rows: list[tuple[str, ...]]) -> list[str]:
+def _align(rows: list[tuple[str, ...]]) -> list[str]:
     """Columns of one width: numbers to the right; the last as it is."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     numbers = len(widths) - 6  # before these are words

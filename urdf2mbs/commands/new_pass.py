@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from urdf2mbs.commands.printing import print_json
-from urdf2mbs.commands.settings import add_telling, path
+from urdf2mbs.commands.settings import add_printing, path
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.plugins import GROUP, Plugins
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -24,7 +24,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", type=path, metavar="DIR", default=".", help="default: here"
     )
-    add_telling(command)
+    add_printing(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:

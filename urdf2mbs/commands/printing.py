@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Proof
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.report.summary import Joints, Report
 
 if TYPE_CHECKING:
-    from urdf2mbs.api import Verdict
+    from urdf2mbs.proof.verdict import Proof
 
 #: What the summaries of the passes call "the method".
 METHOD = (
@@ -77,7 +77,7 @@ def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
         print(diagnostic, file=sys.stderr)
 
 
-def proof_in_words(proof: Proof | Verdict) -> str:
+def proof_in_words(proof: Proof) -> str:
     """What the comparison looked at, and the largest relative deviation of each kind, or how many
     differences there are: what differs need not be a number."""
     compared = f"{counted(proof.groups, 'rigid group')} at {proof.positions} positions"
@@ -148,7 +148,7 @@ def origin(found: Registered) -> str:
     return f"{found.plugin}{of}{version} ({near(Path(found.file))})"
 
 
-def described(found: Registered) -> dict[str, Any]:
+def describe(found: Registered) -> dict[str, Any]:
     """A pass as JSON has it."""
     kind = found.kind
     return {

@@ -1,4 +1,4 @@
-"""Where a run is, told while it lasts."""
+"""Prints where a run is."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ from urdf2mbs.engine.hookspecs import Pass, hookimpl
 
 
 class Progress:
-    """Watches pipelines, and says on stderr where a run is: each pass with its time if asked,
-    else only when it lasts."""
+    """Watches pipelines, and prints on stderr where a run is.
+
+    A verbose run prints each pass with its time; any run prints a line when it takes long.
+    """
 
     PATIENCE = 2.0
-    """Seconds of silence."""
+    """Seconds between two lines."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self._verbose: bool = arguments.verbose
@@ -22,7 +24,7 @@ class Progress:
         self._pass = ""
         self._over = Event()
         self.at = ""
-        """What is said."""
+        """The text of the next line."""
 
     def __enter__(self) -> Progress:
         if not self._quiet:

@@ -9,15 +9,25 @@ from typing import TYPE_CHECKING
 
 from urdf2mbs.commands.printing import beside, near, print_json, tell
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import add_running, add_settings, add_telling, path, robot_or_config
-from urdf2mbs.commands.streams import STREAM, file_to_stdout, read_model
-from urdf2mbs.disk.output import write_files
+from urdf2mbs.commands.settings import (
+    ALONE,
+    FLAGS,
+    add_fields,
+    add_printing,
+    add_running,
+    choose_fields,
+    path,
+    robot_or_config,
+)
+from urdf2mbs.commands.streams import is_stream, read_model, saving
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.report.summary import report
 
 if TYPE_CHECKING:
     from urdf2mbs.report.page import Page
+
+Save = Callable[[Path, bytes], None]
 
 EXAMPLES = (
     "urdf2mbs report robot.yaml",
@@ -27,7 +37,7 @@ EXAMPLES = (
 
 
 def add_options(command: argparse.ArgumentParser) -> None:
-    add_telling(command)
+    add_printing(command)
     add_running(command)
     command.add_argument(
         "config", type=path, metavar="CONFIG.yaml",
@@ -37,23 +47,20 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=path, metavar="OUT.html",
         help="default: beside the output; - for standard output",
     )  # fmt: skip
-    add_settings(command)
+    add_fields(command, *ALONE)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    if str(arguments.output) == STREAM:
-        with file_to_stdout(arguments) as give:
-            return _make(arguments, give)
-    return _make(arguments)
+    with saving(arguments, is_stream(arguments.output)) as save:
+        if arguments.config.suffix.lower() == ".mbs":
+            return _report_model(arguments, save)
+        return _report_robot(arguments, save)
 
 
-def _make(arguments: argparse.Namespace, give: Callable[[bytes], None] | None = None) -> int:
-    """Convert, and write the page to its file, or hand it to ``give``."""
+def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
+    """Convert, and write the page."""
     from urdf2mbs.report.page import make
 
-    file: Path = arguments.config
-    if file.suffix.lower() == ".mbs":
-        return _write_page_of_model(arguments, file, give)
     config, lines = robot_or_config(arguments)
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments) as progress:
@@ -63,52 +70,44 @@ def _make(arguments: argparse.Namespace, give: Callable[[bytes], None] | None = 
         page = make(conversion)
     output = arguments.output or beside(conversion.settings.output, ".html")
     found = report(conversion)
-    _write(arguments, page, f"{found.robot}: report", output, give, f" ({found.verdict})")
+    save(output, page.data)
+    _tell(arguments, page, f"{found.robot}: report", output, f" ({found.verdict})")
     if not arguments.json:
         tell(conversion, found, arguments.verbose)
-        if give is None:
+        if not is_stream(output):
             print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")
             print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
     return 0 if conversion.rejected is None else 3
 
 
-def _write_page_of_model(
-    arguments: argparse.Namespace, file: Path, give: Callable[[bytes], None] | None
-) -> int:
-    """The page of an .mbs alone: no URDF, nothing to convert or to compare."""
-    from urdf2mbs.mbs.reader import read
+def _report_model(arguments: argparse.Namespace, save: Save) -> int:
+    """Write the page of an .mbs alone: there is no URDF to convert or to compare."""
     from urdf2mbs.report.page import make_of_model
 
-    for name in ("base", "package", "arg", "pipeline", "plugin", "after"):
-        if getattr(arguments, name):
-            raise ConfigError("usage", f"--{name} is for a robot; '{file}' is an .mbs already")
-    model = read(read_model(file), str(file))
+    file: Path = arguments.config
+    for field in choose_fields(arguments, ALONE):
+        flag = FLAGS[field].flag
+        raise ConfigError("usage", f"{flag} is for a robot; '{file}' is an .mbs already")
+    model = read_model(file)
     output = arguments.output or beside(file, ".html")
     page = make_of_model(model, file)
-    _write(arguments, page, f"{model.name}: page of the model", output, give)
-    if give is None and not arguments.json:
+    save(output, page.data)
+    _tell(arguments, page, f"{model.name}: page of the model", output)
+    if not is_stream(output) and not arguments.json:
         print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")
     return 0
 
 
-def _write(
-    arguments: argparse.Namespace,
-    page: Page,
-    what: str,
-    output: Path,
-    give: Callable[[bytes], None] | None,
-    more: str = "",
+def _tell(
+    arguments: argparse.Namespace, page: Page, what: str, output: Path, more: str = ""
 ) -> None:
-    """Write the page to its file, or hand it to ``give``, and say so."""
-    if give is None:
-        write_files({output: page.data}, force=arguments.force)
-    else:
-        give(page.data)
+    """Say where the page is, and how large."""
     if arguments.json:
         print_json({"page": str(output), "sizes": page.sizes, "missing": page.missing})
         return
     sizes = page.sizes
-    print(f"{what} written to {near(output) if give is None else 'standard output'}{more}")
+    place = "standard output" if is_stream(output) else near(output)
+    print(f"{what} written to {place}{more}")
     print(
         f"  {sizes['all'] / 1e6:.2f} MB: three.js {sizes['viewer'] / 1e6:.2f}, "
         f"meshes {sizes['meshes'] / 1e6:.2f}"

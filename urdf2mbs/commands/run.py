@@ -8,11 +8,11 @@ from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import (
     add_many,
+    add_printing,
     add_running,
     add_steps,
-    add_telling,
-    configured,
     path,
+    read_config,
 )
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import write
@@ -32,14 +32,14 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "config", type=path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
     )
-    add_telling(command)
+    add_printing(command)
     add_running(command)
     add_steps(command)
     add_many(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    configs = [configured(file, arguments) for file in arguments.config]
+    configs = [read_config(file, arguments) for file in arguments.config]
     if len(configs) > 1 or configs[0][0].sweep is not None:
         from urdf2mbs.commands.many import carry_out_many
 
@@ -55,7 +55,7 @@ def only_one(arguments: argparse.Namespace) -> None:
             raise ConfigError("usage", f"--{name} is for many robots, and this is one")
 
 
-def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
+def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
     """The conversion, run; nothing is written but the dump."""
     pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
     with Progress(arguments) as progress:
@@ -74,7 +74,7 @@ def converted(config: Config, lines: Lines, arguments: argparse.Namespace) -> Co
 
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
     """Convert one robot, write its files, and say what became of it."""
-    conversion = converted(config, lines, arguments)
+    conversion = convert_one(config, lines, arguments)
     write(conversion, force=arguments.force)
     found = report(conversion)
     if arguments.json:
@@ -103,7 +103,7 @@ def _fewer(
     conversion: Conversion, config: Config, lines: Lines, arguments: argparse.Namespace
 ) -> str:
     """How many joints the other presets make, where Robotran's generator minds."""
-    if all(one.code != "generator-limits" for one in conversion.diagnostics):
+    if all(said.code != "generator-limits" for said in conversion.diagnostics):
         return ""
     joints = [joint for body in conversion.mbs.bodies for joint in body.joints]
     if sum(joint.nature != "driven" for joint in joints) > JOINTS:

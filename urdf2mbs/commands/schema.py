@@ -23,7 +23,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    files = [Path(file) for file in arguments.plugin]
+    files = [Path(file) for file in arguments.plugins]
     plugins = Plugins(files, installed=not arguments.no_plugins)
     warn_of(plugins)
     print_json(schema(plugins))
@@ -51,13 +51,13 @@ def schema(plugins: Plugins) -> dict[str, Any]:
     options: dict[str, Any] = {}
     for name, offered in sorted(plugins.passes.items()):
         # which plugin's options hold is said by 'swap'
-        found = [_options(one.kind, f"{name}.{one.plugin}", defs) for one in offered]
+        found = [_options(pass_.kind, f"{name}.{pass_.plugin}", defs) for pass_ in offered]
         options[name] = found[0] if len(found) == 1 else {"anyOf": found}
         options[name]["description"] = offered[0].kind.summary()
     properties["passes"] |= {"properties": options, "additionalProperties": False}
     for definition in (config, *defs.values()):
-        for one in definition.get("properties", {}).values():
-            _accept_one_word(one)
+        for value in definition.get("properties", {}).values():
+            _accept_one_word(value)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **config,
@@ -66,12 +66,12 @@ def schema(plugins: Plugins) -> dict[str, Any]:
 
 
 def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a pass's options; what it refers to goes into ``defs``."""
+    """The schema of a pass's options; the classes in it go into ``defs``."""
     prefix = prefix.removesuffix(f".{GROUP}")
     (reference,), components = msgspec.json.schema_components(
         [kind], ref_template=f"#/$defs/{prefix}.{{name}}"
     )
-    inner = {one.__name__: one for one in _inner(kind)}
+    inner = {struct.__name__: struct for struct in _inner(kind)}
     for name, component in components.items():
         component.pop("title", None)
         defs[f"{prefix}.{name}"] = component

@@ -23,15 +23,10 @@ class _Flag(NamedTuple):
     """The option of a command line that sets a field of ``Config``."""
 
     flag: str
-    form: str | None
-    """Of its value; None: it has none, or one of a few words."""
+    form: str
+    """The form of its value; empty: the option has no value, or one of a few words."""
     kind: Any
     """The type of the field."""
-
-    @property
-    def name(self) -> str:
-        """What the parsed arguments call it."""
-        return self.flag.removeprefix("--").replace("-", "_")
 
 
 def _flags() -> dict[str, _Flag]:
@@ -41,140 +36,17 @@ def _flags() -> dict[str, _Flag]:
         kind, *metas = get_args(hint) if get_origin(hint) is Annotated else (hint,)
         for words in [meta.extra["flag"] for meta in metas if meta.extra]:
             flag, _, form = words.partition(" ")
-            flags[name] = _Flag(flag, form or None, kind)
+            flags[name] = _Flag(flag, form, kind)
     return flags
 
 
 FLAGS = _flags()
 
+#: The fields that say how a robot is read, and how much its warnings weigh.
+READING = ("diagnostics", "strict", "trust_xacro")
 #: The fields that a command line may change where there is a config, and those for a robot alone.
-RUNNING = ("diagnostics", "strict", "trust_xacro", "passes")
+RUNNING = (*READING, "passes")
 ALONE = ("base", "packages", "xacro_args", "pipeline", "plugins", "after")
-
-
-def chosen(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) -> dict[str, Any]:
-    """What a command line says of the fields of ``Config``, as a config says it."""
-    fields_given = {}
-    for field in fields:
-        given = getattr(arguments, FLAGS[field].name, None)
-        if given:
-            fields_given[field] = _value(FLAGS[field], given)
-    return fields_given
-
-
-def _value(flag: _Flag, given: Any) -> Any:
-    if get_origin(flag.kind) is not dict:
-        return given
-    form = flag.form or ""
-    words = pairs(given, ":=" if ":=" in form else "=", flag.flag, form)
-    if "." in form:
-        return _options(words)
-    if list[str] not in get_args(get_args(flag.kind)[1]):
-        return dict(words)
-    lists: dict[str, list[str]] = {}
-    for key, value in words:
-        lists.setdefault(key, []).append(value)
-    return lists
-
-
-def configured(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """A config file, with what the command line changes of it."""
-    config, lines = load(file)
-    given = chosen(arguments, RUNNING)
-    for name, options in given.get("passes", {}).items():
-        given["passes"][name] = {**config.passes.get(name, {}), **options}
-    values = typed(Config, {"source": config.source, **given}, Lines())
-    for field in given:
-        value = getattr(values, field)
-        given[field] = {**getattr(config, field), **value} if isinstance(value, dict) else value
-    return msgspec.structs.replace(config, **given), lines
-
-
-def levels(arguments: argparse.Namespace) -> dict[str, Any]:
-    """How much warnings weigh, as a config says it."""
-    return chosen(arguments, ("diagnostics", "strict"))
-
-
-def _options(words: list[tuple[str, str]]) -> dict[str, dict[str, Any]]:
-    """What ``--set`` says, by passes."""
-    from urdf2mbs.engine.yaml_text import word
-
-    options: dict[str, dict[str, Any]] = {}
-    for key, value in words:
-        pass_, dot, option = key.rpartition(".")
-        if not dot:
-            raise ConfigError("usage", f"--set {key}={value}: it reads PASS.OPTION=VALUE")
-        options.setdefault(pass_, {})[option] = word(value)
-    return options
-
-
-def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """The config that the command line stands for."""
-    if robot == "-":
-        robot = standard_input.take()
-    lines = Lines()
-    given = {"source": robot, "output": output, **chosen(arguments)}
-    return typed(Config, given, lines), lines
-
-
-def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
-    """A config is told from a robot by the file's ending."""
-    file: Path = arguments.config
-    if str(file) == "-" or str(file).startswith(descriptions.PREFIX):
-        return without_config(str(file), None, arguments)
-    if file.suffix.lower() not in (".yaml", ".yml", "") and not is_folder(file):
-        return without_config(str(file), None, arguments)
-    for field in chosen(arguments, ALONE):
-        raise ConfigError(
-            "usage", f"{FLAGS[field].flag} is for a robot without a config",
-            hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
-        )  # fmt: skip
-    return configured(file, arguments)
-
-
-def pairs(words: list[str], sign: str, flag: str, form: str) -> list[tuple[str, str]]:
-    """Split words such as ``NAME=VALUE``; raises ConfigError for one that cannot be."""
-    pairs = []
-    for given in words:
-        name, found, value = given.partition(sign)
-        if not found or not name:
-            raise ConfigError("usage", f"{flag} {given}: it reads {flag} {form}")
-        pairs.append((name, value))
-    return pairs
-
-
-# --- options that several commands have ---
-
-
-def path(text: str) -> Path:
-    if not text:  # which would be the working folder
-        raise argparse.ArgumentTypeError("the name is empty")
-    return Path(text)
-
-
-def add_json(command: argparse._ActionsContainer) -> None:
-    command.add_argument("--json", action="store_true", help="print all that is known, as JSON")
-
-
-def add_telling(command: argparse.ArgumentParser, *, writes: bool = True) -> None:
-    """For what does something, and tells of it: in words, as JSON, or not at all."""
-    if writes:
-        command.add_argument("--force", action="store_true", help="replace edited files, too")
-    either = command.add_mutually_exclusive_group()
-    add_json(either)
-    either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
-
-
-def add_no_plugins(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
-
-
-def add_steps(command: argparse.ArgumentParser) -> None:
-    """Where to stop, and what to show on the way."""
-    command.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
-    command.add_argument(
-        "--dump", type=path, metavar="DIR", help="write the state after every pass, as YAML"
-    )
 
 
 def add_fields(command: argparse.ArgumentParser, *fields: str) -> None:
@@ -191,40 +63,117 @@ def add_fields(command: argparse.ArgumentParser, *fields: str) -> None:
             more["metavar"] = form
         if get_origin(kind) in (dict, list):
             more |= {"action": "append", "default": []}
-        command.add_argument(flag, **more)
+        command.add_argument(flag, dest=field, **more)
 
 
-def add_levels(command: argparse.ArgumentParser) -> None:
-    """For what reads a robot, and may warn of it."""
+def choose_fields(arguments: argparse.Namespace, fields: Iterable[str] = FLAGS) -> dict[str, Any]:
+    """What a command line says of the fields of ``Config``, as a config says it."""
+    given = {field: getattr(arguments, field, None) for field in fields}
+    return {field: _value(FLAGS[field], value) for field, value in given.items() if value}
+
+
+def _value(flag: _Flag, given: Any) -> Any:
+    if get_origin(flag.kind) is not dict:
+        return given
+    from urdf2mbs.engine.yaml_text import word
+
+    sign = ":=" if ":=" in flag.form else "="
+    values: dict[str, Any] = {}
+    for text in given:
+        name, found, value = text.partition(sign)
+        pass_, _, option = name.rpartition(".")
+        if not found or not name or ("." in flag.form and not pass_):
+            raise ConfigError("usage", f"{flag.flag} {text}: it reads {flag.flag} {flag.form}")
+        if "." in flag.form:
+            values.setdefault(pass_, {})[option] = word(value)
+        elif list[str] in get_args(get_args(flag.kind)[1]):
+            values.setdefault(name, []).append(value)
+        else:
+            values[name] = value
+    return values
+
+
+def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """A config file, with what the command line changes of it."""
+    config, lines = load(file)
+    given = choose_fields(arguments, RUNNING)
+    for name, options in given.get("passes", {}).items():
+        given["passes"][name] = {**config.passes.get(name, {}), **options}
+    values = typed(Config, {"source": config.source, **given}, Lines())
+    for field in given:
+        value = getattr(values, field)
+        given[field] = {**getattr(config, field), **value} if isinstance(value, dict) else value
+    return msgspec.structs.replace(config, **given), lines
+
+
+def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """The config that the command line stands for."""
+    if robot == "-":
+        robot = standard_input.take()
+    lines = Lines()
+    given = {"source": robot, "output": output, **choose_fields(arguments)}
+    return typed(Config, given, lines), lines
+
+
+def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
+    """The config of the file that is named: a config or a robot, by the file's ending."""
+    file: Path = arguments.config
+    robot = file.suffix.lower() not in (".yaml", ".yml", "") and not is_folder(file)
+    if robot or str(file) == "-" or str(file).startswith(descriptions.PREFIX):
+        return without_config(str(file), None, arguments)
+    for field in choose_fields(arguments, ALONE):
+        raise ConfigError(
+            "usage", f"{FLAGS[field].flag} is for a robot without a config",
+            hint=f"write it in '{file}', or name the .urdf or .xacro file instead",
+        )  # fmt: skip
+    return read_config(file, arguments)
+
+
+# --- options that several commands have ---
+
+
+def path(text: str) -> Path:
+    if not text:  # an empty path would be the working folder
+        raise argparse.ArgumentTypeError("the name is empty")
+    return Path(text)
+
+
+def add_json(command: argparse._ActionsContainer) -> None:
+    command.add_argument("--json", action="store_true", help="print all that is known, as JSON")
+
+
+def add_printing(command: argparse.ArgumentParser, *, writes: bool = True) -> None:
+    """For a command that prints its result in words, as JSON, or not at all."""
+    if writes:
+        command.add_argument("--force", action="store_true", help="replace edited files, too")
+    either = command.add_mutually_exclusive_group()
+    add_json(either)
+    either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
+
+
+def add_no_plugins(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
+
+
+def add_verbose(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-v", "--verbose", action="store_true", help="show each pass and all notes"
     )
-    add_fields(command, "diagnostics", "strict")
 
 
 def add_running(command: argparse.ArgumentParser) -> None:
-    """For what runs passes, by a config or by what stands for one."""
+    """For a command that runs passes, by a config or by options that stand for a config."""
     add_no_plugins(command)
-    add_levels(command)
-    add_fields(command, "trust_xacro", "passes")
+    add_verbose(command)
+    add_fields(command, *RUNNING)
 
 
-def add_trust(command: argparse.ArgumentParser) -> None:
-    add_fields(command, "trust_xacro")
-
-
-def add_base(command: argparse.ArgumentParser) -> None:
-    add_fields(command, "base")
-
-
-def add_robot(command: argparse.ArgumentParser) -> None:
-    """What a robot needs to be read."""
-    add_fields(command, "packages", "xacro_args")
-
-
-def add_settings(command: argparse.ArgumentParser) -> None:
-    """What a config says, for a robot without one."""
-    add_fields(command, *ALONE)
+def add_steps(command: argparse.ArgumentParser) -> None:
+    """Where to stop, and what to show on the way."""
+    command.add_argument("--stop-after", metavar="PASS", help="run the passes up to this one")
+    command.add_argument(
+        "--dump", type=path, metavar="DIR", help="write the state after every pass, as YAML"
+    )
 
 
 def add_many(command: argparse.ArgumentParser) -> None:
@@ -235,9 +184,3 @@ def add_many(command: argparse.ArgumentParser) -> None:
         "--report", type=path, metavar="FILE.json",
         help=f"default: {REPORT} in the folder that all outputs are in",
     )  # fmt: skip
-
-
-def add_model(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "model", type=path, metavar="MODEL.mbs", help="of urdf2mbs, or drawn by hand"
-    )

@@ -10,13 +10,11 @@ import msgspec
 
 from urdf2mbs.commands.printing import other_way, print_json, proof_in_words, tell_diagnostics
 from urdf2mbs.commands.settings import (
-    add_base,
-    add_levels,
-    add_robot,
-    add_telling,
-    add_trust,
-    levels,
-    pairs,
+    READING,
+    add_fields,
+    add_printing,
+    add_verbose,
+    choose_fields,
     path,
 )
 from urdf2mbs.commands.streams import STREAM
@@ -43,15 +41,13 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "model", type=path, metavar="MODEL.mbs",
         help="of urdf2mbs, or drawn by hand; or a .urdf or .xacro file beside another",
     )  # fmt: skip
-    add_telling(command, writes=False)
-    add_levels(command)
-    add_robot(command)
-    add_trust(command)
+    add_printing(command, writes=False)
+    add_verbose(command)
+    add_fields(command, *READING, "packages", "xacro_args", "base")
     command.add_argument(
         "--engine", choices=("own", "pinocchio"), default="own",
         help="own (the default), or pinocchio, which compares mass matrix and forces, too",
     )  # fmt: skip
-    add_base(command)
     command.add_argument(
         "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
         help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
@@ -69,15 +65,11 @@ def carry_out(arguments: argparse.Namespace) -> int:
     verdict = verify(
         standard_input.take() if arguments.robot == STREAM else arguments.robot,
         arguments.model,
-        packages=dict(pairs(arguments.package, "=", "--package", "NAME=DIR")),
-        xacro_args=dict(pairs(arguments.arg, ":=", "--arg", "NAME:=VALUE")),
-        base=arguments.base or "auto",
         engine=arguments.engine,
         frames=arguments.frames,
         gravity=tuple(arguments.gravity),
         tolerance=arguments.tolerance,
-        trust_xacro=arguments.trust_xacro,
-        **levels(arguments),
+        **choose_fields(arguments),
     )
     code = 0 if verdict.same else 3
     if arguments.json:

@@ -87,16 +87,11 @@ class _Picture:
         self.points: dict[tuple[str | None, str], XY] = {}
         for body in mbs.bodies:
             self.frames[body.name] = _at(body.joints[-1].position)
-        for owner, points in self._owners():
-            for point in points:
+        for name, owner in self.mbs.owners():
+            for point in owner.points:
                 own_frame = point.name == ORIGIN and point.position is None
-                at = self.frames[owner] if own_frame else _at(point.position)
-                self.points[owner, point.name] = at
-
-    def _owners(self) -> Iterator[tuple[str | None, list[Point]]]:
-        yield None, self.mbs.base.points
-        for body in self.mbs.bodies:
-            yield body.name, body.points
+                at = self.frames[name] if own_frame else _at(point.position)
+                self.points[name, point.name] = at
 
     def _place(self, body: str | None, point: str | None) -> XY:
         return self.frames[body] if point is None else self.points[body, point]
@@ -166,9 +161,9 @@ class _Picture:
 
     def arrows(self) -> Iterator[str]:
         """From a body's frame to each of its points."""
-        for owner, points in self._owners():
-            for point in points:
-                (ax, ay), (bx, by) = self.frames[owner], self.points[owner, point.name]
+        for name, owner in self.mbs.owners():
+            for point in owner.points:
+                (ax, ay), (bx, by) = self.frames[name], self.points[name, point.name]
                 length = hypot(bx - ax, by - ay)
                 if length < 12:
                     continue  # the dots touch
@@ -244,9 +239,9 @@ class _Picture:
         return boxes
 
     def dots(self) -> Iterator[str]:
-        for owner, points in self._owners():
-            for point in points:
-                x, y = self.points[owner, point.name]
+        for name, owner in self.mbs.owners():
+            for point in owner.points:
+                x, y = self.points[name, point.name]
                 letters = [
                     letter
                     for letter, found in (("S", point.sensor), ("F", point.extforce))
@@ -257,7 +252,7 @@ class _Picture:
                     for k, letter in enumerate(letters)
                 )
                 yield (
-                    f'<g class="point" data-body="{_t(owner or "")}" data-point="{_t(point.name)}">'
+                    f'<g class="point" data-body="{_t(name or "")}" data-point="{_t(point.name)}">'
                     f"<title>{_t(_about_point(point))}</title>"
                     f'<circle cx="{_n(x)}" cy="{_n(y)}" r="5"/>{marks}</g>'
                 )

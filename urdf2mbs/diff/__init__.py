@@ -1,1 +1,1 @@
-"""What differs between two .mbs files: which objects are the same, and what of them changed."""
+"""The differences of two .mbs files: matched objects, and the changes of each."""

@@ -1,4 +1,4 @@
-"""What changed from one model to another, object by object and field by field."""
+"""The changes from one model to another, object by object and field by field."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Change(msgspec.Struct, omit_defaults=True):
 
 
 class Differences(msgspec.Struct):
-    """What differs between two models."""
+    """The differences of two models."""
 
     changes: list[Change]
     versions: tuple[str, str]
@@ -52,7 +52,7 @@ class Differences(msgspec.Struct):
 
 
 def differences(before: Mbs, after: Mbs, *, physics: bool = False) -> Differences:
-    """What differs between two models; ``physics`` leaves out what is drawn alone.
+    """The differences of two models; ``physics`` leaves out what is drawn alone.
 
     A thing that belongs to an added or removed thing is not named beside it.
     """
@@ -105,7 +105,7 @@ def _stated(content: Any) -> Any:
 
 
 def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
-    """What changed of one thing: its name, its owner, its fields."""
+    """The changes of one thing: of its name, its owner, its fields."""
     drawn = old.kind in DRAWN
 
     def change(does: Any, field: str, was: Any, now: Any) -> Change:
@@ -133,7 +133,7 @@ def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
 
 
 def _values(thing: Thing) -> dict[str, Any]:
-    """The plain values of a thing; what a file may leave out has the value that this means."""
+    """The plain values of a thing; a value that the file leaves out is its default."""
     values: dict[str, Any] = {}
     for field in thing.part.__struct_fields__:
         value = getattr(thing.part, field)
@@ -190,7 +190,7 @@ def _unknown_of(thing: Thing, texts: dict[int, dict[str, str]]) -> dict[str, str
 
 
 def _of_unknown(old: Thing, was: dict[str, str], now: dict[str, str]) -> Iterator[Change]:
-    """What changed of the elements and attributes that the model does not know."""
+    """The changes of elements and attributes that the model does not know."""
     for path in dict.fromkeys([*was, *now]):
         if was.get(path) != now.get(path):
             drawing = old.kind in DRAWN or path.startswith(DRAWING)

@@ -1,4 +1,4 @@
-"""Which objects of two models are the same: by name, else by structure, never by their order.
+"""The objects of two models that are the same: by name, else by structure, never by their order.
 
 MBSysPad renumbers and reorders what it saves, and people rename.  Each object of a model becomes a
 ``Thing``, which knows what it belongs to and what it refers to.  Two things that are the same get
@@ -119,11 +119,11 @@ class Matching:
         return [(thing, self.partner[thing]) for thing in self.before if thing in self.partner]
 
     def identity(self, thing: Thing | str | None) -> Hashable:
-        """What is equal for two things, or references to things, that are the same."""
+        """A value that is equal for two things, or references to things, that are the same."""
         return self._numbers.get(thing, thing) if isinstance(thing, Thing) else thing
 
     def identities(self, thing: Thing, field: str) -> tuple[Hashable, ...]:
-        """What a field refers to, in a form that can be compared."""
+        """The identities of the things that a field refers to."""
         return tuple(self.identity(target) for target in thing.refers[field])
 
     def _match(self) -> None:
@@ -212,7 +212,7 @@ class Matching:
         return thing.part.kind, ends
 
     def _of_body(self) -> list[Key]:
-        """What two bodies of different names can have in common, the strictest first."""
+        """The keys by which bodies of different names are the same, the strictest first."""
 
         def parent(thing: Thing) -> Hashable:
             return self.identities(thing, "parent")

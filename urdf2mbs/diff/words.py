@@ -37,7 +37,7 @@ def in_words(differences: Differences, *, drawing: bool = False) -> list[str]:
 
 
 def remarks(differences: Differences) -> list[str]:
-    """What follows from the changes, or is none: numbers of joints, versions of MBSysPad."""
+    """Lines about numbers of joints and versions of MBSysPad."""
     lines = []
     numbers = differences.renumbered
     if numbers:
@@ -76,7 +76,7 @@ def line(change: Change) -> str:
 
 
 def _described(kind: str, content: dict[str, Any]) -> str:
-    """What a thing that came or went is, in a few words."""
+    """An added or removed thing in a few words."""
     parts: list[str] = []
     if kind == "body":
         parent = content.get("parent")

@@ -105,7 +105,7 @@ def _size(count: int) -> str:
 
 
 def is_portable(name: str) -> bool:
-    """Whether every system has files of this name."""
+    """True if every system can have a file of this name."""
     return (
         name.partition(".")[0].strip().lower() not in DEVICES
         and not name.endswith((" ", "."))
@@ -143,7 +143,7 @@ def size(path: Path) -> int:
 
 
 def is_folder(path: Path) -> bool:
-    """Whether there is such a folder; what is wrong with a name is said where it is used."""
+    """True if there is such a folder; False for a name that no folder can have."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -151,7 +151,7 @@ def is_folder(path: Path) -> bool:
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is such a file; what is wrong with a name is said where it is used."""
+    """True if there is such a file; False for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -174,7 +174,7 @@ def absolute(path: Path) -> Path:
     try:
         os.stat(whole)  # noqa: PTH116
     except (FileNotFoundError, NotADirectoryError, PermissionError):
-        pass  # which is said where the file is used
+        pass  # the reader of the file reports it
     except (OSError, ValueError) as error:
         shown = str(path) if len(str(path)) <= 80 else f"{str(path)[:77]}..."
         raise ConfigError(

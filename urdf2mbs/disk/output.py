@@ -20,14 +20,14 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_portable, read
-from urdf2mbs.disk.seal import can_hold, checksum, intact, seal, sealed
+from urdf2mbs.disk.seal import can_hold, checksum, has_seal, intact, seal
 from urdf2mbs.machine.stopping import Unfinished
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
-#: In a folder, what we wrote there and has no comments for a seal, in the form of ``sha256sum``.
+#: The file with the checksums of those files of its folder that cannot hold a seal (``sha256sum``).
 RECORD = ".urdf2mbs"
 
 
@@ -136,7 +136,7 @@ def check_ours(places: Mapping[Path, bytes]) -> None:
         there = _read(place)
         if not there or there == data or intact(there) or _line(place, there) in _recorded(place):
             continue
-        edited = sealed(there) or f"  {place.name}\n" in "".join(_recorded(place))
+        edited = has_seal(there) or f"  {place.name}\n" in "".join(_recorded(place))
         why = (
             "was edited since urdf2mbs wrote it"
             if edited
@@ -205,14 +205,14 @@ def _make_folder(folder: Path, made: list[Path]) -> None:
         folder = folder.parent
         if folder == missing[-1]:
             break
-    for one in reversed(missing):
+    for above in reversed(missing):
         try:
-            one.mkdir()
+            above.mkdir()
         except FileExistsError:
-            if not one.is_dir():  # another run may have made it just now
+            if not above.is_dir():  # another run may have made it just now
                 raise
         else:
-            made.append(one)
+            made.append(above)
 
 
 def _lock(folder: Path, locks: ExitStack) -> bool:
@@ -306,7 +306,7 @@ def _beside(place: Path, ending: str) -> Path:
 
 
 def _mode(place: Path) -> int:
-    """Of the file that is there, else what a new file gets."""
+    """The mode of the file that is there, else the mode of a new file."""
     try:
         return S_IMODE(place.stat().st_mode)
     except FileNotFoundError:
@@ -334,21 +334,18 @@ def _undo_all(
 ) -> None:
     """Bring back what was there before, files and folders."""
     for place, old in kept.items():
+        part = parts.get(place)
         with suppress(OSError):
-            _undo(place, old, parts.get(place))
+            if part is not None and part.exists():
+                continue  # it has not been renamed
+            if old is None:
+                place.unlink()
+            else:
+                old.replace(place)
     _take_away(parts.values())
     for folder in reversed(made):
         with suppress(OSError):
             folder.rmdir()  # which does nothing where somebody has put something
-
-
-def _undo(place: Path, old: Path | None, part: Path | None) -> None:
-    if part is not None and part.exists():
-        return  # it has not been renamed
-    if old is None:
-        place.unlink()
-    else:
-        old.replace(place)
 
 
 def _sync_folder(folder: Path) -> None:

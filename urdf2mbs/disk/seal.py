@@ -26,30 +26,30 @@ def seal(path: Path, data: bytes) -> bytes:
     around = _comment(path, data)
     if around is None or not data or intact(data):
         return data
-    data = unsealed(data)
+    data = unseal(data)
     if not data.endswith(b"\n"):
         data += b"\n"
     return data + f"{around[0]}{_WORDS}{checksum(data)}{around[1]}\n".encode()
 
 
-def unsealed(data: bytes) -> bytes:
+def unseal(data: bytes) -> bytes:
     """The file without its seal."""
     start = _last_line(data)
     return data[:start] if _SEAL.match(data, start) else data
 
 
 def can_hold(path: Path, data: bytes) -> bool:
-    """Whether a file has comments, so that it can hold a seal."""
+    """True if a file has comments, so that it can hold a seal."""
     return _comment(path, data) is not None
 
 
-def sealed(data: bytes) -> bool:
-    """Whether there is a seal, of this text or of another."""
+def has_seal(data: bytes) -> bool:
+    """True if there is a seal, of this text or of another text."""
     return _WORDS.encode() in data
 
 
 def intact(data: bytes) -> bool:
-    """Whether the last line is the seal of this very text."""
+    """True if the last line is the seal of this very text."""
     start = _last_line(data)
     found = _SEAL.match(data, start)
     return found is not None and found[2].decode() == checksum(data[:start])

@@ -8,6 +8,7 @@ Errors name the file, the line and the key, and offer the nearest known one.
 import re
 from collections.abc import Mapping
 from contextlib import suppress
+from copy import deepcopy
 from functools import cache
 from os import PathLike, fspath
 from pathlib import Path
@@ -23,16 +24,16 @@ from urdf2mbs.ranges import Acceleration, in_words
 #: The most bytes of a config that are read.
 MOST = 2**20
 
-#: Where in a config a value stands: the keys (and list positions) that lead to it.
+#: The place of a value in a config: the keys (and list positions) that lead to it.
 Key = tuple[str | int, ...]
 
-#: Of a range: whole, or with a point.
+#: A number of a range.
 Number = Annotated[int, Meta(ge=-(10**15), le=10**15)] | Annotated[float, Meta(ge=-1e15, le=1e15)]
 
 #: How much a message weighs.
 Level = Literal["error", "warning", "note", "ignore"]
 
-#: A name or a path. One that is empty would stand for the folder of the config.
+#: A name or a path.  An empty text would stand for the folder of the config.
 Name = Annotated[str, Meta(min_length=1)]
 
 
@@ -167,7 +168,7 @@ class Lines:
     ) -> None:
         self.file = file
         self.folder = folder or (file.parent if file else Path())
-        """To which the config's paths are relative."""
+        """The paths in the config are relative to this folder."""
         self._lines = lines or {}
 
     def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
@@ -268,7 +269,7 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
     except UnicodeEncodeError as error:  # half a letter, of a command line or a file's name
         raise lines.error("config-type", f"{error.object!r} is no text", at) from None
     except msgspec.ValidationError as error:
-        what, path = _told(error, data, kind)
+        what, path = _place_of(error, data, kind)
         where: Key = (*at, *path)
         number = _number_at(msgspec.inspect.type_info(kind), path)
         if number is not None and " got " not in what:
@@ -277,16 +278,18 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
                 f"'{_dotted(where)}' is {_inside(data, path)!r}: {in_words(number)} is wanted",
                 where,
             ) from None
-        field = str(path[0]) if path else ""
+        field = fields.get(str(path[0])) if path else None
+        unknown = re.search("unknown field `(.*)`", what)
+        close = nearest(unknown[1], _keys(field.type)) if field and unknown else None
         raise lines.error(
             "config-type",
             f"'{_dotted(where)}': {_plainly(what)}",
-            where,
-            _choices(fields[field].type if field in fields else None),
+            (*where, unknown[1]) if unknown else where,
+            close or _choices(field.type if field else None),
         ) from None
 
 
-#: What msgspec calls the kinds of values, and what we do.
+#: The kinds of values: msgspec's word, and ours.
 _KINDS = {
     "str": "a word",
     "int": "a whole number",
@@ -298,15 +301,15 @@ _KINDS = {
 }
 
 
-#: What is said of a ``Name`` without a letter.
+#: The message for an empty ``Name``.
 _EMPTY = "is empty: write the name or the path that is meant"
 
 
 def _plainly(what: str) -> str:
     """What msgspec says, in the words of a reader of YAML."""
 
-    def kinds(found: re.Match[str]) -> str:
-        return " or ".join(_KINDS.get(kind, kind) for kind in found[1].split(" | "))
+    def kinds(match: re.Match[str]) -> str:
+        return " or ".join(_KINDS.get(kind, kind) for kind in match[1].split(" | "))
 
     said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", what)
     said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
@@ -322,6 +325,12 @@ def _plainly(what: str) -> str:
     return said.replace("Object ", "this ")
 
 
+def _keys(kind: Any) -> list[str]:
+    """The keys of a block, or of the block that a value may be."""
+    kinds = getattr(kind, "types", (kind,))
+    return [field.encode_name for kind in kinds for field in getattr(kind, "fields", ())]
+
+
 def _choices(kind: Any) -> str | None:
     """The words that a value may be, for a hint."""
     while isinstance(kind, (msgspec.inspect.Metadata, msgspec.inspect.DictType)):
@@ -330,32 +339,40 @@ def _choices(kind: Any) -> str | None:
     return f"it is one of: {', '.join(words)}" if words else None
 
 
-def _told(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
-    """What msgspec says is wrong with ``data``, and where: the keys that lead there.
+def _place_of(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
+    """What msgspec says is wrong with ``data``, and the keys that lead to the wrong value.
 
-    msgspec leaves the key of a mapping open ("..."), so each key is tried by itself.
+    msgspec writes "..." for each key of a mapping.  So the keys whose removal does not change the
+    error are removed: the key that remains is the wrong one.
     """
     what, path = _split(error)
+    data = deepcopy(data)
     where: Key = ()
-    for given in path:
-        step = given
-        if given == "...":
-            for key, value in _inside(data, where).items():
-                alone = _replaced(data, where, {key: value})
-                try:
-                    msgspec.convert(alone, kind, strict=True)
-                except msgspec.ValidationError as one:
-                    if _split(one) == (what, path):
-                        data, step = alone, key
-                        break
-        where = (*where, step)
+    for key in path:
+        if key == "...":
+            block = _inside(data, where)
+            for name in list(block):
+                value = block.pop(name)
+                if str(_error(data, kind)) != str(error):
+                    block[name] = value
+            key = next(iter(block))
+        where = (*where, key)
     return what, where
+
+
+def _error(data: Any, kind: type) -> msgspec.ValidationError | None:
+    try:
+        msgspec.convert(data, kind, strict=True)
+    except msgspec.ValidationError as error:
+        return error
+    return None
 
 
 def _number_at(at: Any, path: Key) -> msgspec.inspect.FloatType | msgspec.inspect.IntType | None:
     """The type of the number that a path of keys leads to; None where it leads to no number."""
     if isinstance(at, msgspec.inspect.UnionType):
-        return next((found for one in at.types if (found := _number_at(one, path))), None)
+        numbers = (_number_at(member, path) for member in at.types)
+        return next((number for number in numbers if number), None)
     if not path:
         return at if isinstance(at, (msgspec.inspect.FloatType, msgspec.inspect.IntType)) else None
     key, rest = path[0], path[1:]
@@ -382,16 +399,6 @@ def _inside(data: Any, path: Key) -> Any:
     for key in path:
         data = data[key]
     return data
-
-
-def _replaced(data: Any, path: Key, value: Any) -> Any:
-    """``data`` with something else at the end of a path; the rest is shared."""
-    for end in range(len(path) - 1, -1, -1):
-        whole: Any = _inside(data, path[:end])
-        whole = dict(whole) if isinstance(whole, dict) else list(whole)
-        whole[path[end]] = value
-        value = whole
-    return value
 
 
 @cache

@@ -25,7 +25,7 @@ def pass_failed(
     if isinstance(error, MemoryError):
         robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
         return memory_full(f"pass '{found.kind.name}' on robot '{robot}'")
-    strangers = [f"'{one.kind.name}' ({one.plugin})" for one in before if one.plugin != GROUP]
+    strangers = [f"'{ran.kind.name}' ({ran.plugin})" for ran in before if ran.plugin != GROUP]
     if not ours:
         hint = "--debug shows the traceback"
     elif strangers:

@@ -1,6 +1,7 @@
 """What a plugin may offer: its passes, and a look at every pass before and after it runs.
 
-A plugin is any module with functions of these names, marked with ``hookimpl``::
+docs/passes.md shows each hook at work.  A plugin is any module with functions of these names,
+marked with ``hookimpl``::
 
     from urdf2mbs.engine.hookspecs import Pass, hookimpl
 
@@ -69,14 +70,7 @@ class Pass(msgspec.Struct, forbid_unknown_fields=True):
 
 @hookspec
 def urdf2mbs_passes() -> list[type[Pass]]:
-    """The passes that this plugin brings: the classes.
-
-    Example::
-
-        @hookimpl
-        def urdf2mbs_passes():
-            return [DropGrippers]
-    """
+    """The passes that this plugin brings: the classes."""
     raise NotImplementedError
 
 
@@ -86,59 +80,25 @@ def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
 
     A preset has the keys ``pipeline``, ``after``, ``before``, ``without`` and ``passes`` of a
     config.  ``extends`` names the preset that it changes.
-
-    Example::
-
-        @hookimpl
-        def urdf2mbs_presets():
-            return {"ours": {"extends": "compact", "after": {"expand": "rename-links"}}}
     """
     raise NotImplementedError
 
 
 @hookspec
 def urdf2mbs_before_run(settings: Settings) -> None:
-    """Called once, before the source is read: to fetch or make what it needs.
-
-    Example::
-
-        @hookimpl
-        def urdf2mbs_before_run(settings):
-            print("converting", settings.source)
-    """
+    """Called once, before the source is read: to fetch or make what it needs."""
 
 
 @hookspec
 def urdf2mbs_before_pass(pass_: Pass, conversion: Conversion) -> None:
-    """Called before each pass: for progress, own checks, a breakpoint.
-
-    Example::
-
-        @hookimpl
-        def urdf2mbs_before_pass(pass_, conversion):
-            print("now", pass_.name)
-    """
+    """Called before each pass: for progress, own checks, a breakpoint."""
 
 
 @hookspec
 def urdf2mbs_progress(text: str) -> None:
-    """Called by a pass that takes long, with what it is at (``conversion.progress(text)``).
-
-    Example::
-
-        @hookimpl
-        def urdf2mbs_progress(text):
-            print("now", text)
-    """
+    """Called by a pass that takes long, with what it is at (``conversion.progress(text)``)."""
 
 
 @hookspec
 def urdf2mbs_after_pass(pass_: Pass, conversion: Conversion, seconds: float) -> None:
-    """Called after each pass, with the time that it took.
-
-    Example::
-
-        @hookimpl
-        def urdf2mbs_after_pass(pass_, conversion, seconds):
-            assert conversion.robot.links, f"{pass_.name} left no links"
-    """
+    """Called after each pass, with the time that it took."""

@@ -28,14 +28,15 @@ if TYPE_CHECKING:
 #: The entry point group in which an installed package names its plugin, and our own name there.
 GROUP = "urdf2mbs"
 
-#: What a plugin's code may throw at us: ``sys.exit()`` too must not end us without a word.
+#: The exceptions of a plugin that become a message, ``sys.exit()`` among them.
 FAILURES = (Exception, SystemExit)
 
 
 @cache
 def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
-    """The plugins of the packages on ``path``, which is ``sys.path``, and the package of each:
-    looking costs more than converting a small robot.
+    """The installed plugins, each with its package.  ``path`` is ``sys.path``.
+
+    The result is kept: a second search would take longer than the conversion of a small robot.
 
     A package that lies in the working folder is not installed: it may be a stranger's.
     """
@@ -53,8 +54,9 @@ def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
 
 
 def _may_name_plugins(folder: str) -> bool:
-    """Whether a package in a folder of ``sys.path`` has entry points of our group, as far as can
-    be seen without ``importlib.metadata``.
+    """True if a package in a folder of ``sys.path`` may have entry points of our group.
+
+    This does not import ``importlib.metadata``.
 
     Gain: a quarter of a process that converts a small robot, with 120 packages installed.
     """
@@ -89,18 +91,21 @@ class Registered(msgspec.Struct, frozen=True):
     kind: type[Pass]
     plugin: str
     package: str
-    """What it is installed from; empty for a file."""
+    """The package that brings the pass; empty for a file."""
     file: str
 
     @property
     def version(self) -> str:
-        """Of the package; empty where it is not known."""
+        """The version of the package; empty if it is not known."""
         return version_of(self.package) if self.package else ""
 
 
 def plugins_of(files: Sequence[Path], *, installed: bool) -> Plugins:
-    """The plugins at hand.  Without files of a config they are the same for the whole process:
-    a quarter of the time of a small robot among many."""
+    """The plugins at hand.
+
+    Without files of a config, the whole process shares them: a quarter of the time of a small
+    robot among many.
+    """
     if files:
         return Plugins(files, installed=installed)
     return _without_files(tuple(sys.path) if installed else None)
@@ -156,7 +161,7 @@ class Plugins:
                         return plugin, self._files[plugin]
         return None
 
-    def hooked(self, hook: str) -> list[str]:
+    def with_hook(self, hook: str) -> list[str]:
         """The plugins, ours apart, that have a hook."""
         impls = getattr(self.hook, hook).get_hookimpls()
         return [impl.plugin_name for impl in impls if impl.plugin_name != GROUP]
@@ -173,14 +178,20 @@ class Plugins:
         return [
             name
             for name, offered in self.passes.items()
-            if any(found.plugin == plugin for found in offered)
+            if any(registered.plugin == plugin for registered in offered)
         ]
 
     def _add_installed(self, entry: EntryPoint, package: str) -> None:
-        """An installed plugin that is broken is left out: it must not block everybody's work."""
+        """Load an installed plugin.  A broken plugin is left out, and the conversion goes on."""
         there = entry.name in self._files
         try:
-            self._load_installed(entry, package)
+            try:
+                plugin = entry.load()
+            except FAILURES as error:
+                fault = f"it cannot be loaded: {_words(error)}"
+                raise ConfigError("plugin-broken", fault) from error
+            file = getattr(plugin, "__file__", None) or package
+            self._register(plugin, entry.name, package, file)
             self._collect(entry.name)
         except ConfigError as error:
             self.broken.append(
@@ -200,17 +211,9 @@ class Plugins:
         if self._manager.has_plugin(plugin):
             self._manager.unregister(name=plugin)
         for name, offered in list(self.passes.items()):
-            self.passes[name] = [found for found in offered if found.plugin != plugin]
+            self.passes[name] = [kept for kept in offered if kept.plugin != plugin]
             if not self.passes[name]:
                 del self.passes[name]
-
-    def _load_installed(self, entry: EntryPoint, package: str) -> None:
-        try:
-            plugin = entry.load()
-        except FAILURES as error:
-            raise ConfigError("plugin-broken", f"it cannot be loaded: {_said(error)}") from error
-        file = getattr(plugin, "__file__", None) or package
-        self._register(plugin, entry.name, package, file)
 
     def _load_file(self, file: Path) -> None:
         import importlib.util
@@ -233,7 +236,7 @@ class Plugins:
             if isinstance(error, ModuleNotFoundError):
                 hint = "install it where urdf2mbs is; a plugin of several files must be a package"
             raise ConfigError(
-                "plugin-broken", f"plugin '{file}' cannot be loaded: {_said(error)}",
+                "plugin-broken", f"plugin '{file}' cannot be loaded: {_words(error)}",
                 file=str(file), line=_line_in(file, error), hint=hint,
             ) from error  # fmt: skip
         self._register(module, file.stem, "", str(file))
@@ -288,7 +291,9 @@ class Plugins:
                     if brought is not None:
                         return kind(brought)
                 except FAILURES as error:
-                    raise self._broken(name, f"{hook} failed: {_said(error)}", "", error) from error
+                    raise self._broken(
+                        name, f"{hook} failed: {_words(error)}", "", error
+                    ) from error
                 raise self._broken(name, f"{hook} returned nothing", hint)
         return kind()
 
@@ -366,7 +371,7 @@ def _fault(kind: type[Pass]) -> tuple[str, str]:
         msgspec.json.schema(kind)
     except FAILURES as error:
         return (
-            f"its options cannot be read from YAML: {_said(error)}",
+            f"its options cannot be read from YAML: {_words(error)}",
             "use bool, int, float, str, list, dict, tuple, Literal, or Structs of these",
         )
     return "", ""
@@ -390,7 +395,7 @@ def version_of(package: str) -> str:
         return ""
 
 
-def _said(error: BaseException) -> str:
+def _words(error: BaseException) -> str:
     """An exception in one line; a SyntaxError repeats its own file and line otherwise."""
     text = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import msgspec
@@ -19,38 +19,37 @@ class Configured(msgspec.Struct):
     registered: Registered
     pass_: Pass
     swapped: bool = False
-    """Whether it stands in for the built-in pass of its name."""
+    """True if the pass replaces the built-in pass of its name."""
     at: Key = ()
-    """Where in the config it is named."""
+    """The place in the config that names the pass."""
 
 
 def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
     """The passes of a config, chosen, placed and with their options; raises ConfigError."""
-    known = _with_aliases(config, plugins, lines)
+    known = _add_aliases(config, plugins, lines)
     options: dict[str, dict[str, Any]] = {}
     if isinstance(config.pipeline, str):
         names, options = preset(config.pipeline, plugins, lines)
     else:
         names = config.pipeline
-    names, keys = _placed(names, config, known, lines)
+    names, keys = _place(names, config, known, lines)
     for key, mentioned in (("passes", config.passes), ("swap", config.swap)):
         for name in mentioned:
             if name not in names:
-                why = "is not in this pipeline" if name in known else ""
-                raise _unknown(lines, (key, name), name, [*names, *known], why)
+                raise _unknown(lines, (key, name), name, known, names)
     configured: list[Configured] = []
     seen: set[str] = set()
     for name, at in zip(names, keys, strict=True):
         if name not in known:
             hint = f"a preset's name stands alone: 'pipeline: {name}'"
-            raise _unknown(lines, at, name, known, "", hint if name in plugins.presets else "")
+            raise _unknown(lines, at, name, known, hint=hint if name in plugins.presets else "")
         if name in seen:
             mine = [key for key in (keys[names.index(name)], at) if key[0] in ("before", "after")]
             raise lines.error(
                 "pass-doubled", f"pass '{name}' is in the pipeline twice", (*mine, at)[0]
             )
         seen.add(name)
-        chosen = _chosen(name, known[name], config.swap.get(name), lines)
+        chosen = _choose(name, known[name], config.swap.get(name), lines)
         given = {**options.get(name, {}), **config.passes.get(name, {})}
         pass_ = typed(chosen.kind, given, lines, ("passes", name))
         configured.append(Configured(chosen, pass_, name in config.swap, at))
@@ -79,38 +78,37 @@ def preset(
     if found.extends is not None:
         others, options = preset(found.extends, plugins, lines, (*below, name))
         names = names or others
-    names, _ = _placed(names, found, plugins.passes, lines)
+    names, _ = _place(names, found, plugins.passes, lines)
     for pass_, given in found.passes.items():
         options[pass_] = {**options.get(pass_, {}), **given}
     return names, options
 
 
-def _with_aliases(config: Config, plugins: Plugins, lines: Lines) -> dict[str, list[Registered]]:
+def _add_aliases(config: Config, plugins: Plugins, lines: Lines) -> dict[str, list[Registered]]:
     """All passes by name, those under a second name too."""
     known = dict(plugins.passes)
     for alias, name in config.alias.items():
         if name not in plugins.passes:
-            raise _unknown(lines, ("alias", alias), name, plugins.passes, "")
+            raise _unknown(lines, ("alias", alias), name, plugins.passes)
         if alias in known:
             raise lines.error(
                 "pass-doubled", f"there is a pass '{alias}' already", ("alias", alias)
             )
-        chosen = _chosen(name, plugins.passes[name], config.swap.get(name), lines)
+        chosen = _choose(name, plugins.passes[name], config.swap.get(name), lines)
         words = {"name": alias, "__doc__": chosen.kind.__doc__}
         kind: Any = msgspec.defstruct(alias, [], bases=(chosen.kind,), namespace=words)
         known[alias] = [msgspec.structs.replace(chosen, kind=kind)]
     return known
 
 
-def _placed(
+def _place(
     names: list[str], config: Config | Preset, known: Mapping[str, Any], lines: Lines
 ) -> tuple[list[str], list[Key]]:
     """The pipeline without what the config leaves out, and with what the config puts ``before``
     and ``after`` its passes; and where in the config each pass is named."""
     for name in config.without:
         if name not in names:
-            why = "is not in this pipeline" if name in known else ""
-            raise _unknown(lines, ("without",), name, [*names, *known], why)
+            raise _unknown(lines, ("without",), name, known, names)
     names = [name for name in names if name not in config.without]
     if not config.before and not config.after:
         return names, [("pipeline", n) for n in range(len(names))]
@@ -126,27 +124,25 @@ def _placed(
             out.append((name, key))
             continue
         seen.add(name)
-        todo += [(one, ("after", name), False) for one in reversed(_listed(config.after, name))]
+        todo += [(new, ("after", name), False) for new in reversed(_beside(config.after, name))]
         todo.append((name, key, True))
-        todo += [(one, ("before", name), False) for one in reversed(_listed(config.before, name))]
+        todo += [(new, ("before", name), False) for new in reversed(_beside(config.before, name))]
     for where, mentioned in (("before", config.before), ("after", config.after)):
         for name in mentioned:
             if name not in seen:
-                why = "is not in this pipeline" if name in known else ""
-                there = [one for one, _ in out]
-                raise _unknown(lines, (where, name), name, [*there, *known], why)
+                raise _unknown(lines, (where, name), name, known, seen)
     return [name for name, _ in out], [key for _, key in out]
 
 
-def _listed(beside: Mapping[str, str | list[str]], name: str) -> list[str]:
-    found = beside.get(name, [])
-    return [found] if isinstance(found, str) else found
+def _beside(beside: Mapping[str, str | list[str]], name: str) -> list[str]:
+    new = beside.get(name, [])
+    return [new] if isinstance(new, str) else new
 
 
-def _chosen(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:
+def _choose(name: str, offered: list[Registered], plugin: str | None, lines: Lines) -> Registered:
     if plugin is None and len(offered) == 1:
         return offered[0]
-    by_plugin = {found.plugin: found for found in offered}
+    by_plugin = {registered.plugin: registered for registered in offered}
     if plugin is not None:
         if plugin not in by_plugin:
             raise lines.error(
@@ -162,10 +158,19 @@ def _chosen(name: str, offered: list[Registered], plugin: str | None, lines: Lin
     )  # fmt: skip
 
 
-def _unknown(lines: Lines, at: Key, name: str, known: Any, why: str, hint: str = "") -> ConfigError:
-    return lines.error(
-        "unknown-pass", f"pass '{name}' {why}" if why else f"there is no pass '{name}'", at,
-        hint
-        or ("'pipeline', 'after' or 'before' puts it in" if why else nearest(name, known))
-        or "'urdf2mbs passes' lists all",
-    )  # fmt: skip
+def _unknown(
+    lines: Lines,
+    at: Key,
+    name: str,
+    known: Collection[str],
+    names: Collection[str] = (),
+    hint: str = "",
+) -> ConfigError:
+    """The error for a pass that is not ``known``, or is not among the ``names`` of a pipeline."""
+    if name in known:
+        message = f"pass '{name}' is not in this pipeline"
+        hint = "'pipeline', 'after' or 'before' puts it in"
+    else:
+        message = f"there is no pass '{name}'"
+        hint = hint or nearest(name, [*names, *known]) or "'urdf2mbs passes' lists all"
+    return lines.error("unknown-pass", message, at, hint)

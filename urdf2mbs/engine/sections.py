@@ -105,6 +105,6 @@ def look(conversion: Conversion) -> dict[str, bytes]:
     return {name: encode(take(conversion)) for name, take in SECTIONS.items()}
 
 
-def changed(before: dict[str, bytes], after: dict[str, bytes]) -> list[str]:
+def find_changed(before: dict[str, bytes], after: dict[str, bytes]) -> list[str]:
     """The sections that differ."""
     return [name for name in SECTIONS if before[name] != after[name]]

@@ -28,22 +28,22 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
         packages = described.packages
         xacro_args = {**described.xacro_args, **xacro_args}
     else:
-        source = absolute(folder / spelled(config.source, lines, ("source",)))
+        source = absolute(folder / expand(config.source, lines, ("source",)))
     project = None
     languages: tuple[str, ...] = ()
     if isinstance(config.output, Project):
-        project = absolute(folder / spelled(config.output.project, lines, ("output", "project")))
+        project = absolute(folder / expand(config.output.project, lines, ("output", "project")))
         output = project / "dataR" / f"{identifiers([project.name])[0]}.mbs"
         language = config.output.language
         if language == "both":
             language = ["python", "c"]
         languages = (language,) if isinstance(language, str) else tuple(dict.fromkeys(language))
     elif config.output is not None:
-        output = absolute(folder / spelled(config.output, lines, ("output",)))
+        output = absolute(folder / expand(config.output, lines, ("output",)))
     else:
         output = absolute(folder / f"{stem(source)}.mbs")
     for name, directory in config.packages.items():
-        packages[name] = absolute(folder / spelled(directory, lines, ("packages", name)))
+        packages[name] = absolute(folder / expand(directory, lines, ("packages", name)))
         if not is_folder(packages[name]):
             raise lines.error(
                 "package-missing",
@@ -55,7 +55,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
 
 
 def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines) -> None:
-    """Where an .mbs is written to; a pipeline that makes none needs no place."""
+    """Raise ConfigError if the .mbs cannot be written to its place."""
     if not any("mbs-file" in kind.writes for kind in passes) or is_folder(settings.source):
         return
     if _same(settings.output, settings.source):
@@ -84,16 +84,16 @@ def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines)
         )
 
 
-def _same(one: Path, other: Path) -> bool:
-    """Whether two paths are one file: by a link, or where letter case does not count."""
+def _same(first: Path, second: Path) -> bool:
+    """True if two paths are one file, by a link or by letter case."""
     try:
-        return one.samefile(other)
+        return first.samefile(second)
     except OSError:
-        return one == other
+        return first == second
 
 
-def spelled(given: str, lines: Lines, at: Key) -> str:
-    """A config's path with ``~`` and ``$VARIABLE`` filled in, as a shell does it for a command."""
+def expand(given: str, lines: Lines, at: Key) -> str:
+    """A path of a config with ``~`` and ``$VARIABLE`` filled in, as a shell does."""
     if lines.file is None:
         return given
     text = os.path.expanduser(given) if given.startswith("~") else given  # noqa: PTH111

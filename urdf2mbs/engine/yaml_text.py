@@ -94,7 +94,7 @@ def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
         node = loader.get_single_node()
         if node is None:
             return None, {}
-        lines = _marked(node, file)
+        lines = _find_lines(node, file)
         return loader.construct_document(node), lines
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
@@ -115,7 +115,7 @@ def tree(text: str, file: Path | None) -> tuple[Any, dict[Key, int]]:
             loader.dispose()
 
 
-def _marked(root: yaml.Node, file: Path | None) -> dict[Key, int]:
+def _find_lines(root: yaml.Node, file: Path | None) -> dict[Key, int]:
     """Every value's line; give arguments as they are written; refuse doubled keys."""
     lines: dict[Key, int] = {}
     todo: list[tuple[yaml.Node, Key]] = [(root, ())]
@@ -142,9 +142,9 @@ def _marked(root: yaml.Node, file: Path | None) -> dict[Key, int]:
                 if at == ("xacro_args",) and isinstance(value, yaml.ScalarNode):
                     value.tag = "tag:yaml.org,2002:str"
                 elif at == ("sweep", "xacro_args") and isinstance(value, yaml.SequenceNode):
-                    for one in value.value:
-                        if isinstance(one, yaml.ScalarNode):
-                            one.tag = "tag:yaml.org,2002:str"
+                    for item in value.value:
+                        if isinstance(item, yaml.ScalarNode):
+                            item.tag = "tag:yaml.org,2002:str"
                 todo.append((value, path))
         elif isinstance(node, yaml.SequenceNode):
             seen.add(id(node))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.graph import Expr
+from urdf2mbs.equations.kinematics import chain
 from urdf2mbs.equations.tree import Tree
 
 
@@ -32,19 +33,20 @@ def accelerations(bodies: Tree, composites: Tree) -> dict[int, Expr]:
     needed = joint_forces(bodies, driven)
     matrix = mass_matrix(composites)
     free = [f.number for f in bodies.frames[1:] if f.joint.nature != "driven"]
-    before = {k: _before(bodies, k) for k in free}
+    before = {
+        k: [f.number for f in chain(bodies, k)[-2::-1] if f.joint.nature != "driven"] for k in free
+    }
+    """The joints further in, the nearest first."""
     factor, inverse = dict[tuple[int, int], Expr](), dict[int, Expr]()
     for k in reversed(free):
         if not matrix.get((k, k)):
             raise Massless(k)
         inverse[k] = graph.div(1, matrix[k, k])
         for i in before[k]:
-            shared = matrix.get((i, k), 0)
-            a = graph.mul(shared, inverse[k])
+            a = factor[i, k] = graph.mul(matrix.get((i, k), 0), inverse[k])
             for j in (i, *before[i]):
                 rest = graph.sub(matrix.get((j, i), 0), graph.mul(a, matrix.get((j, k), 0)))
                 matrix[j, i] = rest
-            factor[i, k] = a
     x = {k: graph.sub(graph.symbol(f"Qq[{k}]"), needed[k]) for k in free}
     for k in reversed(free):
         for i in before[k]:
@@ -54,14 +56,3 @@ def accelerations(bodies: Tree, composites: Tree) -> dict[int, Expr]:
         for i in before[k]:
             x[k] = graph.sub(x[k], graph.mul(factor[i, k], x[i]))
     return x
-
-
-def _before(tree: Tree, number: int) -> list[int]:
-    """The joints further in that are not driven, the nearest first."""
-    out = []
-    number = tree.frames[number].parent
-    while number:
-        if tree.frames[number].joint.nature != "driven":
-            out.append(number)
-        number = tree.frames[number].parent
-    return out

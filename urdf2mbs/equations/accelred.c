@@ -1,18 +1,32 @@
-/* The parts of accelred and invdynared that are the same for all models.
+/* The parts of generated files, most of accelred and invdynared, that are the same for all models.
 
    Generated files are put together from its sections; as it stands, it compiles, too. */
 #include <math.h>
-#include <stdlib.h>
+#include <string.h>
 
 #include "mbs_data.h"
 
 /* --- model --- (an example: each file has its own) */
 enum {JOINTS = 3, ANY_DRIVEN = 0, LINKS = 0, LINKS3D = 0, EXTFORCES = 0};
-enum {DEPENDENT = 1, INDEPENDENT = 2, DRIVEN = 0, CUTS = 1, USER_ROWS = 0};
+enum {DEPENDENT = 1, INDEPENDENT = 2, CUTS = 1, USER_ROWS = 0};
 /* numbers of the joints, the first of each list not being used */
 static const int dependent[] = {0, 3};
 static const int independent[] = {0, 1, 2};
-static const int driven[] = {0};
+
+/* --- pieces --- (of long functions: a compiler is not to make one of them again) */
+#if defined(__GNUC__) || defined(__clang__)
+#define PIECE static __attribute__((noinline)) void
+#else
+#define PIECE static void
+#endif
+
+/* --- pairs --- (what is done for two mirrored limbs at a time) */
+#if defined(__GNUC__) || defined(__clang__)
+typedef double pair __attribute__((vector_size(16)));
+#else
+#error "pairs are for gcc and clang: generate with --no-pairs, or equations: {pairs: false}"
+#endif
+#define PAIR(x, y) ((pair) {(x), (y)})
 
 /* --- info --- */
 #ifndef MBS_INFO_SUCCESS
@@ -58,185 +72,261 @@ static void set_forces(MbsData *s, double tsim)
 }
 
 /* --- loops --- */
-enum {FREE = INDEPENDENT + DRIVEN, KNOWN = FREE + 1};
+/* A pivot is zero if it is so small a part of its row of Jac, or of its element of A. */
+#define SINGULAR 1e-13
+
+/* The working memory, which each thread has of its own. */
+#ifdef _MSC_VER
+#define KEPT static __declspec(thread)
+#else
+#define KEPT static __thread
+#endif
+KEPT double Jac[DEPENDENT + 1][JOINTS + 1], h[DEPENDENT + 1];
+/* The columns of Jac of the dependent joints, as two triangles with the inverse of each pivot, and
+   the rows that were swapped. */
+KEPT double LU[DEPENDENT + 1][DEPENDENT + 1];
+KEPT int swapped[DEPENDENT + 1];
+/* The Jac that LU was made of, at first none: where all rules are constant it stays the same. */
+KEPT double factored[DEPENDENT + 1][JOINTS + 1] = {{1.0}};
+/* The dependent joints follow so many leaders, which are independent or driven: their qdd is B
+   times the qdd of these, plus the column 0 of B.  B is new if LU is. */
+KEPT int leaders, leader[JOINTS + 1], known;
+KEPT double B[DEPENDENT + 1][JOINTS - DEPENDENT + 1];
 
 void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
 void mbs_cons_jdqd(double *Jdqd, MbsData *s, double tsim);
 void USER(cons_hJ)(double *h, double **Jac, MbsData *s, double tsim);
 void USER(cons_jdqd)(double *jdqd, MbsData *s, double tsim);
 
-static double **table(int rows, int columns)
+/* A row less f times another, in some columns.  Most f are zero. */
+static void subtract(double *row, double f, const double *other, int first, int last)
 {
-    double **t = malloc((rows + 1) * sizeof *t);
-    t[0] = calloc((rows + 1) * (columns + 1), sizeof **t);
-    for (int i = 1; i <= rows; i++)
-        t[i] = t[0] + i * (columns + 1);
-    return t;
+    if (f != 0.0)
+        for (int j = first; j <= last; j++)
+            row[j] -= f * other[j];
 }
 
-static void release(double **t)
+/* Fill LU by Gauss with row pivots, each row by its largest number.  0 if it
+   can be done. */
+static int factor(void)
 {
-    free(t[0]);
-    free(t);
-}
-
-/* Gauss with row pivots: a x = b for several b, the columns of x; a is lost.  0 if solved. */
-static int solve(double **a, int n, double **x, int columns)
-{
-    for (int k = 1; k <= n; k++) {
+    double size[DEPENDENT + 1];
+    if (memcmp(factored, Jac, sizeof Jac) == 0)
+        return 0;
+    factored[0][0] = 1.0;
+    known = 0;
+    for (int i = 1; i <= DEPENDENT; i++) {
+        size[i] = 0.0;
+        for (int j = 1; j <= JOINTS; j++)
+            if (Jac[i][j] != 0.0 && fabs(Jac[i][j]) > size[i])
+                size[i] = fabs(Jac[i][j]);
+        for (int j = 1; j <= DEPENDENT; j++)
+            LU[i][j] = Jac[i][dependent[j]];
+    }
+    for (int k = 1; k <= DEPENDENT; k++) {
         int p = k;
-        for (int i = k + 1; i <= n; i++)
-            if (fabs(a[i][k]) > fabs(a[p][k]))
+        for (int i = k + 1; i <= DEPENDENT; i++)
+            if (fabs(LU[i][k]) * size[p] > fabs(LU[p][k]) * size[i])
                 p = i;
-        if (!(fabs(a[p][k]) > 1e-14))
+        if (!(fabs(LU[p][k]) > SINGULAR * size[p]))
             return -1;
-        double *row = a[k], *other = x[k];
-        a[k] = a[p], a[p] = row;
-        x[k] = x[p], x[p] = other;
-        for (int i = k + 1; i <= n; i++) {
-            double f = a[i][k] / a[k][k];
-            for (int j = k; j <= n; j++)
-                a[i][j] -= f * a[k][j];
-            for (int j = 1; j <= columns; j++)
-                x[i][j] -= f * x[k][j];
+        swapped[k] = p;
+        size[p] = size[k];
+        for (int j = 1; j <= DEPENDENT && p != k; j++) {
+            double x = LU[k][j];
+            LU[k][j] = LU[p][j], LU[p][j] = x;
+        }
+        LU[k][k] = 1.0 / LU[k][k];
+        for (int i = k + 1; i <= DEPENDENT; i++) {
+            LU[i][k] *= LU[k][k];
+            subtract(LU[i], LU[i][k], LU[k], k + 1, DEPENDENT);
         }
     }
-    for (int k = n; k >= 1; k--)
-        for (int j = 1; j <= columns; j++) {
-            for (int i = k + 1; i <= n; i++)
-                x[k][j] -= a[k][i] * x[i][j];
-            x[k][j] /= a[k][k];
-        }
+    memcpy(factored, Jac, sizeof Jac);
     return 0;
 }
 
-/* The joints that are not dependent: the independent ones, then the driven ones. */
-static int free_joint(int j)
+/* Solve the constraints for the dependent joints: some columns of B become LU^-1 times these. */
+static void solve(int first, int last)
 {
-    return j <= INDEPENDENT ? independent[j] : driven[j - INDEPENDENT];
+    for (int k = 1; k <= DEPENDENT; k++)
+        for (int j = first; j <= last && swapped[k] != k; j++) {
+            double x = B[k][j];
+            B[k][j] = B[swapped[k]][j], B[swapped[k]][j] = x;
+        }
+    for (int i = 2; i <= DEPENDENT; i++)
+        for (int k = 1; k < i; k++)
+            subtract(B[i], LU[i][k], B[k], first, last);
+    for (int i = DEPENDENT; i >= 1; i--) {
+        for (int k = i + 1; k <= DEPENDENT; k++)
+            subtract(B[i], LU[i][k], B[k], first, last);
+        for (int j = first; j <= last; j++)
+            B[i][j] *= LU[i][i];
+    }
 }
 
-static void constraints(double *h, double **Jac, MbsData *s, double tsim)
+static void set_constraints(MbsData *s, double tsim)
 {
+    double *rows[DEPENDENT + 1];
     for (int i = 0; i <= DEPENDENT; i++)
-        for (int j = 0; j <= JOINTS; j++)
-            Jac[i][j] = 0.0;
+        rows[i] = Jac[i];
+    memset(Jac, 0, sizeof Jac);
     if (CUTS)
-        mbs_cons_hJ(h, Jac, s, tsim);
+        mbs_cons_hJ(h, rows, s, tsim);
     if (USER_ROWS)
-        USER(cons_hJ)(h + CUTS, Jac + CUTS, s, tsim);
+        USER(cons_hJ)(h + CUTS, rows + CUTS, s, tsim);
 }
 
-/* Solve the constraints for the dependent joints: Jac of these times x = x. */
-static int solve_dependent(double **Jac, double **x, int columns)
+/* Find the leaders, and let the columns of B be those of -Jac. */
+static void set_leaders(void)
 {
-    double **square = table(DEPENDENT, DEPENDENT);
+    double *first = Jac[0];
     for (int i = 1; i <= DEPENDENT; i++)
-        for (int j = 1; j <= DEPENDENT; j++)
-            square[i][j] = Jac[i][dependent[j]];
-    int failed = solve(square, DEPENDENT, x, columns);
-    release(square);
-    return failed;
+        for (int j = 1; j <= JOINTS; j++)
+            first[j] += fabs(Jac[i][j]);
+    for (int i = 1; i <= DEPENDENT; i++)
+        first[dependent[i]] = 0.0;
+    leaders = 0;
+    for (int j = 1; j <= JOINTS; j++)
+        if (first[j] != 0.0) {
+            leader[++leaders] = j;
+            for (int i = 1; i <= DEPENDENT; i++)
+                B[i][leaders] = -Jac[i][j];
+        }
 }
 
-/* Set q and qd of the dependent joints.  Their qdd is B times qdd of the free joints, plus the
-   column KNOWN of B.  0 if the loops could be closed. */
-static int close_loops(MbsData *s, double tsim, double **B)
+/* Set q and qd of the dependent joints, and B.  0 if the loops could be closed. */
+static int close_loops(MbsData *s, double tsim)
 {
-    double **Jac = table(DEPENDENT, JOINTS), **x = table(DEPENDENT, 1);
-    double *h = calloc(DEPENDENT + 1, sizeof *h);
-    int failed = -1;
-
-    for (int turn = 0; turn < 100; turn++) {
+    for (int turn = 0;; turn++) {
         double largest = 0.0;
-        constraints(h, Jac, s, tsim);
+        set_constraints(s, tsim);
         for (int i = 1; i <= DEPENDENT; i++) {
             largest = fabs(h[i]) <= largest ? largest : fabs(h[i]);
-            x[i][1] = -h[i];
+            B[i][0] = -h[i];
         }
-        failed = !(largest < 1e-9);
-        if (!failed || solve_dependent(Jac, x, 1))
+        if (factor())
+            return -1;
+        if (largest < 1e-9)
             break;
+        if (turn == 100)
+            return -1;
+        solve(0, 0);
         for (int i = 1; i <= DEPENDENT; i++)
-            s->q[dependent[i]] += x[i][1];
+            s->q[dependent[i]] += B[i][0];
     }
-    if (!failed) {
-        for (int i = 1; i <= DEPENDENT; i++)
-            for (int j = 1; j <= FREE; j++)
-                B[i][j] = -Jac[i][free_joint(j)];
-        failed = solve_dependent(Jac, B, FREE);
-        for (int i = 1; i <= DEPENDENT; i++) {
-            s->qd[dependent[i]] = 0.0;
-            for (int j = 1; j <= FREE; j++)
-                s->qd[dependent[i]] += B[i][j] * s->qd[free_joint(j)];
-        }
-        if (CUTS)
-            mbs_cons_jdqd(h, s, tsim);
-        if (USER_ROWS)
-            USER(cons_jdqd)(h + CUTS, s, tsim);
-        for (int i = 1; i <= DEPENDENT; i++)
-            x[i][1] = -h[i];
-        failed = failed || solve_dependent(Jac, x, 1);
-        for (int i = 1; i <= DEPENDENT; i++)
-            B[i][KNOWN] = x[i][1];
+    if (!known) {
+        set_leaders();
+        solve(1, leaders);
+        known = 1;
     }
-    release(Jac), release(x), free(h);
-    return failed;
+    for (int i = 1; i <= DEPENDENT; i++) {
+        s->qd[dependent[i]] = 0.0;
+        for (int j = 1; j <= leaders; j++)
+            s->qd[dependent[i]] += B[i][j] * s->qd[leader[j]];
+    }
+    if (CUTS)
+        mbs_cons_jdqd(h, s, tsim);
+    if (USER_ROWS)
+        USER(cons_jdqd)(h + CUTS, s, tsim);
+    for (int i = 1; i <= DEPENDENT; i++)
+        B[i][0] = -h[i];
+    solve(0, 0);
+    return 0;
 }
 
 /* Set qdd of the dependent joints. */
-static void follow(MbsData *s, double **B)
+static void follow(MbsData *s)
 {
     for (int i = 1; i <= DEPENDENT; i++) {
-        s->qdd[dependent[i]] = B[i][KNOWN];
-        for (int j = 1; j <= FREE; j++)
-            s->qdd[dependent[i]] += B[i][j] * s->qdd[free_joint(j)];
+        s->qdd[dependent[i]] = B[i][0];
+        for (int j = 1; j <= leaders; j++)
+            s->qdd[dependent[i]] += B[i][j] * s->qdd[leader[j]];
     }
 }
 
 /* --- accelred --- */
 void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
 
+KEPT double M[JOINTS + 1][JOINTS + 1], Q[JOINTS + 1];
+/* The mass matrix of the independent joints (below its diagonal), and their qdd. */
+KEPT double A[INDEPENDENT + 1][INDEPENDENT + 1], x[INDEPENDENT + 1];
+
+/* Let the independent joints feel the dependent ones: M becomes T' M T and Q becomes T' Q, where
+   T is the unit matrix with B in the rows of the dependent joints. */
+static void reduce(void)
+{
+    for (int i = 1; i <= DEPENDENT; i++)
+        for (int j = 1; j <= leaders; j++) {
+            int to = leader[j], from = dependent[i];
+            if (B[i][j] == 0.0)
+                continue;
+            Q[to] += B[i][j] * Q[from];
+            subtract(M[to], -B[i][j], M[from], 1, JOINTS);
+            for (int k = 1; k <= JOINTS; k++)
+                M[k][to] += B[i][j] * M[k][from];
+        }
+}
+
+/* Solve A x = Q by L' D L = A, which fills no zero that a tree leaves (Featherstone, Rigid Body
+   Dynamics Algorithms, section 6.5).  0 if A is regular; the row 0 keeps the diagonal. */
+static int accelerate(void)
+{
+    for (int k = 1; k <= INDEPENDENT; k++) {
+        x[k] = Q[independent[k]];
+        for (int i = 1; i <= k; i++)
+            A[k][i] = M[independent[k]][independent[i]];
+        A[0][k] = A[k][k];
+    }
+    for (int k = INDEPENDENT; k >= 1; k--) {
+        if (!(A[k][k] > SINGULAR * A[0][k]))
+            return -1;
+        A[k][k] = 1.0 / A[k][k];
+        for (int i = k - 1; i >= 1; i--) {
+            double f = A[k][i] * A[k][k];
+            if (f == 0.0)
+                continue;
+            subtract(A[i], f, A[k], 1, i);
+            A[k][i] = f;
+            x[i] -= f * x[k];
+        }
+    }
+    for (int k = 1; k <= INDEPENDENT; k++) {
+        x[k] *= A[k][k];
+        for (int i = 1; i < k; i++)
+            x[k] -= A[k][i] * x[i];
+    }
+    return 0;
+}
+
 /* Set q, qd and qdd of the dependent joints, and qdd of the independent ones. */
 int mbs_accelred(MbsData *s, double tsim)
 {
-    double **B = table(DEPENDENT, KNOWN), **M = table(JOINTS, JOINTS);
-    double **T = table(JOINTS, INDEPENDENT), **A = table(INDEPENDENT, INDEPENDENT);
-    double **y = table(INDEPENDENT, 1), *c = calloc(JOINTS + 1, sizeof *c);
+    double *rows[JOINTS + 1];
 
     set_driven(s, tsim);
-    int failed = close_loops(s, tsim, B);
-    if (!failed) {
-        set_forces(s, tsim);
-        USER(JointForces)(s, tsim);
-        mbs_dirdyna(M, c, s, tsim);
-        for (int j = 1; j <= INDEPENDENT; j++) {
-            s->qdd[independent[j]] = 0.0;
-            T[independent[j]][j] = 1.0;
-            for (int i = 1; i <= DEPENDENT; i++)
-                T[dependent[i]][j] = B[i][j];
-        }
-        follow(s, B);
-        for (int k = 1; k <= JOINTS; k++) {
-            double rest = s->Qq[k] - c[k];
-            for (int j = 1; j <= JOINTS; j++)
-                rest -= M[k][j] * s->qdd[j];
-            for (int i = 1; i <= INDEPENDENT; i++) {
-                if (T[k][i] == 0.0)
-                    continue;
-                y[i][1] += T[k][i] * rest;
-                for (int j = 1; j <= INDEPENDENT; j++)
-                    for (int l = 1; l <= JOINTS; l++)
-                        A[i][j] += T[k][i] * M[k][l] * T[l][j];
-            }
-        }
-        failed = solve(A, INDEPENDENT, y, 1);
-        for (int i = 1; i <= INDEPENDENT; i++)
-            s->qdd[independent[i]] = y[i][1];
-        follow(s, B);
-    }
-    release(B), release(M), release(T), release(A), release(y), free(c);
-    return failed ? MBS_INFO_FAILURE : MBS_INFO_SUCCESS;
+    if (close_loops(s, tsim))
+        return MBS_INFO_FAILURE;
+    set_forces(s, tsim);
+    USER(JointForces)(s, tsim);
+    for (int i = 0; i <= JOINTS; i++)
+        rows[i] = M[i];
+    memset(M, 0, sizeof M);
+    mbs_dirdyna(rows, Q, s, tsim);
+    for (int j = 1; j <= INDEPENDENT; j++)
+        s->qdd[independent[j]] = 0.0;
+    follow(s);
+    for (int k = 1; k <= JOINTS; k++)
+        Q[k] = s->Qq[k] - Q[k];
+    for (int k = 1; k <= JOINTS; k++)
+        subtract(Q, s->qdd[k], M[k], 1, JOINTS);
+    reduce();
+    if (accelerate())
+        return MBS_INFO_FAILURE;
+    for (int j = 1; j <= INDEPENDENT; j++)
+        s->qdd[independent[j]] = x[j];
+    follow(s);
+    return MBS_INFO_SUCCESS;
 }
 
 /* --- invdynared --- */
@@ -246,20 +336,16 @@ void mbs_invdyna(double *Qq, MbsData *s, double tsim);
    also q, qd and qdd of the dependent joints. */
 int mbs_invdynared(MbsData *s, double tsim)
 {
-    double **B = table(DEPENDENT, KNOWN);
-
     set_driven(s, tsim);
-    int failed = close_loops(s, tsim, B);
-    if (!failed) {
-        follow(s, B);
-        set_forces(s, tsim);
-        mbs_invdyna(s->Qq, s, tsim);
-        for (int i = 1; i <= DEPENDENT; i++) {
-            for (int j = 1; j <= FREE; j++)
-                s->Qq[free_joint(j)] += B[i][j] * s->Qq[dependent[i]];
-            s->Qq[dependent[i]] = 0.0;
-        }
+    if (close_loops(s, tsim))
+        return MBS_INFO_FAILURE;
+    follow(s);
+    set_forces(s, tsim);
+    mbs_invdyna(s->Qq, s, tsim);
+    for (int i = 1; i <= DEPENDENT; i++) {
+        for (int j = 1; j <= leaders; j++)
+            s->Qq[leader[j]] += B[i][j] * s->Qq[dependent[i]];
+        s->Qq[dependent[i]] = 0.0;
     }
-    release(B);
-    return failed ? MBS_INFO_FAILURE : MBS_INFO_SUCCESS;
+    return MBS_INFO_SUCCESS;
 }

@@ -3,9 +3,22 @@
 from __future__ import annotations
 
 from urdf2mbs.equations.pairs import in_pairs
-from urdf2mbs.equations.routine import Call, Cases, Loops, Piece, Routine, Statement, arrays
+from urdf2mbs.equations.routine import (
+    Absent,
+    Cases,
+    Loops,
+    Made,
+    Refused,
+    Routine,
+    Statement,
+    arrays,
+)
 from urdf2mbs.equations.writer import CASES, Writer
 from urdf2mbs.mbs.model import Mbs
+
+#: A longer function is cut into pieces of so many statements: gcc takes several times as long for
+#: all in one function, and of 40, 60, 100, 300 and 1000 those of 60 and 100 run fastest.
+PIECE = 80
 
 #: The parameters of each function.
 _FORCES = "double **frc, double **trq"
@@ -20,6 +33,9 @@ PARAMETERS = {
     "link3D": f"{_FORCES}, MbsData *s, double tsim",
     "extforces": f"{_FORCES}, MbsData *s, double tsim",
     "sensor": "MbsSensor *sens, MbsData *s, int isens",
+    "energy": "double *E, MbsData *s",
+    "momentum": "double *P, double *L, MbsData *s",
+    "com": "double *P, MbsData *s",
     "gensensor": "MbsSensor *sens, MbsData *s, int isens",
 }
 
@@ -37,26 +53,6 @@ USER = {
 #: The arrays of MbsData with two indices.
 TABLES = frozenset(["l", "In", "dpt", "frc", "trq"])
 
-PIECE_MACRO = """\
-#if defined(__GNUC__) || defined(__clang__)
-#define PIECE static __attribute__((noinline)) void
-#else
-#define PIECE static void
-#endif
-
-"""
-
-#: What is done for two mirrored limbs at a time.
-PAIR_TYPE = """\
-#if defined(__GNUC__) || defined(__clang__)
-typedef double pair __attribute__((vector_size(16)));
-#else
-#error "pairs are for gcc and clang: generate with --no-pairs, or equations: {pairs: false}"
-#endif
-#define PAIR(x, y) ((pair) {(x), (y)})
-
-"""
-
 TREE = """\
 
 int mbs_accelred(MbsData *s, double tsim)
@@ -72,70 +68,70 @@ int mbs_accelred(MbsData *s, double tsim)
 
 class CWriter(Writer):
     suffix, comment, template = "c", "//", "accelred.c"
-    before = ("model", "info", "calls", "forces")
-    end = ";"
-    #: gcc takes several times as long for all in one function, and of 40, 60, 100, 300 and 1000
-    #: statements those of 60 and 100 run fastest.
-    piece = 80
 
     def __init__(self, mbs: Mbs, *, pairs: bool = True) -> None:
         super().__init__(mbs)
         self.pairs = pairs
 
-    def top(self, name: str, text: str) -> str:
-        out = "#include <math.h>\n"
-        if "stderr" in text:
-            out += "#include <stdio.h>\n"
-        if "malloc(" in text:
-            out += "#include <stdlib.h>\n"
-        out += '\n#include "mbs_data.h"\n'
-        if name.endswith("sensor"):
-            out += '#include "mbs_sensor.h"\n'
-        out += "\n"
-        if "PIECE " in text:
-            out += PIECE_MACRO
-        if "pair " in text:
-            out += PAIR_TYPE
-        return out
+    def function(self, name: str, made: Made) -> str:
+        """The text of a file below its header."""
+        if isinstance(made, Absent | Refused):
+            text = self._stub(name, made)
+        elif isinstance(made, Cases):
+            text = self._cases(name, made)
+        elif isinstance(made, Loops):
+            lists = ("dependent", "independent") if name == "accelred" else ("dependent",)
+            text = self._model(made, *lists)
+            text += self.sections("info", "calls", "forces", "loops", name)
+        elif name == "accelred":
+            text = self._model(None) + self.sections("info", "calls", "forces")
+            text += self._define("static void accelerations", "MbsData *s", made) + TREE
+        else:
+            if self.pairs and made.alike:
+                made = in_pairs(made, made.alike)
+            text = self._define(f"void mbs_{name}", PARAMETERS[name], made)
+        return self._includes(name, text) + text.rstrip("\n") + "\n"
 
-    def model(self, loops: Loops | None) -> str:
+    def _includes(self, name: str, text: str) -> str:
+        uses = {"stderr": "<stdio.h>", "memset(": "<string.h>"}
+        out = "#include <math.h>\n"
+        out += "".join(f"#include {header}\n" for word, header in uses.items() if word in text)
+        out += '\n#include "mbs_data.h"\n'
+        out += '#include "mbs_sensor.h"\n' * name.endswith("sensor")
+        parts = {"PIECE ": "pieces", "pair ": "pairs"}
+        return out + "\n" + self.sections(*(part for word, part in parts.items() if word in text))
+
+    def _model(self, loops: Loops | None, *lists: str) -> str:
         facts = {name: int(value) for name, value in self.facts().items()}
         text = _enum({"JOINTS": len(self.mbs.numbers()), **facts})
         if loops is not None:
             text += _enum(
                 {"DEPENDENT": len(loops.dependent), "INDEPENDENT": len(loops.independent),
-                 "DRIVEN": len(loops.driven), "CUTS": loops.cuts, "USER_ROWS": loops.user}
+                 "CUTS": loops.cuts, "USER_ROWS": loops.user}
             )  # fmt: skip
             text += "/* numbers of the joints, the first of each list not being used */\n"
-            for name in ("dependent", "independent", "driven"):
+            for name in lists:
                 numbers = ", ".join(map(str, [0, *getattr(loops, name)]))
                 text += f"static const int {name}[] = {{{numbers}}};\n"
         return text + "\n"
 
-    def stub(self, name: str, message: str, *, needed: bool) -> str:
-        text = f'    fputs("mbs_{name}: {message}\\n", stderr);\n    s->flag_stop = 1;\n'
+    def _stub(self, name: str, made: Absent | Refused) -> str:
+        text = f'    fputs("mbs_{name}: {made.message}\\n", stderr);\n    s->flag_stop = 1;\n'
         head = "void"
         if name in ("accelred", "invdynared"):
-            head, text = self.common(None, "info") + "int", text + "    return MBS_INFO_FAILURE;\n"
-        if not needed:
+            head, text = self.sections("info") + "int", text + "    return MBS_INFO_FAILURE;\n"
+        if isinstance(made, Absent):  # only libraries of before 2025 call it
             text = f"#ifndef MBS_BEFORE_2025\n{text}#endif\n"
         return f"{head} mbs_{name}({PARAMETERS[name]})\n{{\n{text}}}\n"
 
-    def routine(self, name: str, routine: Routine) -> str:
-        if self.pairs and routine.alike:
-            routine = in_pairs(routine, routine.alike)
-        return self.write(f"mbs_{name}", PARAMETERS[name], routine, start="void ")
-
-    def tree(self, routine: Routine) -> str:
-        return self.write("accelerations", "MbsData *s", routine, start="static void ") + TREE
-
-    def cases(self, name: str, cases: Cases) -> str:
-        text, parameters = "", "MbsSensor *sens, MbsData *s"
-        choice = ""
+    def _cases(self, name: str, cases: Cases) -> str:
+        """A function that does another routine for each number."""
+        text = choice = ""
         for number, routine in cases.routines.items():
-            text += self.write(f"mbs_{name}_{number}", parameters, routine, start="static void ")
+            case = f"mbs_{name}_{number}"
+            text += self._define(f"static void {case}", "MbsSensor *sens, MbsData *s", routine)
             text += "\n"
-            choice += f"    case {number}:\n        mbs_{name}_{number}(sens, s);\n        break;\n"
+            choice += f"    case {number}:\n        {case}(sens, s);\n        break;\n"
         return text + (
             f"void mbs_{name}({PARAMETERS['sensor']})\n{{\n    switch (isens) {{\n{choice}"
             f'    default:\n        fprintf(stderr, "mbs_{name}: the model has no {CASES[name]} '
@@ -143,54 +139,81 @@ class CWriter(Writer):
             "        s->flag_stop = 1;\n        break;\n    }\n}\n"
         )
 
-    def whole(
-        self, name: str, parameters: str, lines: list[Statement], doc: str, start: str
-    ) -> str:
+    def _define(self, head: str, parameters: str, routine: Routine) -> str:
+        """A function; ``head`` ends with its name."""
+        lines = self.statements(routine)
         calls = [line.call for line in lines if line.call is not None]
+        if len(lines) > PIECE and not calls:
+            return _in_pieces(head, parameters, lines)
         text = ""
         if calls:
             functions = sorted({call.function for call in calls})
             declared = "".join(f"{USER[function]}\n" for function in functions)
-            text = f"{self.common(None, 'calls')}{declared}\n"
-        text += f"{start}{name}({parameters})\n{{\n"
+            text = f"{self.sections('calls')}{declared}\n"
+        text += f"{head}({parameters})\n{{\n"
         for call in calls:
             pointer = "" if call.function == "user_LinkForces" else "*"
             text += f"    double {pointer}{call.result};\n"
             for array in call.arguments[:6] if pointer else ():
                 size = "[4][4] = {{0.0}}" if array.startswith("Rx") else "[4] = {0.0}"
                 text += f"    double {array}{size};\n"
-        return text + self._body(lines) + "}\n"
+        return text + _read(lines) + "".join(map(_statement, lines)) + "}\n"
 
-    def in_pieces(
-        self, name: str, parameters: str, pieces: list[Piece], sizes: dict[str, int],
-        doc: str, start: str,
-    ) -> str:  # fmt: skip
-        used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
-        kinds = {array: "pair" if array == "v" else "double" for array in sizes}
-        given = ", ".join([*used, *(f"{kinds[array]} *restrict {array}" for array in sizes)])
-        passed = ", ".join([*(p.split(" ")[-1].lstrip("*") for p in used), *sizes])
-        text = ""
-        for number, piece in enumerate(pieces, start=1):
-            text += f"PIECE {name}_{number}({given})\n{{\n{self._body(piece.lines, piece)}}}\n\n"
-        text += f"{start}{name}({parameters})\n{{\n"
-        for array, size in sizes.items():
-            text += f"    {kinds[array]} {array}[{size}];\n"
-        text += "".join(f"    {name}_{i}({passed});\n" for i in range(1, len(pieces) + 1))
-        return text + "}\n"
 
-    def _body(self, lines: list[Statement], piece: Piece | None = None) -> str:
-        read = [f"    double {'**' if a in TABLES else '*'}{a} = s->{a};" for a in arrays(lines)]
-        return "".join(f"{line}\n" for line in [*read, *self.body(lines, piece)])
+def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
+    """A function in several pieces, which share arrays: w of numbers, v of pairs."""
+    pieces = [lines[i : i + PIECE] for i in range(0, len(lines), PIECE)]
+    piece_of = {line.variable: k for k, piece in enumerate(pieces) for line in piece}
+    kinds = {line.variable: "v" if line.pair else "w" for line in lines}
+    shared: dict[str, str] = {}
+    sizes = {"w": 0, "v": 0}
+    for k, piece in enumerate(pieces):
+        for line in piece:
+            for name in line.uses:
+                if piece_of.get(name, k) != k and name not in shared:
+                    shared[name] = f"{kinds[name]}[{sizes[kinds[name]]}]"
+                    sizes[kinds[name]] += 1
+    used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
+    types = {array: "pair" if array == "v" else "double" for array in sizes if sizes[array]}
+    given = ", ".join([*used, *(f"{kind} *restrict {array}" for array, kind in types.items())])
+    passed = ", ".join([*(p.split(" ")[-1].lstrip("*") for p in used), *types])
+    name = head.split(" ")[-1]
+    text = end = ""
+    for k, piece in enumerate(pieces):
+        text += f"PIECE {name}_{k + 1}({given})\n{{\n{_read(piece)}"
+        here: set[str | None] = set()
+        for line in piece:
+            # as late as can be: each is one register less
+            for variable in dict.fromkeys(line.uses):
+                if variable in shared and piece_of[variable] != k and variable not in here:
+                    here.add(variable)
+                    kind = types[kinds[variable]]
+                    text += f"    const {kind} {variable} = {shared[variable]};\n"
+            text += _statement(line)
+            if line.variable in shared:
+                text += f"    {shared[line.variable]} = {line.variable};\n"
+        text += "}\n\n"
+        end += f"    {name}_{k + 1}({passed});\n"
+    arrays_shared = "".join(
+        f"    {kind} {array}[{sizes[array]}];\n" for array, kind in types.items()
+    )
+    return f"{text}{head}({parameters})\n{{\n{arrays_shared}{end}}}\n"
 
-    def variable(self, name: str, text: str, *, pair: bool) -> str:
-        return f"const {'pair' if pair else 'double'} {name} = {text}"
 
-    def place(self, place: str) -> str:
-        return place.replace(".", "->")
+def _read(lines: list[Statement]) -> str:
+    """The arrays of the data that some statements use."""
+    return "".join(
+        f"    double {'**' if a in TABLES else '*'}{a} = s->{a};\n" for a in arrays(lines)
+    )
 
-    def call(self, call: Call) -> str:
-        function = call.function.removeprefix("user_")
-        return f"{call.result} = USER({function})({', '.join(call.arguments)})"
+
+def _statement(line: Statement) -> str:
+    if line.call is not None:
+        function = line.call.function.removeprefix("user_")
+        return f"    {line.call.result} = USER({function})({', '.join(line.call.arguments)});\n"
+    kind = "" if line.variable is None else "const pair " if line.pair else "const double "
+    places = [place.replace(".", "->") for place in line.places]
+    return f"    {kind}{' = '.join([*places, line.text])};\n"
 
 
 def _enum(values: dict[str, int]) -> str:

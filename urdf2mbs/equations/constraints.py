@@ -12,9 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
+from typing import NamedTuple
 
 from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.kinematics import Motion, chain, common, ends, motion
+from urdf2mbs.equations.kinematics import Motion, common, ends, motion
 from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
 from urdf2mbs.mbs.model import Connection, Mbs
 
@@ -141,8 +143,7 @@ def _parallel(
         yield Constraint(cut, start, f"about {'xyz'[i]}", value, jacobian, jdqd[i], movable)
 
 
-@dataclass
-class Form:
+class Form(NamedTuple):
     """Which coordinates (0, 1, 2) of a point and of its Jacobian can be other than zero."""
 
     place: set[int]
@@ -157,34 +158,28 @@ Forms = tuple[Form, Form]
 def _form(tree: Tree, number: int, at: Vector, start: int) -> Form:
     """The form of a point ``at`` in the frame behind a joint, in the axes of the frame ``start``.
 
-    A turn mixes two axes of the frame, a shift and a point add their coordinates, and what a
-    turn moves is its axis crossed with all that comes after it.  A joint that never moves turns
-    by its angle and moves nothing.
+    Inwards, a turn mixes two axes of all that comes after it, and a shift and a point add their
+    coordinates.  What a turn moves is its axis crossed with all that comes after it.  A joint that
+    never moves turns by its angle and moves nothing.
     """
-    axes: list[set[int]] = [{0}, {1}, {2}]
-    form = Form(set(), set(), set())
+    form = Form({i for i in range(3) if at[i]}, set(), set())
     turns: list[tuple[set[int], set[int]]] = []
     """The axis of each turn, and all that comes after it."""
-
-    def shift(v: Vector) -> None:
-        arm = {i for axis, x in zip(axes, v, strict=True) if x for i in axis}
-        form.place |= arm
-        for _, after in turns:
-            after.update(arm)
-
-    for frame in chain(tree, number, start):
-        shift(frame.offset)
+    while number != start:
+        frame = tree.frames[number]
         i, j = (frame.axis + 1) % 3, (frame.axis + 2) % 3
         if tree.moves(frame) and frame.turns:
-            form.angular |= axes[frame.axis]
-            turns.append((axes[frame.axis], set()))
+            turns.append(({frame.axis}, set(form.place)))
         elif tree.moves(frame):
-            form.linear |= axes[frame.axis]
-        if frame.sin and frame.cos:
-            axes[i] = axes[j] = axes[i] | axes[j]
-        elif frame.sin:
-            axes[i], axes[j] = axes[j], axes[i]
-    shift(at)
+            form.linear.add(frame.axis)
+        for coordinates in chain(form, *turns) if frame.sin else ():
+            mixed = {i + j - k for k in coordinates if k != frame.axis}
+            if not frame.cos:
+                coordinates.difference_update((i, j))
+            coordinates.update(mixed)
+        form.place.update(k for k in range(3) if frame.offset[k])
+        number = frame.parent
     for axis, after in turns:
-        form.linear |= {3 - i - j for i in axis for j in after if i != j}
+        form.angular.update(axis)
+        form.linear.update(3 - i - j for i in axis for j in after if i != j)
     return form

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
 from urdf2mbs.equations.constraints import constant_gaps, constraints
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
-from urdf2mbs.equations.graph import Expr, Graph
+from urdf2mbs.equations.energy import first_moment, kinetic
+from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.python import PythonWriter
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
-from urdf2mbs.equations.tree import NONE, Labels, Tree, is_fixed
-from urdf2mbs.equations.writer import Writer
+from urdf2mbs.equations.tree import NONE, Tree, is_fixed
 from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, quoted
@@ -27,6 +28,13 @@ FUNCTIONS = (
     "dirdyna", "invdyna", "accelred", "invdynared", "cons_hJ", "cons_jdqd", "link", "link3D",
     "extforces", "sensor", "gensensor",
 )  # fmt: skip
+#: What is generated if it is asked for, and Robotran has not: what the file says of it.
+ENERGY = {
+    "energy": "E[1] is the kinetic energy, E[2] that of gravity, 0 at the base's origin (J).",
+    "momentum": "P is the linear momentum (kg m/s), L the angular one about the centre of mass "
+    "(kg m^2/s), in the base's axes.",
+    "com": "P is the centre of mass (m), in the base's axes.",
+}
 #: Functions that Robotran has in C only.
 ONLY_C = frozenset(["invdynared"])
 
@@ -62,15 +70,16 @@ def generate(
     language: str = "python",
     fold: bool = False,
     keep_turns: bool = False,
-    numba: bool = False,
     pairs: bool = True,
+    energy: bool = False,
 ) -> Equations:
     """Generate the equations of a model.
 
     ``data`` is the .mbs file and ``file`` its name, for the headers.  ``fold`` writes all
     constants as numbers; else masses, centres of mass, inertias and points are read from the
     data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
-    compute mirrored limbs together, which takes gcc or clang.
+    compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
+    functions ``energy``, ``momentum`` and ``com``.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -94,20 +103,23 @@ def generate(
         ]  # fmt: skip
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
     in_c = language == "c"
-    writer: Writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs, numba=numba)
+    writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
-    for name in FUNCTIONS:
+    for name in (*FUNCTIONS, *(ENERGY if energy else ())):
         if name in ONLY_C and not in_c:
             continue
         made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
         if isinstance(made, Refused):
             out.left_out[name] = made.why
-        text, out.counts[name] = writer.function(name, made)
+        writer.count = Count()
+        text = writer.function(name, made)
+        out.counts[name] = writer.count
         head = [
             f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
             fits,
             f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
+            *([ENERGY[name]] if name in ENERGY else []),
             *_remarks(made, out.counts[name], out.fixed, fold=fold),
         ]
         lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
@@ -166,20 +178,16 @@ class Maker:
     """The functions of one model, or why there is none."""
 
     def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
-        self.mbs, self.fold, self.keep_turns = mbs, fold, keep_turns
+        self.mbs = mbs
+        self.tree = partial(Tree, mbs, fold=fold, keep_turns=keep_turns)
         points = [point for body in mbs.bodies for point in body.points]
         self.has_points = any(point.sensor or point.extforce for point in points)
-
-    def tree(self, graph: Graph | None = None, labels: Mapping[int, Labels] | None = None) -> Tree:
-        return Tree(
-            self.mbs, fold=self.fold, keep_turns=self.keep_turns, graph=graph, labels=labels
-        )
 
     def dirdyna(self) -> Routine:
         twin, labels = find_mirrored(self.tree())
         tree = self.tree(labels=labels)
         c = joint_forces(tree, ())
-        matrix = mass_matrix(self.tree(tree.graph, labels))
+        matrix = mass_matrix(self.tree(graph=tree.graph, labels=labels))
         routine = Routine(tree.graph)
         for i, k in _order(matrix, twin):
             routine.store(f"M[{i}][{k}]", matrix[i, k], *([f"M[{k}][{i}]"] * (i != k)))
@@ -209,7 +217,7 @@ class Maker:
         if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
             return self.invdynared()
         try:
-            qdd = accelerations(tree, self.tree(tree.graph))
+            qdd = accelerations(tree, self.tree(graph=tree.graph))
         except Massless as error:
             joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")
@@ -244,8 +252,7 @@ class Maker:
     def cons_jdqd(self) -> Routine | Absent:
         tree = self.tree()
         routine = Routine(tree.graph)
-        for number, constraint in enumerate(constraints(tree), start=1):
-            routine.store(f"Jdqd[{number}]", constraint.jdqd)
+        routine.fill("Jdqd", (constraint.jdqd for constraint in constraints(tree)))
         return routine if self.mbs.cuts else Absent("cuts")
 
     def link(self) -> Routine | Absent:
@@ -268,6 +275,34 @@ class Maker:
                     at = motion(tree, tree.last[body.name], tree.point(body.name, point.name))
                     routines[len(routines) + 1] = _sensor(tree, at, point.sensor)
         return Cases(routines)
+
+    def energy(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        potential = -tree.dot(tree.gravity(), first_moment(tree)[1])
+        routine.fill("E", (kinetic(tree)[0], potential))
+        return routine
+
+    def momentum(self) -> Routine | Refused:
+        tree = self.tree()
+        _, linear, angular = kinetic(tree)
+        mass, first = first_moment(tree)
+        if not mass:
+            return Refused("no body has a mass")
+        own = tree.cross(tree.times(tree.graph.div(1, mass), first), linear)
+        routine = Routine(tree.graph)
+        routine.fill("P", linear)
+        routine.fill("L", tree.minus(angular, own))
+        return routine
+
+    def com(self) -> Routine | Refused:
+        tree = self.tree()
+        mass, first = first_moment(tree)
+        if not mass:
+            return Refused("no body has a mass")
+        routine = Routine(tree.graph)
+        routine.fill("P", tree.times(tree.graph.div(1, mass), first))
+        return routine
 
     def gensensor(self) -> Cases:
         every = Sensor("", tuple(sorted(SENSOR_MEASURES)))

@@ -68,12 +68,18 @@ def motion(
     turning: list[tuple[int, Vector, Vector]] = []
     linear: dict[int, Vector] = {}
     angular: dict[int, Vector] = {}
-    for frame in chain(tree, number, start):
-        k, axis = frame.number, frame.axis
-        arm = combine(tree, axes, frame.offset)
+
+    def shift(offset: Vector) -> None:
+        nonlocal position, velocity, acceleration
+        arm = combine(tree, axes, offset)
         position = tree.plus(position, arm)
         velocity = tree.plus(velocity, tree.cross(spin, arm))
-        acceleration = tree.plus(acceleration, _swing(tree, spin, spin_rate, arm))
+        turning = tree.cross(spin, tree.cross(spin, arm))
+        acceleration = tree.plus(acceleration, tree.plus(tree.cross(spin_rate, arm), turning))
+
+    for frame in chain(tree, number, start):
+        k, axis = frame.number, frame.axis
+        shift(frame.offset)
         own = axes[axis]
         rate = tree.times(frame.qd, own)
         qdd = tree.times(frame.qdd, own) if accelerations else NONE
@@ -94,10 +100,7 @@ def motion(
             velocity = tree.plus(velocity, rate)
             twice = tree.times(graph.constant(2.0), across)
             acceleration = tree.plus(tree.plus(acceleration, twice), qdd)
-    arm = combine(tree, axes, at)
-    position = tree.plus(position, arm)
-    velocity = tree.plus(velocity, tree.cross(spin, arm))
-    acceleration = tree.plus(acceleration, _swing(tree, spin, spin_rate, arm))
+    shift(at)
     for k, own, origin in turning:
         linear[k] = tree.cross(own, tree.minus(position, origin))
     return Motion(
@@ -162,9 +165,3 @@ def combine(tree: Tree, axes: tuple[Vector, Vector, Vector], v: Vector) -> Vecto
 def into(tree: Tree, axes: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
     """The other way: a vector in the axes of a frame."""
     return tree.dot(axes[0], v), tree.dot(axes[1], v), tree.dot(axes[2], v)
-
-
-def _swing(tree: Tree, spin: Vector, spin_rate: Vector, arm: Vector) -> Vector:
-    """What turning adds to the acceleration of a point at the end of an arm."""
-    turning = tree.cross(spin, tree.cross(spin, arm))
-    return tree.plus(tree.cross(spin_rate, arm), turning)

@@ -61,38 +61,28 @@ class _Finder:
         stack = [(0, 0)]
         while stack:
             left, right = stack.pop()
+            pairs = self._pairs(self.behind[left], self.behind[right])
             if left == right:
-                pairs = self._among(self.behind[left])
                 paired = {k for pair in pairs for k in pair}
                 stack += [(k, k) for k in self.behind[left] if k not in paired]
             else:
-                pairs = self._both(self.behind[left], self.behind[right])
                 self._name(left, right, pairs)
             stack += pairs
 
-    def _among(self, joints: list[int]) -> list[tuple[int, int]]:
-        """Pairs of joints behind one that has no twin."""
-        left = list(joints)
+    def _pairs(self, lefts: list[int], rights: list[int]) -> list[tuple[int, int]]:
+        """Pairs of joints behind two twins, or behind one joint: then both lists are the same."""
+        same = lefts is rights
+        left = list(lefts)
+        right = left if same else list(rights)
         out = []
         for fits in (self._same, self._like):
-            for k in joints:
-                j = next((j for j in left if j > k and k in left and fits(k, j)), 0)
+            for k in lefts:
+                candidates = (j for j in right if (j > k or not same) and fits(k, j))
+                j = next(candidates, 0) if k in left else 0
                 if j:
                     out.append((k, j))
-                    left = [i for i in left if i not in (k, j)]
-        return out
-
-    def _both(self, lefts: list[int], rights: list[int]) -> list[tuple[int, int]]:
-        """Pairs of joints behind two that are twins."""
-        lefts, rights = list(lefts), list(rights)
-        out = []
-        for fits in (self._same, self._like):
-            for k in list(lefts):
-                j = next((j for j in rights if fits(k, j)), 0)
-                if j:
-                    out.append((k, j))
-                    lefts.remove(k)
-                    rights.remove(j)
+                    left.remove(k)
+                    right.remove(j)
         return out
 
     def _same(self, k: int, j: int) -> bool:

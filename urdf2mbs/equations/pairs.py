@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
-from urdf2mbs.equations.graph import ADD, BINARY, CONST, DIV, LEAVES, PAIR, SYMBOL, Expr, Graph
+from urdf2mbs.equations.graph import BINARY, LEAVES, Expr, Graph, Op
 from urdf2mbs.equations.routine import Routine, Store
 
 
@@ -19,8 +19,8 @@ class Twin:
     """The second of two nodes that do the same, and how."""
 
     node: int
-    crossed: bool
-    """Its first operand is to the first node what its second is to the other."""
+    operands: tuple[Expr, Expr]
+    """In the order of those of the first node."""
 
 
 def in_pairs(routine: Routine, alike: list[tuple[Expr, Expr]]) -> Routine:
@@ -62,7 +62,7 @@ def _shapes(graph: Graph, used: list[int]) -> dict[int, int]:
     for node in used:
         op = graph.op[node]
         key: tuple[object, ...] = (op, *sorted(out[x] for x in _operands(graph, node)))
-        if op == SYMBOL:  # the number of the joint is the last index
+        if op == Op.SYMBOL:  # the number of the joint is the last index
             key = (op, graph.name[node].rpartition("[")[0])
         out[node] = known.setdefault(key, len(known))
     return out
@@ -85,14 +85,14 @@ def _twins(graph: Graph, used: list[int], alike: list[tuple[Expr, Expr]]) -> dic
         if m == n or m in paired or n in paired or op[m] != op[n] or op[m] in LEAVES:
             continue
         paired |= {m, n}
-        operands, twins = _operands(graph, m), _operands(graph, n)
-        crossed = False
-        if len(operands) == 2 and op[m] != DIV:
-            (x, y), (u, v) = operands, twins
-            crossed = likeness(x, v) + likeness(y, u) > likeness(x, u) + likeness(y, v)
-        out[m] = Twin(n, crossed)
-        for x, u in zip(operands, twins[:: -1 if crossed else 1], strict=True):
-            heappush(heap, (-max(x, u), x, u))
+        x, y, u, v = abs(graph.a[m]), abs(graph.b[m]), graph.a[n], graph.b[n]
+        if op[m] in (Op.ADD, Op.MUL, Op.PAIR) and (
+            likeness(x, abs(v)) + likeness(y, abs(u)) > likeness(x, abs(u)) + likeness(y, abs(v))
+        ):
+            u, v = v, u
+        out[m] = Twin(n, (u, v))
+        for first, second in [(x, abs(u)), (y, abs(v))][: 1 + (op[m] in BINARY)]:
+            heappush(heap, (-max(first, second), first, second))
     return _linked(graph, out)
 
 
@@ -100,9 +100,8 @@ def _linked(graph: Graph, twins: dict[int, Twin]) -> dict[int, Twin]:
     """Without twins that neither are made of twins nor make any: these would not pay."""
     linked: set[int] = set()
     for m, twin in twins.items():
-        operands = _operands(graph, twin.node)
-        for x, u in zip(_operands(graph, m), operands[:: -1 if twin.crossed else 1], strict=True):
-            if x in twins and twins[x].node == u:
+        for x, u in zip(_operands(graph, m), twin.operands, strict=False):
+            if x in twins and twins[x].node == abs(u):
                 linked |= {m, x}
     return {m: twin for m, twin in twins.items() if m in linked}
 
@@ -179,21 +178,18 @@ class _Writer:
         if node not in self.scalars:
             if node in self.first:
                 both, sign = self.pairs[self.first[node]]
-                self.scalars[node] = sign * self.graph.second(both)
+                self.scalars[node] = sign * self.graph.part(Op.SECOND, both)
             else:
-                self.scalars[node] = self.graph.first(self.pairs[node][0])
+                self.scalars[node] = self.graph.part(Op.FIRST, self.pairs[node][0])
         return self.scalars[node] if x > 0 else -self.scalars[node]
 
     def _twins(self, node: int, twin: Twin) -> tuple[Expr, int]:
         graph, op = self.graph, self.graph.op[node]
         if op not in BINARY:
             return graph.pair(self._single(node), self._single(twin.node)), 1
-        u, v = graph.a[twin.node], graph.b[twin.node]
-        if twin.crossed:
-            u, v = v, u
-        x, sign = self._both(graph.a[node], u)
-        y, sign_of_y = self._both(graph.b[node], v)
-        if op != ADD:
+        x, sign = self._both(graph.a[node], twin.operands[0])
+        y, sign_of_y = self._both(graph.b[node], twin.operands[1])
+        if op != Op.ADD:
             return graph.apply(op, x, y), sign * sign_of_y
         if sign != sign_of_y:
             y = self._second_reversed(y)
@@ -213,7 +209,7 @@ class _Writer:
 
     def _second_reversed(self, x: Expr) -> Expr:
         graph, node = self.graph, abs(x)
-        if graph.op[node] == PAIR and graph.op[abs(graph.b[node])] == CONST:
+        if graph.op[node] == Op.PAIR and graph.op[abs(graph.b[node])] == Op.CONST:
             turned = graph.pair(graph.a[node], -graph.b[node])
             return turned if x > 0 else -turned
         return graph.mul(x, graph.pair(1, -1))

@@ -1,25 +1,18 @@
-"""The equations in Python, plain or for numba."""
+"""The equations in Python."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from urdf2mbs.equations.routine import (
-    Call,
+    Absent,
     Cases,
     Loops,
-    Piece,
+    Made,
+    Refused,
     Routine,
     Statement,
     arrays,
-    split,
-    statements,
 )
 from urdf2mbs.equations.writer import CASES, Writer
-from urdf2mbs.mbs.model import Mbs
-
-#: So many statements are one function for numba.
-PIECE = 300
 
 #: The parameters of each function, and what its docstring says.
 FUNCTIONS = {
@@ -32,6 +25,9 @@ FUNCTIONS = {
     "link3D": ("frc, trq, s, tsim", "Add the forces of all 3D links to frc and trq."),
     "extforces": ("frc, trq, s, tsim", "Add all external forces to frc and trq."),
     "sensor": ("sens, s, isens", "Fill sens with the motion of one sensor."),
+    "energy": ("E, s", "Fill E with the kinetic and the potential energy."),
+    "momentum": ("P, L, s", "Fill the momentum P and the angular momentum L."),
+    "com": ("P, s", "Fill the position P of the centre of mass."),
     "gensensor": ("sens, s, isens", "Fill sens with the motion of the frame behind one joint."),
 }
 
@@ -39,22 +35,26 @@ FUNCTIONS = {
 class PythonWriter(Writer):
     suffix, comment, template = "py", "#", "accelred.py.in"
 
-    def __init__(self, mbs: Mbs, *, numba: bool = False) -> None:
-        super().__init__(mbs)
-        self.numba = numba
+    def function(self, name: str, made: Made) -> str:
+        """The text of a file below its header."""
+        parameters, doc = FUNCTIONS[name]
+        if isinstance(made, Absent | Refused):
+            text = (
+                f'def {name}({parameters}):\n    """{doc}"""\n'
+                f'    print("{name}: {made.message}", file=sys.stderr)\n    s.flag_stop = 1\n'
+            ) + "    return -1\n" * (name == "accelred")
+        elif isinstance(made, Cases):
+            text = self._cases(name, made)
+        elif isinstance(made, Loops):
+            text = self._model(made) + self.sections("forces", "loops", "accelred")
+        elif name == "accelred":
+            text = self._model(None) + self.sections("forces")
+            text += self._define("_accelerations", "s", made) + "\n\n" + self.sections("tree")
+        else:
+            text = self._define(name, parameters, made, doc)
+        return _imports(text) + text.rstrip("\n") + "\n"
 
-    def top(self, name: str, text: str) -> str:
-        names = [name for name in ("cos", "sin", "sqrt") if f"{name}(" in text]
-        lines = [f"from math import {', '.join(names)}\n"] if names else []
-        if "sys.stderr" in text:
-            lines.insert(0, "import sys\n")
-        if "np." in text:
-            lines.append("import numpy as np\n")
-        if " zeros(" in text:
-            lines.append("from numpy import zeros\n")
-        return "\n".join(lines) + "\n\n" if lines else ""
-
-    def model(self, loops: Loops | None) -> str:
+    def _model(self, loops: Loops | None) -> str:
         text = "".join(f"{name} = {value}\n" for name, value in self.facts().items())
         if loops is not None:
             for name in ("dependent", "independent", "driven", "cuts"):
@@ -62,28 +62,12 @@ class PythonWriter(Writer):
             text += f"USER_ROWS = {loops.user}\n"
         return text + "\n\n"
 
-    def stub(self, name: str, message: str, *, needed: bool) -> str:
-        parameters, doc = FUNCTIONS[name]
-        failure = "    return -1\n" if name == "accelred" else ""
-        return (
-            f'def {name}({parameters}):\n    """{doc}"""\n'
-            f'    print("{name}: {message}", file=sys.stderr)\n    s.flag_stop = 1\n{failure}'
-        )
-
-    def routine(self, name: str, routine: Routine) -> str:
-        if self.numba and name in ("dirdyna", "invdyna"):
-            return self._compiled(name, routine)
-        parameters, doc = FUNCTIONS[name]
-        return self.write(name, parameters, routine, doc)
-
-    def tree(self, routine: Routine) -> str:
-        return self.write("_accelerations", "s", routine) + "\n\n" + self.common(None, "tree")
-
-    def cases(self, name: str, cases: Cases) -> str:
+    def _cases(self, name: str, cases: Cases) -> str:
+        """A function that does another routine for each number."""
         parameters, doc = FUNCTIONS[name]
         text = ""
         for number, routine in cases.routines.items():
-            text += self.write(f"_sensor_{number}", "sens, s", routine) + "\n\n"
+            text += self._define(f"_sensor_{number}", "sens, s", routine) + "\n\n"
         table = ", ".join(f"{number}: _sensor_{number}" for number in cases.routines)
         return text + (
             f"_SENSORS = {{{table}}}\n\n\n"
@@ -94,45 +78,33 @@ class PythonWriter(Writer):
             "    _SENSORS[isens](sens, s)\n"
         )
 
-    def whole(
-        self, name: str, parameters: str, lines: list[Statement], doc: str, start: str
-    ) -> str:
-        out = [f'    """{doc}"""'] * bool(doc)
-        out += [f"    {array} = s.{array}.tolist()" for array in arrays(lines)]
+    def _define(self, name: str, parameters: str, routine: Routine, doc: str = "") -> str:
+        lines = self.statements(routine)
+        out = [f'"""{doc}"""'] * bool(doc)
+        out += [f"{array} = s.{array}.tolist()" for array in arrays(lines)]
         for line in lines:
             if line.call is not None and line.call.function != "user_LinkForces":
                 for array in line.call.arguments[:6]:
-                    size = "(4, 4)" if array.startswith("Rx") else "4"
-                    out.append(f"    {array} = zeros({size})")
-        out += self.body(lines)
-        return "\n".join([f"def {name}({parameters}):", *(out or ["    pass"])]) + "\n"
+                    out.append(f"{array} = zeros({'(4, 4)' if array.startswith('Rx') else '4'})")
+        out += map(_statement, lines)
+        return "".join(f"{line}\n" for line in [f"def {name}({parameters}):", *_indented(out)])
 
-    def _compiled(self, name: str, routine: Routine) -> str:
-        """A function in pieces that numba compiles."""
-        parameters, doc = FUNCTIONS[name]
-        lines, count = statements(routine)
-        self.count += count
-        used = arrays(lines)
-        lines = [replace(line, text=line.text.replace("][", ", ")) for line in lines]
-        pieces, sizes = split(lines, PIECE)
-        results = parameters.split(", s,")[0]
-        given = ", ".join([results, *used, "w"])
-        out = ["from numba import njit", "from numpy import empty", "", ""]
-        for number, piece in enumerate(pieces, start=1):
-            out += ["@njit(cache=True)", f"def _{name}_{number}({given}):"]
-            out += [f"    {variable} = {place}" for variable, place in piece.takes.items()]
-            out += [*self.body(piece.lines, Piece([], gives=piece.gives)), "", ""]
-        out += [f"def {name}({parameters}):", f'    """{doc}"""']
-        out.append(f"    w = empty({sizes.get('w', 0)})")
-        passed = ", ".join([results, *(f"s.{array}" for array in used), "w"])
-        out += [f"    _{name}_{number}({passed})" for number in range(1, len(pieces) + 1)]
-        return "\n".join(out) + "\n"
 
-    def variable(self, name: str, text: str, *, pair: bool) -> str:
-        return f"{name} = {text}"
+def _indented(lines: list[str]) -> list[str]:
+    return [f"    {line}" for line in lines or ["pass"]]
 
-    def place(self, place: str) -> str:
-        return place.replace("][", ", ")
 
-    def call(self, call: Call) -> str:
-        return f"{call.result} = s.{call.function}({', '.join(call.arguments)})"
+def _statement(line: Statement) -> str:
+    if line.call is not None:
+        return f"{line.call.result} = s.{line.call.function}({', '.join(line.call.arguments)})"
+    places = [place.replace("][", ", ") for place in line.places]
+    return " = ".join([*places, line.text])
+
+
+def _imports(text: str) -> str:
+    names = [name for name in ("cos", "sin", "sqrt") if f"{name}(" in text]
+    lines = ["import sys\n"] if "sys.stderr" in text else []
+    lines += [f"from math import {', '.join(names)}\n"] if names else []
+    lines += ["import numpy as np\n"] if "np." in text else []
+    lines += ["from numpy import zeros\n"] if " zeros(" in text else []
+    return "\n".join(lines) + "\n\n" if lines else ""

@@ -6,25 +6,10 @@ it is used, and what is not used is not written.  A variable stands as late as i
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, field
 
-from urdf2mbs.equations.graph import (
-    ADD,
-    BINARY,
-    CONST,
-    COS,
-    DIV,
-    FIRST,
-    LEAVES,
-    MUL,
-    PAIR,
-    SECOND,
-    SIN,
-    SQRT,
-    SYMBOL,
-    Expr,
-    Graph,
-)
+from urdf2mbs.equations.graph import BINARY, LEAVES, Expr, Graph, Op
 
 #: No expression is longer than this many characters; what would be is a variable.
 LONGEST = 72
@@ -59,6 +44,11 @@ class Routine:
     def store(self, place: str, value: Expr, *more: str) -> None:
         self.steps.append(Store((place, *more), value))
 
+    def fill(self, name: str, values: Iterable[Expr]) -> None:
+        """Store values in an array, from index 1."""
+        for k, value in enumerate(values, start=1):
+            self.store(f"{name}[{k}]", value)
+
 
 @dataclass
 class Cases:
@@ -73,6 +63,10 @@ class Absent:
 
     what: str
     """What the model has not."""
+
+    @property
+    def message(self) -> str:
+        return f"symbolic files seem obsolete: the model had no {self.what}"
 
 
 @dataclass
@@ -93,6 +87,7 @@ class Refused:
     """A function that is not generated, and why."""
 
     why: str
+    message = "not generated, the head of its file says why"
 
 
 #: What may be written as one of Robotran's functions.
@@ -119,6 +114,13 @@ class Count:
 
     def __add__(self, more: Count) -> Count:
         return Count(*map(sum, zip(astuple(self), astuple(more), strict=True)))
+
+
+#: The field that counts each operation.
+COUNTED = {
+    Op.ADD: "sums", Op.MUL: "products", Op.DIV: "divisions",
+    Op.SIN: "functions", Op.COS: "functions", Op.SQRT: "functions",
+}  # fmt: skip
 
 
 @dataclass
@@ -178,7 +180,7 @@ class _Writer:
             uses[node] = uses.get(node, 0) + 1
             if uses[node] > 1 or op[node] in LEAVES:
                 continue
-            if op[node] in (FIRST, SECOND):
+            if op[node] in (Op.FIRST, Op.SECOND):
                 self.named.add(a[node])
                 stack.append(a[node] if x > 0 else -a[node])
                 continue
@@ -209,33 +211,32 @@ class _Writer:
 
     def _leaf(self, node: int) -> None:
         kind, name = self.graph.op[node], self.graph.name[node]
-        if kind == CONST:
+        if kind == Op.CONST:
             name = repr(self.graph.value[node])
         self.terms[node] = [(True, name)]
-        self.used[node] = (name,) if kind == SYMBOL else ()
+        self.used[node] = (name,) if kind == Op.SYMBOL else ()
 
     def _operation(self, node: int, x: int, y: int) -> None:
         graph = self.graph
         kind = graph.op[node]
-        if kind == ADD:
+        if kind == Op.ADD:
             more = self.terms[y]
             if graph.b[node] < 0:
                 more = [(not plus, text) for plus, text in more]
             terms = self.terms[x] + more
-        elif kind == PAIR:
+        elif kind == Op.PAIR:
             first = self._join(x, graph.a[node] > 0)
             terms = [(True, f"PAIR({first}, {self._join(y, graph.b[node] > 0)})")]
-        elif kind in (MUL, DIV):
+        elif kind in (Op.MUL, Op.DIV):
             (plus_a, a), (plus_b, b) = self._factor(x), self._factor(y)
-            if kind == DIV and " " in b and b[0] != "(":
+            if kind == Op.DIV and " " in b and b[0] != "(":
                 b = f"({b})"
-            terms = [(plus_a == plus_b, f"{a} {'*' if kind == MUL else '/'} {b}")]
-        elif kind in (FIRST, SECOND):
+            terms = [(plus_a == plus_b, f"{a} {'*' if kind == Op.MUL else '/'} {b}")]
+        elif kind in (Op.FIRST, Op.SECOND):
             plus, name = self.terms[x][0]
-            terms = [(plus, f"{name}[{kind - FIRST}]")]
+            terms = [(plus, f"{name}[{kind - Op.FIRST}]")]
         else:
-            name = {SIN: "sin", COS: "cos", SQRT: "sqrt"}[kind]
-            terms = [(True, f"{name}({self._join(x, graph.a[node] > 0)})")]
+            terms = [(True, f"{kind.name.lower()}({self._join(x, graph.a[node] > 0)})")]
         self.terms[node], self.used[node] = terms, self.used[x] + self.used[y]
         self._add_to_count(node, kind, x, y)
         if (
@@ -245,36 +246,28 @@ class _Writer:
         ):
             self._variable(node, kind)
 
-    def _add_to_count(self, node: int, kind: int, x: int, y: int) -> None:
-        count, times = self.count, 1
-        if kind == PAIR:
+    def _add_to_count(self, node: int, kind: Op, x: int, y: int) -> None:
+        paired = kind in BINARY and (x in self.pairs or y in self.pairs)
+        if paired or kind == Op.PAIR:
             self.pairs.add(node)
-            return
-        if (x in self.pairs or y in self.pairs) and kind in BINARY:
-            self.pairs.add(node)
-            times = 2
-            count.paired += 2
-        if kind == ADD:
-            count.sums += times
-        elif kind == MUL:
-            count.products += times
-        elif kind == DIV:
-            count.divisions += times
-        elif kind in (SIN, COS, SQRT):
-            count.functions += 1
+        if kind in COUNTED:
+            name, times = COUNTED[kind], 1 + paired
+            setattr(self.count, name, getattr(self.count, name) + times)
+            self.count.paired += 2 * paired
 
-    def _variable(self, node: int, kind: int) -> None:
+    def _variable(self, node: int, kind: Op) -> None:
         """Give a name to a node, or to its opposite if so fewer signs have to be changed."""
         signs = [plus for plus, _ in self.terms[node]]
         positive = all(signs) or (any(signs) and self.votes[node] >= 0)
         text = self._join(node, positive)
-        argument = self.graph.name[abs(self.graph.a[node])] if kind in (SIN, COS) else ""
+        argument = self.graph.name[abs(self.graph.a[node])] if kind in (Op.SIN, Op.COS) else ""
         if argument.startswith("q["):
-            name = f"{'S' if kind == SIN else 'C'}{argument[2:-1]}"
+            name = f"{'S' if kind == Op.SIN else 'C'}{argument[2:-1]}"
         else:
             self.variables += 1
             name = f"x{self.variables}"
-        self.out.append(Statement(text, name, (), self.used[node], pair=node in self.pairs))
+        pair = node in self.pairs
+        self.out.append(Statement(text, name, (name,), self.used[node], pair=pair))
         self.terms[node], self.used[node] = [(positive, name)], (name,)
 
     def _join(self, node: int, positive: bool) -> str:
@@ -295,37 +288,6 @@ class _Writer:
             return terms[0]
         positive = any(plus for plus, _ in terms)
         return positive, f"({self._join(node, positive)})"
-
-
-@dataclass
-class Piece:
-    """Some statements, and the variables that these share with other pieces."""
-
-    lines: list[Statement]
-    takes: dict[str, str] = field(default_factory=dict)
-    """Each with its place in an array that all pieces share: w for numbers, v for pairs."""
-    gives: dict[str, str] = field(default_factory=dict)
-
-
-def split(lines: list[Statement], size: int) -> tuple[list[Piece], dict[str, int]]:
-    """Cut a function into pieces of so many statements; also, how long the arrays are."""
-    pieces = [Piece(lines[i : i + size]) for i in range(0, len(lines), size)]
-    made: dict[str, tuple[int, str]] = {}
-    places: dict[str, str] = {}
-    sizes = {"w": 0, "v": 0}
-    for number, piece in enumerate(pieces):
-        for line in piece.lines:
-            if line.variable is not None:
-                made[line.variable] = number, "v" if line.pair else "w"
-            for name in line.uses:
-                giver, array = made.get(name, (number, ""))
-                if giver == number:
-                    continue
-                if name not in places:
-                    places[name] = f"{array}[{sizes[array]}]"
-                    sizes[array] += 1
-                piece.takes[name] = pieces[giver].gives[name] = places[name]
-    return pieces, {array: size for array, size in sizes.items() if size}
 
 
 def arrays(lines: list[Statement]) -> list[str]:

@@ -62,17 +62,15 @@ class _Places:
 
     def choose_from(self, frame: Frame, tree: Tree, places: list[_Places]) -> None:
         axis, before = frame.axis, places[frame.parent]
-        if not frame.turns:
-            for vector, value in zip(before.slides, before.values, strict=True):
-                self._offer(
-                    tree.behind(frame, tree.minus(vector, frame.start)),
-                    relabel(_less(value, self.start), frame.change),
-                )
-        else:
-            for vector, value in zip(before.slides, before.values, strict=True):
-                x = tree.behind(frame, tree.minus(vector, frame.start))[axis]
-                free = relabel(_less(value, self.start), frame.change)[axis]
-                self._offer_along(axis, x, free)
+        for vector, value in zip(before.slides, before.values, strict=True):
+            place = tree.behind(frame, tree.minus(vector, frame.start))
+            x, y, z = (a - b for a, b in zip(value, self.start, strict=True))
+            free = relabel((x, y, z), frame.change)
+            if frame.turns:
+                self._offer_along(axis, place[axis], free[axis])
+            else:
+                self._offer(place, free)
+        if frame.turns:
             for child in frame.children:
                 start = tree.frames[child].start
                 self._offer_along(axis, start[axis], places[child].start[axis])
@@ -114,7 +112,3 @@ class _Places:
                     lowest, best = total, j
             self.price[i] += lowest
             child.best.append(best)
-
-
-def _less(v: Vec, w: Vec) -> Vec:
-    return v[0] - w[0], v[1] - w[1], v[2] - w[2]

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar, cast
 
-from urdf2mbs.equations.graph import CONST, Expr, Graph
+from urdf2mbs.equations.graph import Expr, Graph, Op
 from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.spatial import ZERO, Vec
 
@@ -81,19 +81,12 @@ class Tree:
         self.mbs = mbs
         self.graph = graph = Graph() if graph is None else graph
         self.fold, self.still = fold or still, still
-        self.points: dict[tuple[str | None, str | None], int] = {}
-        """The number of each point, as Robotran counts: in the order of the file, base first."""
         self.last: dict[str | None, int] = {None: 0}
         """The number of each body's last joint."""
-        owners = [(None, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)]
-        for owner, points in owners:
-            for point in points:
-                self.points[owner, point.name] = len(self.points) + 1
-        self.coordinates = {
-            (owner, point.name): clean(point.coordinates)
-            for owner, points in owners
-            for point in points
-        }
+        points = mbs.points()
+        self.points = {place: number for number, place in enumerate(points, start=1)}
+        """The number of each point, as Robotran counts: in the order of the file, base first."""
+        self.coordinates = {place: clean(point.coordinates) for place, point in points.items()}
         labels = labels or {}
         ground = Joint("", "T1")
         self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE, ZERO)]
@@ -134,7 +127,7 @@ class Tree:
 
     def moves(self, frame: Frame) -> bool:
         """True if the position of a joint is not a number of the equations."""
-        return self.graph.op[abs(frame.q)] != CONST
+        return self.graph.op[abs(frame.q)] != Op.CONST
 
     def put(self, frame: Frame, slide: Vector) -> None:
         """Move a frame in its own axes (m); the frame before it must be in its place."""

@@ -38,7 +38,7 @@ class EndedError(Exception):
 
 
 class _State:
-    """Of this process."""
+    """The state of this process."""
 
     serves = False
 

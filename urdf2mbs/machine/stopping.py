@@ -1,15 +1,11 @@
 """Ctrl-C and SIGTERM end the program at once, with one line and the exit code of the signal.
 
-Nothing is imported here but what every Python has in it: until ``end_on_signals`` is called,
-Ctrl-C prints a traceback.
+``cli`` imports this file while Python may still look for modules in the working folder: nothing
+but what is built into Python is imported here.
 """
 
-import _signal  # type: ignore[import-not-found]  # ``signal`` imports five modules
+import _signal  # type: ignore[import-not-found]
 import os
-
-TYPE_CHECKING = False
-if TYPE_CHECKING:
-    from types import FrameType
 
 SIGINT: int = _signal.SIGINT
 
@@ -26,7 +22,7 @@ class Stopped(KeyboardInterrupt):
 
 
 class _State:
-    """Of this process."""
+    """The state of this process."""
 
     signal = 0
     """The signal that came; 0: none."""
@@ -34,7 +30,7 @@ class _State:
     """How many ``Unfinished`` it is within."""
     speaks = True
     told = ""
-    """What the line says beside the signal."""
+    """The text behind the signal in the line."""
 
 
 def end_on_signals(speaks: bool = True) -> None:
@@ -79,9 +75,9 @@ def end(number: int) -> None:
     os._exit(128 + number)
 
 
-def _come(number: int, _: "FrameType | None") -> None:
-    for each in SIGNALS:
-        _signal.signal(each, _signal.SIG_IGN)  # what is half done is undone once
+def _come(number: int, _: object) -> None:
+    for ended_by in SIGNALS:
+        _signal.signal(ended_by, _signal.SIG_IGN)  # what is half done is undone once
     _State.signal = number
     if _State.unfinished:
         raise Stopped

@@ -58,4 +58,4 @@ def _is_xacro_robot(file: Path) -> bool:
     try:
         return _ROBOT.search(read(file)) is not None
     except OSError:
-        return True  # which is then said of it
+        return True  # the conversion then reports why

@@ -1,4 +1,4 @@
-"""One of many conversions: what it is told, what becomes of it, and how it is carried out."""
+"""One of many conversions: the job, how it is carried out, and its outcome."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Job(msgspec.Struct, frozen=True):
     config: Config
     lines: Lines
     values: dict[str, Any] = {}
-    """What it has of its own in a sweep."""
+    """Its own values in a sweep."""
     installed_plugins: bool = True
     force: bool = False
-    """Whether files are replaced that were edited, or that are somebody else's."""
+    """Replace files, too, that were edited or that are somebody else's."""
 
     @property
     def source(self) -> str:
@@ -62,12 +62,12 @@ class Outcome(msgspec.Struct):
     """What became of one of many robots."""
 
     number: int
-    """Its place among all: results come in the order in which they are done."""
+    """Its place among all jobs: outcomes come as they are done."""
     source: str
     output: str | None
     """What was written."""
     values: dict[str, Any]
-    """What it has of its own in a sweep."""
+    """Its own values in a sweep."""
     code: int
     """As the exit code: 0 done, 1 robot, 2 config, 3 not the same robot."""
     report: Report | None = None
@@ -78,8 +78,7 @@ class Outcome(msgspec.Struct):
     kept: bool = False
     """It was done before an interruption."""
     key: str = ""
-    """That of its job where it was carried out; empty: the robot may depend on what is not known,
-    such as a file that a plugin reads."""
+    """The key of its job; empty: a plugin had a part in the robot, and may have read any file."""
     files: dict[str, str] = {}
     """The sha256 of every file that was read or written."""
 

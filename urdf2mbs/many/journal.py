@@ -1,4 +1,4 @@
-"""What many conversions came to: a JSON report, and until it is whole, a journal of it.
+"""The JSON report of many conversions, and the journal that stands for it during the run.
 
 The journal has a line for each robot that is done.  An interrupted run leaves it there.  The same
 command then keeps a robot where all that it depends on is known and the same: the config, every
@@ -31,7 +31,7 @@ class Journal:
         self.jobs = jobs
         self.outcomes: dict[int, Outcome] = {}
         self._keeps = False
-        """Whether another run keeps a robot of this one."""
+        """True if the next run can keep a robot of this run."""
         self._open: IO[bytes] | None = None
 
     def __enter__(self) -> Journal:
@@ -63,8 +63,8 @@ class Journal:
         self._keeps = self._keeps or bool(outcome.key)
         self._write(outcome)
 
-    def told(self) -> str:
-        """What is said of it where the run is stopped."""
+    def state(self) -> str:
+        """What a stopped run says: how many robots are done, and whether the run can go on."""
         done = f": {len(self.outcomes)} of {counted(len(self.jobs), 'robot')} done"
         return done + "; the same command goes on" * self._keeps
 
@@ -73,7 +73,7 @@ class Journal:
         if self._open is not None:
             self._open.close()
         ordered = [self.outcomes[job.number] for job in self.jobs]
-        robots = [shown(outcome) for outcome in ordered]
+        robots = [to_report(outcome) for outcome in ordered]
         whole = {"urdf2mbs": version_of("urdf2mbs"), "code": worst(ordered), "robots": robots}
         write_files(
             {self.report: msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"},
@@ -113,8 +113,8 @@ def worst(outcomes: list[Outcome]) -> int:
     return max((outcome.code for outcome in outcomes), default=0)
 
 
-def shown(outcome: Outcome) -> dict[str, object]:
-    """What the report says of a robot: nothing that is not the same another time."""
+def to_report(outcome: Outcome) -> dict[str, object]:
+    """The part of the report on a robot.  It is the same each time."""
     return {
         "source": outcome.source, "output": outcome.output, "values": outcome.values,
         "code": outcome.code, "error": outcome.error, "diagnostics": outcome.diagnostics,

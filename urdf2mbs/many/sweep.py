@@ -11,10 +11,10 @@ import msgspec
 
 from urdf2mbs.disk.files import one_name, portable
 from urdf2mbs.engine.config import Config, Key, Lines, Project, Range
-from urdf2mbs.engine.settings import spelled
+from urdf2mbs.engine.settings import expand
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
-#: So many robots of one config are surely a slip.
+#: The most robots of one config.
 MOST = 1_000_000
 
 #: ``{height}`` in a path.
@@ -29,7 +29,7 @@ class Member(NamedTuple):
 
     config: Config
     values: dict[str, Any]
-    """What it has of its own: xacro arguments by name, options as ``PASS.OPTION``."""
+    """Its own values: xacro arguments by name, options as ``PASS.OPTION``."""
 
 
 def members(config: Config, lines: Lines) -> list[Member]:
@@ -81,8 +81,8 @@ def members(config: Config, lines: Lines) -> list[Member]:
         if before is not own:
             raise lines.error(
                 "sweep-output",
-                f"two robots of the sweep would be written to '{place}': {told(before)}, "
-                f"and {told(own)}",
+                f"two robots of the sweep would be written to '{place}': {in_words(before)}, "
+                f"and {in_words(own)}",
                 ("output",),
                 f"name each by its values, such as 'output: models/{_names(keys)}.mbs'",
             )
@@ -97,7 +97,7 @@ def members(config: Config, lines: Lines) -> list[Member]:
     return found
 
 
-def told(values: dict[str, Any]) -> str:
+def in_words(values: dict[str, Any]) -> str:
     """``height=0.7, arms=true``."""
     return ", ".join(f"{name}={_word(value)}" for name, value in values.items())
 
@@ -146,7 +146,7 @@ def _in_range(given: Range, lines: Lines, at: Key) -> list[int | float]:
                 at,
             )  # fmt: skip
         count = int((last - first) / step) + 1
-        whole = all(isinstance(one, int) for one in (given.first, given.step))
+        whole = all(isinstance(number, int) for number in (given.first, given.step))
     if count > MOST:
         raise lines.error("sweep-long", f"the range has {count} values, and {MOST} are most", at)
     numbers = [first + step * n for n in range(count)]
@@ -167,9 +167,9 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
         # a value is a word: it leads to no other folder, and names no variable
         return _UNSAFE.sub("_", _word(values[found[1]]))
 
-    def named(output: str) -> str:
+    def name_path(output: str) -> str:
         """Each name in the path that has values, as every system has it."""
-        names = re.split(r"([/\\])", spelled(output, lines, ("output",)))
+        names = re.split(r"([/\\])", expand(output, lines, ("output",)))
         return "".join(
             portable(_PLACE.sub(value, name).replace("~", "_")) if _PLACE.search(name) else name
             for name in names
@@ -177,12 +177,12 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
 
     output = config.output
     if isinstance(output, Project):
-        place = named(output.project)
+        place = name_path(output.project)
         return msgspec.structs.replace(output, project=place), place
     if output is None:
         raise lines.error(
             "sweep-output", "a sweep needs an output", ("sweep",),
             f"such as 'output: models/{_names(list(values))}.mbs'",
         )  # fmt: skip
-    place = named(output)
+    place = name_path(output)
     return place, place

@@ -1,18 +1,50 @@
-"""The elements of .mbs that hold one plain value: one table for reading and for writing.
+"""The elements of .mbs, a table for each: by these the reader reads, the writer writes, and
+``unknown`` knows what the model has no place for.
 
-Each table gives, in the order of the file, an element's tag, its field in the model and the kind
-of its value.  The elements of bodies, joints and points are not here: they are most of a file,
-and writing them by a table would take longer than by one template each.
+A table has an element's children by their tags, in the order of the file.  With each stands
+
+* a field of the model's object, and the kind of its value: a word, or the tags of the objects
+  that stand in it;
+* a table, where the element only holds others that belong to the same object;
+* ``MARK``, where MBSysPad writes an empty element that nobody reads.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable, Mapping
+from typing import Literal, NamedTuple, TypeAlias
 
-Kind = Literal["text", "number", "xy", "xyz", "color", "flag", "points"]
-Fields = dict[str, tuple[str, Kind]]
+from urdf2mbs.mbs.model import (
+    CUTS,
+    LINKS,
+    SHAPES,
+    Body,
+    Connection,
+    Joint,
+    Light,
+    Parameter,
+    Part,
+    Point,
+    Shape,
+    UserConstraint,
+    UserModel,
+    UserVariable,
+    Viewpoint,
+)
+from urdf2mbs.spatial import ZERO
 
-SHAPE: Fields = {
+Kind = Literal[
+    "text", "title", "word", "number", "xy", "xyz", "coordinates", "inertia", "color", "flag",
+    "control points", "symbols", "place", "sensor", "texts", "parts", "base", "drawing", "view",
+]  # fmt: skip
+#: ``texts`` and ``parts`` may stand several times.
+REPEATED = ("texts", "parts")
+MARK = None
+Field = tuple[str, Kind | frozenset[str]]
+Table: TypeAlias = "Mapping[str, Field | Table | None]"
+
+_POSITION: Table = {"position": ("position", "xy")}
+SHAPE: Table = {
     "name": ("name", "text"),
     "position": ("position", "xyz"),
     "scale": ("scale", "xyz"),
@@ -24,7 +56,7 @@ SHAPE: Fields = {
     "height": ("height", "number"),
     "url": ("url", "text"),
 }
-VIEWPOINT: Fields = {
+VIEWPOINT: Table = {
     "name": ("name", "text"),
     "joint": ("joint", "text"),
     "position": ("position", "xyz"),
@@ -36,18 +68,143 @@ VIEWPOINT: Fields = {
     "frontClipDst": ("front_clip", "number"),
     "backClipDst": ("back_clip", "number"),
 }
-LIGHT: Fields = {
+LIGHT: Table = {
     "name": ("name", "text"),
     "joint": ("joint", "text"),
     "active": ("active", "flag"),
     "direction": ("direction", "xyz"),
 }
-DRAWING: Fields = {
+DRAWING: Table = {
     "position": ("position", "xy"),
     "name_pos": ("name_pos", "xy"),
     "shape": ("shape", "text"),
     "size": ("size", "xy"),
-    "control_points": ("control_points", "points"),
+    "control_points": ("control_points", "control points"),
     "angle": ("angle", "number"),
 }
-FACTORS: Fields = {tag: (tag, "number") for tag in ("frame", "joint", "com", "point")}
+JOINT: Table = {
+    "jointname": ("name", "text"),
+    "type": ("type", "word"),
+    "nature": ("nature", "word"),
+    "initialvalue": {"q": ("q", "number"), "qd": ("qd", "number"), "qdd": ("qdd", "number")},
+    "actuated": ("actuated", "flag"),
+    "symbols": ("symbols", "symbols"),
+    "graphics": {"x2D": _POSITION, "x3D": {"x3D_joint": MARK, "x3D_frame": MARK}},
+}
+POINT: Table = {
+    "pointname": ("name", "text"),
+    "coordinates": ("coordinates", "xyz"),
+    "graphics": {"x2D": _POSITION, "x3D": {}},
+    "sensor": ("sensor", "sensor"),
+    "extforce": ("extforce", "sensor"),
+}
+BODY: Table = {
+    "bodyname": ("name", "text"),
+    "parent": ("place", "place"),
+    "joint": ("joints", "parts"),
+    "mass": ("mass", "number"),
+    "com": ("com", "coordinates"),
+    "inertia": ("inertia", "inertia"),
+    "point": ("points", "parts"),
+    "graphics": {
+        "x2D": ("drawing", "drawing"),
+        "x3D": {
+            "x3D_com": MARK, "x3D_points": MARK, "x3D_lines": MARK, "x3D_shapes": ("shapes", SHAPES)
+        },
+    },
+}  # fmt: skip
+BASE: Table = {
+    "gravity": ("gravity", "coordinates"),
+    "baseBodyName": ("name", "text"),
+    "point": ("points", "parts"),
+    "graphics": {
+        "x2D": {**_POSITION, "base_body": ("drawing", "drawing")},
+        "x3D": {
+            "x3D_frame": MARK, "x3D_points": MARK, "x3D_lines": MARK,
+            "x3D_shapes": ("shapes", SHAPES),
+        },
+    },
+}  # fmt: skip
+CONNECTION: Table = {
+    "name": ("name", "text"),
+    "endpoint1": ("endpoint1", "place"),
+    "endpoint2": ("endpoint2", "place"),
+    "length": ("length", "number"),
+}
+USER_CONSTRAINT: Table = {"name": ("name", "text"), "joints": {"jointname": ("joints", "texts")}}
+USER_MODEL: Table = {"name": ("name", "text"), "parameter": ("parameters", "parts")}
+PARAMETER: Table = {
+    "name": ("name", "text"),
+    "type": ("type", "text"),
+    "value": ("values", "texts"),
+}
+USER_VARIABLE: Table = {
+    "varname": ("name", "text"),
+    "type": ("type", "text"),
+    "size": ("size", "text"),
+}
+VIEW: Table = {
+    "background": {"color": ("background", "color")},
+    "shapeScaleFactors": {tag: (tag, "number") for tag in ("frame", "joint", "com", "point")},
+    "viewpoints": ("viewpoints", frozenset(["viewpoint"])),
+    "lights": ("lights", frozenset(["directionalLight"])),
+}
+MBS: Table = {
+    "mbsname": ("name", "title"),
+    "mbsyspad_version": ("version", "title"),
+    "base": ("base", "base"),
+    "bodytree": ("bodies", frozenset(["body"])),
+    "cuts": ("cuts", CUTS),
+    "links": ("links", LINKS),
+    "user_constraints": ("user_constraints", frozenset(["user_constraint"])),
+    "user_models": ("user_models", frozenset(["user_model"])),
+    "user_variables": ("user_variables", frozenset(["user_variable"])),
+    "x3D": ("view", "view"),
+}
+#: Lists that are written also when they are empty.
+KEPT = frozenset(["bodytree", "joints", "x3D", "x3D_shapes", "viewpoints", "lights"])
+
+#: An element that holds a part of a value.
+_PART: Field = ("", "text")
+_XY: Table = dict.fromkeys("xy", _PART)
+_XYZ: Table = dict.fromkeys("xyz", _PART)
+#: The children of an element, by the kind of the value that it holds.
+INSIDE: dict[str, Table] = {
+    "base": BASE,
+    "drawing": DRAWING,
+    "view": VIEW,
+    "xy": _XY,
+    "xyz": _XYZ,
+    "coordinates": {"coordinates": ("", "xyz")},
+    "control points": {"control_point": ("", "xy")},
+    "inertia": dict.fromkeys(["Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"], _PART),
+    "symbols": dict.fromkeys(["q", "qd", "qdd"], _PART),
+    "place": dict.fromkeys(["bodyname", "pointname"], _PART),
+}
+
+
+class Object(NamedTuple):
+    """The object that an element becomes."""
+
+    make: Callable[[str], Part]
+    """Gives an empty object; its argument is the tag."""
+    table: Table
+    what: str = ""
+    """How messages call the object; empty where it needs no name."""
+
+
+_connection = Object(lambda kind: Connection(kind, "", ("", ""), ("", "")), CONNECTION)
+#: The objects of the model, by the tags of their elements.
+OBJECTS = {
+    "body": Object(lambda _: Body(""), BODY, "body"),
+    "joint": Object(lambda _: Joint("", "", ""), JOINT, "joint"),
+    "point": Object(lambda _: Point(""), POINT, "point"),
+    "user_constraint": Object(lambda _: UserConstraint(""), USER_CONSTRAINT, "user constraint"),
+    "user_model": Object(lambda _: UserModel(""), USER_MODEL, "user model"),
+    "parameter": Object(lambda _: Parameter("", ""), PARAMETER, "parameter"),
+    "user_variable": Object(lambda _: UserVariable("", "", ""), USER_VARIABLE, "user variable"),
+    "viewpoint": Object(lambda _: Viewpoint("", ZERO, ZERO), VIEWPOINT),
+    "directionalLight": Object(lambda _: Light("", ZERO, active=False), LIGHT),
+    **{kind: Object(lambda kind: Shape(kind, ""), SHAPE) for kind in SHAPES},
+    **{kind: _connection._replace(what=kind) for kind in CUTS | LINKS},
+}

@@ -1,4 +1,4 @@
-"""Where everything in an .mbs is at one position: forward kinematics, joint by joint."""
+"""Forward kinematics of an .mbs at one position, joint by joint."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urdf2mbs.spatial import HERE, ZERO, Pose, Vec, add, cross, from_turn, multi
 
 
 class Placed(NamedTuple):
-    """Where a joint is, in the axes of the base."""
+    """The place of a joint, in the axes of the base."""
 
     joint: Joint
     axis: Vec
@@ -30,7 +30,7 @@ class Placed(NamedTuple):
 
 
 class Placement(msgspec.Struct):
-    """Where bodies and joints are, in the base (m)."""
+    """The places of bodies and joints, in the base (m)."""
 
     bodies: dict[str | None, Pose]
     """By name; None is the base."""
@@ -40,13 +40,11 @@ class Placement(msgspec.Struct):
     """Index of each body's last joint; -1 for the base."""
 
     def point(self, mbs: Mbs, body: str | None, point: str | None) -> Vec:
-        """Where an anchor point is (m); None is the body's own frame."""
+        """The place of an anchor point (m, in the base); None is the body's own frame."""
         pose = self.bodies[body]
         if point is None:
             return pose.xyz
-        owner = mbs.base if body is None else next(b for b in mbs.bodies if b.name == body)
-        at = next(p.coordinates for p in owner.points if p.name == point)
-        return add(pose.xyz, rotate(pose.rot, at))
+        return add(pose.xyz, rotate(pose.rot, mbs.points()[body, point].coordinates))
 
     def way(self, body: str | None) -> list[int]:
         """Indices of the joints that move a body, from the body to the base."""
@@ -70,9 +68,7 @@ def floating(mbs: Mbs) -> Body | None:
 def place(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:
     """A model whose bodies stand parents first, with its joints at these values (rad or m), or at
     their initial ones."""
-    points: dict[tuple[str | None, str | None], Vec] = {
-        (None, point.name): point.coordinates for point in mbs.base.points
-    } | {(body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points}
+    points = mbs.points()
     bodies: dict[str | None, Pose] = {None: HERE}
     last: dict[str | None, int] = {None: -1}
     joints: list[Placed] = []
@@ -80,7 +76,7 @@ def place(mbs: Mbs, values: Mapping[str, float] | None = None) -> Placement:
         xyz, rot = bodies[body.parent]
         point = points.get((body.parent, body.point))
         if point is not None:
-            xyz = add(xyz, rotate(rot, point))
+            xyz = add(xyz, rotate(rot, point.coordinates))
         before = last[body.parent]
         for joint in body.joints:
             k = int(joint.type[1])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Mass:
-    """Of a model with n joints, all of them free; m, kg, rad."""
+    """The mass matrix of a model with n joints, all of them free; m, kg, rad."""
 
     def __init__(self, mbs: Mbs) -> None:
         self.mbs = mbs
@@ -31,7 +31,7 @@ class Mass:
         joints = self.placement.joints
         n = len(joints)
         self.twists: Array = np.array([sum(placed.twist, ()) for placed in joints]).reshape(n, 6)
-        """Of the joints, each at speed 1."""
+        """The twist of each joint at speed 1, (n, 6)."""
         self.moves = np.zeros((n, n), bool)
         """``moves[i, j]``: joint i moves joint j, or is joint j."""
         for j, placed in enumerate(joints):

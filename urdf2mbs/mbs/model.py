@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from urdf2mbs.spatial import ZERO, Sym, Vec
+from urdf2mbs.spatial import ZERO, Pose, Sym, Vec
 
 #: How a file calls the ground as a parent, whatever ``Base.name`` says, and the point at
 #: a body's own frame.  In the model both are None, so that no name can be mistaken for them.
@@ -42,7 +42,7 @@ class Origin:
         self.source = source
         """The whole file."""
         self.number = number
-        """Which of the file's objects it is, in the order of reading; the file itself is 0."""
+        """The object's number in the order of reading; the file itself is 0."""
 
     def __eq__(self, other: object) -> bool:
         return other is None or isinstance(other, Origin)
@@ -53,13 +53,13 @@ class Origin:
         return f"Origin({self.number})"
 
 
-class Part(msgspec.Struct, kw_only=True, gc=False):
-    """What a file has an element of its own for."""
+class Part(msgspec.Struct, kw_only=True):
+    """An object that has an element of its own in the file."""
 
     origin: Origin | None = None
 
 
-class Joint(Part, gc=False):
+class Joint(Part):
     """One degree of freedom: a turn (R1 R2 R3) or a shift (T1 T2 T3) along a current axis."""
 
     name: str
@@ -72,18 +72,18 @@ class Joint(Part, gc=False):
     qdd: float | None = None
     actuated: bool = False
     symbols: tuple[str, ...] | None = None
-    """Which of q, qd, qdd stay in the generated equations; None is all of them."""
+    """Those of q, qd, qdd that stay in the generated equations; None is all of them."""
     position: XY | None = None
 
 
-class Sensor(Part, gc=False):
+class Sensor(Part):
     """A sensor or an external force: what it measures (``Pos Rot Vit Om Acc Omp Jac``)."""
 
     name: str
     measures: tuple[str, ...] = ()
 
 
-class Point(Part, gc=False):
+class Point(Part):
     """An anchor point: a translation (m) in the body frame; it has no rotation.
 
     A point called ``origin`` is the body's own frame, with a sensor or a force on it.
@@ -96,7 +96,7 @@ class Point(Part, gc=False):
     extforce: Sensor | None = None
 
 
-class Shape(Part, gc=False):
+class Shape(Part):
     """A 3D shape: ``T Rx Ry Rz S`` in the body frame; cylinders and cones have axis y."""
 
     kind: str
@@ -113,7 +113,18 @@ class Shape(Part, gc=False):
     url: str | None = None
 
 
-class Drawing(msgspec.Struct, gc=False):
+class LinkFrame(msgspec.Struct):
+    """Where a URDF link's frame is in the .mbs: constant in a body, or in the frame after
+    one of the joints that lead to it."""
+
+    body: str | None
+    """Name in the .mbs; None is the base."""
+    joint: str | None
+    """Name in the .mbs of the joint after which the frame stands; None: the body frame."""
+    pose: Pose
+
+
+class Drawing(msgspec.Struct):
     """How a body is drawn in the 2D diagram.
 
     ``position`` and ``control_points`` count from the body's last joint, the base's from the base.
@@ -127,7 +138,7 @@ class Drawing(msgspec.Struct, gc=False):
     angle: float = 0.0
 
 
-class Body(Part, gc=False):
+class Body(Part):
     """A rigid body, its frame being the one after its last joint."""
 
     name: str
@@ -145,8 +156,13 @@ class Body(Part, gc=False):
     shapes: list[Shape] = []
     drawing: Drawing | None = None
 
+    @property
+    def place(self) -> tuple[str | None, str | None]:
+        """The body and the point that it is attached to."""
+        return self.parent, self.point
 
-class Base(msgspec.Struct, gc=False):
+
+class Base(msgspec.Struct):
     """The ground. ``gravity`` is an acceleration in its axes (m/s^2)."""
 
     name: str = "ground"
@@ -157,7 +173,7 @@ class Base(msgspec.Struct, gc=False):
     drawing: Drawing | None = None
 
 
-class Viewpoint(Part, gc=False):
+class Viewpoint(Part):
     """A camera: position and target in m, clip distances in m, field of view in rad."""
 
     name: str
@@ -172,7 +188,7 @@ class Viewpoint(Part, gc=False):
     back_clip: float = 50.0
 
 
-class Light(Part, gc=False):
+class Light(Part):
     """A light of the 3D viewer; ``direction`` in the axes behind ``joint``."""
 
     name: str
@@ -181,7 +197,7 @@ class Light(Part, gc=False):
     active: bool = True
 
 
-class View(msgspec.Struct, gc=False):
+class View(msgspec.Struct):
     """The top-level ``x3D``: how the 3D viewer opens. The scale factors are m."""
 
     background: RGB = (153, 153, 255)
@@ -193,7 +209,7 @@ class View(msgspec.Struct, gc=False):
     lights: list[Light] = []
 
 
-class Connection(Part, gc=False):
+class Connection(Part):
     """A cut (``ball``, ``rod``, ``solid``) or a force link (``link``, ``link3D``) between
     two points, each given as (body, point), None being the ground and the body's own frame.
     In a draft of MBSysPad a body or point may be empty: not chosen yet."""
@@ -210,14 +226,14 @@ class Connection(Part, gc=False):
         return "" in self.endpoint1 or "" in self.endpoint2
 
 
-class UserConstraint(Part, gc=False):
+class UserConstraint(Part):
     """A constraint that the user's functions state, and the joints that it concerns."""
 
     name: str
     joints: tuple[str, ...] = ()
 
 
-class Parameter(Part, gc=False):
+class Parameter(Part):
     """A value, or several, of a user model."""
 
     name: str
@@ -225,7 +241,7 @@ class Parameter(Part, gc=False):
     values: tuple[str, ...] = ()
 
 
-class UserModel(Part, gc=False):
+class UserModel(Part):
     """Parameters that the user's functions read by their names."""
 
     name: str
@@ -239,7 +255,7 @@ class UserModel(Part, gc=False):
         )
 
 
-class UserVariable(Part, gc=False):
+class UserVariable(Part):
     """A variable that the user's functions share."""
 
     name: str
@@ -247,7 +263,7 @@ class UserVariable(Part, gc=False):
     size: str
 
 
-class Mbs(Part, gc=True):
+class Mbs(Part):
     """The whole file. ``bodies`` stand in the order of the file: parents before children."""
 
     name: str
@@ -260,6 +276,19 @@ class Mbs(Part, gc=True):
     user_models: list[UserModel] = []
     user_variables: list[UserVariable] = []
     view: View | None = None
+
+    def owners(self) -> list[tuple[str | None, Base | Body]]:
+        """The base and the bodies, which have points and shapes, by name: None is the base."""
+        return [(None, self.base), *((body.name, body) for body in self.bodies)]
+
+    def points(self) -> dict[tuple[str | None, str | None], Point]:
+        """The anchor points, by the names of their bodies and their own."""
+        owners = self.owners()
+        return {(name, point.name): point for name, owner in owners for point in owner.points}
+
+    def joints(self) -> dict[str, Joint]:
+        """The joints by name, in the order of the file."""
+        return {joint.name: joint for body in self.bodies for joint in body.joints}
 
     def numbers(self) -> dict[str, int]:
         """The number that Robotran gives each joint: 1, 2, ... in the order of the file."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container, Iterable, Sequence
+from typing import Any
 
 from urdf2mbs.mbs.model import (
     BASE,
@@ -20,9 +21,6 @@ from urdf2mbs.mbs.model import (
     Joint,
     Mbs,
     Sensor,
-    UserConstraint,
-    UserModel,
-    UserVariable,
 )
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 
@@ -81,42 +79,31 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     mbs.base.name = identifiers([mbs.base.name], (BASE, ORIGIN), "_ground")[0]
     _rename_points(mbs)
 
-    joints = [joint for body in mbs.bodies for joint in body.joints]
     points = [point for body in mbs.bodies for point in body.points]
-    sensors = [point.sensor for point in points if point.sensor is not None]
-    forces = [point.extforce for point in points if point.extforce is not None]
-    kinds: tuple[tuple[Sequence[Joint | Sensor | Connection | Body], str], ...] = (
-        (joints, "_joint"),
-        (sensors, "_sensor"),
-        (forces, "_force"),
+    kinds: list[tuple[Sequence[Joint | Sensor | Connection | Body], str]] = [
+        ([joint for body in mbs.bodies for joint in body.joints], "_joint"),
+        ([point.sensor for point in points if point.sensor is not None], "_sensor"),
+        ([point.extforce for point in points if point.extforce is not None], "_force"),
         (mbs.cuts, "_cut"),
         (mbs.links, "_link"),
         (mbs.bodies, "_body"),
-    )
-    old = [thing.name for things, _ in kinds for thing in things]
-    suffixes = [suffix for things, suffix in kinds for _ in things]
-    final = iter(_assign(old, suffixes, (BASE, ORIGIN, mbs.base.name)))
-
-    joint_names: dict[str, str] = {}
-    for joint in joints:
-        name = next(final)
-        joint_names.setdefault(joint.name, name)
-        joint.name = name
-    named_things: tuple[Sensor | Connection, ...] = (*sensors, *forces, *mbs.cuts, *mbs.links)
-    for thing in named_things:
-        thing.name = next(final)
-    body_names = {body.name: next(final) for body in mbs.bodies}
+    ]
+    things = [(thing, suffix) for kind, suffix in kinds for thing in kind]
+    old = [thing.name for thing, _ in things]
+    final = _assign(old, [suffix for _, suffix in things], (BASE, ORIGIN, mbs.base.name))
+    names: dict[type, dict[str, str]] = {}
+    for (thing, _), name in zip(things, final, strict=True):
+        names.setdefault(type(thing), {}).setdefault(thing.name, name)
+        thing.name = name
+    body_names, joint_names = names.get(Body, {}), names.get(Joint, {})
     for body in mbs.bodies:
-        body.name = body_names[body.name]
         if body.parent is not None:
             body.parent = body_names[body.parent]
-    for connection in (*mbs.cuts, *mbs.links):
-        for end in ("endpoint1", "endpoint2"):
-            body_name, point_name = getattr(connection, end)
-            if body_name is not None:
-                who = f"{connection.kind} '{connection.name}'"
-                new = _new(body_names, body_name, "body", who)
-                setattr(connection, end, (new, point_name))
+    for connection, end in _ends(mbs):
+        body_name, point_name = getattr(connection, end)
+        if body_name is not None:
+            who = f"{connection.kind} '{connection.name}'"
+            setattr(connection, end, (_new(body_names, body_name, "body", who), point_name))
     for constraint in mbs.user_constraints:
         who = f"user constraint '{constraint.name}'"
         constraint.joints = tuple(
@@ -126,21 +113,30 @@ def rename(mbs: Mbs) -> tuple[dict[str, str], dict[str, str]]:
     return body_names, joint_names
 
 
+def _ends(mbs: Mbs) -> list[tuple[Connection, str]]:
+    """The ends of all cuts and links, by the names of their fields."""
+    connections = (*mbs.cuts, *mbs.links)
+    return [(connection, end) for connection in connections for end in ("endpoint1", "endpoint2")]
+
+
 def _rename_user_elements(mbs: Mbs, joint_names: dict[str, str]) -> None:
-    kinds: tuple[tuple[Sequence[UserConstraint | UserModel | UserVariable], str], ...] = (
+    for elements, suffix in (
         (mbs.user_constraints, "_constraint"),
         (mbs.user_models, "_model"),
         (mbs.user_variables, "_variable"),
-    )
-    for elements, suffix in kinds:
-        names = identifiers([element.name for element in elements], (), suffix)
-        for element, name in zip(elements, names, strict=True):
-            element.name = name
+    ):
+        _rename_all(elements, [element.name for element in elements], suffix)
     for model in mbs.user_models:
-        wanted = [joint_names.get(parameter.name, parameter.name) for parameter in model.parameters]
-        names = identifiers(wanted, (), "_parameter")
-        for parameter, name in zip(model.parameters, names, strict=True):
-            parameter.name = name
+        names = [joint_names.get(parameter.name, parameter.name) for parameter in model.parameters]
+        _rename_all(model.parameters, names, "_parameter")
+
+
+def _rename_all(
+    things: Sequence[Any], names: list[str], suffix: str, reserved: Iterable[str] = ()
+) -> None:
+    """Give things of one name space identifiers made of these names."""
+    for thing, name in zip(things, identifiers(names, reserved, suffix), strict=True):
+        thing.name = name
 
 
 def _new(names: dict[str, str], name: str, kind: str, who: str) -> str:
@@ -156,37 +152,29 @@ def _new(names: dict[str, str], name: str, kind: str, who: str) -> str:
 def _rename_points(mbs: Mbs) -> None:
     """Give points their final names; bodies still have their old ones."""
     final: dict[tuple[str | None, str | None], str] = {}
-    for owner, points in (
-        (None, mbs.base.points),
-        *((body.name, body.points) for body in mbs.bodies if body.points),
-    ):
-        names = identifiers([point.name for point in points], (ORIGIN,), "_point")
-        for point, name in zip(points, names, strict=True):
-            final.setdefault((owner, point.name), name)
-            point.name = name
+    for owner_name, owner in mbs.owners():
+        names = [point.name for point in owner.points]
+        _rename_all(owner.points, names, "_point", (ORIGIN,))
+        for name, point in zip(names, owner.points, strict=True):
+            final.setdefault((owner_name, name), point.name)
     for body in mbs.bodies:
         body.point = final.get((body.parent, body.point))
-    for connection in (*mbs.cuts, *mbs.links):
-        for end in ("endpoint1", "endpoint2"):
-            body_name, point_name = key = getattr(connection, end)
-            if point_name is not None and key not in final:
-                raise ConversionError(
-                    "name-unknown",
-                    f"{connection.kind} '{connection.name}' refers to point '{point_name}' of "
-                    f"{'the base' if body_name is None else f'body {body_name!r}'}, which has "
-                    "none such",
-                    hint=nearest(point_name, [p for b, p in final if b == body_name and p]),
-                )
-            setattr(connection, end, (body_name, final.get(key)))
+    for connection, end in _ends(mbs):
+        body_name, point_name = key = getattr(connection, end)
+        if point_name is not None and key not in final:
+            raise ConversionError(
+                "name-unknown",
+                f"{connection.kind} '{connection.name}' refers to point '{point_name}' of "
+                f"{'the base' if body_name is None else f'body {body_name!r}'}, which has "
+                "none such",
+                hint=nearest(point_name, [p for b, p in final if b == body_name and p]),
+            )
+        setattr(connection, end, (body_name, final.get(key)))
 
 
 def _assign(names: Sequence[str], suffixes: Sequence[str], reserved: Iterable[str]) -> list[str]:
     """``identifiers`` for names of several kinds, each with its own suffix."""
-    taken = set(reserved)
-    different = len(taken.union(names)) == len(taken) + len(names)
-    if different and C_KEYWORDS.isdisjoint(names) and all(map(_GOOD, names)):
-        return list(names)  # so it is for nearly every robot
-    taken |= C_KEYWORDS
+    taken = {*C_KEYWORDS, *reserved}
     out = [""] * len(names)
     others: list[int] = []
     for index, name in enumerate(names):
@@ -203,9 +191,8 @@ def _assign(names: Sequence[str], suffixes: Sequence[str], reserved: Iterable[st
             new = f"n_{new}"
         if new in taken:
             stem = new = new + suffix
-            number = counted.get(
-                stem, 1
-            )  # where the last search ended: else a thousand equal names take a million steps
+            # from where the last search ended: else a thousand equal names take a million steps
+            number = counted.get(stem, 1)
             while new in taken:
                 number += 1
                 new = f"{stem}_{number}"

@@ -1,4 +1,4 @@
-"""Which joints make the mass matrix singular: at every position, or at the initial one.
+"""The joints that make the mass matrix singular: at every position, or at the initial one.
 
 The mass matrix M of a tree is singular if some velocities of the independent joints, not all
 zero, give no kinetic energy.  The usual reasons: a joint that moves nothing that has mass, a
@@ -31,7 +31,7 @@ This holds at one position.  det M is an analytic function of the position (sine
 polynomials), so it is zero everywhere or almost nowhere.  We test two positions:
 
 * a general one, with fixed irregular values: if M is singular there, it is at every position
-  (the positions of which this is not true have measure zero: our values are none of them);
+  (the exceptions have measure zero, and our values are none of them);
 * the initial one, where a simulation starts: a stretched chain of point masses, for example,
   is singular there and nowhere near.
 
@@ -257,11 +257,10 @@ class _Position:
 def _size(mbs: Mbs) -> float:
     """A length (m) about as large as the robot."""
     lengths: list[float] = []
-    for point in mbs.base.points:
-        lengths += point.coordinates
     for body in mbs.bodies:
         lengths += body.com or ZERO
-        for point in body.points:
+    for _, owner in mbs.owners():
+        for point in owner.points:
             lengths += point.coordinates
     return max(map(abs, lengths), default=0.0) or 1.0
 

@@ -1,20 +1,18 @@
-"""What an .mbs file says and the model does not know: elements and attributes of other versions."""
+"""The elements and attributes of an .mbs file that the model does not know: of other versions."""
 
 from __future__ import annotations
 
-from collections.abc import Container
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Origin
-from urdf2mbs.mbs.reader import NO_LISTS, _parse, _Reader
+from urdf2mbs.mbs.fields import INSIDE, MBS, OBJECTS, Table
+from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs
+from urdf2mbs.mbs.reader import read_again
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
-
-    from urdf2mbs.mbs.reader import Children, Lists
 
 #: The attributes that the model knows, in each element; all others are unknown.
 _SENSOR = frozenset(["name", *SENSOR_MEASURES])
@@ -24,18 +22,16 @@ IGNORED = frozenset(["x3D_frame"])
 
 
 def unknown(mbs: Mbs) -> dict[int, dict[str, str]]:
-    """What the model does not know of the file that it was read from; nothing of a model that
-    was not read.
+    """The unknown elements and attributes of the file from which a model was read; none of a model
+    that was not read.
 
     By the number of the nearest object's ``origin``, then by the path from its element: the
     canonical XML, where numbers have one spelling.  Comments and white space say nothing.
     """
     if mbs.origin is None:
         return {}
-    reader = _NotingReader(mbs.origin.source, "")
-    root = _parse(mbs.origin.source, "")
-    reader.mbs(root)
-    numbers = {element: number for number, element in enumerate(reader.elements)}
+    _, elements = read_again(mbs.origin.source)
+    numbers = {element: number for number, element in enumerate(elements)}
     texts: dict[int, dict[str, str]] = {}
 
     def note(number: int, path: str, text: str) -> None:
@@ -43,50 +39,25 @@ def unknown(mbs: Mbs) -> dict[int, dict[str, str]]:
         count = sum(key.split("[")[0] == path for key in there)
         there[f"{path}[{count + 1}]" if count else path] = text
 
-    def walk(element: _Element, number: int, path: str) -> None:
+    def walk(element: _Element, table: Table, number: int, path: str) -> None:
         attributes: Any = element.items()
         for name, value in sorted(attributes):
             if name not in ATTRIBUTES.get(element.tag, ()):
                 note(number, f"{path}@{name}", str(value))
         for child in element.iterchildren("*"):
-            below = f"{path}{child.tag}"
+            entry = table.get(child.tag)
             if child in numbers:
-                walk(child, numbers[child], "")
-            elif child in reader.known:
-                walk(child, number, f"{below}/")
+                known = OBJECTS[child.tag].table if child.tag in OBJECTS else {}
+                walk(child, known, numbers[child], "")
+            elif entry is not None:
+                if isinstance(entry, tuple):
+                    entry = INSIDE.get(str(entry[1]), {})
+                walk(child, entry, number, f"{path}{child.tag}/")
             elif child.tag not in IGNORED:
-                note(number, below, _canonical(child))
+                note(number, f"{path}{child.tag}", _canonical(child))
 
-    walk(root, 0, "")
+    walk(elements[0], MBS, 0, "")
     return texts
-
-
-class _NotingReader(_Reader):
-    """A reader that notes each element from which it takes something."""
-
-    def __init__(self, data: bytes, file: str) -> None:
-        super().__init__(data, file)
-        self.known: set[_Element] = set()
-
-    def children(
-        self, element: _Element, known: Container[str], many: Lists = NO_LISTS
-    ) -> Children:
-        self.known.update(child for child in element if child.tag in known or child.tag in many)
-        return super().children(element, known, many)
-
-    def listed(self, element: _Element | None, tag: str) -> list[_Element]:
-        elements = super().listed(element, tag)
-        self.known.update(elements)
-        return elements
-
-    def axes(self, element: _Element, tags: list[str]) -> list[_Element]:
-        elements = super().axes(element, tags)
-        self.known.update(elements)
-        return elements
-
-    def origin(self, element: _Element) -> Origin | None:
-        self.known.add(element)
-        return super().origin(element)
 
 
 def _canonical(element: _Element) -> str:

@@ -6,7 +6,7 @@ Each has a stable code, says where (file and line, link or joint) and what to do
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
@@ -45,7 +45,7 @@ class ConversionError(Exception):
 
     def __str__(self) -> str:
         """All errors, in the order in which they were found."""
-        before = [str(one) for one in self.said if one.level == "error"]
+        before = [str(said) for said in self.said if said.level == "error"]
         own = render("error", self.code, self.message, self.file, self.line, self.hint)
         return "\n".join([*before, own])
 
@@ -85,26 +85,13 @@ class Diagnostic(msgspec.Struct, frozen=True, omit_defaults=True):
         return render(self.level, self.code, self.message, self.file, self.line, self.hint)
 
 
-class Difference(msgspec.Struct, omit_defaults=True):
-    """One thing that is not the same."""
-
-    kind: str
-    message: str
-    size: float = 1.0
-    """Relative, at most 1, and 1 where there is no measure."""
-    link: str | None = None
-    joint: str | None = None
-    urdf: Any = None
-    mbs: Any = None
-
-
 def render(
     level: str, code: str, message: str, file: str | None, line: int | None, hint: str | None
 ) -> str:
     """``file:line: error[code]: message`` and, on a line of its own, what to do."""
     where = f"{file}:{line}: " if file and line else f"{file}: " if file else ""
     text = f"{where}{level}[{code}]: {message}"
-    return _one(f"{text}\n  {hint}" if hint else text)
+    return _shorten(f"{text}\n  {hint}" if hint else text)
 
 
 #: Letters that a terminal acts on: controls, and those that turn the direction of writing.
@@ -119,11 +106,11 @@ def printable(text: str) -> str:
     r"""A text in which nothing acts on a terminal: such letters are written as ``\x1b``."""
     if text.replace("\n", "").isprintable():
         return text
-    return re.sub(_CONTROLS, lambda found: found[0].encode("unicode_escape").decode(), text)
+    return re.sub(_CONTROLS, lambda match: match[0].encode("unicode_escape").decode(), text)
 
 
-def _one(text: str) -> str:
-    """One message, of which a name of a million letters is cut."""
+def _shorten(text: str) -> str:
+    """A message, with long lines cut in the middle."""
     lines = re.sub(_OTHER_LINE, r"\\n", printable(text)).split("\n")
     return "\n".join(
         line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

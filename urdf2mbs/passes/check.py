@@ -9,12 +9,17 @@ another format, the pass compares the model instead of the file.
 
 from __future__ import annotations
 
-from urdf2mbs.conversion import Conversion, Proof
+from collections.abc import Sequence
+
+from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.model import Mbs, UserModel
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import Difference
-from urdf2mbs.proof.compare import TOLERANCE, compare
+from urdf2mbs.proof.compare import compare
+from urdf2mbs.proof.pair import TOLERANCE
+from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import Tolerance
+from urdf2mbs.urdf.model import Robot
 
 
 class Check(Pass):
@@ -30,42 +35,43 @@ class Check(Pass):
             mbs = read(data, str(output), mechanics_only=True)
         else:
             mbs = conversion.mbs
-        comparison = compare(
-            conversion.robot.with_flipped(conversion.names.flipped),
-            mbs,
-            conversion.names.coordinates,
-            frames=conversion.frames,
-            frozen=conversion.frozen,
-            weightless=sorted(conversion.weightless & conversion.frozen.keys()),
-            driven=[coupling.follower.name for coupling in conversion.simulation.driven],
-            models=conversion.mbs.user_models,
-            gravity=conversion.settings.config.gravity,
-            tolerance=self.tolerance,
-        )
-        undeclared = [
-            Difference("changed", f"{one}, and does not say so by writes = ('robot',)")
-            for one in conversion.changed
-            if not one.declared
-        ]
-        lost = [
+        proof = prove(conversion, mbs, conversion.mbs.user_models, self.tolerance)
+        proof.differ(
             Difference("frame-lost", f"link '{link}' has no place in the .mbs", link=link)
             for link in conversion.robot.links
             if link not in conversion.frames
-        ]
-        differences = sorted(
-            undeclared + lost + comparison.differences + comparison.frames,
-            key=lambda difference: -difference.size,
         )
-        conversion.proven = data
-        conversion.proof = Proof(
-            not differences,
-            comparison.positions,
-            comparison.groups,
-            comparison.largest,
-            differences,
-            comparison.but_for,
-            comparison.not_compared,
-        )
-        if differences:
+        conversion.proven, conversion.proof = data, proof
+        if not proof.same:
             conversion.rejected = output.with_suffix(f".rejected{output.suffix}")
             conversion.files[conversion.rejected] = conversion.files.pop(output)
+
+
+def prove(
+    conversion: Conversion,
+    mbs: Mbs,
+    models: Sequence[UserModel] | None = None,
+    tolerance: float = TOLERANCE,
+    robot: Robot | None = None,
+) -> Proof:
+    """Compare the .mbs of a conversion with its robot, or with another; frames count, and so do
+    changes of the robot that no pass declares."""
+    proof = compare(
+        (robot or conversion.robot).with_flipped(conversion.names.flipped),
+        mbs,
+        conversion.names.coordinates,
+        frames=conversion.frames,
+        frozen=conversion.frozen,
+        weightless=sorted(conversion.weightless & conversion.frozen.keys()),
+        driven=[coupling.follower.name for coupling in conversion.simulation.driven],
+        models=models,
+        gravity=conversion.settings.config.gravity,
+        tolerance=tolerance,
+    )
+    proof.count_frames()
+    proof.differ(
+        Difference("changed", f"{change}, and does not say so by writes = ('robot',)")
+        for change in conversion.changed
+        if not change.declared
+    )
+    return proof

@@ -32,6 +32,9 @@ class Equations(Pass):
     """In C, let one operation do its work for both of two mirrored limbs.  This takes gcc or
     clang; without it, any C compiler will do."""
 
+    energy: bool = False
+    """Also write functions for energy, momentum and centre of mass, which Robotran has not."""
+
     def run(self, conversion: Conversion) -> None:
         output = conversion.settings.output
         if output not in conversion.files:
@@ -49,7 +52,13 @@ class Equations(Pass):
         for language in ("python", "c"):
             if self.language in (language, "both"):
                 made = generate(
-                    mbs, data, output.name, language=language, fold=self.fold, pairs=self.pairs
+                    mbs,
+                    data,
+                    output.name,
+                    language=language,
+                    fold=self.fold,
+                    pairs=self.pairs,
+                    energy=self.energy,
                 )
                 for name, text in made.files.items():
                     conversion.files[_folder(conversion) / name] = text

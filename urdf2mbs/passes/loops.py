@@ -289,8 +289,8 @@ def _drop_needless(
             mbs.cuts.append(cut)
             continue
         ends = (cut.endpoint1, cut.endpoint2)
-        for owner, points in ((None, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)):
-            points[:] = [point for point in points if (owner, point.name) not in ends]
+        for name, owner in mbs.owners():
+            owner.points = [point for point in owner.points if (name, point.name) not in ends]
     return rows()
 
 

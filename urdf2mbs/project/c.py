@@ -172,10 +172,10 @@ def _all_id(mbs: Mbs) -> str:
             (link for link in mbs.links if link.kind == "link"), start=1)],
     }  # fmt: skip
     count = 0
-    for owner, points in ((BASE, mbs.base.points), *((b.name, b.points) for b in mbs.bodies)):
-        for point in points:
+    for name, owner in mbs.owners():
+        for point in owner.points:
             count += 1
-            kinds["points, as BODY_POINT"].append((f"{owner}_{point.name}", count))
+            kinds["points, as BODY_POINT"].append((f"{name or BASE}_{point.name}", count))
             for kind, thing in (("sensors", point.sensor), ("external forces", point.extforce)):
                 if thing is not None:
                     kinds[kind].append((thing.name, len(kinds[kind]) + 1))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any
 
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.project import FOLDER, fill
-from urdf2mbs.simulation import Simulation
+from urdf2mbs.simulation import Coupling, Simulation
 
 
 def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
@@ -21,51 +20,45 @@ def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
 
 
 def _tables(mbs: Mbs, simulation: Simulation) -> str:
-    return "".join(
-        [
-            "# Constraints: follower, leader, multiplier, offset.\n",
-            _list(
-                "COUPLINGS",
-                ((c.follower.name, c.leader.name, c.multiplier, c.offset)
-                 for c in simulation.couplings),
-            ),
-            "N_CONSTRAINTS = len(COUPLINGS)\n\n",
-            "# Joints that are driven by another: the same columns.\n",
-            _list(
-                "DRIVEN",
-                ((c.follower.name, c.leader.name, c.multiplier, c.offset)
-                 for c in simulation.driven),
-            ),
-            "\n# Joints that follow from the constraints.\n",
-            _list("DEPENDENT", dependent(mbs)),
-            "\n# External forces from the ground, and the URDF link of each.\n",
-            _dict("CONTACTS", ((_force(c.point), c.link) for c in simulation.contacts)),
-            f"UP = {simulation.up!r}\n",
-            "\n# Other external forces, each with the user model that says how large it is.\n",
-            _dict("WRENCHES", ((_force(w.point), w.model.name) for w in simulation.wrenches)),
-            "\n# Springs and dampers between two points.\n",
-            _list("SPRINGS", (s.link.name for s in simulation.springs)),
-            "\n# Sensors: Robotran's name, and the sensor's axes in the body, row by row.\n",
-            _dict(
-                "SENSORS",
-                ((s.name, (s.point.sensor.name, s.rotation))
-                 for s in simulation.sensors if s.point.sensor is not None),
-            ),
-            "\n# Force-torque sensors: the joints whose Qc they read, the link's axes in them.\n",
-            _dict(
-                "FORCE_TORQUE",
-                ((f.name, (tuple(j.name for j in f.joints), f.rotation))
-                 for f in simulation.force_torques),
-            ),
-            _laws(simulation),
-            "\n# A step (s) that a Runge-Kutta integrator can take with these numbers. "
-            "What bounds it:\n"
-            f"# {quoted(simulation.shortened_by)}.\n",
-            f"TIME_STEP = {simulation.time_step!r}\n",
-            "\n# What workR/main.py plots.\n",
-            _list("PLOTTED", plotted(mbs)),
-        ]
-    )  # fmt: skip
+    def couplings(kind: list[Coupling]) -> list[Any]:
+        return [(c.follower.name, c.leader.name, c.multiplier, c.offset) for c in kind]
+
+    sensors = {
+        s.name: (s.point.sensor.name, s.rotation)
+        for s in simulation.sensors if s.point.sensor is not None
+    }  # fmt: skip
+    torques = {
+        f.name: (tuple(joint.name for joint in f.joints), f.rotation)
+        for f in simulation.force_torques
+    }
+    step = (
+        "# A step (s) that a Runge-Kutta integrator can take with these numbers. What bounds it:\n"
+    )
+    parts = [
+        "# Constraints: follower, leader, multiplier, offset.\n",
+        _assign("COUPLINGS", couplings(simulation.couplings)),
+        "N_CONSTRAINTS = len(COUPLINGS)\n\n",
+        "# Joints that are driven by another: the same columns.\n",
+        _assign("DRIVEN", couplings(simulation.driven)),
+        "\n# Joints that follow from the constraints.\n",
+        _assign("DEPENDENT", dependent(mbs)),
+        "\n# External forces from the ground, and the URDF link of each.\n",
+        _assign("CONTACTS", {_force(c.point): c.link for c in simulation.contacts}),
+        f"UP = {simulation.up!r}\n",
+        "\n# Other external forces, each with the user model that says how large it is.\n",
+        _assign("WRENCHES", {_force(w.point): w.model.name for w in simulation.wrenches}),
+        "\n# Springs and dampers between two points.\n",
+        _assign("SPRINGS", [s.link.name for s in simulation.springs]),
+        "\n# Sensors: Robotran's name, and the sensor's axes in the body, row by row.\n",
+        _assign("SENSORS", sensors),
+        "\n# Force-torque sensors: the joints whose Qc they read, the link's axes in them.\n",
+        _assign("FORCE_TORQUE", torques),
+        _laws(simulation),
+        f"\n{step}# {quoted(simulation.shortened_by)}.\nTIME_STEP = {simulation.time_step!r}\n",
+        "\n# What workR/main.py plots.\n",
+        _assign("PLOTTED", plotted(mbs)),
+    ]
+    return "".join(parts)
 
 
 def _laws(simulation: Simulation) -> str:
@@ -109,22 +102,22 @@ def _force(point: Any) -> str:
     return str(point.extforce.name)
 
 
-def _list(name: str, rows: Iterable[Any]) -> str:
-    lines = [f"    {_literal(row)},\n" for row in rows]
-    return f"{name} = [\n{''.join(lines)}]\n" if lines else f"{name} = []\n"
-
-
-def _dict(name: str, rows: Iterable[tuple[str, Any]]) -> str:
-    lines = [_entry(key, value) for key, value in rows]
-    return f"{name} = {{\n{''.join(lines)}}}\n" if lines else f"{name} = {{}}\n"
+def _assign(name: str, value: list[Any] | dict[str, Any]) -> str:
+    """A list or a dict, an element on each line."""
+    if isinstance(value, dict):
+        (first, last), rows = "{}", [_entry(*item) for item in value.items()]
+    else:
+        (first, last), rows = "[]", [_literal(item) for item in value]
+    inside = "".join(f"    {row},\n" for row in rows)
+    return f"{name} = {first}\n{inside}{last}\n" if rows else f"{name} = {first}{last}\n"
 
 
 def _entry(key: str, value: Any) -> str:
-    line = f"    {_literal(key)}: {_literal(value)},\n"
-    if len(line) <= 101 or not isinstance(value, tuple):
-        return line
+    entry = f"{_literal(key)}: {_literal(value)}"
+    if len(entry) <= 95 or not isinstance(value, tuple):
+        return entry
     parts = "".join(f"        {_literal(part)},\n" for part in value)
-    return f"    {_literal(key)}: (\n{parts}    ),\n"
+    return f"{_literal(key)}: (\n{parts}    )"
 
 
 def _literal(value: Any) -> str:

@@ -6,39 +6,35 @@ have its bodies and frames as it likes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 from urdf2mbs.diff.changes import differences
 from urdf2mbs.diff.matching import Matching, Thing
 from urdf2mbs.diff.words import line
-from urdf2mbs.mbs.model import Joint, Mbs
-from urdf2mbs.messages.diagnostics import Difference, counted
-from urdf2mbs.proof.compare import Comparing, Comparison, mbs_mass, urdf_mass
+from urdf2mbs.mbs.model import Joint, LinkFrame, Mbs
+from urdf2mbs.messages.diagnostics import counted
+from urdf2mbs.proof.comparing import Comparing
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.parameters import STATED, left_out, stated
-from urdf2mbs.proof.rigid import HERE, Frame, compose, distance, most, moved
+from urdf2mbs.proof.rigid import Frame, compose, distance, most, moved
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates, urdf_side
+from urdf2mbs.proof.verdict import Difference, Proof
+from urdf2mbs.spatial import Pose
 from urdf2mbs.urdf.model import Robot
 
 
-def compare_models(
-    first: Mbs, second: Mbs, tolerance: float, called: tuple[str, str]
-) -> Comparison:
+def compare_models(first: Mbs, second: Mbs, tolerance: float, called: tuple[str, str]) -> Proof:
     """Compare two .mbs files: motion, inertias, natures, cuts, where links and forces act, and
     the numbers of user models; ``called`` is how messages call the two."""
     matching = Matching(first, second)
     names: dict[str, str] = {}
     problems = list(_joints(matching, names, called))
-    one, two = mbs_side(first, set(names)), mbs_side(second, set(names.values()))
     comparing = Comparing(
-        one, two, names,
-        {joint.name: body.name for body in first.bodies for joint in body.joints},
-        tolerance, called=(*called, "body"), bodies=second.bodies,
+        mbs_side(first, set(names)), mbs_side(second, set(names.values())), names, tolerance,
+        called=(*called, "body"),
     )  # fmt: skip
-    comparing.found += problems
-    comparing.compare_gravity(first.base.gravity, second.base.gravity)
-    comparing.compare_groups()
+    comparing.compare(problems)
     but_for: dict[str, str] = {}
     comparing.found += _connections(matching, comparing, but_for)
     for change in differences(first, second, physics=True).changes:
@@ -53,13 +49,13 @@ def compare_models(
     sensors = [thing for thing in matching.before if thing.kind == "sensor"]
     if sensors:
         not_compared[counted(len(sensors), "sensor")] = "they do not move the robot"
-    return comparing.comparison((mbs_mass(first), mbs_mass(second)), but_for, not_compared)
+    return comparing.proof(but_for, not_compared)
 
 
 def _joints(
     matching: Matching, names: dict[str, str], called: tuple[str, str]
 ) -> Iterator[Difference]:
-    """What differs of the joints; fills ``names`` with those that move in both models."""
+    """The differences of the joints; fills ``names`` with those that move in both models."""
     for old, new in matching.pairs():
         if old.kind != "joint":
             continue
@@ -101,57 +97,56 @@ def _symbols(joint: Joint) -> set[str]:
 def _connections(
     matching: Matching, comparing: Comparing, but_for: dict[str, str]
 ) -> Iterator[Difference]:
-    """Where cuts, links and forces are not at the same places of the same groups; ends that are
-    only exchanged go into ``but_for``."""
-
-    def place(body: Thing | str | None, point: Thing | str | None, *, second: bool) -> (
-        tuple[int, Frame] | None
-    ):  # fmt: skip
-        """The group of an end, and where it is in the second model's; None in a draft."""
-        if not isinstance(body, Thing) or isinstance(point, str):
-            return None
-        side = comparing.two if second else comparing.one
-        group, at = side.frames[body.name if body.kind == "body" else ""]
-        if point is not None:
-            at = (*at[:9], *moved(at, point.part.coordinates))
-        return (group, at) if second else (
-            comparing.pairs[group], compose(comparing.apart[group], at)
-        )  # fmt: skip
-
+    """The cuts, links and forces whose ends are at other places or groups; ends that are only
+    exchanged go into ``but_for``."""
     scale = max(comparing.scales)
     for old, new in matching.pairs():
-        if old.kind == "force":
-            ends = [((old.owner and old.owner.owner, old.owner),
-                     (new.owner and new.owner.owner, new.owner))]  # fmt: skip
-        elif old.kind in ("cut", "link"):
-            ends = [(old.refers[end], new.refers[end]) for end in ("endpoint1", "endpoint2")]  # type: ignore[misc]
+        if old.kind not in ("cut", "link", "force"):
+            continue
+        if old.kind != "force":
             if old.part.kind != new.part.kind:
                 said = f"{old.kind} '{old.name}' is a {new.part.kind}, and should be a "
                 yield Difference(old.kind, said + old.part.kind)
             length = most((old.part.length or 0.0,), (new.part.length or 0.0,), scale)
             if not length <= comparing.tolerance:
                 yield Difference(old.kind, f"{old.kind} '{old.name}' has another length", length)
-        else:
-            continue
-        exchanged = [
-            (ours, theirs) for (ours, _), (_, theirs) in zip(ends, ends[::-1], strict=True)
-        ]
-        problems = list(_ends_apart(old, ends, place, comparing))
-        if problems and any(_ends_apart(old, exchanged, place, comparing)):
+        ours, theirs = _ends(old, comparing, second=False), _ends(new, comparing, second=True)
+        problems = list(_ends_apart(old, ours, theirs, comparing))
+        if problems and any(_ends_apart(old, ours, theirs[::-1], comparing)):
             yield from problems
         elif problems:
             but_for[f"{old.kind} '{old.name}'"] = "its ends are exchanged, and so is its sign"
 
 
+def _ends(thing: Thing, comparing: Comparing, *, second: bool) -> list[tuple[int, Frame] | None]:
+    """The group of the second model that each end is in, and its pose there; None in a draft."""
+    if thing.kind == "force":
+        ends: list[Any] = [(thing.owner and thing.owner.owner, thing.owner)]
+    else:
+        ends = [thing.refers["endpoint1"], thing.refers["endpoint2"]]
+    places: list[tuple[int, Frame] | None] = []
+    for body, point in ends:
+        if not isinstance(body, Thing) or isinstance(point, str):
+            places.append(None)
+            continue
+        side = comparing.two if second else comparing.one
+        group, at = side.frames[body.name if body.kind == "body" else ""]
+        if point is not None:
+            at = (*at[:9], *moved(at, point.part.coordinates))
+        if not second:
+            group, at = comparing.pairs[group], compose(comparing.apart[group], at)
+        places.append((group, at))
+    return places
+
+
 def _ends_apart(
-    thing: Thing, ends: list[Any], place: Callable[..., tuple[int, Frame] | None],
+    thing: Thing, ours: list[tuple[int, Frame] | None], theirs: list[tuple[int, Frame] | None],
     comparing: Comparing,
 ) -> Iterator[Difference]:  # fmt: skip
-    """What differs between the ends of two connections, one by one."""
+    """The differences between the ends of two connections, end by end."""
     who, scale = f"{thing.kind} '{thing.name}'", max(comparing.scales)
     solid = thing.kind == "cut" and thing.part.kind == "solid"
-    for ours, theirs in ends:
-        here, there = place(*ours, second=False), place(*theirs, second=True)
+    for here, there in zip(ours, theirs, strict=True):
         if here is None or there is None:
             if here != there:
                 yield Difference(thing.kind, f"{who} has an end on no body")
@@ -167,7 +162,7 @@ def _ends_apart(
 
 def compare_robots(
     first: Robot, second: Robot, joints: dict[str, str], tolerance: float, called: tuple[str, str]
-) -> Comparison:
+) -> Proof:
     """Compare two URDFs: motion, inertias, followers, limits, damping, friction, controllers, and
     the frames of links; ``joints`` maps those that are called otherwise in the second."""
     names: dict[str, str] = {}
@@ -206,36 +201,22 @@ def compare_robots(
     comparing = Comparing(
         urdf_side(first, {own: own for own in names}, {}, {}),
         urdf_side(second, {own: own for own in names.values()}, {}, {}),
-        names, {joint.name: joint.child for joint in first.joints.values()}, tolerance,
-        called=(*called, "link"),
+        names, tolerance, called=(*called, "link"),
     )  # fmt: skip
-    comparing.found += problems
-    comparing.compare_groups()
-    del comparing.largest["gravity"]
-    comparing.elsewhere += _frames(comparing)
+    comparing.compare(problems)
+    frames, others = comparing.one.frames, comparing.two.frames
+    comparing.compare_frames(
+        {link: LinkFrame(link, None, Pose()) for link in frames if link in others}
+    )
+    del comparing.largest["frame"]  # where a link has its frame is its own choice
+    for has, lacks, name in ((frames, others, called[0]), (others, frames, called[1])):
+        comparing.elsewhere += [
+            Difference("frame", f"link '{link}' is in {name} only", link=link)
+            for link in has if link not in lacks
+        ]  # fmt: skip
     not_compared = {
         f"elements of other programs in {name}": "such as <gazebo>"
         for name, robot in zip(called, (first, second), strict=True)
         if robot.extensions
     }
-    return comparing.comparison((urdf_mass(first), urdf_mass(second)), {}, not_compared)
-
-
-def _frames(comparing: Comparing) -> Iterator[Difference]:
-    """The links whose frames are elsewhere in the second URDF, or that one alone has."""
-    ours, theirs = comparing.one.frames, comparing.two.frames
-    for link in dict.fromkeys([*ours, *theirs]):
-        if link not in theirs or link not in ours:
-            name = comparing.called[1 if link in theirs else 0]
-            yield Difference("frame", f"link '{link}' is in {name} only", link=link)
-            continue
-        group, at = ours[link]
-        number, there = theirs[link]
-        apart = comparing.apart[group]
-        off = distance(at if apart is HERE else compose(apart, at), there, comparing.scales[group])
-        if comparing.pairs[group] != number:
-            yield Difference("frame", f"link '{link}' moves with another joint", link=link)
-        elif not off <= comparing.tolerance:
-            yield Difference(
-                "frame", f"link '{link}': its frame is elsewhere", min(off, 1.0), link=link
-            )
+    return comparing.proof({}, not_compared)

@@ -1,5 +1,5 @@
-"""Which coordinates move in the .mbs as in the URDF: the joints by name, type, nature and symbols,
-the joints that follow others, and the cuts.
+"""The coordinates that move in the .mbs as in the URDF: joints by name, type, nature and symbols,
+joints that follow others, and cuts.
 
 Robotran moves an ``independent`` joint by its equations, solves a ``dependent`` one from a
 constraint, and holds a ``driven`` one where it starts.  Its generated equations have zero for a
@@ -14,10 +14,11 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
-from urdf2mbs.messages.diagnostics import Difference, some
-from urdf2mbs.proof.mbs_side import poses
+from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.rigid import AXES, ORIGIN, cross, moved, turned
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 
@@ -28,7 +29,7 @@ SINGULAR = 1e-7
 
 
 class Coordinates(msgspec.Struct):
-    """What is known of the coordinates."""
+    """The coordinates of both sides, and their differences."""
 
     names: dict[str, str] = {}
     """The URDF's coordinates that move in the .mbs too, and their names there."""
@@ -50,12 +51,12 @@ def coordinates(
     orders: Mapping[str, tuple[str, ...]],
     driven: Collection[str],
 ) -> Coordinates:
-    """Match the coordinates of a URDF with those of an .mbs, and say what of them differs.
+    """Match the coordinates of a URDF with those of an .mbs, and note the differences.
 
     ``joints``, ``frozen`` and ``orders`` are as for ``compare``; ``driven`` are the .mbs joints
     that are driven on purpose, though the URDF has them follow others.
     """
-    known = {joint.name: joint for body in mbs.bodies for joint in body.joints}
+    known = mbs.joints()
     out = Coordinates()
     tied = _loops(robot, mbs, out)
     taken: set[str] = set()
@@ -97,7 +98,7 @@ def coordinates(
 def _nature(
     joint: UrdfJoint, own: Joint, tied: Collection[str], driven: Collection[str], out: Coordinates
 ) -> bool:
-    """Whether a joint moves as its URDF joint does; says what of its nature differs."""
+    """True if a joint moves as its URDF joint does; notes a difference of its nature."""
     where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
     if own.nature == "dependent" and own.name not in tied:
         said = f"joint '{own.name}' is dependent, and no cut or user constraint moves it"
@@ -124,7 +125,7 @@ def _nature(
 
 
 def _symbols(body: Body, joint: Joint, moves: bool, out: Coordinates) -> None:
-    """Say what Robotran's equations have for a joint that the file's numbers do not."""
+    """Note where Robotran's equations and the file's numbers of a joint disagree."""
     kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
     where: dict[str, Any] = {"link": body.name, "joint": joint.name}
     dropped = [symbol for symbol in ("q", "qd", "qdd") if symbol not in kept]
@@ -150,7 +151,7 @@ def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
     groups: list[tuple[list[Connection], list[dict[str, float]], set[str]]] = []
     if not mbs.cuts and not mbs.user_constraints:
         return set()
-    nature = {joint.name: joint.nature for body in mbs.bodies for joint in body.joints}
+    nature = {name: joint.nature for name, joint in mbs.joints().items()}
     jacobian = _Jacobian(mbs)
     tied = [([cut], jacobian.rows(cut)) for cut in mbs.cuts]
     for constraint in mbs.user_constraints:
@@ -202,25 +203,20 @@ def _loop(
 
 
 class _Jacobian:
-    """How the two ends of a cut move apart, by the velocity of each joint, at the start."""
+    """The velocity between the two ends of a cut, by the velocity of each joint, at the start."""
 
     def __init__(self, mbs: Mbs) -> None:
-        self.bodies, self.joints = poses(mbs)
-        self.points = {
-            (body, point.name): point.coordinates
-            for body, points in (
-                (None, mbs.base.points), *((body.name, body.points) for body in mbs.bodies)
-            )
-            for point in points
-        }  # fmt: skip
+        self.side = mbs_side(mbs, (), mbs.joints(), start=True)
+        self.points = mbs.points()
         self.above = {body.name: body for body in mbs.bodies}
 
     def rows(self, cut: Connection) -> list[dict[str, float]]:
         """Each constraint, by the joints that are on one of its two ways only."""
         ends = [
-            moved(self.bodies[body], self.points[body, point] if point else ORIGIN)
+            moved(self.side.frames[body or ""][1],
+                  self.points[body, point].coordinates if point else ORIGIN)
             for body, point in (cut.endpoint1, cut.endpoint2)
-        ]
+        ]  # fmt: skip
         ways = [self._way(cut.endpoint1[0]), self._way(cut.endpoint2[0])]
         apart = tuple(a - b for a, b in zip(*ends, strict=True))
         rows: list[dict[str, float]] = [{} for _ in range(ROWS[cut.kind])]
@@ -229,7 +225,7 @@ class _Jacobian:
             for joint in way:
                 if joint.name in common or joint.nature == "driven":
                     continue
-                at = self.joints[joint.name]
+                _, at = self.side.after[joint.name]
                 axis = turned(at, AXES[int(joint.type[1]) - 1])
                 arm = (end[0] - at[9], end[1] - at[10], end[2] - at[11])
                 speed = cross(axis, arm) if joint.type[0] == "R" else axis

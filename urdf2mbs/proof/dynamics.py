@@ -11,10 +11,11 @@ from typing import Any
 from lxml import etree
 
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Difference
-from urdf2mbs.proof.compare import POSITIONS
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.proof.pair import POSITIONS
 from urdf2mbs.proof.rigid import AXES, worst
 from urdf2mbs.proof.urdf_side import SIX, in_plane
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.spatial import Vec, direction
 from urdf2mbs.xml import lines as xml_lines
 
@@ -40,13 +41,12 @@ def to_pinocchio(mbs: Mbs) -> Any:
     model.gravity = pin.Motion(np.asarray(mbs.base.gravity), np.zeros(3))
     # each body: the Pinocchio joint that it moves with, and its pose in that joint's frame
     at: dict[str | None, tuple[int, Any]] = {None: (0, pin.SE3.Identity())}
-    points: dict[tuple[str | None, str], Any] = {
-        (None, point.name): np.asarray(point.coordinates) for point in mbs.base.points
-    }
+    points = mbs.points()
     for body in mbs.depth_first():
         joint, pose = at[body.parent]
         if body.point is not None:
-            pose = pose * pin.SE3(np.eye(3), points[body.parent, body.point])
+            at_point = np.asarray(points[body.parent, body.point].coordinates)
+            pose = pose * pin.SE3(np.eye(3), at_point)
         for own in body.joints:
             axis = axes[int(own.type[1]) - 1]
             if own.nature != "driven":
@@ -67,8 +67,7 @@ def to_pinocchio(mbs: Mbs) -> Any:
             model.appendBodyToJoint(joint, inertia, pose)
         model.addFrame(pin.Frame(body.name, joint, 0, pose, pin.FrameType.BODY))
         for point in body.points:
-            points[body.name, point.name] = np.asarray(point.coordinates)
-            there = pose * pin.SE3(np.eye(3), points[body.name, point.name])
+            there = pose * pin.SE3(np.eye(3), np.asarray(point.coordinates))
             name = f"{body.name}/{point.name}"
             model.addFrame(pin.Frame(name, joint, 0, there, pin.FrameType.OP_FRAME))
     return model

@@ -10,7 +10,7 @@ from urdf2mbs.proof.rigid import HERE, Frame, Inertia, X, compose
 from urdf2mbs.spatial import Vec
 
 
-class Group(msgspec.Struct, gc=False):
+class Group(msgspec.Struct):
     """A rigid group: how it hangs on its parent group, and what is in it."""
 
     parent: int
@@ -22,10 +22,16 @@ class Group(msgspec.Struct, gc=False):
     move: Callable[[float], Frame]
     coordinate: str
     joint: str
+    child: str
+    """The link or body that the joint leads to."""
     reach: float
-    """How far out (m) its joint is in the parent group, and what it has is in it."""
+    """The largest distance (m) of its joint in the parent group, and of its parts in it."""
     inertias: list[tuple[str, Inertia]] = []
     """Of each link or body."""
+    carries: list[int] = []
+    """The groups that hang on it."""
+    held: list[str] = []
+    """The driven joints just before its joint in the body (.mbs), such as ``R3 1.57``."""
 
 
 class Side(msgspec.Struct):
@@ -38,6 +44,10 @@ class Side(msgspec.Struct):
     """The group that each coordinate moves."""
     after: dict[str, tuple[int, Frame]] = {}
     """The frames after joints (.mbs), which may be called as another body: groups and poses."""
+    mass: float = 0.0
+    """kg, of all that can move."""
+    gravity: Vec | None = None
+    """m/s^2, in the axes of the ground; a URDF has none."""
 
     def add(
         self,
@@ -48,14 +58,16 @@ class Side(msgspec.Struct):
         move: Callable[[float], Frame],
         coordinate: str,
         joint: str,
+        child: str,
     ) -> int:
         reach = max(abs(before[9]), abs(before[10]), abs(before[11]))
         if reach > self.groups[parent].reach:
             self.groups[parent].reach = reach
-        group = Group(parent, before, turns, axis, move, coordinate, joint, reach)
+        group = Group(parent, before, turns, axis, move, coordinate, joint, child, reach)
+        number = self.created[coordinate] = len(self.groups)
         self.groups.append(group)
-        self.created[coordinate] = len(self.groups) - 1
-        return len(self.groups) - 1
+        self.groups[parent].carries.append(number)
+        return number
 
     def put(self, name: str, group: int, inertia: Inertia) -> None:
         x, y, z = inertia[1]
@@ -73,6 +85,6 @@ class Side(msgspec.Struct):
 
 
 def only_ground(root: str) -> Side:
-    """A robot of which nothing is known yet but its root, which stands on the ground."""
-    ground = Group(0, HERE, False, X, lambda _: HERE, "", "", 0.0)
+    """A side that has the ground alone, with the root on it."""
+    ground = Group(0, HERE, False, X, lambda _: HERE, "", "", "", 0.0)
     return Side([ground], {root: (0, HERE)}, {})

@@ -1,4 +1,4 @@
-"""Which .mbs joints and frames are a URDF's, by their names.
+"""The .mbs joints and frames of a URDF's joints and links, by their names.
 
 The .mbs may have been drawn or edited by hand.
 """
@@ -10,8 +10,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from urdf2mbs.conversion import LinkFrame
-from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, Mbs
+from urdf2mbs.mbs.model import BASE, ORIGIN, Body, Joint, LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.proof.urdf_side import SIX, carriers
 from urdf2mbs.spatial import ZERO, Pose, axis_turns
@@ -20,7 +19,7 @@ from urdf2mbs.urdf.model import Robot
 
 
 class Match(msgspec.Struct):
-    """Which .mbs joints and frames are a URDF's, by their names."""
+    """The .mbs joints and frames of a URDF's joints and links."""
 
     joints: dict[str, tuple[str, ...]] = {}
     frames: dict[str, LinkFrame] = {}
@@ -64,7 +63,7 @@ def match(robot: Robot, mbs: Mbs) -> Match:
         for name, names in found.joints.items()
         if len(names) == 1 and names[0] in spellings(f"{name}_flipped", "joint")
     ]
-    _match_frames(robot, mbs, found)
+    _match_frames(robot, mbs, owners, found)
     return found
 
 
@@ -105,7 +104,7 @@ def floating_joints(mbs: Mbs) -> tuple[str, ...]:
 
 
 def fixed_to_world(robot: Robot, inserted: str) -> bool:
-    """Whether a link called ``world`` is rigid with the root, but for the inserted base."""
+    """True if a link called ``world`` is rigid with the root, but for the inserted base."""
     rigid = {robot.root()}
     for joint in robot.depth_first():
         if joint.parent in rigid and (not joint.moves or joint.name == inserted):
@@ -150,14 +149,15 @@ def _kinds(joint: UrdfJoint) -> list[list[tuple[str, str]]]:
 
 
 def spellings(name: str, kind: str) -> list[str]:
-    """What a conversion may have made of a name."""
+    """The names that a conversion may have made of a name."""
     plain = identifiers([name], (BASE, ORIGIN), f"_{kind}")[0]
     more = plain if plain.endswith(f"_{kind}") else f"{plain}_{kind}"
     return [name, plain, more, *(f"{more}_{number}" for number in range(2, 6))]
 
 
-def _match_frames(robot: Robot, mbs: Mbs, found: Match) -> None:
-    owners = {joint.name: body for body in mbs.bodies for joint in body.joints}
+def _match_frames(
+    robot: Robot, mbs: Mbs, owners: Mapping[str, tuple[Body, Joint]], found: Match
+) -> None:
     bodies = {body.name: body for body in mbs.bodies}
     fixed = {
         name
@@ -169,7 +169,7 @@ def _match_frames(robot: Robot, mbs: Mbs, found: Match) -> None:
     for joint in robot.joints.values():
         names = found.joints.get(joint.name)
         if names is not None:
-            body = owners[names[-1]]
+            body, _ = owners[names[-1]]
             after = _last_of(body, names[-1], fixed)
             found.frames[joint.child] = LinkFrame(body.name, after, Pose())
             if after is None:

@@ -2,65 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Collection, Container
 from functools import partial
 from math import cos, sin
 
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.proof.groups import Side, only_ground
 from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, moved, seen
-from urdf2mbs.spatial import Vec
 
 
-def mbs_side(mbs: Mbs, moving: set[str], framed: Container[str] = ()) -> Side:
+def mbs_side(
+    mbs: Mbs, moving: Collection[str], framed: Container[str] = (), *, start: bool = False
+) -> Side:
     """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared.
 
-    It has the frames of all bodies, and those after the joints ``framed``.
+    It has the frames of all bodies, and those after the joints ``framed``.  Driven joints stand
+    where they are held; at the ``start`` all others stand at their initial positions, too.
     """
     side = only_ground("")
+    side.gravity = mbs.base.gravity
     frames = side.frames
-    points: dict[tuple[str | None, str], Vec] = {
-        (None, point.name): point.coordinates for point in mbs.base.points
-    } | {(body.name, point.name): point.coordinates for body in mbs.bodies for point in body.points}
+    free: set[str | None] = set()
+    points = mbs.points()
     for body in mbs.bodies:
         group, at = frames[body.parent or ""]
         if body.point is not None:
-            at = (*at[:9], *moved(at, points[body.parent, body.point]))
+            at = (*at[:9], *moved(at, points[body.parent, body.point].coordinates))
+        held: list[str] = []
         for joint in body.joints:
             if joint.name in moving:
                 # its position at start is where it starts from, not where it is held
                 kind = joint.type
                 group = side.add(
                     group, at, kind[0] == "R", AXES[int(kind[1]) - 1],
-                    _MOVES[kind], joint.name, joint.name,
+                    _MOVES[kind], joint.name, joint.name, body.name,
                 )  # fmt: skip
+                side.groups[group].held = held
                 at = HERE
-            elif joint.nature == "driven" and joint.q:
+            elif joint.q and (start or joint.nature == "driven"):
                 at = _stepped(at, joint.type, joint.q)
+            if joint.nature != "driven":
+                held = []
+            elif joint.q:
+                held = [*held, f"{joint.type} {joint.q:.6g}"]
             if joint.name in framed:
                 side.after[joint.name] = (group, at)
         frames[body.name] = (group, at)
+        if body.parent in free or any(joint.nature != "driven" for joint in body.joints):
+            free.add(body.name)
+            side.mass += body.mass or 0.0
         if body.mass or body.inertia:
             tensor = body.inertia or (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
             side.put(body.name, group, seen((body.mass or 0.0, body.com or ORIGIN, tensor), at))
     return side
-
-
-def poses(mbs: Mbs) -> tuple[dict[str | None, Frame], dict[str, Frame]]:
-    """Where all bodies and all joints are at the start, in the base; a joint before it moves."""
-    bodies: dict[str | None, Frame] = {None: HERE}
-    joints: dict[str, Frame] = {}
-    points = {(body.name, p.name): p.coordinates for body in mbs.bodies for p in body.points}
-    points |= {(None, p.name): p.coordinates for p in mbs.base.points}  # type: ignore[misc]
-    for body in mbs.bodies:
-        at = bodies[body.parent]
-        if body.point is not None:
-            at = (*at[:9], *moved(at, points[body.parent, body.point]))  # type: ignore[index]
-        for joint in body.joints:
-            joints[joint.name] = at
-            at = _stepped(at, joint.type, joint.q or 0.0)
-        bodies[body.name] = at
-    return bodies, joints
 
 
 def _stepped(at: Frame, kind: str, q: float) -> Frame:

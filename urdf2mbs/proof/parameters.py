@@ -1,4 +1,4 @@
-"""What the .mbs says beside the mechanism: user models, forces, and the start."""
+"""The content of an .mbs beside the mechanism: user models, forces, and the start."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Collection, Mapping, Sequence
 from math import isfinite
 
 from urdf2mbs.mbs.model import Mbs, UserModel
-from urdf2mbs.messages.diagnostics import Difference, counted
+from urdf2mbs.messages.diagnostics import counted
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Joint, Robot
 
 #: The user models that hold a URDF's numbers, by the names of the .mbs joints.
@@ -68,7 +69,7 @@ def compare_parameters(
 
 
 def left_out(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str, str]:
-    """What Robotran reads, and what a URDF has no word for: each with the reason."""
+    """The things that Robotran reads and a URDF has no word for, each with the reason."""
     points = [point for body in mbs.bodies for point in body.points]
     start = sum(
         any((joint.q, joint.qd, joint.qdd))

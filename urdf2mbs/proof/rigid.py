@@ -66,14 +66,14 @@ def angle(a: Vec, b: Vec) -> float:
 
 
 def about(frame: Frame, axis: Vec) -> float:
-    """How far (rad) a frame is turned about an axis."""
+    """The turn (rad) of a frame about an axis."""
     a11, a12, a13, a21, a22, a23, a31, a32, a33 = frame[:9]
     sine = dot((a32 - a23, a13 - a31, a21 - a12), axis) / 2.0
     return atan2(sine, (a11 + a22 + a33 - 1.0) / 2.0)
 
 
 def between_axes(at: Frame, u: Vec, other: Frame, v: Vec, turns: bool, scale: float) -> float:
-    """How far apart two joint axes are: their directions, and of two that turn their places."""
+    """The deviation of two joint axes: of their directions, and of the places of turning axes."""
     a, b = turned(at, u), turned(other, v)
     off = most(a, b)
     if turns:
@@ -158,7 +158,7 @@ def moved(frame: Frame, v: Vec) -> Vec:
 
 
 def distance(a: Frame, b: Frame, scale: float) -> float:
-    """How far two frames are apart: the larger of the turn (rad) and the shift over ``scale``."""
+    """The deviation of two frames: the larger of the turn (rad) and the shift over ``scale``."""
     if a == b and isfinite(sum(a)):
         return 0.0  # as most of one robot are, bit by bit
     a11, a12, a13, a21, a22, a23, a31, a32, a33, ax, ay, az = a
@@ -230,7 +230,7 @@ def merge(parts: list[tuple[str, Inertia]]) -> Inertia:
 
 
 def inertias_apart(ours: Inertia, theirs: Inertia, scale: float) -> dict[str, float]:
-    """How far two inertias are apart, each part relative to its own scale.
+    """The deviation of two inertias, each part relative to its own scale.
 
     An inertia is not asked to be finer than 1e-15 of what its mass has at ``scale``: lumping
     point masses leaves that much dust.

@@ -30,6 +30,7 @@ def urdf_side(
     """
     side = only_ground(robot.root())
     frames = side.frames
+    free: set[str] = set()
     for joint in robot.depth_first():
         group, at = frames[joint.parent]
         at = _at_origin(at, joint.origin)
@@ -41,11 +42,13 @@ def urdf_side(
                 turns = kind[0] == "R"
                 axis, move = _move(turns, axis)
                 if own in moving:
-                    group = side.add(group, at, turns, axis, move, own, joint.name)
+                    group = side.add(group, at, turns, axis, move, own, joint.name, joint.child)
                     at = HERE
                 elif held.get(own):
                     at = compose(at, move(held[own]))
         frames[joint.child] = (group, at)
+        if joint.moves or joint.parent in free:
+            free.add(joint.child)
     for name, link in robot.links.items():
         if link.inertial is not None:
             group, at = frames[name]
@@ -53,6 +56,7 @@ def urdf_side(
             if rpy != ORIGIN:
                 centre, at = ORIGIN, _at_origin(at, link.inertial.origin)
             side.put(name, group, seen((link.inertial.mass, centre, link.inertial.inertia), at))
+            side.mass += link.inertial.mass if name in free else 0.0
     return side
 
 

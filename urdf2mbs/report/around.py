@@ -18,10 +18,7 @@ from urdf2mbs.spatial import ZERO, Vec, add, rotate
 
 def _points(model: Mbs) -> list[tuple[str | None, Point]]:
     """Each point with the body it is on, None being the base."""
-    return [
-        *((None, point) for point in model.base.points),
-        *((body.name, point) for body in model.bodies for point in body.points),
-    ]
+    return [(name, point) for name, owner in model.owners() for point in owner.points]
 
 
 def _coordinates(model: Mbs) -> dict[tuple[str | None, str | None], Vec]:

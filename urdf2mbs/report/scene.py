@@ -21,7 +21,7 @@ from urdf2mbs.meshes import reader as meshes
 from urdf2mbs.meshes import vrml_reader
 from urdf2mbs.meshes.model import MeshError, Part, distinct
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.spatial import Vec, add, rotate
+from urdf2mbs.spatial import add, rotate
 from urdf2mbs.urdf import model as urdf
 
 if TYPE_CHECKING:
@@ -211,11 +211,7 @@ def mbs_side(
     def points(given: list[mbs.Point]) -> list[dict[str, Any]]:
         return [{"name": point.name, "xyz": point.coordinates} for point in given]
 
-    places: dict[tuple[str | None, str | None], Vec] = {
-        (None, point.name): point.coordinates for point in model.base.points
-    } | {
-        (body.name, point.name): point.coordinates for body in model.bodies for point in body.points
-    }
+    places = {place: point.coordinates for place, point in model.points().items()}
     return {
         "gravity": model.base.gravity,
         "base": {

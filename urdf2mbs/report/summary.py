@@ -7,11 +7,12 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, LinkFrame, Names, Proof, RobotChange
+from urdf2mbs.conversion import Conversion, Names
+from urdf2mbs.mbs.model import LinkFrame
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
-from urdf2mbs.proof.verdict import NOT_CHECKED, in_words
+from urdf2mbs.proof.verdict import NOT_CHECKED, Proof
 from urdf2mbs.spatial import Vec
-from urdf2mbs.urdf.changes import describe
+from urdf2mbs.urdf.changes import RobotChange, describe
 from urdf2mbs.urdf.left_out import left_out
 
 #: The reasons of ``base: auto`` that may be wrong.
@@ -93,8 +94,8 @@ def verdict(conversion: Conversion) -> str:
     proof = conversion.proof
     if proof is None:
         return NOT_CHECKED
-    changes = [f"what {one.by} changed: {describe(one.changes)}" for one in conversion.changed]
-    return in_words(not proof.same, proof.but_for, proof.not_compared, changes)
+    changes = [f"what {c.by} changed: {describe(c.changes)}" for c in conversion.changed]
+    return proof.in_words(changes)
 
 
 def report(conversion: Conversion) -> Report:

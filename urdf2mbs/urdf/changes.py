@@ -50,6 +50,21 @@ class Change(msgspec.Struct):
     after: Any = None
 
 
+class RobotChange(msgspec.Struct):
+    """What somebody has changed of the robot that the URDF states."""
+
+    by: str
+    """The pass; or the hook, such as "the hook after 'emit'"."""
+    plugin: str
+    """Whose it is."""
+    declared: bool
+    """Whether the pass says so, by ``writes = ("robot",)``."""
+    changes: list[Change]
+
+    def __str__(self) -> str:
+        return f"{self.by} (plugin '{self.plugin}') changed of the robot: {describe(self.changes)}"
+
+
 def snapshot(robot: Robot) -> bytes:
     """A copy of a robot that later changes do not reach; ``between`` reads it.
 

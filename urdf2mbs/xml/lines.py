@@ -20,7 +20,7 @@ class _Placed(etree.ElementBase):
 
     sourceline: Any = None
     placed: Any = None
-    """Of the root: all elements, since lxml forgets what it made of an element in no use."""
+    """All elements, kept at the root: lxml makes an unused element anew, without its line."""
 
 
 def parser(**options: Any) -> etree.XMLParser:
