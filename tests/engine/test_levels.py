@@ -71,6 +71,7 @@ def test_the_error_that_ends_a_run_comes_after_what_was_found_before(folder: Pat
     """A macro that is unknown may be why a link is."""
     (folder / "tiny.urdf").write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:hand/>\n'
+        '<xacro:property name="p" value="1"/>'
         '<link name="a"><x/></link><joint name="j" type="fixed"><parent link="a"/>'
         '<child link="hand"/></joint></robot>'
     )

@@ -141,6 +141,12 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
         tree("a>b", "a>b").replace("</joint>\n</robot>", "<axis/></joint>\n</robot>"),
         "name-doubled", 7, ("'a_b'", "line 6"),
     ),
+    "joint twice that another follows": (
+        tree("a>b", "b>c").replace('name="b_c"', 'name="a_b"').replace(
+            "</robot>", '<gazebo reference="a_b"/></robot>'
+        ),
+        "name-doubled", 7, ("'a_b'", "line 6"),
+    ),
     "no links": ('<robot name="r"></robot>', "no-links", 1, ()),
     "link without a name": ("<robot>\n<link/></robot>", "name-missing", 2, ("link",)),
     "link with an empty name": ('<robot>\n<link name=" "/></robot>', "name-missing", 2, ("link",)),
@@ -228,8 +234,8 @@ def test_bad_input_is_one_error_that_says_where(tmp_path: Path, name: str) -> No
         (arm(kind="revolut"), "did you mean 'revolute'?"),
         (tree("b>c", "arm>b", links="abc").replace('name="a"', 'name="arms"'), "'arms'"),
         (arm(joint='<origin xyz="0,5 0 0"/>'), "decimals with a point"),
-        (arm(joint='<origin xyz="0, 0, 0.8"/>'), "separated by blanks, not commas"),
-        (arm(joint='<origin xyz="0,0,0.8"/>'), "separated by blanks, not commas"),
+        (arm(joint='<origin xyz="0,5 0,1 0"/>'), "decimals with a point"),
+        (arm(joint='<origin xyz="0,5 0,1"/>'), "decimals with a point"),
         ('<robot name="a&b">\n</robot>', "&amp;"),
     ],
 )
@@ -511,6 +517,24 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
     "unknown child of the robot": (
         arm(robot="").replace("</robot>", "<jiont/></robot>"),
         "misspelt", 11, ("<jiont>",), None, None,
+    ),
+    "commas": (
+        arm(joint='<origin xyz="0, 0, 0.8"/>'), "number-commas", 9, ("commas",), None, "turn",
+    ),
+    "commas without blanks": (
+        arm(joint='<origin xyz="0,0,0.8"/>'), "number-commas", 9, ("commas",), None, "turn",
+    ),
+    "two joints of one name": (
+        arm(robot="").replace(
+            "</robot>",
+            '<joint name="turn" type="fixed"><parent link="tip"/><child link="end"/></joint>'
+            '<link name="end"/></robot>',
+        ),
+        "joint-renamed", 11, ("'turn'",), None, "turn_2",
+    ),
+    "a macro that was left": (
+        arm(robot="").replace("</robot>", '<xacro:hand xmlns:xacro="http://www.ros.org/wiki/xacro"/></robot>'),
+        "xacro-left", 11, ("<xacro:hand>",), None, None,
     ),
     "undefined material": (
         arm('<visual><geometry><box size="1 1 1"/></geometry><material name="re"/></visual>'),
@@ -920,6 +944,8 @@ XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
     [
         (f'<robot {XMLNS}><xacro:if value="1"/></robot>', True),
         ('<robot><xacro:if value="1"/></robot>', True),
+        (f'<robot {XMLNS}><xacro:macro name="m"/></robot>', True),
+        (f"<robot {XMLNS}><xacro:macro/><xacro:hand/></robot>", False),
         (f'<robot {XMLNS.replace(":xacro", ":x")}><x:if value="1"/></robot>', True),
         (f"<robot {XMLNS.replace(':xacro', '')}/>", True),
         (f"<robot {XMLNS.replace(':xacro', ':its_xacro-2')}><its_xacro-2:if/></robot>", True),

@@ -11,6 +11,11 @@ from urdf2mbs.urdf.messages import Messages
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+#: The elements of xacro itself.
+INSTRUCTIONS = frozenset(
+    ("arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property",
+     "robot", "unless")
+)  # fmt: skip
 #: What xacro read without the prefix ``xacro:`` until 2014, and now copies as it stands.
 LEGACY = frozenset(("property", "macro", "include", "if", "unless", "insert_block", "call"))
 LEGACY_HINT = (
@@ -159,8 +164,11 @@ class Elements(Messages):
         """True, with a message, if an element is xacro's, which should be gone by now."""
         tag, line = element.tag, element.sourceline
         if is_xacro(element):
-            what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro"
-            self.warn("xacro-macro-unknown", what, line, level="error")
+            what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro: left out"
+            if self.expanded:
+                self.warn("xacro-macro-unknown", what, line, level="error")
+            else:
+                self.warn("xacro-left", what, line)
         elif tag == "property":
             name = element.get("name") or ""
             self.legacy = self.legacy or name or "?"
@@ -201,6 +209,16 @@ def _is_zero(text: str) -> bool:
 def plain(tag: str) -> str:
     """A tag or attribute without its namespace."""
     return tag.rpartition("}")[2]
+
+
+def is_instruction(element: Any) -> bool:
+    """True if an element tells xacro what to do.
+
+    A call of a macro by itself does not: no macro is defined.  Nor does a macro without a name.
+    """
+    tag = plain(element.tag).rpartition(":")[2]
+    nameless = tag == "macro" and not element.get("name")
+    return is_xacro(element) and tag in INSTRUCTIONS and not nameless
 
 
 def is_xacro(element: Any) -> bool:
