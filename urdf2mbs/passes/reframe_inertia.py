@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.spatial import Sym, Vec, compose, lump, rotate_inertia
+from urdf2mbs.spatial import IDENTITY, Sym, Vec, compose, drop_rounding, lump, rotate_inertia
 from urdf2mbs.urdf.model import Robot
 
 
@@ -29,12 +29,20 @@ def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:
     """Mass (kg), centre of mass (m) and inertia about it (kg m^2), in body axes, of all that
     moves with the segment; None if nothing there has any.
 
-    Several parts make one by the parallel-axis theorem.
+    Several parts make one by the parallel-axis theorem.  What is computed has no roundings of
+    zero: Robotran's generator would take each for a parameter.
     """
+    computed = len(segment.parts) > 1
     inertias: list[tuple[float, Vec, Sym]] = []
     for link, pose in segment.parts.items():
         inertial = robot.links[link].inertial
         if inertial is not None and not robot.links[link].massless:
             at = compose(pose, inertial.origin.pose)
+            computed = computed or at.rot != IDENTITY
             inertias.append((inertial.mass, at.xyz, rotate_inertia(at.rot, inertial.inertia)))
-    return lump(inertias) if inertias else None
+    if not inertias:
+        return None
+    mass, centre, inertia = lump(inertias)
+    if computed:
+        centre, inertia = drop_rounding(centre), drop_rounding(inertia)
+    return mass, centre, inertia
