@@ -1,6 +1,6 @@
 """Makes first-simulation.svg: the project of first-simulation.md, simulated and plotted.
 
-Nothing runs but generated files, on the stand-in for Robotran's library in tests/project.
+Nothing runs but generated files.
 Wants matplotlib:  python docs/first-simulation.py
 """
 
@@ -14,39 +14,29 @@ import matplotlib as mpl
 
 mpl.use("svg")
 import matplotlib.pyplot as plt
-import numpy as np
+
+from urdf2mbs import simulate
 
 DOCS = Path(__file__).resolve().parent
 
 
 def main() -> None:
     sys.path.insert(0, str(DOCS.parent / "tests"))
-    from project.generated import Robotran
-    from project.standin import user_functions
     from project.test_only_generated import from_the_page
 
-    rows = []
     with tempfile.TemporaryDirectory() as folder:
-        project = from_the_page(Path(folder))
-        with user_functions(project) as user:
-            data = Robotran(project, user)
-            robot = user["user_dirdyn"].robot
-            every = round(0.005 / robot.TIME_STEP)
-            for k, t in enumerate(data.run(2.0, robot.TIME_STEP)):
-                if k % every == 0:
-                    feet = [robot.contact_force(data, f"{s}_foot")[2] for s in ("left", "right")]
-                    rows.append([t, *data.q[1:], sum(feet)])
-    numbers = data.joint_id
-    time, q, weight = np.split(np.array(rows), [1, data.njoint + 1], axis=1)
+        results = simulate(from_the_page(Path(folder)), time=2.0, rate=200.0, language="python")
+    weight = sum(rows[:, 2] for name, rows in results.external.items() if "contact" in name)
+    time = results.time
 
     # the same bytes each time
     mpl.rcParams |= {"svg.hashsalt": "first-simulation", "svg.fonttype": "none"}
     figure, (above, middle, below) = plt.subplots(3, 1, sharex=True, figsize=(7, 7))
     for name in ("left_hip_pitch", "left_knee", "left_ankle"):  # the right leg does the same
-        joint = q[:, numbers[name] - 1]
+        joint = results.joint(name)
         above.plot(time, joint - joint[0], label=name)
     above.set_ylabel("turned since the start [rad]")
-    middle.plot(time, q[:, numbers["floating_base_T1"] - 1], label="floating_base_T1")
+    middle.plot(time, results.joint("floating_base_T1"), label="floating_base_T1")
     middle.set_ylabel("position of the base [m]")
     below.plot(time, weight, label="both feet")
     below.set_ylabel("force of the ground, upward [N]")

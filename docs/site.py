@@ -15,7 +15,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs import testing
+from urdf2mbs import Push, Results, simulate, testing
 from urdf2mbs.api import Result, Verdict, convert, verify
 from urdf2mbs.commands import module_of, parser
 from urdf2mbs.commands.schema import schema
@@ -140,10 +140,11 @@ def _hooks() -> str:
 
 def _api() -> str:
     lines = ["# Python API", "", "Units are m, kg, rad."]
-    lines += ["", f"{CODE}python", "from urdf2mbs import convert", CODE, ""]
-    for function in (convert, verify):
+    lines += ["", f"{CODE}python", "from urdf2mbs import convert, simulate, verify", CODE, ""]
+    for function in (convert, verify, simulate):
         lines += _function(f"{function.__module__}.{function.__name__}", function)
-    for kind in (Result, Verdict, Report, Joints, Conversion, Segment, Step, Names, LinkFrame):
+    kinds = (Result, Verdict, Results, Push)
+    for kind in (*kinds, Report, Joints, Conversion, Segment, Step, Names, LinkFrame):
         lines += [f"## {kind.__module__}.{kind.__name__}", "", inspect.getdoc(kind) or "", ""]
         docs = field_docs(kind) if issubclass(kind, msgspec.Struct) else {}
         fields = getattr(kind, "__struct_fields__", ())

@@ -350,7 +350,8 @@ def test_every_element_and_attribute_of_urdf_is_mapped() -> None:
 TAKES_CODE = {
     "failed": 1, "choose": 2,
     "ConversionError": 0, "ConfigError": 0, "Diagnostic": 1, "warn": 0, "note": 0, "fail": 0,
-    "error": 0, "_failed": 0, "Fault": 0, "Slip": 0, "add_point": 3, "fault": 0,
+    "error": 0, "_failed": 0, "SimulationError": 0,
+    "Fault": 0, "Slip": 0, "add_point": 3, "fault": 0,
 }  # fmt: skip
 
 

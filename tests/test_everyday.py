@@ -73,7 +73,7 @@ def test_no_command_is_without_examples() -> None:
 
 
 #: The flags that commands share: who has them.
-CONVERTING = {"run", "convert", "report"}
+CONVERTING = {"run", "convert", "report", "simulate"}
 PLUGINS = {*CONVERTING, "explain", "passes", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),
@@ -86,10 +86,10 @@ SHARED = {
     "--verbose": {*CONVERTING, "explain", "verify"},
     "--set": {*CONVERTING, "explain"},
     "--trust-xacro": {*CONVERTING, "explain", "init", "verify"},
-    "--package": {"init", "convert", "report", "explain", "verify"},
-    "--arg": {"init", "convert", "report", "explain", "verify"},
-    "--base": {"init", "convert", "report", "explain", "verify"},
-    "--plugin": {"convert", "report", "explain", "passes", "schema"},
+    "--package": {"init", "convert", "report", "simulate", "explain", "verify"},
+    "--arg": {"init", "convert", "report", "simulate", "explain", "verify"},
+    "--base": {"init", "convert", "report", "simulate", "explain", "verify"},
+    "--plugin": {"convert", "report", "simulate", "explain", "passes", "schema"},
 }
 
 
@@ -360,7 +360,11 @@ def test_colours(
     ("words", "said"),
     [
         (["convert", "tiny.urdf", "-o", "x.mbs"], "Next: open x.mbs in MBSysPad"),
-        (["convert", "tiny.urdf", "-o", "x/"], "\n      python x/workR/main.py"),
+        (["convert", "tiny.urdf", "-o", "x/"], "Next: let it move: urdf2mbs simulate x\n"),
+        (
+            ["simulate", "tiny.urdf", "-o", "s/", "--time", "0.02"],
+            "Next: plot s/resultsR/dirdyn.csv",
+        ),
         (["init", "tiny.urdf"], "Next: urdf2mbs run tiny.yaml\n      urdf2mbs report tiny.yaml"),
         (["diagram", "tiny.mbs"], "Next: open tiny.svg in a browser"),
         (["equations", "tiny.mbs", "-o", "s"], "Next: call them"),

@@ -8,6 +8,9 @@ if TYPE_CHECKING:
     from urdf2mbs.engine.config import Config
     from urdf2mbs.many import Outcome, convert_many
     from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
+    from urdf2mbs.runtime.project import simulate
+    from urdf2mbs.runtime.push import Push
+    from urdf2mbs.runtime.results import Results
 
 __all__ = [
     "Config",
@@ -15,10 +18,13 @@ __all__ = [
     "ConversionError",
     "Diagnostic",
     "Outcome",
+    "Push",
     "Result",
+    "Results",
     "Verdict",
     "convert",
     "convert_many",
+    "simulate",
     "verify",
 ]
 
@@ -29,7 +35,12 @@ def __getattr__(name: str) -> object:
     from urdf2mbs import api, many
     from urdf2mbs.messages import diagnostics
 
-    module = next(module for module in (api, diagnostics, many) if hasattr(module, name))
+    modules = [api, diagnostics, many]
+    if name in ("Push", "Results", "simulate"):
+        from urdf2mbs.runtime import project
+
+        modules = [project]
+    module = next(module for module in modules if hasattr(module, name))
     globals()[name] = value = getattr(module, name)
     return value
 

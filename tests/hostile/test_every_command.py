@@ -59,6 +59,7 @@ BAD = [*CONTENTS, *NAMES, *(["/dev/null"] if Path("/dev/null").exists() else [])
 
 #: What is read: X stands for the bad file.
 READING = (
+    "simulate X",
     "run X", "run X tiny.yaml", "convert X -o out.mbs", "report X", "verify X tiny.mbs",
     "verify tiny.urdf X", "diagram X", "equations X", "explain X", "explain X --cost", "init X",
     "passes --plugin X", "schema --plugin X", "convert tiny.urdf --plugin X",
@@ -69,6 +70,7 @@ ELSEWHERE = (
     "convert tiny.urdf -o X", "report tiny.urdf -o X", "diagram tiny.mbs -o X",
     "equations tiny.mbs -o X", "init tiny.urdf -o X", "new-pass swing -o X",
     "convert tiny.urdf --dump X", "convert tiny.urdf --package p=X", "new-pass X",
+    "simulate tiny.mbs --push X",
     "completion X", "convert tiny.urdf --stop-after X", "convert tiny.urdf --pipeline X",
     "convert tiny.urdf --set X.X=X", "convert tiny.urdf --level X=X", "convert tiny.urdf --arg X",
     "convert tiny.urdf --after X=X", "verify tiny.urdf tiny.mbs --tolerance X", "doctor X",

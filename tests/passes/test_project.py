@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
@@ -191,9 +192,42 @@ def test_main_starts_from_any_folder(tmp_path: Path, start: str) -> None:
     done = run_main(project, start)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == [
-        "constraints 2", "MbsPart 1", "rowperm=1 verbose=1", "MbsDirdyn 3",
+        "MBsysPy simulates", "constraints 2", "MbsPart 1", "rowperm=1 verbose=1", "MbsDirdyn 3",
         "dt0=0.0005 tf=1.0 save2file=1", "no plot: pip install matplotlib",
     ]  # fmt: skip
+
+
+def test_main_runs_without_robotran(tmp_path: Path) -> None:
+    """The runtime moves it; what cannot go on is told as with Robotran."""
+    project = make(tmp_path, CHAIN, base="fixed", passes={"posture": {"joints": {"one": 0.25}}})
+    file = project / "userfctR" / "user_JointForces.py"
+    file.write_text(file.read_text() + "    mbs_data.Qq[mbs_data.joint_id['one']] += 9.0\n")
+    (tmp_path / "matplotlib.py").write_text("raise ImportError('none here')\n")
+    env = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, str(project / "workR" / "main.py")]
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == [
+        "MBsysPy is not installed: the runtime of urdf2mbs simulates",
+        "no plot: pip install matplotlib",
+    ]
+    q = np.loadtxt(project / "resultsR" / "dirdyn_q.res")
+    data = MbsData(project / "dataR" / "robot.mbs")
+    assert q[-1, 0] == 1.0
+    one, two = (q[:, data.joint_id[name]] for name in ("one", "two"))
+    assert np.ptp(one) > 0.1
+    assert np.ptp(two - robot_rule(project) * one) < 1e-8
+    file.write_text(file.read_text() + "    mbs_data.Qq[1:] = float('nan')\n")
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "Traceback" not in done.stderr
+    assert "there is no partition, so the loops would be open: two, three" in done.stderr
+
+
+def robot_rule(project: Path) -> float:
+    """How fast 'two' follows 'one'."""
+    text = (project / "userfctR" / "robot_robot.py").read_text()
+    return float(text.split('("two", "one", ')[1].split(",")[0])
 
 
 def test_user_functions_are_found_however_they_are_loaded(tmp_path: Path) -> None:
@@ -215,8 +249,10 @@ def test_user_functions_are_found_however_they_are_loaded(tmp_path: Path) -> Non
 
 
 def test_nothing_of_urdf2mbs_is_needed_at_run_time() -> None:
+    """But for main.py, where Robotran is not there."""
     for file in FOLDER.rglob("*.py.in"):
-        assert "import urdf2mbs" not in file.read_text()
+        expected = file.name == "main.py.in"
+        assert ("import urdf2mbs" in file.read_text()) == expected, file
 
 
 def test_numbers_are_looked_up_once(tmp_path: Path) -> None:

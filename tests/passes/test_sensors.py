@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from project.standin import MbsData, from1, make, user_functions
+from project.standin import MbsData, make, user_functions
 
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
@@ -29,48 +26,10 @@ IMU = """
 ROBOT = TINY.replace("</robot>", IMU)
 
 
-class MbsSensor:
-    """Computes a sensor as Robotran does, by Pinocchio."""
-
-    def __init__(self, data: MbsData) -> None:
-        self.data = data
-        self.P, self.V, self.A, self.OM, self.OMP = (from1(3) for _ in range(5))
-        self.R = from1(3, 3)
-
-    def comp_s_sensor(self, number: int) -> None:
-        import pinocchio as pin
-
-        from urdf2mbs.proof.dynamics import to_pinocchio
-
-        data = self.data
-        owner, point = data.sensor_at[number]
-        model = to_pinocchio(data.mbs)
-        order = [data.joint_id[name] for name in list(model.names)[1:]]
-        q, v, a = (np.array([x[k] for k in order]) for x in (data.q, data.qd, data.qdd))
-        computed = model.createData()
-        pin.forwardKinematics(model, computed, q, v, a)
-        pin.updateFramePlacements(model, computed)
-        frame = model.getFrameId(f"{owner}/{point.name}")
-        world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        self.P[1:] = computed.oMf[frame].translation
-        self.R[1:, 1:] = computed.oMf[frame].rotation.T
-        velocity = pin.getFrameVelocity(model, computed, frame, world)
-        self.V[1:], self.OM[1:] = velocity.linear, velocity.angular
-        acceleration = pin.getFrameClassicalAcceleration(model, computed, frame, world)
-        self.A[1:], self.OMP[1:] = acceleration.linear, acceleration.angular
-
-
-@pytest.fixture
-def robotran(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    pytest.importorskip("pinocchio")
-    monkeypatch.setitem(sys.modules, "MBsysPy", SimpleNamespace(MbsSensor=MbsSensor))
-    return
-
-
 @pytest.mark.parametrize("preset", ["faithful", "compact"])
-def test_an_imu_reads_in_its_own_axes(tmp_path: Path, preset: str, robotran: None) -> None:
+def test_an_imu_reads_in_its_own_axes(tmp_path: Path, preset: str) -> None:
     """Against the URDF's own frames: Pinocchio reads it, with a link where the IMU is."""
-    import pinocchio as pin
+    pin = pytest.importorskip("pinocchio")
 
     project = make(tmp_path, ROBOT, pipeline=preset, base="fixed")
     data = MbsData(project / "dataR" / "robot.mbs")

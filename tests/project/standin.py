@@ -1,13 +1,11 @@
-"""A small stand-in for the data that Robotran gives to user functions.
+"""What tests of projects share: they make projects, and check what user functions do with data.
 
-It is built from an .mbs file as Robotran numbers it.  Arrays count from 1: index 0 raises.  The
-arrays that are memory of Robotran's C library cannot be rebound.
+Arrays count from 1: index 0 raises.  The arrays that are memory of Robotran's C library cannot be
+rebound.
 """
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.mbs.reader import read
+import urdf2mbs.runtime
+from urdf2mbs.runtime.dirdyn import close
+from urdf2mbs.runtime.python_code import PythonCode, load, loaded
 
 
 class From1(np.ndarray):
@@ -44,86 +44,72 @@ def from1(*shape: int) -> Any:
     return np.zeros([n + 1 for n in shape]).view(From1)
 
 
-BOUND = ("q", "qd", "qdd", "q0", "Qq", "Qc", "SWr", "dpt", "xfidpt", "g")
+#: Memory of Robotran's C library: who binds such a name anew loses what it was.
+BOUND = frozenset(["q", "qd", "qdd", "q0", "Qq", "Qc", "SWr", "dpt", "xfidpt", "g"])
 
 
-class MbsData:
-    """Of an .mbs file; ``user_model`` is a dict of dicts of floats, as MBsysPy has it."""
+class MbsData(urdf2mbs.runtime.MbsData):
+    """The runtime's data with arrays that are checked."""
 
     def __init__(self, path: str | Path) -> None:
-        mbs = read(Path(path).read_bytes(), str(path))
-        self.mbs = mbs
-        joints = [joint for body in mbs.bodies for joint in body.joints]
-        n = self.njoint = len(joints)
-        numbers = mbs.numbers()
-        self.joint_id = numbers
-        self.body_id = {body.name: numbers[body.joints[-1].name] for body in mbs.bodies}
-        self.points_id: dict[str, dict[str, int]] = {}
-        self.extforce_id: dict[str, int] = {}
-        self.sensor_id: dict[str, int] = {}
-        self.sensor_at: dict[int, tuple[str, Any]] = {}
-        coordinates = []
-        points = []
-        for owner, listed in [("base", mbs.base.points)] + [(b.name, b.points) for b in mbs.bodies]:
-            for point in listed:
-                coordinates.append(point.coordinates)
-                self.points_id.setdefault(owner, {})[point.name] = len(coordinates)
-                if point.extforce is not None:
-                    points.append((len(coordinates), owner, point))
-                    self.extforce_id[point.extforce.name] = len(points)
-                if point.sensor is not None:
-                    self.sensor_id[point.sensor.name] = len(self.sensor_id) + 1
-                    self.sensor_at[len(self.sensor_id)] = (owner, point)
-        self.forces = points
-        self.link_id = {link.name: k for k, link in enumerate(mbs.links, start=1)}
-        self.user_model = {
-            model.name: {p.name: float(p.values[0]) for p in model.parameters}
-            for model in mbs.user_models
-        }
-        self.constraints: int | None = None
-        self.flag_stop, self.tsim, self.DonePart, self.nqv = 0, 0.0, 1, 1
-        for name in ("q", "qd", "qdd", "q0", "Qq", "Qc"):
-            setattr(self, name, from1(n))
-        self.SWr = from1(len(points), 9)
-        self.dpt = from1(3, len(coordinates))
-        self.xfidpt = np.array([0, *(k for k, _, _ in points)]).view(From1)
-        self.g = from1(3)
-        self.g[1:4] = mbs.base.gravity
-        for k, (x, y, z) in enumerate(coordinates, start=1):
-            self.dpt[1:4, k] = (x, y, z)
-        for k, joint in enumerate(joints, start=1):
-            self.q[k] = self.q0[k] = joint.q or 0.0
-            self.qd[k] = joint.qd or 0.0
-        self._bound = True
+        super().__init__(path)
+        for name in BOUND:
+            object.__setattr__(self, name, getattr(self, name).view(From1))
+        self.DonePart = 1
+        points = [(body.name, point) for body in self.mbs.bodies for point in body.points]
+        #: The number among all points, the body and the point of each external force.
+        self.forces = [
+            (self.points_id[owner][point.name], owner, point)
+            for owner, point in points
+            if point.extforce is not None
+        ]
+        self.checked = True
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name in BOUND and hasattr(self, "_bound"):
+        if name in BOUND and "checked" in vars(self):
             raise AssertionError(f"mbs_data.{name} is rebound: what it was is lost for Robotran")
         super().__setattr__(name, value)
 
-    def set_nb_userc(self, count: int) -> None:
-        self.constraints = count
+
+class RungeKutta:
+    """Fixed steps of the fourth order, as Robotran's: ``q``, ``qd`` and so on are in ``data``."""
+
+    def __init__(self, code: PythonCode) -> None:
+        self.code, self.data, self.time = code, code.data, 0.0
+        assert close(code.data, code)
+        self.y = np.concatenate([code.data.q[code.free], code.data.qd[code.free]])
+
+    def run(self, seconds: float, step: float) -> None:
+        """Steps of about this length."""
+        slope, count = self.code.accelerate, round(seconds / step)
+        step = seconds / count
+        with loaded(self.data):
+            for _ in range(count):
+                t, y = self.time, self.y
+                k1 = slope(t, y)
+                k2 = slope(t + step / 2, y + step / 2 * k1)
+                k3 = slope(t + step / 2, y + step / 2 * k2)
+                k4 = slope(t + step, y + step * k3)
+                self.y = y + step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+                self.time += step
+            slope(self.time, self.y)
+
+    def positions(self, seconds: float, step: float, samples: int) -> Any:
+        """Of all joints (from index 1) at the start and at ``samples`` later times."""
+        out = [self.data.q.copy()]
+        for _ in range(samples):
+            self.run(seconds / samples, step)
+            out.append(self.data.q.copy())
+        return np.array(out)
 
 
 @contextmanager
 def user_functions(project: Path) -> Iterator[dict[str, ModuleType]]:
-    """The modules in a project's userfctR, each loaded from its file as Robotran may do it; the
-    folder is not on Python's path, and nothing stays there afterwards."""
-    path, known = list(sys.path), set(sys.modules)
-    loaded: dict[str, ModuleType] = {}
-    try:
-        for file in sorted((project / "userfctR").glob("user_*.py")):
-            spec = importlib.util.spec_from_file_location(file.stem, file)
-            assert spec is not None
-            assert spec.loader is not None
-            loaded[file.stem] = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(loaded[file.stem])
-        yield loaded
-    finally:
-        sys.path[:] = path
-        for name in set(sys.modules) - known:
-            if name.endswith("_robot"):
-                del sys.modules[name]
+    """The modules in a project's userfctR, each loaded from its file as the runtime does it."""
+    (model,) = project.glob("dataR/*.mbs")
+    data = urdf2mbs.runtime.MbsData(model)
+    with loaded(data):
+        yield {file.stem: load(file) for file in sorted(data.user_path.glob("user_*.py"))}
 
 
 def without_meshes(name: str) -> list[str]:

@@ -18,7 +18,7 @@ from project.standin import MbsData, from1, make, user_functions, without_meshes
 from urdf2mbs.testing import TINY
 
 ROOT = Path(__file__).resolve().parents[2]
-HEADERS = Path(__file__).with_name("mbsysc")
+HEADERS = ROOT / "urdf2mbs" / "runtime" / "mbsysc"
 GRIPPER = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not there")

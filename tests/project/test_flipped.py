@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from project.generated import Robotran
-from project.standin import make, user_functions
+from project.standin import RungeKutta, make
 
+from urdf2mbs.runtime import MbsData
+from urdf2mbs.runtime.python_code import PythonCode, loaded
 from urdf2mbs.testing import convert_text
 
 
@@ -51,7 +52,7 @@ POSTURE = {
 }
 
 
-def run(folder: Path, *, flip: bool, nature: str) -> tuple[dict[str, Any], set[str], Robotran]:
+def run(folder: Path, *, flip: bool, nature: str) -> tuple[dict[str, Any], set[str], MbsData]:
     """The motion of each URDF joint, and those that are flipped."""
     folder.mkdir()
     passes = {
@@ -62,18 +63,18 @@ def run(folder: Path, *, flip: bool, nature: str) -> tuple[dict[str, Any], set[s
         folder, GRIPPER, base="fixed", pipeline="compact", passes=passes,
         diagnostics={"mimic-driven": "ignore"},
     )  # fmt: skip
-    with user_functions(project) as user:
-        data = Robotran(project, user)
+    data = MbsData(project / "dataR" / "robot.mbs")
+    with loaded(data):
+        run, states = RungeKutta(PythonCode(data)), []
         names = {name: number for name, number in data.joint_id.items() if "_R" not in name}
         flipped = {name.removesuffix("_flipped") for name in names if name.endswith("_flipped")}
-        states = [
-            {
+        for _ in range(600):
+            states.append({
                 name.removesuffix("_flipped"): (-1 if name.endswith("_flipped") else 1)
                 * np.array([data.q[k], data.qd[k], data.qdd[k]])
                 for name, k in names.items()
-            }
-            for _ in data.run(0.3, 5e-4)
-        ]
+            })  # fmt: skip
+            run.run(5e-4, 5e-4)
     return (
         {name: np.array([state[name] for state in states]) for name in states[0]},
         flipped,

@@ -1,73 +1,531 @@
-"""Simulations with nothing but generated files: equations and user functions."""
+"""Simulations of generated projects: nothing runs but their equations and user functions."""
 
 from __future__ import annotations
 
+import re
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from project.generated import Robotran
-from project.standin import make, user_functions
+from conftest import SHARED
+from passes.test_mimic import CHAIN
+from project.standin import make, without_meshes
+from test_everyday import WRONG
 
+import urdf2mbs
+from urdf2mbs import ConversionError, Push, simulate
+from urdf2mbs.cli import main
 from urdf2mbs.engine.config import parse
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.proof.dynamics import to_pinocchio
+from urdf2mbs.runtime import MbsData, MbsDirdyn, Results
+from urdf2mbs.runtime.dirdyn import choose_code, close
+from urdf2mbs.runtime.python_code import loaded
+from urdf2mbs.testing import TINY
 
+pin = pytest.importorskip("pinocchio")
 ROOT = Path(__file__).resolve().parents[2]
+GRIPPER = SHARED / "robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf"
+TINY_FILE = Path(urdf2mbs.__file__).with_name("tiny.urdf")
+LAMP = ROOT / "configs" / "lamp.urdf"
+needs_gcc = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler")
+TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-11}
 
 
-def from_the_page(folder: Path, **changed: Any) -> Path:
+def from_the_page(folder: Path, language: str = "python", **changed: Any) -> Path:
     """The project that docs/first-simulation.md makes of the biped."""
     page = (ROOT / "docs" / "first-simulation.md").read_text("utf-8")
     text = page.split("```yaml file=biped.yaml\n")[1].split("```")[0]
     passes = parse(text, folder / "biped.yaml")[0].passes
     return make(
         folder, ROOT / "configs/biped.urdf.xacro", "biped", pipeline="compact",
-        passes={**passes, **changed},
+        passes={**passes, **changed}, language=language,
     )  # fmt: skip
 
 
+def still(data: MbsData) -> MbsData:
+    """The data with all forces in joints switched off."""
+    for kind in data.user_model["joint_forces"]:
+        data.user_model["joint_forces"][kind] = 0.0
+    return data
+
+
+def run(data: MbsData, time: float, language: str, **more: Any) -> Results:
+    dirdyn = MbsDirdyn(data)
+    options = {"integrator": "DOP853", "rtoler": 1e-11, "atoler": 1e-11, **more}
+    dirdyn.set_options(tf=time, language=language, save2file=0, **options)
+    return dirdyn.run()
+
+
+# --- held against Pinocchio ---
+
+
+class Truth:
+    """The model in Pinocchio, its joints in the order of the .mbs."""
+
+    def __init__(self, data: MbsData) -> None:
+        self.model = to_pinocchio(data.mbs)
+        self.data = self.model.createData()
+        self.order = [data.joint_id[name] for name in list(self.model.names)[1:]]
+
+    def energies(self, results: Results) -> Any:
+        """All of it in each frame, and the kinetic part."""
+        found = []
+        for row, rate in zip(results.q, results.qd, strict=True):
+            q, qd = row[self.order], rate[self.order]
+            kinetic = pin.computeKineticEnergy(self.model, self.data, q, qd)
+            found.append([kinetic + pin.computePotentialEnergy(self.model, self.data, q), kinetic])
+        return np.array(found).T
+
+    def swing(self, q: Any, qd: Any, slope: Any, time: float) -> Any:
+        """The motion of q = q0 + slope x for constant columns of slope, by scipy: the positions
+        and speeds at the end, without forces."""
+        from scipy.integrate import solve_ivp
+
+        q, slope = q[self.order], slope[self.order]
+        x0 = np.concatenate([np.zeros(slope.shape[1]), np.linalg.pinv(slope) @ qd[self.order]])
+
+        def derivative(_: float, y: Any) -> Any:
+            x, xd = np.split(y, 2)
+            at, rate = q + slope @ x, slope @ xd
+            mass = pin.crba(self.model, self.data, at)
+            mass = np.triu(mass) + np.triu(mass, 1).T
+            bias = pin.nonLinearEffects(self.model, self.data, at, rate)
+            return np.concatenate([xd, np.linalg.solve(slope.T @ mass @ slope, -slope.T @ bias)])
+
+        found = solve_ivp(derivative, (0.0, time), x0, method="DOP853", rtol=1e-12, atol=1e-12)
+        x, xd = np.split(found.y[:, -1], 2)
+        return np.concatenate([q + slope @ x, slope @ xd])
+
+
+@needs_gcc
+def test_a_floating_robot_falls_and_swings_as_pinocchio_says(tmp_path: Path) -> None:
+    """The biped, thrown: the same motion after 1 s, and no energy is lost."""
+    project = from_the_page(tmp_path, posture={}, forces={}, contacts={})
+    data = still(MbsData(project / "dataR" / "biped.mbs"))
+    rng = np.random.default_rng(11)
+    data.q[data.qu[1:]] += rng.uniform(-0.5, 0.5, data.nqu)
+    data.qd[data.qu[1:]] = rng.uniform(-2.0, 2.0, data.nqu)
+    q, qd = data.q.copy(), data.qd.copy()
+    results = run(data, 1.0, "c")
+    assert results.language == "C, user functions in Python"
+    truth = Truth(data)
+    free = np.eye(data.njoint + 1)[:, data.qu[1:]]
+    wanted = truth.swing(q, qd, free, 1.0)
+    found = np.concatenate([results.q[-1][truth.order], results.qd[-1][truth.order]])
+    assert np.abs(wanted - np.concatenate([q[truth.order], qd[truth.order]])).max() > 3
+    assert np.allclose(found, wanted, rtol=0, atol=1e-6)
+    energy, kinetic = truth.energies(results)
+    assert kinetic.max() > 2 * kinetic[0], "it falls"
+    assert np.abs(energy - energy[0]).max() <= 1e-9 * kinetic.max()
+
+
+@pytest.mark.skipif(not GRIPPER.is_file(), reason="the real robots are not beside the checkout")
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_a_gripper_falls_as_its_reduction(tmp_path: Path, language: str) -> None:
+    """Five joints follow one, so that there is one degree of freedom."""
+    project = make(tmp_path, GRIPPER, base="fixed", pipeline=without_meshes("compact"))
+    data = still(MbsData(project / "dataR" / "robot.mbs"))
+    q, qd = data.q.copy(), data.qd.copy()
+    results = run(data, 0.2, language)
+    moved = results.q[-1] - results.q[0]
+    slope = moved[:, None] / moved[data.joint_id["finger_joint"]]
+    slope[0] = 0.0
+    rules = sorted(float(abs(x)) for x in slope[1:, 0] if x)
+    assert rules == pytest.approx([1.0] * 6, abs=1e-9)
+    truth = Truth(data)
+    wanted = truth.swing(q, qd, slope, 0.2)
+    found = np.concatenate([results.q[-1][truth.order], results.qd[-1][truth.order]])
+    assert np.abs(wanted).max() > 0.05
+    assert np.allclose(found, wanted, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_a_loop_stays_closed_and_keeps_its_energy(tmp_path: Path, language: str) -> None:
+    """The lamp has a parallelogram: its cut stays closed, and it does no work.  The accelerations
+    are those of Pinocchio's solver for constraints."""
+    project = make(tmp_path, LAMP)
+    data = still(MbsData(project / "dataR" / "robot.mbs"))
+    results = run(data, 0.5, language)
+    assert data.nqv
+    cut = data.mbs.cuts[0]
+    for q in results.q:
+        placed = place(data.mbs, {name: q[number] for name, number in data.joint_id.items()})
+        ends = [placed.point(data.mbs, *end) for end in (cut.endpoint1, cut.endpoint2)]
+        assert np.allclose(*ends, rtol=0, atol=1e-8)
+    assert np.abs(results.q[-1] - results.q[0])[1:].max() > 0.1
+    truth = Truth(data)
+    energy, kinetic = truth.energies(results)
+    assert np.abs(energy - energy[0]).max() <= 1e-8 * kinetic.max()
+    ours = results.energy()
+    assert np.allclose(ours[:, 0], kinetic, rtol=1e-9, atol=1e-12)
+    assert np.allclose(ours.sum(axis=1), energy, rtol=1e-9, atol=1e-12)
+    model, computed, ends_in_joints = truth.model, truth.data, []
+    for body, point in (cut.endpoint1, cut.endpoint2):
+        frame = model.frames[model.getFrameId(f"{body}/{point}")]
+        ends_in_joints += [frame.parentJoint, frame.placement]
+    cuts, solved = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
+    cuts.append(
+        pin.RigidConstraintModel(pin.ContactType.CONTACT_3D, model, *ends_in_joints, pin.LOCAL)
+    )
+    solved.append(cuts[0].createData())
+    pin.initConstraintDynamics(model, computed, cuts, solved)
+    exactly = pin.ProximalSettings(1e-12, 1e-12, 100)
+    for q, qd, qdd in zip(results.q, results.qd, results.qdd, strict=True):
+        wanted = pin.constraintDynamics(
+            model, computed, q[truth.order], qd[truth.order], np.zeros(model.nv), cuts, solved,
+            exactly,
+        )  # fmt: skip
+        assert np.allclose(qdd[truth.order], wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_a_loop_that_cannot_be_closed_leaves_no_trace(tmp_path: Path, language: str) -> None:
+    """A trial state of the integrator may be far away: the next one does not start from it."""
+    data = MbsData(make(tmp_path, LAMP) / "dataR" / "robot.mbs")
+    with loaded(data):
+        code = choose_code(data, language)
+        assert close(data, code)
+        y = np.concatenate([data.q[code.free], data.qd[code.free]])
+        near = code.accelerate(0.0, y)
+        assert np.isfinite(near).all()
+        for away in (1.0, 2.0, 3.0, 1e9):
+            code.accelerate(0.0, y + away)
+            assert np.array_equal(code.accelerate(0.0, y), near)
+
+
+# --- C and Python ---
+
+
+@needs_gcc
 @pytest.mark.slow
-def test_the_biped_stands_on_generated_files_alone(tmp_path: Path) -> None:
-    """0.3 s on its contacts: it sinks in by about their depth, and is still then."""
-    project = from_the_page(tmp_path, forces={})
-    with user_functions(project) as user:
-        data = Robotran(project, user)
-        robot = user["user_dirdyn"].robot
-        height, tilt = (data.joint_id[f"floating_base_{k}"] for k in ("T3", "R2"))
-        start = np.array(data.q)
-        for _ in data.run(0.3, robot.TIME_STEP):
-            pass
-        weight = sum(robot.contact_force(data, f"{side}_foot")[2] for side in ("left", "right"))
-    total = sum(body.mass or 0.0 for body in data.mbs.bodies) * 9.81
-    moved = data.q - start
-    assert -0.006 < moved[height] < 0.0
-    assert abs(moved[tilt]) < 0.05
-    assert np.abs(moved).max() < 0.05
-    assert np.abs(data.qd).max() < 0.05
-    assert weight == pytest.approx(total, rel=0.02)
-    # accelred, dirdyna and invdyna say the same
-    n, free = data.njoint, data.free
-    m, c, phi = np.zeros((n + 1, n + 1)), np.zeros(n + 1), np.zeros(n + 1)
-    data.mbs_dirdyna(m, c, data, 1.0)
-    data.mbs_invdyna(phi, data, 1.0)
-    assert np.allclose((m @ data.qdd + c)[free], data.Qq[free], rtol=0, atol=1e-9 * total)
-    assert np.allclose(phi[free], data.Qq[free], rtol=0, atol=1e-9 * total)
+def test_the_biped_stands_and_is_pushed_the_same_way_in_every_language(tmp_path: Path) -> None:
+    """With contacts, a wrench, a push, and user functions in C, in Python, and called from C."""
+    project = from_the_page(tmp_path, "both", forces={
+        "wrenches": {"push": {"link": "chest", "force": [20, 0, 0], "start": 0.05, "stop": 0.1}}
+    })  # fmt: skip
+    more: dict[str, Any] = {"time": 0.15, "method": "RK45", "push": ["head:0,9,0@0.03..0.08"]}
+    plain = simulate(project, language="python", **more)
+    in_c = simulate(project, language="c", **more)
+    by_itself = simulate(project, time=0.001)
+    file = project / "userfctR" / "user_JointForces.py"
+    file.write_text(file.read_text() + "    # changed\n")
+    mixed = simulate(project, **more)
+    languages = [results.language for results in (plain, in_c, by_itself, mixed)]
+    assert languages == ["Python", "C", "C", "C, user functions in Python"]
+    for results in (in_c, mixed):
+        for name in ("q", "qd", "Qq"):
+            wanted, found = getattr(plain, name), getattr(results, name)
+            assert np.allclose(found, wanted, rtol=0, atol=1e-9 * np.abs(wanted).max()), name
+    # it stands on its feet, is pushed, and leans
+    total = sum(body.mass or 0.0 for body in plain.data.mbs.bodies) * 9.81
+    weight = sum(rows[:, 2] for name, rows in plain.external.items() if "contact" in name)
+    assert weight[4:10].mean() == pytest.approx(total, rel=0.2)
+    pushed = plain.external["push"][:, 0]
+    assert [round(t, 2) for t, force in zip(plain.time, pushed, strict=True) if force] == [
+        0.05, 0.06, 0.07, 0.08, 0.09,
+    ]  # fmt: skip
+    lean = plain.joint("floating_base_R1")
+    assert abs(lean[-1]) > 10 * abs(lean[3])
 
 
-def test_a_falling_floating_robot_keeps_its_energy(tmp_path: Path) -> None:
-    """It tumbles and swings its limbs; nothing brakes it."""
-    project = from_the_page(tmp_path, posture={}, forces={})
-    with user_functions(project) as user:
-        data = Robotran(project, user)
-        for kind in data.user_model["joint_forces"]:
-            data.user_model["joint_forces"][kind] = 0.0
-        rng = np.random.default_rng(11)
-        for k in data.free:
-            data.q[k] += rng.uniform(-0.5, 0.5)
-            data.qd[k] = rng.uniform(-2.0, 2.0)
-        data.q[data.joint_id["floating_base_T3"]] += 5.0
-        before, moving = data.energy(), data.energy(kinetic=True)
-        for _ in data.run(0.5, 1e-3):
-            pass
-    assert data.energy(kinetic=True) > 2 * moving, "it falls"
-    assert abs(data.energy() - before) <= 1e-10 * moving
+@needs_gcc
+def test_a_robot_without_a_config_stands(tmp_path: Path, capsys: Any) -> None:
+    folder = tmp_path / "stands"
+    source = str(ROOT / "configs/biped.urdf.xacro")
+    assert main(["simulate", source, "-o", str(folder), "--time", "0.3"]) == 0
+    assert "it stands on left_foot, right_foot" in capsys.readouterr().out
+    q = np.loadtxt(folder / "resultsR" / "dirdyn_q.res")
+    height = MbsData(folder / "dataR" / "stands.mbs").joint_id["floating_base_T3"]
+    assert np.ptp(q[:, height]) < 0.005
+    falls = [source, "-o", str(tmp_path / "falls"), "--set", "posture.hold={}", "--time", "0.3"]
+    assert main(["simulate", *falls]) == 0
+    assert "stands" not in capsys.readouterr().out
+    q = np.loadtxt(tmp_path / "falls" / "resultsR" / "dirdyn_q.res")
+    assert np.ptp(q[:, height]) > 0.4
+
+
+def test_what_is_compiled_is_kept_and_never_half(tmp_path: Path) -> None:
+    from urdf2mbs.runtime.equations import cache_folder, keep
+
+    assert str(cache_folder()).endswith("urdf2mbs")
+    file = tmp_path / "folder" / "file"
+    keep(file, b"one")
+    keep(file, b"two")
+    assert file.read_bytes() == b"two"
+    assert [path.name for path in file.parent.iterdir()] == ["file"]
+
+
+# --- forces ---
+
+
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_a_push_moves_the_centre_of_mass(language: str) -> None:
+    """F t = m v, while nothing else acts."""
+    results = simulate(
+        TINY_FILE, time=0.4, push=[Push("arm", (3.0, -2.0, 5.0), 0.1, 0.3)], language=language,
+        base="floating", gravity=(0.0, 0.0, 0.0), **TIGHT,
+    )  # fmt: skip
+    truth = Truth(results.data)
+    q, qd = results.q[-1][truth.order], results.qd[-1][truth.order]
+    pin.centerOfMass(truth.model, truth.data, q, qd)
+    mass = sum(body.mass or 0.0 for body in results.data.mbs.bodies)
+    assert mass * truth.data.vcom[0] == pytest.approx(0.2 * np.array([3, -2, 5]), abs=1e-9)
+    still_there = simulate(
+        TINY_FILE, time=0.4, language=language, base="floating", gravity=(0.0, 0.0, 0.0)
+    )  # fmt: skip
+    assert not still_there.qd[:, 1:].any(), "the push was of the other run"
+
+
+def test_a_short_push_is_not_stepped_over() -> None:
+    """A robot at rest lets the integrator take steps that are longer than the push."""
+    results = simulate(
+        TINY_FILE, time=3.0, push=["arm:0,0,500@2.5..2.501"], language="python", base="floating",
+        gravity=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    truth = Truth(results.data)
+    pin.centerOfMass(
+        truth.model, truth.data, results.q[-1][truth.order], results.qd[-1][truth.order]
+    )
+    mass = sum(body.mass or 0.0 for body in results.data.mbs.bodies)
+    assert mass * truth.data.vcom[0][2] == pytest.approx(0.5, rel=1e-3)
+
+
+def test_a_push_that_cannot_be_read_or_placed() -> None:
+    for text in ("arm", "arm:1,2", "arm:1,2,x@0..1", "arm:1,2,3@0.5"):
+        with pytest.raises(ConversionError, match=r"it reads LINK:FX,FY,FZ@START\.\.STOP"):
+            simulate(TINY_FILE, push=[text])
+    with pytest.raises(ConversionError, match="no body and no point 'amr'") as caught:
+        simulate(TINY_FILE, push=["amr:1,2,3@0..1"])
+    assert caught.value.hint == "did you mean 'arm'?"
+
+
+# --- results ---
+
+
+def test_results_are_robotrans_files(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY, passes={"sensors": {"links": ["tool"]}})
+    results = simulate(project, time=0.1, language="python", rate=50.0)
+    results.write()
+    folder = project / "resultsR"
+    for name in ("q", "qd", "qdd", "Qq"):
+        rows = np.loadtxt(folder / f"dirdyn_{name}.res")
+        assert np.array_equal(rows, getattr(results, name))
+        assert np.allclose(rows[:, 0], [0, 0.02, 0.04, 0.06, 0.08, 0.1], rtol=0, atol=1e-15)
+    anim = (project / "animationR" / "dirdyn_q.anim").read_bytes()
+    assert anim == (folder / "dirdyn_q.res").read_bytes()
+    head, *lines = (folder / "dirdyn.csv").read_text().splitlines()
+    assert head.startswith("time,q.")
+    assert len(lines) == 6
+    column = head.split(",").index("q.shoulder")
+    assert float(lines[-1].split(",")[column]) == results.joint("shoulder")[-1] != 0.0
+    # a sensor against Pinocchio
+    truth, sensor = Truth(results.data), results.sensor("tool_sensor")
+    frame = truth.model.getFrameId("hand/tool")
+    for q, position in zip(results.q, sensor.P, strict=True):
+        pin.framesForwardKinematics(truth.model, truth.data, q[truth.order])
+        assert np.allclose(position, truth.data.oMf[frame].translation, rtol=0, atol=1e-12)
+
+
+def test_driven_joints_feel_what_drives_them(tmp_path: Path) -> None:
+    """Qc of driven joints: M qdd + c - Qq."""
+    project = make(tmp_path, TINY, base="fixed", pipeline="faithful")
+    file = project / "userfctR" / "user_JointForces.py"
+    file.write_text(file.read_text() + "    mbs_data.Qq[1:] += 0.5\n")
+    results = simulate(project, time=0.05, language="python")
+    data = results.data
+    driven = data.qc[1:]
+    assert len(driven)
+    for body in data.mbs.bodies:
+        for joint in body.joints:
+            joint.nature = "independent"  # Pinocchio has no driven joints
+    truth = Truth(data)
+    for q, qd, qdd, held, force in zip(
+        results.q, results.qd, results.qdd, results.Qc, results.Qq, strict=True
+    ):
+        tau = np.zeros(data.njoint + 1)
+        tau[truth.order] = pin.rnea(
+            truth.model, truth.data, *(x[truth.order] for x in (q, qd, qdd))
+        )
+        assert np.allclose(held[driven], (tau - force)[driven], rtol=0, atol=1e-9)
+
+
+# --- what goes wrong ---
+
+
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_a_user_function_that_raises_is_shown_with_its_line(tmp_path: Path, language: str) -> None:
+    project = make(tmp_path, TINY)
+    file = project / "userfctR" / "user_JointForces.py"
+    text = file.read_text()
+    file.write_text(text + "    if tsim > 0.01:\n        mbs_data.Qq[99] = 1.0\n")
+    with pytest.raises(ConversionError, match=r"at 0\.01\d* s: IndexError: index 99") as caught:
+        simulate(project, time=0.1, language=language, method="RK45")
+    assert caught.value.file == str(file)
+    assert caught.value.line == len(text.splitlines()) + 2
+    assert caught.value.code == "user-function-failed"
+
+
+def test_a_user_function_in_c_that_does_not_compile_is_shown(tmp_path: Path) -> None:
+    if shutil.which("cc") is None:
+        pytest.skip("there is no C compiler")
+    project = make(tmp_path, TINY, language="c")
+    file = project / "userfctR" / "user_JointForces.c"
+    text = file.read_text()
+    file.write_text(text + "int x = nothing;\n")
+    with pytest.raises(ConversionError, match="nothing") as caught:
+        simulate(project, time=0.1)
+    assert caught.value.code == "not-compiled"
+    assert (caught.value.file, caught.value.line) == (str(file), len(text.splitlines()) + 1)
+
+
+@pytest.mark.parametrize("method", ["RK45", "Radau", "LSODA"])
+def test_a_step_that_cannot_be_taken(tmp_path: Path, method: str) -> None:
+    project = make(tmp_path, TINY)
+    file = project / "userfctR" / "user_JointForces.py"
+    more = (
+        "    mbs_data.Qq[mbs_data.joint_id['wrist_roll']] += 9.0 if tsim < 0.05 else float('nan')\n"
+    )
+    file.write_text(file.read_text() + more)
+    said = r"no step from 0\.0[45]\S* s is short enough: joint 'wrist_roll' has .* force is 9 N m"
+    with pytest.raises(ConversionError, match=said) as caught:
+        simulate(project, time=0.1, language="python", method=method)
+    assert caught.value.code == "step-failed"
+
+
+@needs_gcc
+def test_a_loop_of_the_user_reads_an_imu_in_both_languages(tmp_path: Path) -> None:
+    """The lines that the templates offer as comments."""
+    project = make(
+        tmp_path, TINY, base="fixed", language="both", passes={"sensors": {"links": ["tool"]}}
+    )  # fmt: skip
+    number = MbsData(project / "dataR" / "robot.mbs").sensor_id["tool_sensor"]
+    python, c = (project / "userfctR" / f"user_dirdyn.{end}" for end in ("py", "c"))
+    text = python.read_text().replace("    # ", "    ").replace('"imu")', '"tool")')
+    python.write_text(text)
+    inside = re.search(r"/\* (MbsSensor.*?) \*/", c.read_text(), re.DOTALL)
+    assert inside is not None
+    lines = inside[1].replace("     * ", "    ").replace("imu_id", str(number))
+    c.write_text('#include "set_output.h"\n' + c.read_text().replace(inside[0], lines))
+    read = {}
+    for language in ("python", "c"):
+        results = simulate(project, time=0.2, language=language, method="RK45", rtol=1e-9)
+        read[language] = results.outputs["imu_z"]
+    assert len(read["c"]) > 3
+    assert np.ptp(read["c"][:, 1]) > 0.1, "it swings"
+    assert np.allclose(read["c"], read["python"], rtol=0, atol=1e-9)
+
+
+def test_equations_of_another_model_are_refused(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY, passes={"equations": {"language": "python"}})
+    model = project / "dataR" / "robot.mbs"
+    model.write_text(model.read_text().replace("<type>R1</type>", "<type>R2</type>", 1))
+    with pytest.raises(ConversionError, match="not of the model") as caught:
+        simulate(project, language="python")
+    assert caught.value.code == "equations-of-another-model"
+
+
+def test_user_code_ends_a_run_and_gives_outputs(tmp_path: Path, capsys: Any) -> None:
+    project = make(tmp_path, TINY)
+    file = project / "userfctR" / "user_dirdyn.py"
+    file.write_text(file.read_text().replace(
+        "    robot.check_step(mbs_data)\n",
+        "    robot.check_step(mbs_data)\n"
+        "    mbs_data.set_output(mbs_data.tsim ** 2, 'square')\n"
+        "    mbs_data.flag_stop = mbs_data.tsim > 0.05\n",
+    ))  # fmt: skip
+    results = simulate(project, language="python")
+    assert results.stopped
+    assert 0.05 < results.outputs["square"][-1, 0] < 0.2
+    assert np.allclose(results.outputs["square"][:, 1], results.outputs["square"][:, 0] ** 2)
+    assert results.time[-1] <= results.outputs["square"][-1, 0]
+    assert main(["simulate", str(project), "--language", "python"]) == 1
+    assert "a user function has stopped the run at 0." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_robotrans_equations_without_accelred_get_one(tmp_path: Path, language: str) -> None:
+    """Robotran's own are in Python without it: dirdyna of the project is what moves."""
+    project = make(
+        tmp_path, TINY, language=language, passes={"equations": {"language": language}}
+    )  # fmt: skip
+    wanted = simulate(project, time=0.1, language=language)
+    (file,) = project.glob("symbolicR/mbs_accelred_robot.*")
+    file.unlink()
+    found = simulate(project, time=0.1, language=language)
+    assert np.allclose(found.q, wanted.q, rtol=0, atol=1e-7)
+    if language == "python":
+        file = project / "symbolicR" / "mbs_dirdyna_robot.py"
+        file.write_text(file.read_text() + "\n\ndef dirdyna(M, c, s, tsim):\n    1 / 0\n")
+        with pytest.raises(ZeroDivisionError):
+            simulate(project, time=0.1, language=language)
+
+
+def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
+    with pytest.raises(ConversionError, match=r"its dataR has 0 \.mbs files") as caught:
+        simulate(tmp_path)
+    assert (caught.value.code, caught.value.exit_code) == ("project-unknown", 2)
+    with pytest.raises(ConversionError, match="there is no integrator 'Euler'"):
+        simulate(TINY_FILE, method="Euler")
+    mistake = tmp_path / "mistake.py"
+    mistake.write_text(WRONG)
+    with pytest.raises(ConversionError, match="is not the same robot") as caught:
+        simulate(TINY_FILE, plugins=[mistake], after={"reframe-inertia": ["wrong"]})
+    assert (caught.value.code, caught.value.exit_code) == ("not-the-same", 3)
+
+
+def test_dependent_joints_want_user_functions(tmp_path: Path) -> None:
+    project = make(tmp_path, CHAIN, base="fixed")
+    alone = tmp_path / "alone.mbs"
+    alone.write_bytes((project / "dataR" / "robot.mbs").read_bytes())
+    with pytest.raises(ConversionError, match=r"2 joints are dependent.* 0 of user_cons") as caught:
+        simulate(alone)
+    assert caught.value.code == "partition"
+
+
+def test_a_joint_without_matter_has_no_equations(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY, base="fixed")
+    model = project / "dataR" / "robot.mbs"
+    text = re.sub(r"(?s)<mass>.*?</mass>|<inertia>.*?</inertia>", "", model.read_text())
+    model.write_text(text)
+    with pytest.raises(ConversionError, match="no matter moves with joint") as caught:
+        simulate(project, language="python")
+    assert caught.value.code == "equations-not-generated"
+
+
+def test_user_functions_in_c_alone_do_not_run_in_python(tmp_path: Path) -> None:
+    with pytest.raises(ConversionError, match="are in C only"):
+        simulate(make(tmp_path, TINY, language="c"), language="python")
+
+
+@needs_gcc
+def test_c_gets_numbers_only(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY, language="c")
+    model = project / "dataR" / "robot.mbs"
+    model.write_text(model.read_text().replace("<type>scalar</type>", "<type>vector</type>", 1))
+    with pytest.raises(ConversionError, match="is a vector, and C user functions") as caught:
+        simulate(project)
+    assert caught.value.code == "user-model-in-c"
+
+
+@pytest.mark.parametrize("language", ["python", pytest.param("c", marks=needs_gcc)])
+def test_user_states_are_integrated(tmp_path: Path, language: str) -> None:
+    """u' = -3 u, from the value that the .mbs gives."""
+    project = make(tmp_path, TINY)
+    model = project / "dataR" / "robot.mbs"
+    state = (
+        "<user_model><name>filter</name><parameter><name>u</name><type>state</type>"
+        "<value>2.0</value></parameter></user_model>"
+    )
+    text = model.read_text()
+    model.write_text(text.replace("</user_models>", state + "</user_models>"))
+    (project / "userfctR" / "user_Derivative.py").write_text(
+        "def user_derivatives(mbs_data):\n"
+        "    u = mbs_data.user_model['filter']['u']\n"
+        "    mbs_data.uxd[u] = -3.0 * mbs_data.ux[u]\n"
+    )
+    results = simulate(project, time=0.5, language=language, **TIGHT)
+    u = results.kept["ux"][:, 1]
+    assert np.allclose(u, 2.0 * np.exp(-3.0 * results.time), rtol=0, atol=1e-8)

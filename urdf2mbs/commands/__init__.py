@@ -27,6 +27,7 @@ COMMANDS = {
     "run": "convert as a config file says, or as several do",
     "convert": "convert one robot, or a folder of them, without a config file",
     "report": "convert, and write one HTML page to look at instead",
+    "simulate": "let a robot, a project or an .mbs move, and write Robotran's results",
     "verify": "compare a robot with an .mbs file: are they the same?",
     "diff": "say what differs between two .mbs files",
     "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",

@@ -62,11 +62,14 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
 
 
 def _versions() -> dict[str, str]:
+    from urdf2mbs.runtime.c_code import compiler
+
     needed = _requirements("")
     return {
         "urdf2mbs": f"{version('urdf2mbs')} ({Path(__file__).parents[1]})",
         "Python": f"{platform.python_version()} ({sys.executable})",
         "system": f"{platform.system()} {platform.machine()}",
+        "C compiler": compiler() or "none: simulations run in Python",
         **{name: version_of(name) or "MISSING" for name in needed},
     }
 

@@ -92,7 +92,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print(f"  {name} is not generated: {why}")
     main = project / "workR" / "main.py"
     if arguments.language == "python" and main.is_file():
-        print(f"Next: python {near(main)}   (wants Robotran's MBsysPy)")
+        print(f"Next: python {near(main)}, or urdf2mbs simulate {near(project)}")
     else:
         print("Next: call them, as docs/equations.md says; in a project Robotran does")
     print("      they belong to this model: make them anew when it has changed")

@@ -120,8 +120,8 @@ def next_steps(conversion: Conversion) -> str:
     main = settings.project / "workR" / "main.py"
     run = f"python {near(main)}" if main in conversion.starters else "build workR by its CMakeLists"
     return (
-        f"Next: open {model} in MBSysPad; its equations: urdf2mbs equations {model}\n"
-        f"      {run}   (wants Robotran's MBsysPy or MBsysC; see docs/first-simulation.md)"
+        f"Next: let it move: urdf2mbs simulate {near(settings.project)}\n"
+        f"      in Robotran: open {model} in MBSysPad; {run} (see docs/first-simulation.md)"
     )
 
 

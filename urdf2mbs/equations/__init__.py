@@ -3,8 +3,9 @@
 See ``docs/how-equations-are-made.md``.
 """
 
-from urdf2mbs.equations.constraints import constant_gaps, drops_row
+from urdf2mbs.equations.constraints import constant_gaps, count_equations, drops_row
 from urdf2mbs.equations.files import (
+    ENERGY,
     FUNCTIONS,
     NEVER_CLOSES,
     Equations,
@@ -12,5 +13,6 @@ from urdf2mbs.equations.files import (
 )
 
 __all__ = [
-    "FUNCTIONS", "NEVER_CLOSES", "Equations", "constant_gaps", "drops_row", "generate",
+    "ENERGY", "FUNCTIONS", "NEVER_CLOSES", "Equations", "constant_gaps", "count_equations",
+    "drops_row", "generate",
 ]  # fmt: skip

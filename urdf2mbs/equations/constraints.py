@@ -48,6 +48,11 @@ def constraints(tree: Tree) -> list[Constraint]:
     return [constraint for constraint in every_constraint(tree) if constraint.movable]
 
 
+def count_equations(mbs: Mbs) -> int:
+    """How many equations the cuts make."""
+    return len(constraints(Tree(mbs)))
+
+
 def drops_row(mbs: Mbs) -> bool:
     """True if Robotran leaves out an equation of a cut, as that of a ball in a planar loop."""
     return not all(constraint.movable for constraint in every_constraint(Tree(mbs)))

@@ -72,6 +72,8 @@ def generate(
     keep_turns: bool = False,
     pairs: bool = True,
     energy: bool = False,
+    functions: Iterable[str] = FUNCTIONS,
+    reduced: bool = False,
 ) -> Equations:
     """Generate the equations of a model.
 
@@ -79,7 +81,8 @@ def generate(
     constants as numbers; else masses, centres of mass, inertias and points are read from the
     data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
     compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
-    functions ``energy``, ``momentum`` and ``com``.
+    functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that are wanted.
+    ``reduced``: accelred calls dirdyna, whatever the model.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -101,12 +104,12 @@ def generate(
             (numbers[joint.name], joint.name, joint.q or 0.0)
             for body in mbs.bodies for joint in body.joints if is_fixed(joint)
         ]  # fmt: skip
-    maker = Maker(mbs, fold=fold, keep_turns=keep_turns)
+    maker = Maker(mbs, fold=fold, keep_turns=keep_turns, reduced=reduced)
     in_c = language == "c"
     writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
-    for name in (*FUNCTIONS, *(ENERGY if energy else ())):
+    for name in (*functions, *(ENERGY if energy else ())):
         if name in ONLY_C and not in_c:
             continue
         made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
@@ -177,8 +180,8 @@ def _remarks(
 class Maker:
     """The functions of one model, or why there is none."""
 
-    def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool) -> None:
-        self.mbs = mbs
+    def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool, reduced: bool = False) -> None:
+        self.mbs, self.reduced = mbs, reduced
         self.tree = partial(Tree, mbs, fold=fold, keep_turns=keep_turns)
         points = [point for body in mbs.bodies for point in body.points]
         self.has_points = any(point.sensor or point.extforce for point in points)
@@ -214,7 +217,8 @@ class Maker:
 
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
-        if self.mbs.cuts or any(f.joint.nature == "dependent" for f in tree.frames[1:]):
+        dependent = any(f.joint.nature == "dependent" for f in tree.frames[1:])
+        if self.reduced or self.mbs.cuts or dependent:
             return self.invdynared()
         try:
             qdd = accelerations(tree, self.tree(graph=tree.graph))

@@ -1,4 +1,4 @@
-/* Declarations of our own, with the names that MBsysC's user functions use: for tests only. */
+/* Declarations of our own, with the names that MBsysC's equations and user functions use. */
 #ifndef MBS_DATA_h
 #define MBS_DATA_h
 #include "mbs_user_interface.h"
@@ -15,6 +15,9 @@ typedef struct MbsData {
     double tsim;
     double *m, *lrod, *Z, *Zd, *Fl;
     double **l, **In, **frc, **trq;
+    int nqu, nqv, Nux, *qu, *qv;
+    double *guess; /* of the dependent joints: where Newton's method starts, from index 0 */
+    double *qd0, *Lambda;
 } MbsData;
 
 void mbs_delete_data(MbsData *mbs_data);

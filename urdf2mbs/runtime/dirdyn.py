@@ -1,0 +1,240 @@
+"""Direct dynamics: scipy's integrators drive the project's equations and user functions.
+
+The state is q and qd of the independent joints, and the user states.  ``accelred`` closes the loops
+by Newton's method (coordinate reduction) and gives the accelerations.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.project import starters
+from urdf2mbs.runtime.data import MbsData
+from urdf2mbs.runtime.equations import SimulationError
+from urdf2mbs.runtime.push import add_pushes
+from urdf2mbs.runtime.python_code import PythonCode, loaded, shown
+from urdf2mbs.runtime.results import Recorder, Results
+
+#: scipy's method that takes explicit steps, and implicit ones where the forces are stiff.
+METHOD = "LSODA"
+#: scipy's methods, and Robotran's names for the same.
+METHODS = (METHOD, "RK45", "DOP853", "RK23", "Radau", "BDF")
+ROBOTRAN = {"RK4": "RK45", "Dopri5": "RK45"}
+
+#: The options of MbsDirdyn, by Robotran's names, with the values that they have here.
+OPTIONS: dict[str, Any] = {
+    "t0": 0.0, "tf": 5.0, "dt0": 1e-3, "dt_max": np.inf, "integrator": METHOD,
+    "rtoler": 1e-6, "atoler": 1e-8, "framerate": 100.0, "language": None,
+    "save2file": 1, "resfilename": "dirdyn", "respath": None, "animpath": None,
+}  # fmt: skip
+#: Others of Robotran's, which change nothing here.
+WITHOUT_EFFECT = frozenset([
+    "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
+    "flag_waypoint", "delta_t_wp", "flag_baumgarte_stabilization", "baumgarte_alpha",
+    "baumgarte_beta",
+])  # fmt: skip
+
+
+class MbsPart:
+    """Partition: it is that of the .mbs, and the loops must close at the start."""
+
+    def __init__(self, mbs_data: MbsData) -> None:
+        self.mbs_data = mbs_data
+
+    def set_options(self, **_: Any) -> None:
+        """The partition of the .mbs needs none of Robotran's options."""
+
+    def run(self) -> None:
+        """Close the loops at the start; mbs_data.DonePart is 1 then."""
+        data = self.mbs_data
+        with loaded(data), shown(data):
+            data.DonePart = int(close(data, PythonCode(data)))
+
+
+class MbsDirdyn:
+    """A direct dynamics: set its options, and run it."""
+
+    def __init__(self, mbs_data: MbsData) -> None:
+        self.mbs_data = mbs_data
+        self.options = dict(OPTIONS)
+
+    def set_options(self, **options: Any) -> None:
+        """By Robotran's names; see ``OPTIONS``.  ``integrator`` is one of scipy's methods, and
+        ``dt0`` its first step (s)."""
+        for name, value in options.items():
+            if name in OPTIONS:
+                self.options[name] = value
+            elif name not in WITHOUT_EFFECT:
+                raise ConfigError("usage", f"MbsDirdyn has no option '{name}'")
+
+    def get_options(self, name: str) -> Any:
+        return self.options[name]
+
+    def run(self) -> Results:
+        """Integrate from t0 to tf; the results are written if ``save2file`` is set.
+
+        Raises ConversionError where a step cannot be taken, the loops cannot be closed, or user
+        code raises; it names time, joint and force, or file and line.
+        """
+        data, options = self.mbs_data, self.options
+        with loaded(data), shown(data):
+            add_pushes(data)
+            code = choose_code(data, options["language"])
+            results = integrate(data, code, options, self)
+        if options["save2file"]:
+            folders = options["respath"], options["animpath"]
+            results.write(options["resfilename"], *(folder and Path(folder) for folder in folders))
+        return results
+
+
+def choose_code(data: MbsData, language: str | None) -> PythonCode:
+    """C where there is a compiler, unless a language is given.
+
+    User functions are those in C, where the project has them; by itself only if those in Python
+    are as urdf2mbs wrote them.
+    """
+    from urdf2mbs.runtime.c_code import CCode, compiler
+
+    if language not in (None, "c", "python"):
+        raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
+    if language == "python" or (language is None and compiler() is None):
+        written = {file.suffix for file in data.user_path.glob("user_JointForces.*")}
+        if written == {".c"}:
+            raise ConfigError(
+                "usage", "the user functions of this project are in C only",
+                hint="install a C compiler, and leave --language python out",
+            )  # fmt: skip
+        return PythonCode(data)
+    return CCode(data, user_in_c=language == "c" or not _has_own_python(data))
+
+
+def _has_own_python(data: MbsData) -> bool:
+    """True if somebody has changed or written user functions in Python."""
+    written = starters("python", data.mbs_name)
+    return any(
+        written.get(f"userfctR/{file.name}") != file.read_bytes()
+        for file in data.user_path.glob("user_*.py")
+    )
+
+
+def close(data: MbsData, code: PythonCode) -> bool:
+    """Solve the constraints at the present position; False if that cannot be done."""
+    closed = bool(np.isfinite(code.accelerate(data.tsim, _state(data, code))).all())
+    code.guess[:] = data.q[code.dependent]
+    return closed
+
+
+def _state(data: MbsData, code: PythonCode) -> Any:
+    return np.concatenate([data.q[code.free], data.qd[code.free], data.ux[1:]])
+
+
+def integrate(
+    data: MbsData, code: PythonCode, options: dict[str, Any], dirdyn: MbsDirdyn
+) -> Results:
+    """Step from t0 to tf.  After each step: the user's loop; then the frames that it has passed."""
+    time, end = float(options["t0"]), float(options["tf"])
+    data.tsim = time
+    if not close(data, code):
+        raise _no_partition(data)
+    code.call("user_dirdyn_init", dirdyn)
+    from scipy.integrate import DOP853, RK23, RK45  # which takes 0.2 s
+
+    recorder, y = Recorder(data, code), _state(data, code)
+    frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
+    recorder.add(time, y)
+    count = 1
+    for stop in [*_breaks(data, time, end), end]:
+        # a force that begins at this time has not begun at the end of the step before
+        last = stop if stop == end else np.nextafter(stop, time)
+        solver = _solver(code, time, y, last, options)
+        while solver.status == "running" and not data.flag_stop:
+            _step(data, code, solver)
+            time, y = float(solver.t), solver.y
+            if not isinstance(solver, (RK23, RK45, DOP853)):  # these have computed it last
+                code.accelerate(time, y)
+            code.guess[:] = data.q[code.dependent]
+            if code.has_loop:
+                code.react()
+                code.call("user_dirdyn_loop", dirdyn)
+                if hasattr(solver, "f"):
+                    solver.f = code.accelerate(time, y)  # the loop may have changed the forces
+            passed = int(np.searchsorted(frames, time, side="right"))
+            if passed > count:
+                between = solver.dense_output()
+                for frame in frames[count:passed]:
+                    recorder.add(float(frame), y if frame == time else between(frame))
+                count = passed
+        time = stop
+    code.call("user_dirdyn_finish", dirdyn)
+    return recorder.results()
+
+
+def _solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str, Any]) -> Any:
+    """One of scipy's, from a time and state."""
+    name = ROBOTRAN.get(options["integrator"], options["integrator"])
+    if name not in METHODS:
+        raise ConfigError(
+            "usage", f"there is no integrator '{name}'", hint=f"there are {', '.join(METHODS)}"
+        )
+    from scipy import integrate as scipy_integrate  # which takes 0.2 s
+
+    return getattr(scipy_integrate, name)(
+        code.accelerate, time, y, end, rtol=options["rtoler"], atol=options["atoler"],
+        max_step=options["dt_max"], first_step=min(options["dt0"], end - time),
+    )  # fmt: skip
+
+
+def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
+    """One step of a solver.
+
+    Raises ConversionError where none is short enough: it names the joint that accelerates most at
+    the state before, and the largest forces.
+    """
+    time, y = solver.t, solver.y.copy()
+    with suppress(ValueError):  # the implicit methods raise it where a number is not finite
+        solver.step()
+        if solver.status != "failed" and np.isfinite(solver.y).all():
+            return
+    code.accelerate(time, y)
+    joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
+    number = data.joint_id[joint]
+    text = (
+        f"no step from {time:g} s is short enough: joint '{joint}' has {data.qdd[number]:.3g} "
+        f"rad/s^2 or m/s^2, and its force is {data.Qq[number]:.3g} N m or N"
+    )
+    if data.extforce_id:
+        sizes = np.linalg.norm(data.SWr[1:, 1:4], axis=1)
+        force = list(data.extforce_id)[int(sizes.argmax())]
+        text += f"; the largest external force is '{force}' with {sizes.max():.3g} N"
+    raise SimulationError(
+        "step-failed", text, file=str(data.mbs_file),
+        hint="take softer contacts, stops and gains, or an implicit method: --method Radau",
+    )  # fmt: skip
+
+
+def _breaks(data: MbsData, time: float, end: float) -> list[float]:
+    """The times at which a force begins or ends: no step goes over one."""
+    times = {t for push in data.pushes for t in (push.start, push.stop)} | {
+        float(model[name])
+        for model in data.user_model.values()
+        if {"start", "stop"} <= model.keys()
+        for name in ("start", "stop")
+    }
+    return sorted(t for t in times if time < t < end)
+
+
+def _no_partition(data: MbsData) -> SimulationError:
+    names = {number: name for name, number in data.joint_id.items()}
+    dependent = ", ".join(names[int(number)] for number in data.qv[1:])
+    return SimulationError(
+        "partition",
+        f"no acceleration can be found at {data.tsim:g} s"
+        + (f": {dependent} cannot be dependent together at this position" if dependent else ""),
+        file=str(data.mbs_file),
+        hint="choose another start position, or other dependent joints",
+    )

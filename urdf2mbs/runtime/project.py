@@ -1,0 +1,117 @@
+"""``simulate``: from a config, a project, a robot or an .mbs to its motion."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.files import absolute, is_folder
+from urdf2mbs.disk.output import write
+from urdf2mbs.engine.config import Config, Project, from_values, load
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.runtime.c_code import compiler
+from urdf2mbs.runtime.data import MbsData
+from urdf2mbs.runtime.dirdyn import METHOD, MbsDirdyn
+from urdf2mbs.runtime.push import Push, parse
+from urdf2mbs.runtime.results import Results
+from urdf2mbs.urdf.reader import stem
+
+
+def simulate(
+    source: Config | str | os.PathLike[str],
+    *,
+    time: float = 2.0,
+    push: Sequence[Push | str] = (),
+    method: str = METHOD,
+    language: str | None = None,
+    rate: float = 100.0,
+    rtol: float = 1e-6,
+    atol: float = 1e-8,
+    project: str | os.PathLike[str] | None = None,
+    options: Mapping[str, Mapping[str, Any]] | None = None,
+    **fields: Any,
+) -> Results:
+    """Simulate a Robotran project for ``time`` seconds.
+
+    ``source`` is a project's folder, an .mbs, a robot or a config.  A config's project is made
+    where the config says; another robot's in the folder ``project``, or in a temporary one.
+    ``options`` and ``fields`` are as in ``convert``.
+
+    ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is one of
+    scipy's integrators, with its ``rtol`` and ``atol``; the results have ``rate`` frames a second.
+    ``language``: ``c`` or ``python``; by itself C where there is a compiler.
+
+    The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
+    """
+    keep = None
+    model = None if isinstance(source, Config) else model_of(Path(source))
+    if model is None:
+        if options is not None:
+            fields["passes"] = options
+        if not isinstance(source, Config) and Path(source).suffix.lower() in (".yaml", ".yml"):
+            config, lines = load(Path(source))
+            config = msgspec.structs.replace(config, **fields)
+        else:
+            given = source if isinstance(source, Config) else {"source": source}
+            config, lines = from_values(given, **fields)
+        if project is None:
+            keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
+            project = Path(keep.name, stem(Path(config.source)))
+        model = make(Pipeline(with_project(config, Path(project)), lines).run())
+    data = MbsData(model)
+    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(
+        tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
+        save2file=0,
+    )  # fmt: skip
+    results = dirdyn.run()
+    results.keep = keep
+    return results
+
+
+def model_of(place: Path) -> Path | None:
+    """The .mbs of a project's folder, or the .mbs itself; None: it is a robot or a config.
+
+    Raises ConfigError for a folder that is no project.
+    """
+    if place.suffix.lower() == ".mbs":
+        return place
+    if not is_folder(place):
+        return None
+    models = sorted(place.glob("dataR/*.mbs"))
+    if len(models) != 1:
+        raise ConfigError(
+            "project-unknown",
+            f"the folder '{place}' is no Robotran project: its dataR has {len(models)} .mbs files",
+            hint="name the .mbs itself",
+        )
+    return models[0]
+
+
+def with_project(config: Config, folder: Path) -> Config:
+    """The config of a project: that of the config itself, else one in ``folder``."""
+    if isinstance(config.output, Project):
+        return config
+    languages: list[Any] = ["python", *(["c"] if compiler() else [])]
+    return msgspec.structs.replace(config, output=Project(str(absolute(folder)), languages))
+
+
+def make(conversion: Conversion, *, force: bool = False) -> Path:
+    """Write a project; gives its .mbs.  Raises ConversionError if it is not the same robot."""
+    write(conversion, force=force)
+    if conversion.rejected is not None:
+        error = ConversionError(
+            "not-the-same", f"the .mbs is not the same robot: see '{conversion.rejected}'",
+            hint="urdf2mbs report, in place of simulate, shows where they differ",
+        )  # fmt: skip
+        error.exit_code = 3
+        raise error
+    return conversion.settings.output

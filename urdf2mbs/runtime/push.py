@@ -1,0 +1,93 @@
+"""Pushes: forces on a link for a while, beside those of the project."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.messages.diagnostics import ConfigError, nearest
+from urdf2mbs.runtime.data import MbsData
+from urdf2mbs.spatial import Vec
+
+_NUMBER = r"[-+]?[\d.]+(?:[eE][-+]?\d+)?"
+_FORM = re.compile(rf"(.+):({_NUMBER}),({_NUMBER}),({_NUMBER})@({_NUMBER}?)\.\.({_NUMBER}?)")
+
+
+class Push(msgspec.Struct, frozen=True):
+    """A force (N, in the axes of the base) from ``start`` to ``stop`` (s)."""
+
+    link: str
+    """A body of the .mbs, pushed at its centre of mass; or an anchor point, pushed there."""
+    force: Vec
+    start: float = 0.0
+    stop: float = float("inf")
+
+
+def parse(text: str) -> Push:
+    """``LINK:FX,FY,FZ@START..STOP``; without a time it lasts from the start, or to the end."""
+    found = _FORM.fullmatch(text.replace("...", "..0."))
+    try:
+        if found is None:
+            raise ValueError
+        x, y, z = (float(word) for word in found.group(2, 3, 4))
+        start, stop = found.group(5, 6)
+        return Push(found[1], (x, y, z), float(start or 0.0), float(stop or "inf"))
+    except ValueError:
+        raise ConfigError(
+            "usage", f"--push {text}: it reads LINK:FX,FY,FZ@START..STOP",
+            hint="such as chest:20,0,0@0.5..0.6 (N, s)",
+        ) from None  # fmt: skip
+
+
+def add_pushes(data: MbsData) -> None:
+    """Let ``user_JointForces`` add what the pushes do in the joints."""
+    if data.push is not None or not data.pushes:
+        return
+    user = data.user_JointForces
+    places = [(push, *_place(data, push.link)) for push in data.pushes]
+
+    def add(tsim: float) -> None:
+        for push, body, at in places:
+            if push.start <= tsim < push.stop:
+                data.Qq += in_joints(data, body, at, np.array(push.force))
+
+    def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
+        user(mbs_data, tsim)
+        add(tsim)
+
+    data.push, data.user_JointForces = add, user_joint_forces
+
+
+def _place(data: MbsData, link: str) -> tuple[str, Any]:
+    """The body that a link is part of, and the point (m) in its frame that is pushed."""
+    for body in data.mbs.bodies:
+        if body.name == link:
+            return body.name, np.array(body.com or (0.0, 0.0, 0.0))
+    for body in data.mbs.bodies:
+        for point in body.points:
+            if point.name == link:
+                return body.name, np.array(point.coordinates)
+    known = [body.name for body in data.mbs.bodies]
+    raise ConfigError(
+        "usage", f"the model has no body and no point '{link}' to push",
+        file=str(data.mbs_file), hint=nearest(link, known),
+    )  # fmt: skip
+
+
+def in_joints(data: MbsData, body: str, at: Any, force: Any) -> Any:
+    """The joint forces (from index 1) that do the work of a force at a point of a body."""
+    placed = place(data.mbs, {name: data.q[number] for name, number in data.joint_id.items()})
+    pose = placed.bodies[body]
+    point = np.array(pose.xyz) + np.array(pose.rot).reshape(3, 3) @ at
+    found = np.zeros(data.njoint + 1)
+    for index in placed.way(body):
+        joint = placed.joints[index]
+        lever = np.array(joint.axis)
+        if joint.joint.type[0] == "R":
+            lever = np.cross(lever, point - np.array(joint.origin))
+        found[index + 1] = lever @ force
+    return found

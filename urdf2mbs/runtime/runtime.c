@@ -1,0 +1,207 @@
+/* What Robotran's library is for a project in C: it calls equations and user functions.
+
+   Compiled with RUN_CUTS and RUN_USER_ROWS, the numbers of constraints; with USER_IN_C where the user
+   functions are in C.  Without it they are Python's, and are called through the hooks. */
+#include <string.h>
+
+#include "mbs_data.h"
+#include "mbs_project_interface.h"
+#include "mbs_sensor.h"
+#include "set_output.h"
+
+int mbs_accelred(MbsData *s, double tsim);
+void mbs_cons_hJ(double *h, double **Jac, MbsData *s, double tsim);
+
+/* Functions of Python: each works on the arrays of MbsData, and on what is beside them here. */
+struct {
+    void (*output)(double value, const char *name);
+    void (*pushes)(double t);
+    void (*joint_forces)(double t);
+    void (*driven_joints)(double t);
+    void (*derivative)(double t);
+    void (*ext_forces)(double t, int number);
+    void (*link_3d_forces)(double t, int number);
+    double (*link_force)(double z, double zd, double t, int number);
+    void (*cons_hJ)(double t);
+    void (*cons_jdqd)(double t);
+} hooks;
+struct {
+    double P[4], V[4], OM[4], A[4], OMP[4], R[4][4];
+} motion;
+double rows_h[RUN_USER_ROWS + 1], rows_jdqd[RUN_USER_ROWS + 1];
+double rows_jac[(RUN_USER_ROWS + 1) * (RUN_JOINTS + 1)];
+
+void set_output(double value, const char *name)
+{
+    if (hooks.output)
+        hooks.output(value, name);
+}
+
+#ifndef USER_IN_C
+static void move_point(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                       double OMP[4])
+{
+    memcpy(motion.P, P, sizeof motion.P);
+    memcpy(motion.V, V, sizeof motion.V);
+    memcpy(motion.OM, OM, sizeof motion.OM);
+    memcpy(motion.A, A, sizeof motion.A);
+    memcpy(motion.OMP, OMP, sizeof motion.OMP);
+    memcpy(motion.R, R, sizeof motion.R);
+}
+
+double *user_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                       double OMP[4], MbsData *s, double tsim, int number)
+{
+    move_point(P, R, V, OM, A, OMP);
+    hooks.ext_forces(tsim, number);
+    return s->SWr[number];
+}
+
+double *user_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                          double OMP[4], MbsData *s, double tsim, int number)
+{
+    move_point(P, R, V, OM, A, OMP);
+    hooks.link_3d_forces(tsim, number);
+    return s->l3DWr[number];
+}
+
+double user_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number)
+{
+    (void) s;
+    return hooks.link_force(Z, Zd, tsim, number);
+}
+
+double *user_JointForces(MbsData *s, double tsim)
+{
+    hooks.joint_forces(tsim);
+    return s->Qq;
+}
+
+void user_DrivenJoints(MbsData *s, double tsim)
+{
+    (void) s;
+    hooks.driven_joints(tsim);
+}
+
+void user_Derivative(MbsData *s)
+{
+    hooks.derivative(s->tsim);
+}
+
+void user_cons_hJ(double *h, double **Jac, MbsData *s, double tsim)
+{
+    (void) s;
+    hooks.cons_hJ(tsim);
+    for (int i = 1; i <= RUN_USER_ROWS; i++) {
+        h[i] = rows_h[i];
+        for (int j = 1; j <= RUN_JOINTS; j++)
+            Jac[i][j] = rows_jac[i * (RUN_JOINTS + 1) + j];
+    }
+}
+
+void user_cons_jdqd(double *jdqd, MbsData *s, double tsim)
+{
+    (void) s;
+    hooks.cons_jdqd(tsim);
+    memcpy(jdqd + 1, rows_jdqd + 1, RUN_USER_ROWS * sizeof *jdqd);
+}
+#endif
+
+/* What equations of 2025 and later call. */
+double *user_call_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
+                            double OMP[4], MbsData *s, double tsim, int number)
+{
+    return user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
+}
+
+double *user_call_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4],
+                               double A[4], double OMP[4], MbsData *s, double tsim, int number)
+{
+    return user_Link3DForces(P, R, V, OM, A, OMP, s, tsim, number);
+}
+
+double user_call_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number)
+{
+    return user_LinkForces(Z, Zd, s, tsim, number);
+}
+
+double *user_call_JointForces(MbsData *s, double tsim)
+{
+    user_JointForces(s, tsim);
+    if (hooks.pushes)
+        hooks.pushes(tsim);
+    return s->Qq;
+}
+
+void user_call_DrivenJoints(MbsData *s, double tsim)
+{
+    user_DrivenJoints(s, tsim);
+}
+
+void user_call_cons_hJ(double *h, double **Jac, MbsData *s, double tsim)
+{
+    user_cons_hJ(h, Jac, s, tsim);
+}
+
+void user_call_cons_jdqd(double *jdqd, MbsData *s, double tsim)
+{
+    user_cons_jdqd(jdqd, s, tsim);
+}
+
+/* The derivative f of the state y: q and qd of the independent joints, and ux.  0 if it was found. */
+int accelerate(MbsData *s, double t, const double *y, double *f)
+{
+    const int n = s->nqu;
+
+    s->tsim = t;
+    for (int i = 0; i < n; i++) {
+        s->q[s->qu[i + 1]] = y[i];
+        s->qd[s->qu[i + 1]] = y[n + i];
+    }
+    for (int i = 0; i < s->nqv; i++)
+        s->q[s->qv[i + 1]] = s->guess[i];
+    memcpy(s->ux + 1, y + 2 * n, s->Nux * sizeof *y);
+    if (mbs_accelred(s, t))
+        return -1;
+    if (s->Nux)
+        user_Derivative(s);
+    for (int i = 0; i < n; i++) {
+        f[i] = s->qd[s->qu[i + 1]];
+        f[n + i] = s->qdd[s->qu[i + 1]];
+    }
+    memcpy(f + 2 * n, s->uxd + 1, s->Nux * sizeof *f);
+    return 0;
+}
+
+/* The constraints at the present position. */
+void constrain(MbsData *s, double *h, double **Jac)
+{
+#if RUN_CUTS
+    mbs_cons_hJ(h, Jac, s, s->tsim);
+#endif
+#if RUN_USER_ROWS
+    user_cons_hJ(h + RUN_CUTS, Jac + RUN_CUTS, s, s->tsim);
+#endif
+    (void) s, (void) h, (void) Jac;
+}
+
+#ifdef USER_IN_C
+static double zeros[7 * (RUN_JOINTS + 1)];
+static MbsSensor sensor;
+static MbsAux aux = {&sensor};
+static MbsDirdynOptions options;
+static MbsDirdyn dirdyn = {&options, &aux};
+
+/* Call user_dirdyn_init (-1), _loop (0) or _finish (1). */
+void call_dirdyn(MbsData *s, int when)
+{
+    for (int i = 0; i < 7; i++)
+        sensor.J[i] = zeros + i * (RUN_JOINTS + 1);
+    if (when < 0)
+        user_dirdyn_init(s, &dirdyn);
+    else if (when == 0)
+        user_dirdyn_loop(s, &dirdyn);
+    else
+        user_dirdyn_finish(s, &dirdyn);
+}
+#endif
