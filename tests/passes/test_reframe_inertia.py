@@ -134,9 +134,8 @@ TURNED = robot(
 )
 
 
-@pytest.mark.parametrize("preset", ["faithful", "compact"])
-def test_roundings_of_zero_are_zero(preset: str) -> None:
-    result = convert_text(TURNED, pipeline=preset)
+def test_roundings_of_zero_are_zero_in_compact() -> None:
+    result = convert_text(TURNED, pipeline="compact")
     assert result.report.proof is not None
     assert result.report.proof.same
     rows: list[tuple[float, ...]] = []

@@ -151,6 +151,17 @@ def add_printing(command: argparse.ArgumentParser, *, writes: bool = True) -> No
     either.add_argument("-q", "--quiet", action="store_true", help="print only warnings and errors")
 
 
+def add_merging(command: argparse.ArgumentParser) -> None:
+    """For what converts again where people changed the .mbs."""
+    either = command.add_mutually_exclusive_group()
+    either.add_argument(
+        "--plan", action="store_true", help="say what would be changed and kept; write nothing"
+    )
+    either.add_argument(
+        "--fresh", action="store_true", help="start over: keep no change that you made in the .mbs"
+    )
+
+
 def add_no_plugins(command: argparse.ArgumentParser) -> None:
     command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
 

@@ -27,7 +27,7 @@ from urdf2mbs.mbs.model import (
     Sensor,
 )
 from urdf2mbs.mbs.reader import read_again
-from urdf2mbs.mbs.rewrite import AT, rewrite
+from urdf2mbs.mbs.rewrite import AT, FROM, rewrite
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -77,13 +77,14 @@ _NOT_FINITE = r"(?i)\s*[+-]?(inf|infinity|nan)\s*"
 _NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
-def write(mbs: Mbs) -> bytes:
+def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
     """The file as bytes: the same bytes for the same model.
 
     Bodies, joints and points are written in the order of the model.  Numbers are written to
     the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
     3D viewer wants ``view``.  A model that was read is written into its file: only what has
-    changed in the model changes there.
+    changed in the model changes there.  Objects may come from one ``other`` file, with all that
+    stands in their elements.
 
     Raises ValueError for what no .mbs can hold: a number that is not finite, a character
     that is not XML's, a word that the format does not have, a body without a joint, a sensor
@@ -93,10 +94,15 @@ def write(mbs: Mbs) -> bytes:
         return _Writer().mbs(mbs).encode()
     source = mbs.origin.source
     before, elements = read_again(source)
-    was, now = (_Writer(source).mbs(model).encode() for model in (before, mbs))
+    was = _Writer(source).mbs(before).encode()
+    now = _Writer(source, other).mbs(mbs).encode()
     if was == now:
         return source
-    rewrite(elements, etree.fromstring(was), etree.fromstring(now))
+    others = None
+    if other is not None:
+        theirs, their_elements = read_again(other)
+        others = their_elements, etree.fromstring(_Writer(other).mbs(theirs).encode())
+    rewrite(elements, etree.fromstring(was), etree.fromstring(now), others)
     return _spelled(elements[0], source)
 
 
@@ -119,9 +125,9 @@ _OWN_FRAME = {tag: entry for tag, entry in POINT.items() if tag != "graphics"}
 
 
 class _Writer:
-    def __init__(self, source: bytes | None = None) -> None:
-        self.source = source
-        """The file to which the origins belong that are marked."""
+    def __init__(self, source: bytes | None = None, other: bytes | None = None) -> None:
+        self.source, self.other = source, other
+        """The files to which the origins belong that are marked."""
         self.marked: set[int] = set()
         self.number = _Numbers()
         self.text = _Texts()
@@ -170,7 +176,11 @@ class _Writer:
     def at(self, part: Part) -> str:
         """The mark of an object that was read; a copy of one is new."""
         origin = part.origin
-        if self.source is None or origin is None or origin.source is not self.source:
+        if self.source is None or origin is None:
+            return ""
+        if self.other is not None and origin.source is self.other:
+            return f' {FROM}="{origin.number}"'
+        if origin.source is not self.source:
             return ""
         if origin.number in self.marked:
             return ""

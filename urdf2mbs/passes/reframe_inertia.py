@@ -3,13 +3,16 @@
 "The URDF rotational inertia matrix is represented in the inertial frame while the MBS
 rotational inertia matrix is represented in the body reference frame": ``T_B = R T_I R^T``,
 about the centre of mass in both.
+
+In the preset ``compact`` a component that is only rounding is 0.0: Robotran's generator would take
+it for a parameter.
 """
 
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.spatial import IDENTITY, Sym, Vec, compose, drop_rounding, lump, rotate_inertia
+from urdf2mbs.spatial import Sym, Vec, compose, drop_rounding, lump, rotate_inertia
 from urdf2mbs.urdf.model import Robot
 
 
@@ -23,26 +26,21 @@ class ReframeInertia(Pass):
             if inertial is not None and segment.parent is not None:
                 body = segment.body
                 body.mass, body.com, body.inertia = inertial
+                if "align-frames" in conversion.facts:  # what it has turned is computed
+                    body.com = drop_rounding(body.com)
+                    body.inertia = drop_rounding(body.inertia)
 
 
 def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:
     """Mass (kg), centre of mass (m) and inertia about it (kg m^2), in body axes, of all that
     moves with the segment; None if nothing there has any.
 
-    Several parts make one by the parallel-axis theorem.  What is computed has no roundings of
-    zero: Robotran's generator would take each for a parameter.
+    Several parts make one by the parallel-axis theorem.
     """
-    computed = len(segment.parts) > 1
     inertias: list[tuple[float, Vec, Sym]] = []
     for link, pose in segment.parts.items():
         inertial = robot.links[link].inertial
         if inertial is not None and not robot.links[link].massless:
             at = compose(pose, inertial.origin.pose)
-            computed = computed or at.rot != IDENTITY
             inertias.append((inertial.mass, at.xyz, rotate_inertia(at.rot, inertial.inertia)))
-    if not inertias:
-        return None
-    mass, centre, inertia = lump(inertias)
-    if computed:
-        centre, inertia = drop_rounding(centre), drop_rounding(inertia)
-    return mass, centre, inertia
+    return lump(inertias) if inertias else None
