@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import sys
+from math import atan2
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
@@ -250,7 +251,15 @@ def test_frames_are_stacked_inside_the_box() -> None:
     arrange(mbs)
     assert faults(mbs) == []
     box = boxes(mbs)[1]
-    assert box.right - box.left < 320.0
+    assert box.right - box.left < 600.0
+    joint = body.joints[-1].position
+    assert joint is not None
+    rays = {
+        round(atan2(dot.place[1] - joint[1], dot.place[0] - joint[0]), 1)
+        for dot in dots(mbs)
+        if dot.what.startswith("point frame")
+    }
+    assert len(rays) == 4  # so many arrows one sees
     for dot in dots(mbs):
         if dot.what.startswith("point frame"):
             assert box.left < dot.place[0] < box.right

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from math import ceil, sqrt
+from math import ceil
 
 import msgspec
 
@@ -39,8 +39,11 @@ GAP = 30.0
 """Between one limb and the next."""
 FRAME = 16.0
 """From one to the next of the points that are only frames, inside the box."""
-ROW = 8
-"""So many of them stand in a row."""
+ROW, COLUMN = 8, 16
+"""So many of them stand in a row across the chain at most, and so many along the chain."""
+RAY, SLOPE = 110.0, 0.2
+"""Where a second column of them begins, and how far it goes aside for each pixel ahead: so its
+arrows lie on one ray, clear of the first column."""
 EDGE = 15.0
 """From the corner of a box to the first point on its edge."""
 FORK = 40.0
@@ -229,7 +232,7 @@ def plan(
         last = EDGE if corner and len(leads) == 1 else lanes[-1][1] + move
         if side == mirror:
             # not farther ahead than the name, which stands between
-            a1 = max(a1, a0 + 2 * (last + (NAME if vertical else _name(node))))
+            a1 = max(a1, a0 + 2 * (last + (NAME if vertical else half_name(node))))
         a1 = max(a1, a0 + last + EDGE)
         sides.append((side, lanes, a0 + move))
     a1 += reach
@@ -288,7 +291,7 @@ def room(node: Node, vertical: bool, fork: float | None = None) -> tuple[float, 
     ``fork`` is how far before the far edge the last joint stands, where arrows or wires go from
     there to several children.
     """
-    along, across = (NAME, _name(node)) if vertical else (_name(node), NAME)
+    along, across = (NAME, half_name(node)) if vertical else (half_name(node), NAME)
     places = _frames(node, vertical, fork)
     long, low, aside = 2 * (along + AIR), EDGE, across + AIR
     if fork is not None:
@@ -304,8 +307,8 @@ def room(node: Node, vertical: bool, fork: float | None = None) -> tuple[float, 
     return max(long, WIDTH), low, aside
 
 
-def _name(node: Node) -> float:
-    """Half as wide as a body's name, or its partner's if longer, is written."""
+def half_name(node: Node) -> float:
+    """Half as wide (px) as a body's name, or its partner's if longer, is written."""
     return max(node.name_width, (node.alike or node).name_width) / 2
 
 
@@ -318,9 +321,8 @@ def _marked(node: Node) -> bool:
 def _frames(node: Node, vertical: bool, fork: float | None) -> list[tuple[float, float]]:
     """Where the points that are only frames stand, ahead of the last joint and across.
 
-    They follow the chain, and so their arrows lie on it; more than a row of them stand in
-    further rows beside.  Where wires to several children leave, they stand behind the joint, at
-    both sides of the chain.
+    They follow the chain, and so their arrows lie on it; those of a further column lie on a ray
+    beside.  Where arrows to several children leave, they stand in rows behind the joint.
     """
     count = max(len(node.frames), len(node.alike.frames) if node.alike else 0)
     wide = 2 * FRAME if count and _marked(node) else FRAME
@@ -333,8 +335,12 @@ def _frames(node: Node, vertical: bool, fork: float | None) -> list[tuple[float,
             )
             for k in range(count)
         ]
-    row = max(ROW, ceil(sqrt(4 * count)))
-    return [(EDGE + ahead * (k % row), -across * (k // row)) for k in range(count)]
+    row = ceil(count / max(1, ceil(count / COLUMN)))
+    if not vertical:  # lanes of limbs that run out are to be low
+        return [(EDGE + ahead * (k % row), -FRAME * (k // row)) for k in range(count)]
+    starts = [EDGE if k < row else RAY for k in range(count)]
+    along = [start + FRAME * (k % row) for k, start in enumerate(starts)]
+    return [(a, -SLOPE * a * (k // row)) for k, a in enumerate(along)]
 
 
 Way = tuple[float, float, float, float, float, float]

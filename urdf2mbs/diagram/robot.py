@@ -21,6 +21,7 @@ from urdf2mbs.diagram.boxes import (
     Lead,
     Node,
     Plan,
+    half_name,
     plan,
     put,
     room,
@@ -278,7 +279,9 @@ def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
     """
     total, top = _heights(bone.rows)
     # the arrows to the side where the name is go below the name, or above if they come from there
-    long = 2 * (total + NAME if len(bone.ahead) > 1 else top) if bone.rows else 0.0
+    share = (aside + half_name(bone.node)) / (2 * aside + EDGE)
+    long = 2 * (total + NAME) if len(bone.ahead) > 1 else max(total, 2 * ceil(top * share))
+    long = long if bone.rows else 0.0
     inside = EDGE if bone.legs else 0.0
     one = plan(bone.node, True, bone.ahead, long=long, inside=inside, aside=aside)
     a0, a1, b0, b1 = one.box
@@ -314,8 +317,11 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
     """
     a0, a1, b0, b1 = one.box
     edge, middle = (b1 - b0) / 2, (a0 + a1) / 2
-    cursor = middle - _heights(bone.rows)[1] if one.origin < middle else middle + NAME
-    cursor += FORK - EDGE
+    total, top = _heights(bone.rows)
+    cursor = middle + NAME + FORK - EDGE
+    if one.origin < middle:
+        share = ((b0 + b1) / 2 + half_name(bone.node)) / b1
+        cursor = a0 + min((a1 - a0 - total) // 2, (a1 - a0) / 2 // share - top) + FORK - EDGE
     for row in bone.rows:
         lane = cursor + max(limb.low for limb in row)
         cursor = lane + max(limb.high for limb in row) + GAP
