@@ -43,7 +43,9 @@ def test_run(robot: Path, capsys: Any) -> None:
     assert "warning[joint-dynamics]" in said.err
     assert "note[" not in said.err
     assert len(read((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
-    assert sorted(file.name for file in robot.iterdir()) == ["tiny.mbs", "tiny.urdf", "tiny.yaml"]
+    assert sorted(file.name for file in robot.iterdir()) == [
+        "tiny.mbs", "tiny.mbs.base", "tiny.urdf", "tiny.yaml",
+    ]  # fmt: skip
 
 
 def test_run_verbose(robot: Path, capsys: Any) -> None:

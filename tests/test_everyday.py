@@ -57,6 +57,7 @@ def test_each_command_has_help_with_examples_that_are_commands(command: str, cap
 @pytest.mark.parametrize("command", COMMANDS)
 def test_an_unknown_option_shows_the_usage_of_the_command(command: str, capsys: Any) -> None:
     wanted = {"new-pass": ["a"], "completion": ["bash"], "verify": ["a", "b"], "diff": ["a", "b"]}
+    wanted["merge"] = ["a", "b", "c"]
     words = wanted.get(command, [] if command in ("passes", "schema", "doctor") else ["a"])
     with pytest.raises(SystemExit) as end:
         main([command, *words, "--nosuch"])
@@ -74,21 +75,23 @@ def test_no_command_is_without_examples() -> None:
 
 #: The flags that commands share: who has them.
 CONVERTING = {"run", "convert", "report", "simulate"}
+WRITING = {"diagram", "edits", "equations", "merge", "new-pass"}
 PLUGINS = {*CONVERTING, "explain", "passes", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),
     "--color": set(COMMANDS),
     "--json": set(COMMANDS) - {"schema", "completion"},  # what these print is no table of words
-    "--quiet": {*CONVERTING, "init", "verify", "diagram", "equations", "new-pass"},
+    "--quiet": {*CONVERTING, *WRITING, "init", "verify"},
     "--no-plugins": PLUGINS,
-    "--level": {*CONVERTING, "explain", "verify"},
-    "--strict": {*CONVERTING, "explain", "verify"},
-    "--verbose": {*CONVERTING, "explain", "verify"},
+    "--level": {*CONVERTING, "explain", "lint", "verify"},
+    "--strict": {*CONVERTING, "explain", "lint", "verify"},
+    "--verbose": {*CONVERTING, "explain", "lint", "verify"},
     "--set": {*CONVERTING, "explain"},
-    "--trust-xacro": {*CONVERTING, "explain", "init", "verify"},
-    "--package": {"init", "convert", "report", "simulate", "explain", "verify"},
-    "--arg": {"init", "convert", "report", "simulate", "explain", "verify"},
-    "--base": {"init", "convert", "report", "simulate", "explain", "verify"},
+    "--trust-xacro": {*CONVERTING, "explain", "init", "lint", "verify"},
+    "--package": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--arg": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--base": {"init", "convert", "report", "simulate", "explain", "lint", "verify"},
+    "--sarif": {"lint", "verify"},
     "--plugin": {"convert", "report", "simulate", "explain", "passes", "schema"},
 }
 
@@ -309,7 +312,9 @@ def test_a_model_from_standard_input_and_a_picture_to_standard_output(
     assert main(["diagram", "tiny.mbs", "-o", "-", "--json"]) == 2
     assert main(["equations", "-"]) == 2
     assert main(["init", "-"]) == 2
-    assert sorted(file.name for file in here.iterdir()) == ["tiny.mbs", "tiny.svg", "tiny.urdf"]
+    assert sorted(file.name for file in here.glob("tiny.[msu]*[!e]")) == [
+        "tiny.mbs", "tiny.svg", "tiny.urdf",
+    ]  # fmt: skip
 
 
 def test_the_report_goes_to_standard_output(here: Path, capfdbinary: Any) -> None:

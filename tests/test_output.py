@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from urdf2mbs.disk import output
-from urdf2mbs.disk.output import RECORD
 from urdf2mbs.disk.output import write_files as write_ours
+from urdf2mbs.disk.seal import RECORD
 from urdf2mbs.messages.diagnostics import ConfigError
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")

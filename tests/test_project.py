@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
+from urdf2mbs.disk.seal import checksum
 
 ROBOT = """<robot name="one">
   <link name="body"><inertial><mass value="1"/>
@@ -28,8 +29,9 @@ def test_a_project_has_the_folders_that_robotran_expects(config: Path) -> None:
     project = config.parent / "robot"
     found = {path.relative_to(project).as_posix() for path in project.rglob("*")}
     assert {path for path in found if not path.startswith("userfctR/")} == {
-        "animationR", "animationR/vrml", "dataR", "dataR/robot.mbs", "resultsR",
-        "symbolicR", "userfctR", "workR", "workR/main.py",
+        "animationR", "animationR/vrml", "dataR", "dataR/.urdf2mbs", "dataR/robot.mbs",
+        "dataR/robot.mbs.base", "dataR/robot.proof.json", "resultsR", "symbolicR", "userfctR",
+        "workR", "workR/.urdf2mbs", "workR/main.py",
     }  # fmt: skip
 
 
@@ -81,3 +83,45 @@ def test_a_file_whose_name_is_no_identifier_is_told(config: Path, capsys: Any) -
     assert "note[mbs-name]: the model is called 'my_robot' in the .mbs" in capsys.readouterr().err
     assert main(["convert", "-v", str(robot), "-o", str(config.parent / "mine.mbs")]) == 0
     assert "mbs-name" not in capsys.readouterr().err
+
+
+# --- the user's own files ---
+
+
+def test_a_starter_that_nobody_touched_is_renewed_and_a_touched_one_stays(config: Path) -> None:
+    assert main(["run", str(config)]) == 0
+    folder = config.parent / "robot" / "userfctR"
+    mine, untouched = folder / "user_ExtForces.py", folder / "user_JointForces.py"
+    mine.write_text("# mine\n")
+    record = folder / ".urdf2mbs"
+    # as an older version of urdf2mbs wrote it
+    old = b"# an older starter\n"
+    record.write_text(record.read_text().replace(checksum(untouched.read_bytes()), checksum(old)))
+    new = untouched.read_bytes()
+    untouched.write_bytes(old)
+    assert main(["run", str(config)]) == 0
+    assert untouched.read_bytes() == new
+    assert mine.read_text() == "# mine\n"
+    untouched.write_text("# mine, too\n")
+    assert main(["run", str(config)]) == 0
+    assert untouched.read_text() == "# mine, too\n"
+
+
+def test_a_name_that_is_gone_is_told_with_the_line(config: Path, capsys: Any) -> None:
+    urdf = config.parent / "one.urdf"
+    arm = """<link name="arm"><inertial><mass value="1"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+      <joint name="elbow" type="continuous"><parent link="body"/><child link="arm"/></joint>
+    </robot>"""
+    urdf.write_text(ROBOT.replace("</robot>", arm))
+    assert main(["run", str(config)]) == 0
+    forces = config.parent / "robot" / "userfctR" / "user_JointForces.py"
+    forces.write_text('import math\n\nelbow = mbs_data.joint_id["elbow"]  # the elbow\n')
+    capsys.readouterr()
+    assert main(["run", str(config)]) == 0
+    assert "project-names-lost" not in capsys.readouterr().err
+    urdf.write_text(urdf.read_text().replace('"elbow"', '"cubitus"'))
+    assert main(["run", str(config)]) == 0
+    said = capsys.readouterr().err
+    assert "warning[project-names-lost]" in said
+    assert "user_JointForces.py:3 'elbow'" in said

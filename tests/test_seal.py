@@ -12,8 +12,8 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.disk.output import RECORD, write_files
-from urdf2mbs.disk.seal import has_seal, intact, seal
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.disk.seal import RECORD, has_seal, intact, seal
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 

@@ -33,6 +33,8 @@ class Settings(msgspec.Struct, frozen=True):
     """What the project's code is written in: ``python``, ``c``, or both."""
     folder: Path = Path()
     """The folder of the config; the paths in the config are relative to it."""
+    fresh: bool = False
+    """Whether to start over, and forget what people changed in the .mbs."""
 
 
 class Step(msgspec.Struct):
@@ -151,6 +153,8 @@ class Conversion:
         self.packages = Packages(settings.packages, settings.source)
         """The folders of ROS packages."""
         self.robot: Robot = Robot(name="")
+        self.source = b""
+        """The file of the robot, as it was read."""
         self.expanded: bytes | None = None
         """The URDF that xacro made of the source; None where there is no xacro in it."""
         self.floating = False
@@ -175,6 +179,19 @@ class Conversion:
         """What is written only where there is nothing yet: it belongs to the user from then on."""
         self.obsolete: set[Path] = set()
         """What an earlier conversion wrote, and fits no more: removed if nobody has changed it."""
+        self.ahead: dict[Path, bytes] = {}
+        """What is written with the output, and before it: orphans of a merge."""
+        self.behind: dict[Path, bytes] = {}
+        """What is written with the output, and after it: the base of the next merge."""
+        self.replaces: dict[Path, bytes] = {}
+        """Files that are replaced though they were edited, as long as they are as they were read.
+        The new ones hold the work of people, too, and get no seal."""
+        self.edited: dict[str, None] = {}
+        """The files whose edits make the .mbs another robot than the URDF's."""
+        self.overlay = b""
+        """The file of edits that was applied."""
+        self.added: dict[str, str] = {}
+        """What people added to the .mbs: each thing, and where."""
         self.simulation = Simulation()
         """What a project's code is made from."""
         self.diagnostics: list[Diagnostic] = []

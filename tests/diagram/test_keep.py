@@ -1,4 +1,4 @@
-"""``layout: {keep: true}``: what somebody moved by hand stays."""
+"""What somebody moved by hand stays, in a diagram that is made anew."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from urdf2mbs import convert
+from urdf2mbs.diagram.keep import keep
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY
@@ -14,9 +15,7 @@ from urdf2mbs.testing import TINY
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from urdf2mbs import Result
-
-KEEP = {"layout": {"keep": True}}
+    from urdf2mbs.mbs.model import Mbs
 
 
 @pytest.fixture
@@ -37,8 +36,10 @@ def by_hand(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def again(folder: Path) -> Result:
-    return convert(folder / "tiny.urdf", options=KEEP)
+def again(folder: Path) -> tuple[Mbs, int]:
+    """A new diagram with the places of the file, and how many bodies stay."""
+    mbs = convert(folder / "tiny.urdf").mbs
+    return mbs, keep(mbs, read((folder / "tiny.mbs").read_bytes(), "tiny.mbs"))
 
 
 def places(result_or_file: Any) -> dict[str, Any]:
@@ -52,12 +53,9 @@ def places(result_or_file: Any) -> dict[str, Any]:
 
 def test_what_was_moved_stays(by_hand: Path) -> None:
     before = read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs")
-    result = again(by_hand)
-    assert places(result.mbs) == places(before)
-    assert result.report.passes["layout"] == {"style": "tree", "kept": 3}
-    assert [d.message for d in result.diagnostics if d.code == "layout-kept"] == [
-        "3 of 3 bodies stay where 'tiny.mbs' has them"
-    ]
+    mbs, kept = again(by_hand)
+    assert places(mbs) == places(before)
+    assert kept == 3
 
 
 def test_without_keep_all_is_new(by_hand: Path) -> None:
@@ -78,13 +76,13 @@ def test_a_new_body_stands_beside_its_parent(by_hand: Path) -> None:
     </robot>"""
     robot.write_text(robot.read_text().replace("</robot>", extra))
     before = places(read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs"))
-    result = again(by_hand)
-    after = places(result.mbs)
+    mbs, _ = again(by_hand)
+    after = places(mbs)
     assert after["left_arm"] == before["left_arm"]
     fresh = convert(robot).mbs
-    (new,) = [body for body in result.mbs.bodies if body.name == "plate"]
+    (new,) = [body for body in mbs.bodies if body.name == "plate"]
     (there,) = [body for body in fresh.bodies if body.name == "plate"]
-    arm = result.mbs.bodies[1].joints[-1].position
+    arm = mbs.bodies[1].joints[-1].position
     fresh_arm = fresh.bodies[1].joints[-1].position
     assert new.joints[-1].position is not None
     for k in (0, 1):
@@ -95,23 +93,7 @@ def test_a_new_body_stands_beside_its_parent(by_hand: Path) -> None:
 def test_a_body_with_other_joints_is_new(by_hand: Path) -> None:
     robot = by_hand / "tiny.urdf"
     robot.write_text(robot.read_text().replace('rpy="0 0.5 0"', 'rpy="0 0.5 0.2"'))
-    assert again(by_hand).report.passes["layout"]["kept"] == 2
-
-
-def test_no_output_yet(by_hand: Path) -> None:
-    (by_hand / "tiny.mbs").unlink()
-    result = again(by_hand)
-    assert result.report.passes["layout"]["kept"] == 0
-    assert any("is not there yet" in d.message for d in result.diagnostics)
-
-
-@pytest.mark.parametrize("content", [b"", b"<robot/>", b"\xff\xfe"])
-def test_an_output_that_cannot_be_read_is_a_warning(by_hand: Path, content: bytes) -> None:
-    (by_hand / "tiny.mbs").write_bytes(content)
-    result = again(by_hand)
-    (warning,) = [d for d in result.diagnostics if d.code == "layout-not-kept"]
-    assert warning.level == "warning"
-    assert "tiny.mbs" in warning.message
+    assert again(by_hand)[1] == 2
 
 
 def test_a_file_without_a_diagram_is_no_error(by_hand: Path) -> None:
@@ -122,6 +104,6 @@ def test_a_file_without_a_diagram_is_no_error(by_hand: Path) -> None:
         for part in (*body.joints, *body.points):
             part.position = None
     (by_hand / "tiny.mbs").write_bytes(write(mbs))
-    result = again(by_hand)
-    assert result.report.passes["layout"]["kept"] == 0
-    assert all(joint.position for body in result.mbs.bodies for joint in body.joints)
+    drawn, kept = again(by_hand)
+    assert kept == 0
+    assert all(joint.position for body in drawn.bodies for joint in body.joints)

@@ -12,6 +12,7 @@ import pytest
 import yaml
 
 from urdf2mbs import convert
+from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields
@@ -403,6 +404,17 @@ def test_a_flag_says_what_its_field_says() -> None:
     assert FLAGS.keys() == {*RUNNING, *ALONE}
     for field, flag in FLAGS.items():
         assert known[flag.flag] == docs[field]
+
+
+@pytest.mark.parametrize("word", ["-h", "--help", "--he", "-qh"])
+def test_only_help_reads_the_texts_of_the_fields(
+    word: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        read_words(["convert", word])
+    assert "let the robot's xacro do whatever" in " ".join(capsys.readouterr().out.split())
+    monkeypatch.setattr("urdf2mbs.commands.settings.field_docs", lambda _: pytest.fail("read"))
+    assert read_words(["convert", "r.urdf", "-o", "r.mbs", "-q"]).quiet
 
 
 @pytest.mark.parametrize(

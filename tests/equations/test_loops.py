@@ -332,6 +332,26 @@ def test_a_loop_keeps_its_length_and_its_energy() -> None:
         assert abs(energy(truth, s) - before) <= 1e-6 * abs(before)
 
 
+@pytest.mark.parametrize("c", [False, True], ids=["python", "c"])
+def test_a_driven_joint_that_accelerates_moves_the_dependent_joint(c: bool) -> None:
+    """The loop stays closed in its accelerations, and Newton's equations hold along it."""
+    mbs = four_bar()
+    mbs.bodies[0].joints[0].nature = "driven"
+    eq, truth, s = written(mbs, c=c), Truth(mbs), Data(mbs)
+    s.q[1:3], s.qd[1:3], s.qdd[1] = (0.2, 0.3), (0.4, -0.7), 5.0
+    assert eq.accelred(s) == 0
+    assert s.qdd[1] == 5.0
+    _, jacobian, jdqd = eq.constraints(s, 1)
+    speeds = jacobian[0] * s.qd[1:]
+    assert abs(speeds.sum()) <= 1e-12 * np.abs(speeds).max()
+    accelerations = jacobian[0] * s.qdd[1:]
+    assert np.abs(accelerations).max() > 1.0
+    assert abs(accelerations.sum() + jdqd[0]) <= 1e-9 * np.abs(accelerations).max()
+    along = np.array([0.0, 1.0, -jacobian[0, 1] / jacobian[0, 2]])
+    forces = along * truth.forces(s, accelerated=True)
+    assert abs(forces.sum()) <= 1e-9 * np.abs(forces).max()
+
+
 def test_user_constraints_beside_a_cut() -> None:
     """A fourth bar follows the first by a rule that is not linear: the rows of user constraints
     come after those of cuts, in Python and in C, and the energy is kept.  Nothing else is asked

@@ -18,6 +18,7 @@ from typing import Any
 from unittest.mock import patch
 
 import pytest
+from merge.edits import as_saved
 
 from urdf2mbs import cli
 from urdf2mbs.conversion import Conversion
@@ -25,6 +26,9 @@ from urdf2mbs.disk import output
 from urdf2mbs.disk.output import write, write_files
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.mbs.model import Point
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write as write_mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
@@ -167,6 +171,40 @@ def test_a_kill_at_any_step(two: tuple[Path, list[Conversion]], fresh: bool) -> 
     raise AssertionError("it never ended")
 
 
+def test_a_kill_while_a_merge_is_written(tmp_path: Path) -> None:
+    """The edit is never lost, and the next run makes of it what this one would have made."""
+    folder = tmp_path / "out"
+    write(conversion(tmp_path, "2", project=False))
+    file = folder / "tiny.mbs"
+    mbs = read(file.read_bytes(), "tiny.mbs")
+    mbs.bodies[0].points.append(Point("mine", (0.5, 0.25, 0.125)))
+    file.write_bytes(as_saved(write_mbs(mbs)))
+    before = state(folder)
+    write(conversion(tmp_path, "3", project=False))
+    wanted = state(folder)
+    assert wanted["tiny.mbs"] != before["tiny.mbs"]
+    for number in range(1, 1000):
+        shutil.rmtree(folder)
+        folder.mkdir()
+        for name, data in before.items():
+            (folder / name).write_bytes(data or b"")
+        new = conversion(tmp_path, "3", project=False)
+
+        def work(number: int = number, new: Conversion = new) -> None:
+            with at_step(number, kill):
+                write(new)
+
+        code = in_child(work)
+        for name, data in before.items():
+            assert (folder / name).read_bytes() in (data, wanted[name]), number
+        write(conversion(tmp_path, "3", project=False))
+        assert state(folder) == wanted, number
+        if code == 0:
+            assert number > 4
+            return
+    raise AssertionError("it never ended")
+
+
 @pytest.mark.parametrize("fresh", [True, False])
 def test_a_full_disk_at_any_step(two: tuple[Path, list[Conversion]], fresh: bool) -> None:
     folder, (old, new) = two
@@ -229,7 +267,8 @@ def test_a_signal_takes_the_litter_away(
         if code == 0:
             break
         assert code == 128 + signal_
-        assert set(state(tmp_path)) in ({*before}, {*before, "out", "out/tiny.mbs"}), number
+        done = {*before, "out", "out/tiny.mbs", "out/tiny.mbs.base"}
+        assert set(state(tmp_path)) in ({*before}, done), number
         shutil.rmtree(out.parent, ignore_errors=True)
     assert number > 4
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
 
+from urdf2mbs import convert
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.spatial import add, dot, rotate
@@ -36,6 +37,18 @@ def test_the_robot_stands_on_its_lowest_points(tmp_path: Path) -> None:
     assert len(heights) == 8
     assert min(heights) == pytest.approx(0.0, abs=1e-12)
     assert max(heights) < 1e-9, "the feet are level in this position"
+
+
+def test_a_robot_over_its_feet_stands_and_one_beside_them_is_told() -> None:
+    for leans, told in ((-0.3, False), (0.9, True)):
+        joints = {**STANCE, "*_hip_pitch": leans}
+        options = {"posture": {"joints": joints}, "contacts": {"links": ["*_foot"]}}
+        said = {found.code: found for found in convert(BIPED, options=options).diagnostics}
+        assert ("contacts-balance" in said) == told
+    way = str(said["contacts-balance"].hint).partition("must come (")[2].partition(")")[0]
+    x, _, z = map(float, way.split(","))
+    assert abs(x) > 0.01
+    assert z == 0.0, "how high it is does not matter"
 
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0, -9.81), (0.0, 0.0, 9.81), (0.0, -9.81, 0.0)])

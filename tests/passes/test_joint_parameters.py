@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import tanh
+from math import pi, sqrt, tanh
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,17 @@ def test_damping_friction_and_stops(tmp_path: Path) -> None:
         ):
             found = joint_forces(project, user, {"wrist_pitch": (q, qd)})
             assert found["wrist_pitch"] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_a_stop_swings_with_its_frequency() -> None:
+    """The hand has 1e-4 kg m^2, and 0.1 kg at 0.05 m, of which the axis sees the half squared."""
+    inertia = 1e-4 + 0.1 * 0.05**2 / 2
+    for frequency in (5.0, 20.0):
+        result = convert_text(TINY, options={"joint-parameters": {"stop_frequency": frequency}})
+        model = next(m for m in result.mbs.user_models if m.name == "stop_stiffness")
+        stiffness = {p.name: float(p.values[0]) for p in model.parameters}["wrist_pitch"]
+        swing = sqrt(stiffness / inertia) / (2 * pi)
+        assert swing == pytest.approx(frequency, rel=0.01)
 
 
 def test_a_limit_on_one_side(tmp_path: Path) -> None:

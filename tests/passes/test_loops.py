@@ -90,6 +90,29 @@ def test_a_joint_in_gazebo_closes_the_loop() -> None:
     assert [cut.name for cut in result.mbs.cuts] == ["pin_1", "pin_2"]
 
 
+TWO_AXES = "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>{}</xyz></axis2>"
+
+
+@pytest.mark.parametrize(
+    ("kind", "axes", "cuts"),
+    [
+        ("prismatic", "<axis><xyz>0 1 0</xyz></axis>", []),
+        ("universal", TWO_AXES.format("0 1 0.1"), []),
+        ("universal", TWO_AXES.format("0 0 1"), ["ball", "rod"]),
+    ],
+)
+def test_a_joint_in_gazebo_that_cannot_become_a_cut_is_told(
+    kind: str, axes: str, cuts: list[str]
+) -> None:
+    sdf = SDF.replace('type="revolute"', f'type="{kind}"')
+    sdf = sdf.replace("<axis><xyz>0 1 0</xyz></axis>", axes)
+    result = convert_text(FOUR_BAR.replace("</robot>", sdf), base="fixed")
+    told = [found.code for found in result.diagnostics if found.code == "loop-left-out"]
+    assert told == (["loop-left-out"] if not cuts else [])
+    assert {cut.kind for cut in result.mbs.cuts} <= set(cuts)
+    assert bool(result.mbs.cuts) == bool(cuts)
+
+
 def test_a_solid_that_is_turned_is_told_with_its_angle() -> None:
     """At the start the coupler is level, and the rocker is turned by a quarter."""
     cuts = {"pin": {"kind": "solid", **BALL["pin"]}}

@@ -83,3 +83,10 @@ def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(TINY, options={"posture": options})
     assert caught.value.code == code
+
+
+def test_only_the_joints_that_are_named_are_held() -> None:
+    options = {"posture": {"hold": {"joints": ["wrist_*"]}}}
+    result = convert_text(TINY, options=options)
+    names = [held.joint.name for held in result.conversion.simulation.hold]
+    assert names == ["wrist_roll", "wrist_pitch"]

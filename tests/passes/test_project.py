@@ -85,6 +85,14 @@ def test_all_twelve_user_functions_are_there(tmp_path: Path) -> None:
         assert (project / folder).is_dir()
 
 
+def test_code_of_another_language_goes_and_that_of_this_one_stays(tmp_path: Path) -> None:
+    user = make(tmp_path, CHAIN, language="both") / "userfctR"
+    assert (user / "robot_robot.c").is_file()
+    make(tmp_path, CHAIN, language="python")
+    assert not (user / "robot_robot.c").exists()
+    assert (user / "robot_robot.py").is_file()
+
+
 def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> None:
     project = make(tmp_path, CHAIN, language="both")
     kept = project / "userfctR" / "user_JointForces.py"
@@ -105,7 +113,9 @@ def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> Non
         path.name for path, data in before.items() if path.exists() and path.read_bytes() != data
     ]
     # only what depends on the robot is written anew
-    assert set(changed) <= {"robot.mbs", "robot_tables.h"}
+    assert set(changed) <= {
+        "robot.mbs", "robot.mbs.base", "robot_tables.h", "robot.proof.json", ".urdf2mbs",
+    }  # fmt: skip
     assert kept.read_text() == "mine = 1\n"
 
 
@@ -276,9 +286,11 @@ def test_a_folder_whose_name_is_no_identifier(tmp_path: Path) -> None:
 def test_a_project_that_was_renamed(tmp_path: Path) -> None:
     """Its user functions still call the module of the old name: that is told."""
     make(tmp_path, TINY, name="old", language="both").rename(tmp_path / "new")
+    touched = tmp_path / "new" / "userfctR" / "user_ExtForces.c"
+    touched.write_text(touched.read_text() + "/* mine */\n")
     settings = {"source": str(tmp_path / "source.urdf")}
     given = {**settings, "output": {"project": str(tmp_path / "new"), "language": "both"}}
     conversion = Pipeline(typed(Config, given, Lines()), Lines(), installed_plugins=False).run()
     (told,) = [found for found in conversion.diagnostics if found.code == "project-renamed"]
     assert "the project is called 'new', and your files use 'old_robot'" in told.message
-    assert "user_ExtForces.c" in told.message
+    assert told.message.endswith(": user_ExtForces.c"), "those nobody touched are renewed"

@@ -26,6 +26,36 @@ IMU = """
 ROBOT = TINY.replace("</robot>", IMU)
 
 
+#: The anchor point of the link ``tool`` gets a force, as a plugin may give it.
+FORCED = """
+from making import hookimpl, make
+from urdf2mbs.plugin import mbs
+
+def run(conversion, options):
+    for body in conversion.mbs.bodies:
+        for point in body.points:
+            if point.name == "tool":
+                point.extforce = mbs.Sensor("push", ("Pos",))
+
+@hookimpl
+def urdf2mbs_passes():
+    return [make("forced", run, writes=("anchors",))]
+"""
+
+
+def test_a_sensor_is_not_on_the_point_of_a_force(tmp_path: Path) -> None:
+    (tmp_path / "forced.py").write_text(FORCED)
+    result = convert_text(
+        TINY, plugins=[tmp_path / "forced.py"], after={"collect-anchors": "forced"},
+        options={"sensors": {"links": ["tool"]}},
+    )  # fmt: skip
+    points = {point.name: point for body in result.mbs.bodies for point in body.points}
+    assert points["tool"].extforce is not None
+    assert points["tool"].sensor is None
+    assert points["tool_at"].sensor is not None
+    assert points["tool_at"].coordinates == points["tool"].coordinates
+
+
 @pytest.mark.parametrize("preset", ["faithful", "compact"])
 def test_an_imu_reads_in_its_own_axes(tmp_path: Path, preset: str) -> None:
     """Against the URDF's own frames: Pinocchio reads it, with a link where the IMU is."""
@@ -89,6 +119,13 @@ def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(TINY, options={"sensors": options})
     assert caught.value.code == code
+
+
+def test_elements_that_became_sensors_are_not_left_out() -> None:
+    for used, left in ((True, "1 <gazebo>"), (False, "2 <gazebo>, 2 <sensor>")):
+        result = convert_text(ROBOT, options={"sensors": {"from_urdf": used}})
+        (said,) = [found.message for found in result.diagnostics if found.code == "extension"]
+        assert said == f".mbs has no place for {left}; left out"
 
 
 def test_sensors_of_the_urdf_have_places_and_links() -> None:

@@ -132,6 +132,40 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
     assert "of joint 'first'.\n" in module or "of joint 'second'.\n" in module
 
 
+def test_the_fastest_foot_makes_the_step_wherever_it_is_in_the_list(tmp_path: Path) -> None:
+    """Two feet on stiff ground: the light foot is pushed about fastest."""
+    for masses in ((0.5, 0.005), (0.005, 0.5)):
+        one, two = masses
+        text = (
+            '<robot name="two">' + link("body", 1.0, 0.01)
+            + link("one", one, one / 100) + link("two", two, two / 100)
+            + joint("hip_one", "body", "one", WIDE) + joint("hip_two", "body", "two", WIDE)
+            + "</robot>"
+        )  # fmt: skip
+        points = {name: [[0.1, 0.0, 0.0]] for name in ("one", "two")}
+        result = convert_project(
+            text, tmp_path, contacts={"points": points, "stiffness": 1e5},
+            **{"joint-parameters": {"stops": False}},
+        )  # fmt: skip
+        light = "one" if one < two else "two"
+        assert result.conversion.simulation.shortened_by == f"the ground's push on '{light}'"
+
+
+def test_a_foot_carries_its_share_of_the_weight(tmp_path: Path) -> None:
+    """The ground damps by the weight that a point carries, over ``speed``: at a small ``speed``
+    this makes the step, which is then proportional to ``speed``."""
+    steps = []
+    for speed in (0.02, 0.01):
+        options = {"links": ["*_foot"], "stiffness": 1000.0, "speed": speed, "friction": 0.0}
+        result = convert(
+            BIPED, project=tmp_path / "robot",
+            options={"contacts": options, "joint-parameters": {"stops": False}},
+        )  # fmt: skip
+        steps.append(result.conversion.simulation.time_step)
+        assert "the ground's push" in result.conversion.simulation.shortened_by
+    assert steps[0] / steps[1] == pytest.approx(2.0, rel=0.1)
+
+
 def test_a_calm_robot_takes_half_a_millisecond(tmp_path: Path) -> None:
     project = make(tmp_path, TINY)
     assert step_of(project) == 5e-4

@@ -28,8 +28,11 @@ COMMANDS = {
     "convert": "convert one robot, or a folder of them, without a config file",
     "report": "convert, and write one HTML page to look at instead",
     "simulate": "let a robot, a project or an .mbs move, and write Robotran's results",
+    "lint": "say what is wrong with a robot, without converting it",
     "verify": "compare a robot with an .mbs file: are they the same?",
     "diff": "say what differs between two .mbs files",
+    "edits": "write what people changed in an .mbs into a file of edits",
+    "merge": "merge three versions of an .mbs file, for git",
     "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",
     "equations": "write Robotran's equations for an .mbs file",
     "explain": "show the passes of a config, without running them",
@@ -104,7 +107,8 @@ def _leave_stdout() -> None:
 
 def parse(words: Sequence[str]) -> argparse.Namespace:
     """The words of a command line; what is wrong with them ends the program, as argparse does."""
-    whole = parser(words[:1])
+    may_ask_for_help = any(word.startswith("-") and "h" in word for word in words)
+    whole = parser(words[:1], texts=may_ask_for_help)
     if words and not words[0].startswith("-") and words[0] not in COMMANDS:
         whole.error(f"there is no command '{words[0]}'{_nearest(words[0], COMMANDS)}")
     arguments, unknown = whole.parse_known_args(words)
@@ -120,8 +124,11 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     return f"; {hint}" if hint else ""
 
 
-def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
-    """All commands in the order of the help, those that are ``named`` with their options."""
+def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.ArgumentParser:
+    """All commands in the order of the help, those that are ``named`` with their options.
+
+    Only the files of the named commands are imported.  Without ``texts`` the help is not whole.
+    """
     whole = argparse.ArgumentParser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )
@@ -134,6 +141,10 @@ def parser(named: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
         )
         if name in named:
             _add_options(command, name)
+            if texts:
+                from urdf2mbs.commands.settings import add_texts
+
+                add_texts(command)
     return whole
 
 

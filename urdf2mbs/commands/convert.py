@@ -13,6 +13,7 @@ from urdf2mbs.commands.settings import (
     ALONE,
     add_fields,
     add_many,
+    add_merging,
     add_printing,
     add_running,
     add_steps,
@@ -33,6 +34,7 @@ EXAMPLES = (
 
 def add_options(command: argparse.ArgumentParser) -> None:
     add_printing(command)
+    add_merging(command)
     add_running(command)
     add_steps(command)
     command.add_argument(
@@ -71,6 +73,7 @@ def _pass_on(arguments: argparse.Namespace) -> int:
     name = "robot" if is_stream(arguments.robot) else stem(Path(arguments.robot))
     with saving(arguments, True) as save:
         config, lines = without_config(arguments.robot, f"{name}.mbs", arguments)
+        arguments.fresh = True  # no file is there to be merged with
         conversion = convert_one(config, lines, arguments)
         found = report(conversion)
         data = conversion.files.get(conversion.settings.output)

@@ -77,7 +77,8 @@ def state(conversion: Conversion) -> dict[str, Any]:
         "files": {
             # a name of a file may be no text
             path.name.encode("utf-8", "backslashreplace").decode(): f"{len(data)} bytes"
-            for path, data in conversion.files.items()
+            for files in (conversion.ahead, conversion.files, conversion.behind)
+            for path, data in files.items()
         },
         "changed": _plain(conversion.changed),
         "proof": _plain(conversion.proof),

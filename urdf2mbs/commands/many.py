@@ -31,8 +31,8 @@ PATIENCE = 5.0
 
 def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
     """Convert all robots of some configs; the exit code is the worst of theirs."""
-    for name in ("stop_after", "dump"):
-        if getattr(arguments, name) is not None:
+    for name in ("stop_after", "dump", "plan", "fresh"):
+        if getattr(arguments, name) not in (None, False):
             flag = name.replace("_", "-")
             raise ConfigError("usage", f"--{flag} is for one robot, and these are many")
     if arguments.workers is not None and arguments.workers < 1:

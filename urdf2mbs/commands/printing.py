@@ -36,6 +36,10 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
         f"  {counted(joints.urdf, 'URDF joint')} -> {joints_in_words(joints)}; "
         f"{found.base_in_words}"
     )
+    if "merge" in conversion.facts:
+        counts = {does: len(said) for does, said in conversion.facts["merge"]["words"].items()}
+        words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
+        print(f"  merged with your edits: {words or 'nothing is another'}")
     if conversion.names.flipped:
         print(f"  {other_way(conversion.names.flipped)}")
     if found.proof is not None:

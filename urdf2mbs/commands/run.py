@@ -8,6 +8,7 @@ from urdf2mbs.commands.printing import near, next_steps, print_json, tell, tell_
 from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import (
     add_many,
+    add_merging,
     add_printing,
     add_running,
     add_steps,
@@ -15,15 +16,16 @@ from urdf2mbs.commands.settings import (
     read_config,
 )
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.output import write
+from urdf2mbs.disk.output import plan, write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, printable, some
 from urdf2mbs.passes.left_out import JOINTS
 from urdf2mbs.report.summary import Report, report
 
 EXAMPLES = (
     "urdf2mbs run robot.yaml",
+    "urdf2mbs run robot.yaml --plan",
     "urdf2mbs run robot.yaml -v --dump dump --stop-after emit",
 )
 
@@ -33,6 +35,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "config", type=path, metavar="CONFIG.yaml", nargs="+", help="'init' writes one"
     )
     add_printing(command)
+    add_merging(command)
     add_running(command)
     add_steps(command)
     add_many(command)
@@ -57,7 +60,10 @@ def only_one(arguments: argparse.Namespace) -> None:
 
 def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:
     """The conversion, run; nothing is written but the dump."""
-    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    pipeline = Pipeline(
+        config, lines, installed_plugins=not arguments.no_plugins,
+        fresh=arguments.fresh or arguments.force,
+    )  # fmt: skip
     with Progress(arguments) as progress:
         pipeline.watch(progress)
         if arguments.dump is None:
@@ -75,6 +81,8 @@ def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> 
 def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> int:
     """Convert one robot, write its files, and say what became of it."""
     conversion = convert_one(config, lines, arguments)
+    if arguments.plan:
+        return _show_plan(conversion, arguments)
     write(conversion, force=arguments.force)
     found = report(conversion)
     if arguments.json:
@@ -86,6 +94,28 @@ def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -
             print(f"  {fewer}")
         if conversion.files:
             print(next_steps(conversion))
+    return 0 if conversion.rejected is None else 3
+
+
+def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
+    """Say what would be written, and write nothing."""
+    files = {
+        does: list(map(near, paths))
+        for does, paths in plan(conversion, force=arguments.force).items()
+    }
+    merge = conversion.facts.get("merge")
+    if arguments.json:
+        print_json({"merge": merge, "files": files, "diagnostics": conversion.diagnostics})
+    else:
+        print(f"{conversion.robot.name}: the plan; nothing is written")
+        for does, sentences in (merge["words"] if merge else {}).items():
+            print(f"  {does}: {len(sentences) or 'nothing'}")
+            for sentence in sentences:
+                print(printable(f"    {sentence}"))
+        for does, paths in files.items():
+            if paths:
+                print(f"  {does} files: {some(paths, 6)}")
+        tell_diagnostics(conversion.diagnostics, arguments.verbose)
     return 0 if conversion.rejected is None else 3
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from urdf2mbs.commands.findings import add_sarif, collecting, differences
 from urdf2mbs.commands.printing import other_way, print_json, proof_in_words, tell_diagnostics
 from urdf2mbs.commands.settings import (
     READING,
@@ -29,6 +30,7 @@ EXAMPLES = (
     "urdf2mbs verify robot.urdf robot.mbs --engine pinocchio",
     "urdf2mbs verify robot.xacro robot.urdf",
     "urdf2mbs verify before.mbs after.mbs",
+    "urdf2mbs verify robot.urdf robot.mbs --ci --sarif urdf2mbs.sarif",
 )
 
 
@@ -56,25 +58,36 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--frames", action="store_true",
         help="a link's frame that is elsewhere in the .mbs is a difference, too",
     )  # fmt: skip
+    command.add_argument(
+        "--ci", action="store_true", help="print a line for each finding, with file and line"
+    )
+    add_sarif(command)
     command.add_argument("--tolerance", type=float, default=1e-9, help="relative (%(default)s)")
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.api import verify
 
-    verdict = verify(
-        standard_input.take() if arguments.robot == STREAM else arguments.robot,
-        arguments.model,
-        engine=arguments.engine,
-        frames=arguments.frames,
-        gravity=tuple(arguments.gravity),
-        tolerance=arguments.tolerance,
-        **choose_fields(arguments),
-    )
+    source = standard_input.take() if arguments.robot == STREAM else arguments.robot
+    with collecting(arguments.sarif, source) as found:
+        verdict = verify(
+            source,
+            arguments.model,
+            engine=arguments.engine,
+            frames=arguments.frames,
+            gravity=tuple(arguments.gravity),
+            tolerance=arguments.tolerance,
+            **choose_fields(arguments),
+        )
+        found.said += [*verdict.diagnostics, *differences(verdict.differences)]
     code = 0 if verdict.same else 3
     if arguments.json:
         words = {"same": verdict.same, "verdict": verdict.verdict}
         print_json({**words, **msgspec.to_builtins(verdict)})
+        return code
+    if arguments.ci:
+        found.tell(arguments.verbose)
+        print(verdict.verdict)
         return code
     if verdict.called != ("the URDF", "the .mbs"):
         first, second = verdict.called

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import trunc
 from typing import Any, Literal
 
@@ -39,6 +39,8 @@ class Change(msgspec.Struct, omit_defaults=True):
     after: Any = None
     drawing: bool = False
     """True if the change is one of pictures alone: the 2D diagram or the 3D view."""
+    follows: str = ""
+    """Of what was added or moved: after which of its like it stands; empty: it is the first."""
 
 
 class Differences(msgspec.Struct):
@@ -51,16 +53,20 @@ class Differences(msgspec.Struct):
     """Joints, by their names before, that have another number in Robotran."""
 
 
-def differences(before: Mbs, after: Mbs, *, physics: bool = False) -> Differences:
+def differences(
+    before: Mbs, after: Mbs, *, physics: bool = False, same: Iterable[tuple[Any, Any]] | None = None
+) -> Differences:
     """The differences of two models; ``physics`` leaves out what is drawn alone.
 
-    A thing that belongs to an added or removed thing is not named beside it.
+    A thing that belongs to an added or removed thing is not named beside it.  ``same`` are the
+    objects of the two models that are the same, where this is known.
     """
-    matching = Matching(before, after)
+    matching = Matching(before, after, same)
     changes = [
-        change for change in _changes(matching, before, after) if not (physics and change.drawing)
+        change
+        for change, _ in changed_things(matching, before, after)
+        if not (physics and change.drawing)
     ]
-    changes.sort(key=lambda change: KINDS.index(change.kind))  # stable
     numbers, new_numbers = before.numbers(), after.numbers()
     renumbered = {
         old.name: (numbers[old.name], new_numbers[new.name])
@@ -70,29 +76,52 @@ def differences(before: Mbs, after: Mbs, *, physics: bool = False) -> Difference
     return Differences(changes, (before.version, after.version), renumbered)
 
 
-def _changes(matching: Matching, before: Mbs, after: Mbs) -> Iterator[Change]:
+def changed_things(matching: Matching, before: Mbs, after: Mbs) -> list[tuple[Change, Thing]]:
+    """Each change, and the thing before; of what was added, the thing after."""
+    changes = list(_changes(matching, before, after))
+    changes.sort(key=lambda change: KINDS.index(change[0].kind))  # stable
+    return changes
+
+
+def _changes(matching: Matching, before: Mbs, after: Mbs) -> Iterator[tuple[Change, Thing]]:
     for does, things in (("removed", matching.removed()), ("added", matching.added())):
         for thing in things:
             if thing.owner is None or thing.owner in matching.partner:
-                yield _whole(does, thing)  # type: ignore[arg-type]
+                change = Change(
+                    does,  # type: ignore[arg-type]
+                    thing.kind, thing.name, owner_in_words(thing), drawing=thing.kind in DRAWN,
+                )  # fmt: skip
+                if does == "added":
+                    change.after = content(thing.part)
+                    change.follows = _follows(matching, thing)
+                else:
+                    change.before = content(thing.part)
+                yield change, thing
     unknown_before, unknown_after = unknown(before), unknown(after)
     for old, new in matching.pairs():
-        yield from _of_thing(matching, old, new)
-        yield from _of_unknown(
+        for change in _of_thing(matching, old, new):
+            yield change, old
+        for change in _of_unknown(
             old, _unknown_of(old, unknown_before), _unknown_of(new, unknown_after)
-        )
+        ):
+            yield change, old
     yield from _reordered(matching)
 
 
-def _whole(does: Literal["added", "removed"], thing: Thing) -> Change:
-    """A thing that came or went, with all that it says."""
-    content = _stated(msgspec.to_builtins(thing.part, enc_hook=lambda _: None))
-    change = Change(does, thing.kind, thing.name, _owner(thing), drawing=thing.kind in DRAWN)
-    if does == "added":
-        change.after = content
-    else:
-        change.before = content
-    return change
+def content(part: Any) -> Any:
+    """All that an object says, with what belongs to it, as plain data."""
+    return _stated(msgspec.to_builtins(part, enc_hook=lambda _: None))
+
+
+def _follows(matching: Matching, thing: Thing) -> str:
+    """After which of its like a thing stands in its owner."""
+    name = ""
+    for other in matching.after:
+        if other is thing:
+            break
+        if other.kind == thing.kind and other.owner is thing.owner:
+            name = other.name
+    return name
 
 
 def _stated(content: Any) -> Any:
@@ -110,15 +139,17 @@ def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
 
     def change(does: Any, field: str, was: Any, now: Any) -> Change:
         drawing = drawn or field.split(".")[0] in DRAWING
-        return Change(does, old.kind, old.name, _owner(old), field, was, now, drawing)
+        return Change(does, old.kind, old.name, owner_in_words(old), field, was, now, drawing)
 
     renamed = old.name != new.name
-    if "name" in old.refers:
+    if renamed and "name" in old.refers:
         renamed = matching.identities(old, "name") != matching.identities(new, "name")
     if renamed:
         yield change("renamed", "name", old.name, new.name)
     if matching.identity(old.owner) != matching.identity(new.owner):
-        yield change("moved", "owner", _owner(old), _owner(new))
+        moved = change("moved", "owner", owner_in_words(old), owner_in_words(new))
+        moved.follows = _follows(matching, new)
+        yield moved
     for field, values in old.refers.items():
         if field == "name":
             continue
@@ -126,13 +157,13 @@ def _of_thing(matching: Matching, old: Thing, new: Thing) -> Iterator[Change]:
             names = [[target_name(target) for target in values]]
             names.append([target_name(target) for target in new.refers[field]])
             yield change("changed", field, *names)
-    was, now = _values(old), _values(new)
+    was, now = plain_values(old), plain_values(new)
     for field in dict.fromkeys([*was, *now]):
         if was.get(field) != now.get(field):
             yield change("changed", field, was.get(field), now.get(field))
 
 
-def _values(thing: Thing) -> dict[str, Any]:
+def plain_values(thing: Thing) -> dict[str, Any]:
     """The plain values of a thing; a value that the file leaves out is its default."""
     values: dict[str, Any] = {}
     for field in thing.part.__struct_fields__:
@@ -174,13 +205,18 @@ def target_name(target: Thing | str | None) -> str:
     return "origin" if target is None else target
 
 
-def _owner(thing: Thing) -> str:
-    owner = thing.owner
-    if owner is None or owner.kind == "model":
+def owner_in_words(thing: Thing) -> str:
+    """What a thing belongs to; empty: the model."""
+    return "" if thing.owner is None else in_words(thing.owner)
+
+
+def in_words(owner: Thing) -> str:
+    """How a thing is called that others belong to; empty: the model."""
+    if owner.kind == "model":
         return ""
     if owner.kind in ("base", "view"):
         return f"the {owner.kind}"
-    above = f" of {_owner(owner)}" if owner.kind == "point" else ""
+    above = f" of {owner_in_words(owner)}" if owner.kind == "point" else ""
     return f"{owner.kind} '{owner.name}'{above}"
 
 
@@ -195,12 +231,12 @@ def _of_unknown(old: Thing, was: dict[str, str], now: dict[str, str]) -> Iterato
         if was.get(path) != now.get(path):
             drawing = old.kind in DRAWN or path.startswith(DRAWING)
             yield Change(
-                "changed", old.kind, old.name, _owner(old), path,
+                "changed", old.kind, old.name, owner_in_words(old), path,
                 was.get(path), now.get(path), drawing,
             )  # fmt: skip
 
 
-def _reordered(matching: Matching) -> Iterator[Change]:
+def _reordered(matching: Matching) -> Iterator[tuple[Change, Thing]]:
     """The kinds of things that stand in another order, said once for each owner."""
     orders: dict[tuple[str, Thing | None], list[Thing]] = {}
     for old, new in matching.pairs():
@@ -213,4 +249,5 @@ def _reordered(matching: Matching) -> Iterator[Change]:
             before = [matching.partner[thing].name for thing in things]
             after = [thing.name for thing in sorted(things, key=places.__getitem__)]
             of = "" if owner is None or owner.kind == "model" else f"{owner.kind} '{name}'"
-            yield Change("reordered", kind, "", of, "order", before, after, kind in DRAWN)
+            change = Change("reordered", kind, "", of, "order", before, after, kind in DRAWN)
+            yield change, owner or matching.before[0]

@@ -8,7 +8,7 @@ one number, so that references can be compared across models in which they are n
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any
 
 import msgspec
@@ -99,14 +99,26 @@ def _things(mbs: Mbs) -> Iterator[Thing]:
 
 
 class Matching:
-    """The things of two models, and which of them are the same."""
+    """The things of two models, and which of them are the same.
 
-    def __init__(self, before: Mbs, after: Mbs) -> None:
+    ``same`` are the objects of the two that are the same, where this is known.
+    """
+
+    def __init__(
+        self, before: Mbs, after: Mbs, same: Iterable[tuple[Any, Any]] | None = None
+    ) -> None:
         self.before, self.after = things(before), things(after)
         self.partner: dict[Thing, Thing] = {}
         """The thing after of a thing before, and the other way round."""
         self._numbers: dict[Thing, int] = {}
-        self._match()
+        if same is None:
+            self._match()
+            return
+        old = {id(thing.part): thing for thing in self.before}
+        new = {id(thing.part): thing for thing in self.after}
+        for part, partner in same:
+            if id(part) in old and id(partner) in new:
+                self._join(old[id(part)], new[id(partner)])
 
     def removed(self) -> list[Thing]:
         return [thing for thing in self.before if thing not in self.partner]
@@ -140,7 +152,16 @@ class Matching:
         ):
             self._pair("joint", self._within(name_or_type), exactly=True)
         self._pair("point", self._within(lambda point: point.name))
-        for structure in (_place_and_use, _place):
+        hanging: dict[Thing, set[Hashable]] = {}
+        for body in (*self.before, *self.after):
+            for point in body.refers.get("point", ()):
+                if isinstance(point, Thing):
+                    hanging.setdefault(point, set()).add(self.identity(body))
+
+        def carried(point: Thing) -> Hashable:
+            return frozenset(hanging[point]) if point in hanging else None
+
+        for structure in (_place_and_use, _place, carried):
             self._pair("point", self._within(structure), exactly=True)
         for kind in ("sensor", "force"):
             self._pair(kind, self._within(lambda _: ()))
@@ -149,6 +170,7 @@ class Matching:
             self._pair(kind, self._ends, exactly=True)
         self._pair("user model", _parameters, exactly=True)
         self._pair("parameter", self._within(lambda thing: self.identities(thing, "name")))
+        self._pair("parameter", self._within(lambda thing: thing.name))
         self._pair(
             "parameter", self._within(lambda thing: (thing.part.type, thing.part.values)),
             exactly=True,
@@ -160,6 +182,7 @@ class Matching:
         self._pair("shape", self._within(lambda shape: (shape.name, shape.part.kind)))
         for kind in ("shape", "viewpoint", "light"):
             self._pair(kind, self._within(_but_for_name), exactly=True)
+        self._pair("shape", self._within(_form), exactly=True)
 
     def _pair(self, kind: str, key: Key, *, exactly: bool = False) -> bool:
         """Pair the things of a kind that have equal keys, in the order of the files, and tell
@@ -276,3 +299,8 @@ def _content(thing: Thing) -> Hashable:
 def _but_for_name(thing: Thing) -> Hashable:
     part: Shape = thing.part
     return repr(msgspec.structs.replace(part, origin=None, name=""))
+
+
+def _form(thing: Thing) -> Hashable:
+    part: Shape = thing.part
+    return part.kind, part.position, part.rotation, part.size, part.radius, part.height, part.url

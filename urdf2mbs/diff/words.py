@@ -72,7 +72,8 @@ def line(change: Change) -> str:
         return f"the order of {counted(2, change.kind)[2:]}{of}: now {now}"
     field = FIELDS.get(change.field, change.field.replace("_", " ").replace(".", ": "))
     unit = UNITS.get(change.field, "")
-    return f"{who}: {field} {_value(change.before)} -> {_value(change.after)} {unit}".rstrip()
+    values = f"{value_in_words(change.before)} -> {value_in_words(change.after)}"
+    return f"{who}: {field} {values} {unit}".rstrip()
 
 
 def _described(kind: str, content: dict[str, Any]) -> str:
@@ -88,11 +89,11 @@ def _described(kind: str, content: dict[str, Any]) -> str:
         parts += [counted(len(content[field]), field[:-1])
                   for field in ("points", "shapes") if field in content]  # fmt: skip
         if content.get("mass"):
-            parts.append(f"{_value(content['mass'])} kg")
+            parts.append(f"{value_in_words(content['mass'])} kg")
     elif kind == "joint":
         parts.append(f"{content['type']}, {content['nature']}")
     elif kind == "point":
-        parts.append(f"at {_value(content['coordinates'])} m")
+        parts.append(f"at {value_in_words(content['coordinates'])} m")
         parts += [f"{word} '{content[field]['name']}'"
                   for field, word in (("sensor", "sensor"), ("extforce", "force"))
                   if field in content]  # fmt: skip
@@ -112,15 +113,16 @@ def _end(end: Sequence[str | None]) -> str:
     return f"{on} ({point or 'origin'})"
 
 
-def _value(value: Any) -> str:
+def value_in_words(value: Any) -> str:
+    """A value as a line of differences has it."""
     if value is None:
         return "none"
     if isinstance(value, float):
         return repr(value).removesuffix(".0")
     if isinstance(value, list | tuple):
         if len(value) == 1:
-            return _value(value[0])
-        return "(" + ", ".join(map(_value, value)) + ")"
+            return value_in_words(value[0])
+        return "(" + ", ".join(map(value_in_words, value)) + ")"
     if isinstance(value, str) and value.removeprefix("-")[:1].isdigit():
         return value  # a number of a user model
     if isinstance(value, str):

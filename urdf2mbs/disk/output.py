@@ -16,19 +16,18 @@ from contextlib import ExitStack, suppress
 from errno import EACCES, EDEADLK, EINVAL, EISDIR
 from pathlib import Path
 from stat import S_IMODE
+from types import MappingProxyType
 from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_portable, read
-from urdf2mbs.disk.seal import can_hold, checksum, has_seal, intact, seal
+from urdf2mbs.disk.seal import RECORD, can_hold, checksum, has_seal, intact, seal
 from urdf2mbs.machine.stopping import Unfinished
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What Robotran expects in a project's folder.
 FOLDERS = ("animationR/vrml", "dataR", "resultsR", "symbolicR", "userfctR", "workR")
 WINDOWS = os.name == "nt"
-#: The file with the checksums of those files of its folder that cannot hold a seal (``sha256sum``).
-RECORD = ".urdf2mbs"
 
 
 def write(conversion: Conversion, *, force: bool = False) -> None:
@@ -37,13 +36,41 @@ def write(conversion: Conversion, *, force: bool = False) -> None:
     What fits the robot no more is removed, of the files that nobody has changed.  ``force``
     replaces files, too, that were edited or that are somebody else's.
     """
-    conversion.files = {path: seal(path, data) for path, data in conversion.files.items()}
+    _complete(conversion)
     project = conversion.settings.project
     folders = [] if project is None else [project / name for name in FOLDERS]
     write_files(
         conversion.files, folders,
         once=conversion.starters, obsolete=conversion.obsolete, force=force,
+        replaces=conversion.replaces,
     )  # fmt: skip
+
+
+def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]]:
+    """The files that ``write`` would write anew, change and remove; raises ConfigError as it."""
+    _complete(conversion)
+    files = conversion.files
+    if not force:
+        check_ours(files, conversion.replaces)
+    files = files | _untouched(conversion.starters)
+    there = {path: _read(path) for path in files if path.is_file()}
+    return {
+        "new": [path for path in files if not os.path.lexists(path)],
+        "changed": [path for path, data in there.items() if data != files[path]],
+        "removed": [p for p in conversion.obsolete if p.is_file() and intact(_read(p))],
+    }
+
+
+def _complete(conversion: Conversion) -> None:
+    """Give the files of a conversion their seals, and those that go with the output."""
+    if conversion.settings.output in conversion.files:
+        conversion.files = {**conversion.ahead, **conversion.files, **conversion.behind}
+    conversion.files = _sealed(conversion.files, conversion.replaces)
+
+
+def _sealed(files: Mapping[Path, bytes], replaces: Collection[Path]) -> dict[Path, bytes]:
+    """Files with their seals; those that hold the work of people, too, get none."""
+    return {path: data if path in replaces else seal(path, data) for path, data in files.items()}
 
 
 def write_files(
@@ -53,18 +80,21 @@ def write_files(
     once: Mapping[Path, bytes] | None = None,
     obsolete: Collection[Path] = (),
     force: bool = False,
+    replaces: Mapping[Path, bytes] | None = None,
 ) -> None:
     """Write all of the files or, where one cannot be written, none; ``folders`` are made, too.
 
-    ``files`` are sealed.  A file that is there is replaced if its seal is intact or it is empty;
-    with ``force`` in any case.  The files of ``once`` are the user's: they are written as they
-    are, where nothing is.  ``obsolete`` files are removed if their seal is intact.
+    ``files`` are sealed, and get their places in their order.  A file that is there is replaced if
+    its seal is intact or it is empty; with ``force`` in any case.  One of ``replaces`` is replaced
+    if it is still what that says, by the new file as it is, without a seal.  The files of ``once``
+    are the user's: they are written as they are, where nothing is and where nobody has touched
+    what an earlier run wrote.  ``obsolete`` files are removed if nobody has changed them.
     A link stays, and what it leads to is replaced.  A device or pipe is written to, last of all.
 
     Raises ConfigError where a file is not ours to replace, and where a folder or file cannot be
     written.
     """
-    once = once or {}
+    once, replaces = once or {}, replaces or {}
     path = Path()
     parts: dict[Path, Path] = {}
     kept: dict[Path, Path | None] = {}
@@ -73,7 +103,7 @@ def write_files(
         try:
             for path in (*folders, *(file.parent for file in (*files, *once))):
                 _make_folder(path, made)
-            sealed_files = {path: seal(path, data) for path, data in files.items()}
+            sealed_files = _sealed(files, replaces)
             streams = [path for path in files if path.exists() and _is_stream(path)]
             places = {
                 Path(os.path.realpath(path)): data
@@ -85,17 +115,16 @@ def write_files(
             for path in places:
                 _check_place(path)
             if not force:
-                check_ours(places)
-            places = {**_records(places), **places}
-            # a link counts as well, even where it leads nowhere
-            places |= {file: once[file] for file in once if not os.path.lexists(file)}
+                check_ours(places, {Path(os.path.realpath(p)): replaces[p] for p in replaces})
+            starters = _untouched(once)
+            places = {**_records(places, starters), **places, **starters}
             for path, data in places.items():
                 parts[path] = _part(path, data)
             for path, part in parts.items():
                 kept[path] = _backup(path)
                 part.replace(path)
             for path in gone:
-                if path not in places and intact(read(path)):
+                if path not in places and _is_ours(path, read(path)):
                     kept[path] = _backup(path)
                     path.unlink()
             for path in streams:
@@ -127,14 +156,17 @@ def _lock_all(files: Collection[Path], locks: ExitStack) -> None:
             _sweep(folder, [*names, RECORD])
 
 
-def check_ours(places: Mapping[Path, bytes]) -> None:
-    """Raise ConfigError if a file is there that somebody has made or edited, and would be lost."""
+def check_ours(
+    places: Mapping[Path, bytes], known: Mapping[Path, bytes] = MappingProxyType({})
+) -> None:
+    """Raise ConfigError if a file is there that somebody has made or edited, and would be lost;
+    not if it is still what is ``known`` of it."""
     lost: list[str] = []
     for place, data in places.items():
         if not place.exists():
             continue
         there = _read(place)
-        if not there or there == data or intact(there) or _line(place, there) in _recorded(place):
+        if not there or there in (data, known.get(place)) or _is_ours(place, there):
             continue
         edited = has_seal(there) or f"  {place.name}\n" in "".join(_recorded(place))
         why = (
@@ -152,16 +184,20 @@ def check_ours(places: Mapping[Path, bytes]) -> None:
         )
 
 
-def _records(places: Mapping[Path, bytes]) -> dict[Path, bytes]:
-    """For each folder, the checksums of its files that have no comments to hold a seal.
+def _is_ours(place: Path, there: bytes) -> bool:
+    """True if nobody has changed a file since we wrote it."""
+    return intact(there) or _line(place, there) in _recorded(place)
+
+
+def _records(places: Mapping[Path, bytes], starters: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """For each folder, the checksums of its files that hold no seal.
 
     The record is put in place before its files: whenever a process is killed, each file is one
     of those that are recorded.
     """
     records: dict[Path, set[str]] = {}
-    for place, data in places.items():
-        if can_hold(place, data):
-            continue
+    without = {place: data for place, data in places.items() if not can_hold(place, data)}
+    for place, data in {**without, **starters}.items():
         record = place.with_name(RECORD)
         there = _line(place, _read(place)) if place.exists() else ""
         lines = records.setdefault(record, {*_recorded(place)})
@@ -169,6 +205,17 @@ def _records(places: Mapping[Path, bytes]) -> dict[Path, bytes]:
         lines -= own - {there}
         lines.add(_line(place, data))
     return {file: "".join(sorted(lines)).encode() for file, lines in records.items()}
+
+
+def _untouched(once: Mapping[Path, bytes]) -> dict[Path, bytes]:
+    """The files of the user that are not there, or still are as an earlier run wrote them."""
+    return {
+        file: data
+        for file, data in once.items()
+        # a link counts as well, even where it leads nowhere
+        if not os.path.lexists(file)
+        or (file.is_file() and (_line(file, _read(file)) in (_line(file, data), *_recorded(file))))
+    }
 
 
 def _recorded(place: Path) -> list[str]:

@@ -2,7 +2,8 @@
 
 Only a file whose seal is intact is replaced without ``force``: nobody has changed it since
 urdf2mbs wrote it.  Line ends do not count, because git may convert them.  A kind of file that
-has no comments is recorded beside it instead (``output.RECORD``).
+has no comments is recorded beside it instead (``RECORD``), and so are the user's own files as they
+were first.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+#: The file with the checksums of those files of its folder that hold no seal (``sha256sum``).
+RECORD = ".urdf2mbs"
 #: What stands around a comment, by the ending of a file; of XML and HTML see ``_comment``.
 _COMMENTS = {
     **dict.fromkeys((".py", ".yaml", ".yml", ".wrl"), ("# ", "")),
@@ -59,7 +62,7 @@ def checksum(data: bytes) -> str:
     """The sha256 of a text, its lines ended by a line feed."""
     from hashlib import sha256  # its library takes as long to load as all our passes
 
-    return sha256(data.replace(b"\r\n", b"\n") if b"\r\n" in data else data).hexdigest()
+    return sha256(data.replace(b"\r\n", b"\n") if b"\r" in data else data).hexdigest()
 
 
 def _last_line(data: bytes) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.disk.seal import seal, unseal
+from urdf2mbs.disk.seal import intact, seal, unseal
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
 from urdf2mbs.engine.hookspecs import Pass
@@ -31,14 +31,16 @@ _UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n
 class Pipeline:
     """The passes of one config, in an order that has been checked."""
 
-    def __init__(self, config: Config, lines: Lines, *, installed_plugins: bool = True) -> None:
+    def __init__(
+        self, config: Config, lines: Lines, *, installed_plugins: bool = True, fresh: bool = False
+    ) -> None:
         folder = lines.folder
         if config.sweep is not None:
             raise lines.error(
                 "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
                 "'urdf2mbs run' makes them; 'explain' shows the first",
             )  # fmt: skip
-        self.settings = settings_of(config, lines, folder)
+        self.settings = settings_of(config, lines, folder, fresh=fresh)
         files = [
             folder / expand(file, lines, ("plugins", n)) for n, file in enumerate(config.plugins)
         ]
@@ -108,7 +110,8 @@ class Pipeline:
         data = conversion.files.get(output)
         if conversion.proof is None and data is not None and output.suffix == ".mbs":
             # behind the root: what stands before it is no place for a comment in every reader
-            conversion.files[output] = seal(output, unseal(data) + _UNPROVEN)
+            said = unseal(data).removesuffix(_UNPROVEN) + _UNPROVEN
+            conversion.files[output] = seal(output, said) if intact(data) else said
         return conversion
 
     def _progress(self, text: str) -> None:

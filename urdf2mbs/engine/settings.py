@@ -18,7 +18,7 @@ from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.reader import stem
 
 
-def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
+def settings_of(config: Config, lines: Lines, folder: Path, *, fresh: bool = False) -> Settings:
     """What a config says, with absolute paths; ``folder`` is where its relative ones begin."""
     xacro_args = dict(config.xacro_args)
     packages = {}
@@ -51,7 +51,7 @@ def settings_of(config: Config, lines: Lines, folder: Path) -> Settings:
                 ("packages", name),
             )
     config = msgspec.structs.replace(config, xacro_args=xacro_args)
-    return Settings(source, output, config, packages, project, languages, absolute(folder))
+    return Settings(source, output, config, packages, project, languages, absolute(folder), fresh)
 
 
 def check_output(settings: Settings, passes: Sequence[type[Pass]], lines: Lines) -> None:

@@ -91,7 +91,9 @@ def convert_one(job: Job) -> Outcome:
     start = perf_counter()
     try:
         with noting() as read:
-            pipeline = Pipeline(job.config, job.lines, installed_plugins=job.installed_plugins)
+            pipeline = Pipeline(
+                job.config, job.lines, installed_plugins=job.installed_plugins, fresh=job.force
+            )
             conversion = pipeline.run()
         write(conversion, force=job.force)
     except ConversionError as error:

@@ -161,10 +161,11 @@ class _Reader:
         part: Any = make(element.tag)
         kids = self.children(element, table)
         if what:
-            tag, *_ = table
+            tag = next(iter(table))
             part.name = self.name(element, kids, tag, what)
             del kids[tag]
-            self.require(element, kids, f"{what} '{part.name}'")
+            if element.tag in _REQUIRED:
+                self.require(element, kids, f"{what} '{part.name}'")
         part.origin = self.origin(element)
         if isinstance(part, Body):
             self.owner = part.name

@@ -7,6 +7,7 @@ know keeps its place, comments and white space included.
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import TYPE_CHECKING
 
 from lxml import etree
@@ -20,23 +21,42 @@ if TYPE_CHECKING:
 
 #: The attribute by which the writer marks the element of an object: the number of its origin.
 AT = "at"
+#: The same of an object that comes from another file.
+FROM = "from"
 
 
-def rewrite(elements: list[_Element], was: _Element, now: _Element) -> None:
+def rewrite(
+    elements: list[_Element],
+    was: _Element,
+    now: _Element,
+    others: tuple[list[_Element], _Element] | None = None,
+) -> None:
     """Change a file's tree.
 
     ``elements`` are those of the objects in the file by the numbers of their origins, the root
     first; ``was`` and ``now`` are what the writer writes of the model before and after.
+    ``others`` are the elements of another file, from which objects come, and what the writer
+    writes of its model.
     """
-    _Rewriter(elements, was, now).change(elements[0], was, now)
+    _Rewriter(elements, was, now, others).change(elements[0], was, now)
 
 
 class _Rewriter:
-    def __init__(self, elements: list[_Element], was: _Element, now: _Element) -> None:
+    def __init__(
+        self,
+        elements: list[_Element],
+        was: _Element,
+        now: _Element,
+        others: tuple[list[_Element], _Element] | None,
+    ) -> None:
         self.elements = elements
         self.objects = set(elements)
         self.was = _marked(was)
         self.now = _marked(now)
+        self.others: list[_Element] = others[0] if others else []
+        self.others_were = _marked(others[1]) if others else {}
+        for element in self.others_were.values():
+            del element.attrib[AT]
 
     def change(self, kept: _Element, was: _Element, now: _Element) -> None:
         """Change one element of the file, and what is in it."""
@@ -46,7 +66,7 @@ class _Rewriter:
             kept.text = now.text
         for name in dict.fromkeys([*was.keys(), *now.keys()]):
             value = now.get(name)
-            if name != AT and value != was.get(name):
+            if name not in (AT, FROM) and value != was.get(name):
                 if value is None and name in kept.attrib:
                     del kept.attrib[name]
                 elif value is not None:
@@ -85,6 +105,12 @@ class _Rewriter:
             kept = self.elements[int(at)]
             self.change(kept, self.was[int(at)], now)
             _detach(kept)
+            return kept
+        other = now.get(FROM)
+        if other is not None:
+            kept = deepcopy(self.others[int(other)])
+            kept.tail = None
+            self.change(kept, self.others_were[int(other)], now)
             return kept
         made = etree.Element(now.tag)
         for name, value in now.items():

@@ -113,6 +113,8 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     """
     size = _size(mbs)
     whole = {body.name for body in mbs.bodies if body.mass and len(_torques(body, size)) == 3}
+    if all(body.name in whole and _independent(body) for body in mbs.bodies):
+        return []
     numbers = mbs.numbers()
     initial: dict[str, float] = {}
     general: dict[str, float] = {}
@@ -137,6 +139,15 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
                 singular.always, singular.nearly = values is general, small == NEARLY
                 out.append(singular)
     return out
+
+
+def _independent(body: Body) -> bool:
+    """True if the joints before a body surely are independent: one, or a floating base at zero,
+    whose shifts and turns are along and about the axes of one frame, each another."""
+    moving = [joint.type for joint in body.joints if joint.nature != "driven"]
+    return len(moving) <= 1 or (
+        len(set(moving)) == len(moving) and not any(joint.q for joint in body.joints)
+    )
 
 
 class _Position:
@@ -277,6 +288,10 @@ def _torques(body: Body, size: float) -> list[Vec]:
     largest = max(map(abs, (xx, xy, xz, yy, yz, zz)))
     if largest <= DUST * abs(body.mass or 0.0) * size * size:
         return []
+    determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy)
+    # the last step below is at least a third of the determinant
+    if abs(determinant) > 10.0 * ROUNDING * largest * largest * largest:
+        return list(AXES)
     columns = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
     basis = _basis([(x / largest, y / largest, z / largest, *ZERO) for x, y, z in columns])
     return [(x, y, z) for x, y, z, *_ in basis]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from functools import cache
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, KEPT, MBS, OBJECTS, POINT, Table
+from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, MBS, OBJECTS, Table
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -17,17 +18,15 @@ from urdf2mbs.mbs.model import (
     LINKS,
     NATURES,
     ORIGIN,
-    RGB,
     SENSOR_MEASURES,
     SHAPES,
     SYMBOLS,
-    XY,
     Mbs,
     Part,
     Sensor,
 )
 from urdf2mbs.mbs.reader import read_again
-from urdf2mbs.mbs.rewrite import AT, rewrite
+from urdf2mbs.mbs.rewrite import AT, FROM, rewrite
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -77,13 +76,14 @@ _NOT_FINITE = r"(?i)\s*[+-]?(inf|infinity|nan)\s*"
 _NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
-def write(mbs: Mbs) -> bytes:
+def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
     """The file as bytes: the same bytes for the same model.
 
     Bodies, joints and points are written in the order of the model.  Numbers are written to
     the last digit.  What is None is left out; MBSysPad wants every body's ``drawing``, the
     3D viewer wants ``view``.  A model that was read is written into its file: only what has
-    changed in the model changes there.
+    changed in the model changes there.  Objects may come from one ``other`` file, with all that
+    stands in their elements.
 
     Raises ValueError for what no .mbs can hold: a number that is not finite, a character
     that is not XML's, a word that the format does not have, a body without a joint, a sensor
@@ -93,10 +93,15 @@ def write(mbs: Mbs) -> bytes:
         return _Writer().mbs(mbs).encode()
     source = mbs.origin.source
     before, elements = read_again(source)
-    was, now = (_Writer(source).mbs(model).encode() for model in (before, mbs))
+    was = _Writer(source).mbs(before).encode()
+    now = _Writer(source, other).mbs(mbs).encode()
     if was == now:
         return source
-    rewrite(elements, etree.fromstring(was), etree.fromstring(now))
+    others = None
+    if other is not None:
+        theirs, their_elements = read_again(other)
+        others = their_elements, etree.fromstring(_Writer(other).mbs(theirs).encode())
+    rewrite(elements, etree.fromstring(was), etree.fromstring(now), others)
     return _spelled(elements[0], source)
 
 
@@ -114,140 +119,177 @@ def _spelled(root: _Element, source: bytes) -> bytes:
     return (head[0] if head else b"") + data
 
 
-#: A body's own frame is not drawn.
-_OWN_FRAME = {tag: entry for tag, entry in POINT.items() if tag != "graphics"}
-
-
 class _Writer:
-    def __init__(self, source: bytes | None = None) -> None:
-        self.source = source
-        """The file to which the origins belong that are marked."""
+    def __init__(self, source: bytes | None = None, other: bytes | None = None) -> None:
+        self.source, self.other = source, other
+        """The files to which the origins belong that are marked."""
         self.marked: set[int] = set()
         self.number = _Numbers()
         self.text = _Texts()
 
     def mbs(self, mbs: Mbs) -> str:
         _check(mbs)
-        elements = self.elements(mbs, MBS, "  ")
+        elements = _root()(self, mbs)
         return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{elements}</mbsDescR7>\n'
-
-    def elements(self, thing: Any, table: Table, pad: str) -> str:
-        """The elements of a table, without those whose value is None."""
-        out: list[str] = []
-        for tag, entry in table.items():
-            if isinstance(entry, tuple):
-                field, kind = entry
-                value = getattr(thing, field)
-                if value is None:
-                    continue
-                if isinstance(kind, str):
-                    out.append(_KINDS[kind](self, tag, value, pad))
-                    continue
-                only = next(iter(kind))
-                inner = "".join([self.part(getattr(part, "kind", only), part, f"{pad}  ")
-                                 for part in value])  # fmt: skip
-            elif entry is None:
-                out.append(f"{pad}<{tag}/>\n")
-                continue
-            else:
-                inner = self.elements(thing, entry, f"{pad}  ")
-            if inner or tag in KEPT:
-                out.append(_element(tag, inner, pad))
-        return "".join(out)
-
-    def part(self, tag: str, part: Any, pad: str) -> str:
-        """The element of an object."""
-        _, table, what = OBJECTS[tag]
-        above = self.number.where
-        if tag == "point":
-            table = _OWN_FRAME if part.name == ORIGIN else table
-        elif what:
-            self.number.where = f"{what} '{part.name}'"
-        inner = self.elements(part, table, f"{pad}  ")
-        self.number.where = above
-        return f"{pad}<{tag}{self.at(part)}>\n{inner}{pad}</{tag}>\n"
 
     def at(self, part: Part) -> str:
         """The mark of an object that was read; a copy of one is new."""
         origin = part.origin
-        if self.source is None or origin is None or origin.source is not self.source:
+        if self.source is None or origin is None:
+            return ""
+        if self.other is not None and origin.source is self.other:
+            return f' {FROM}="{origin.number}"'
+        if origin.source is not self.source:
             return ""
         if origin.number in self.marked:
             return ""
         self.marked.add(origin.number)
         return f' {AT}="{origin.number}"'
 
-    # --- the kinds of values ---
 
-    def nested(self, kind: str, where: str, tag: str, value: Any, pad: str) -> str:
-        above = self.number.where
-        self.number.where = where or above
-        inner = self.elements(value, INSIDE[kind], f"{pad}  ")
-        self.number.where = above
-        return _element(tag, inner, pad)
+Write: TypeAlias = Callable[[_Writer, Any], str]
+"""Writes a value or an object.  Each table becomes such functions once: two thirds of the time."""
 
-    def parts(self, tag: str, parts: Iterable[Part], pad: str) -> str:
-        return "".join([self.part(tag, part, pad) for part in parts])
 
-    def texts(self, tag: str, texts: Iterable[str], pad: str) -> str:
-        return "".join([f"{pad}<{tag}>{self.text[text]}</{tag}>\n" for text in texts])
+@cache
+def _root() -> Write:
+    return _elements(MBS, "  ")
 
-    def numbers(self, tag: str, tags: Iterable[str], values: Iterable[float], pad: str) -> str:
-        """An element with one for each of several numbers."""
-        n = self.number
-        parts = zip(tags, values, strict=False)
-        inner = "".join([f"{pad}  <{part}>{n[value]}</{part}>\n" for part, value in parts])
-        return f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
 
-    def control_points(self, tag: str, points: Iterable[XY], pad: str) -> str:
-        return _element(
-            tag, "".join(self.numbers("control_point", "xy", xy, f"{pad}  ") for xy in points), pad
-        )
+@cache
+def _part(tag: str, pad: str) -> Write:
+    """Writes the element of an object."""
+    _, table, what = OBJECTS[tag]
+    drawn = _elements(table, f"{pad}  ")
+    bare = _elements({tag: table[tag] for tag in table if tag != "graphics"}, f"{pad}  ")
 
-    def place(self, tag: str, place: tuple[str | None, str | None], pad: str) -> str:
-        body, point = place
-        inner = self.texts("bodyname", [BASE if body is None else body], f"{pad}  ")
-        inner += self.texts("pointname", [ORIGIN if point is None else point], f"{pad}  ")
-        return _element(tag, inner, pad)
+    def write(writer: _Writer, part: Any) -> str:
+        above = writer.number.where
+        if what and tag != "point":
+            writer.number.where = f"{what} '{part.name}'"
+        # a body's own frame is not drawn
+        inner = (bare if tag == "point" and part.name == ORIGIN else drawn)(writer, part)
+        writer.number.where = above
+        return f"{pad}<{tag}{writer.at(part)}>\n{inner}{pad}</{tag}>\n"
 
-    def sensor(self, tag: str, sensor: Sensor, pad: str) -> str:
+    return write
+
+
+def _elements(table: Table, pad: str) -> Write:
+    """Writes the elements of a table, without those whose value is None."""
+    entries: list[tuple[str, Write]] = []
+    for tag, entry in table.items():
+        if isinstance(entry, tuple):
+            entries.append((entry[0], _value(tag, entry[1], pad)))
+        else:
+            inside = _elements(entry or {}, f"{pad}  ")
+            entries.append(("", _around(tag, inside, pad, kept=entry is MARK or tag in KEPT)))
+
+    def write(writer: _Writer, thing: Any) -> str:
+        out: list[str] = []
+        for field, write_value in entries:
+            value = getattr(thing, field) if field else thing
+            if value is not None:
+                out.append(write_value(writer, value))
+        return "".join(out)
+
+    return write
+
+
+def _value(tag: str, kind: str | frozenset[str], pad: str) -> Write:
+    if isinstance(kind, str):
+        return _KINDS[kind](tag, pad)
+    only = next(iter(kind))
+    within = f"{pad}  "
+    each = _each(lambda w, part: _part(getattr(part, "kind", only), within)(w, part))
+    return _around(tag, each, pad, kept=tag in KEPT)
+
+
+def _each(write: Write) -> Write:
+    return lambda w, values: "".join([write(w, value) for value in values])
+
+
+def _around(tag: str, inside: Write, pad: str, *, kept: bool = True) -> Write:
+    """Writes an element around others; without others only if it is ``kept``."""
+
+    def write(writer: _Writer, value: Any) -> str:
+        inner = inside(writer, value)
+        if inner:
+            return f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
+        return f"{pad}<{tag}/>\n" if kept else ""
+
+    return write
+
+
+def _nested(kind: str, where: str = "") -> Callable[[str, str], Write]:
+    def entry(tag: str, pad: str) -> Write:
+        elements = _elements(INSIDE[kind], f"{pad}  ")
+
+        def inside(writer: _Writer, value: Any) -> str:
+            writer.number.where = where or writer.number.where
+            return elements(writer, value)
+
+        return _around(tag, inside, pad)
+
+    return entry
+
+
+def _text(tag: str, pad: str) -> Write:
+    return lambda w, value: f"{pad}<{tag}>{w.text[value]}</{tag}>\n"
+
+
+def _numbers(tags: Iterable[str]) -> Callable[[str, str], Write]:
+    """Writes an element with one for each of several numbers."""
+
+    def entry(tag: str, pad: str) -> Write:
+        inner = "".join([f"{pad}  <{part}>%s</{part}>\n" for part in tags])
+        text = f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
+        return lambda w, values: text % tuple([w.number[value] for value in values])
+
+    return entry
+
+
+def _place(tag: str, pad: str) -> Write:
+    def inside(writer: _Writer, place: tuple[str | None, str | None]) -> str:
+        body = BASE if place[0] is None else writer.text[place[0]]
+        point = ORIGIN if place[1] is None else writer.text[place[1]]
+        return f"{pad}  <bodyname>{body}</bodyname>\n{pad}  <pointname>{point}</pointname>\n"
+
+    return _around(tag, inside, pad)
+
+
+def _sensor(tag: str, pad: str) -> Write:
+    def write(writer: _Writer, sensor: Sensor) -> str:
         measures = "".join([f' {measure}="true"' for measure in sensor.measures])
-        return f'{pad}<{tag}{self.at(sensor)} name="{self.text[sensor.name]}"{measures}/>\n'
+        return f'{pad}<{tag}{writer.at(sensor)} name="{writer.text[sensor.name]}"{measures}/>\n'
+
+    return write
 
 
-def _element(tag: str, inner: str, pad: str) -> str:
-    return f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n" if inner else f"{pad}<{tag}/>\n"
-
-
-def _color(tag: str, color: RGB, pad: str) -> str:
-    red, green, blue = color
-    return f'{pad}<{tag} R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
-
-
-_KINDS: dict[str, Callable[[_Writer, str, Any, str], str]] = {
-    "text": lambda w, tag, value, pad: f"{pad}<{tag}>{w.text[value]}</{tag}>\n",
-    "title": lambda w, tag, value, pad: w.texts(tag, [value] if value else [], pad),
-    "word": lambda _, tag, value, pad: f"{pad}<{tag}>{value}</{tag}>\n",
-    "number": lambda w, tag, value, pad: f"{pad}<{tag}>{w.number[value]}</{tag}>\n",
-    "xy": lambda w, tag, value, pad: w.numbers(tag, "xy", value, pad),
-    "xyz": lambda w, tag, value, pad: w.numbers(tag, "xyz", value, pad),
-    "coordinates": lambda w, tag, value, pad: _element(
-        tag, w.numbers("coordinates", "xyz", value, f"{pad}  "), pad
+_XY, _XYZ = _numbers("xy"), _numbers("xyz")
+#: What writes each kind of value, of a tag and the blanks before it.
+_KINDS: dict[str, Callable[[str, str], Write]] = {
+    "text": _text,
+    "title": lambda tag, pad: lambda w, value: _text(tag, pad)(w, value) if value else "",
+    "word": lambda tag, pad: lambda _, value: f"{pad}<{tag}>{value}</{tag}>\n",
+    "number": lambda tag, pad: lambda w, value: f"{pad}<{tag}>{w.number[value]}</{tag}>\n",
+    "xy": _XY,
+    "xyz": _XYZ,
+    "coordinates": lambda tag, pad: _around(tag, _XYZ("coordinates", f"{pad}  "), pad),
+    "inertia": _numbers(INSIDE["inertia"]),
+    "control points": lambda tag, pad: _around(tag, _each(_XY("control_point", f"{pad}  ")), pad),
+    "color": lambda tag, pad: (
+        lambda _, rgb: f'{pad}<{tag} R="{rgb[0]:d}" G="{rgb[1]:d}" B="{rgb[2]:d}"/>\n'
     ),
-    "inertia": lambda w, tag, value, pad: w.numbers(tag, INSIDE["inertia"], value, pad),
-    "control points": _Writer.control_points,
-    "color": lambda _, tag, value, pad: _color(tag, value, pad),
-    "flag": lambda _, tag, value, pad: f"{pad}<{tag}/>\n" if value else "",
-    "symbols": lambda _, tag, value, pad: _element(
-        tag, "".join(f"{pad}  <{symbol}/>\n" for symbol in value), pad
-    ),
-    "place": _Writer.place,
-    "sensor": _Writer.sensor,
-    "texts": _Writer.texts,
-    "parts": _Writer.parts,
-    "base": lambda w, tag, value, pad: w.nested("base", "the base", tag, value, pad),
-    "drawing": lambda w, tag, value, pad: w.nested("drawing", "", tag, value, pad),
-    "view": lambda w, tag, value, pad: w.nested("view", "the 3D view", tag, value, pad),
+    "flag": lambda tag, pad: lambda _, value: f"{pad}<{tag}/>\n" if value else "",
+    "symbols": lambda tag, pad: _around(tag, _each(lambda _, symbol: f"{pad}  <{symbol}/>\n"), pad),
+    "place": _place,
+    "sensor": _sensor,
+    "texts": lambda tag, pad: _each(_text(tag, pad)),
+    "parts": lambda tag, pad: _each(_part(tag, pad)),
+    "base": _nested("base", "the base"),
+    "drawing": _nested("drawing"),
+    "view": _nested("view", "the 3D view"),
 }
 
 

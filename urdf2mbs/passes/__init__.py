@@ -15,7 +15,9 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     # not above: whoever looks for hooks would look at every class
     from urdf2mbs.passes.actuators import Actuators
     from urdf2mbs.passes.align_frames import AlignFrames
+    from urdf2mbs.passes.apply_edits import ApplyEdits
     from urdf2mbs.passes.assign_names import AssignNames
+    from urdf2mbs.passes.certificate import Certificate
     from urdf2mbs.passes.check import Check
     from urdf2mbs.passes.collect_anchors import CollectAnchors
     from urdf2mbs.passes.contacts import Contacts
@@ -36,6 +38,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     from urdf2mbs.passes.left_out import LeftOut
     from urdf2mbs.passes.loops import Loops
     from urdf2mbs.passes.lump_fixed import LumpFixed
+    from urdf2mbs.passes.merge import Merge
     from urdf2mbs.passes.merge_massless import MergeMassless
     from urdf2mbs.passes.mimic import Mimic
     from urdf2mbs.passes.posture import Posture
@@ -73,10 +76,13 @@ def urdf2mbs_passes() -> list[type[Pass]]:
         FitView,
         LeftOut,
         Emit,
+        ApplyEdits,  # when given a file
+        Merge,  # when people changed the .mbs that is there
         FindSingular,
         Check,
         Equations,  # when given a language
         Project,  # when the output is a project folder
+        Certificate,  # when the output is a project folder, or when told to
     ]
 
 

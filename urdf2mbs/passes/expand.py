@@ -22,6 +22,7 @@ class Expand(Pass):
             settings.config.xacro_args,
             trust_xacro=settings.config.trust_xacro,
         )
+        conversion.source = data
         if expansion is not None:
             conversion.expanded = expansion.text
         conversion.robot, diagnostics = read_text(

@@ -2,8 +2,8 @@
 
 Beyond the method.  ``userfctR/NAME_robot.py`` (for C: ``NAME_robot.c``, ``NAME_robot.h`` and what
 MBSysPad would generate) holds what is known of the robot, and is written anew at each conversion.
-The user functions and the main script call it; they are written once, where there are none, and
-belong to the user from then on.
+The user functions and the main script call it; they are written where there are none, and belong
+to the user once the user has touched them.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ from pathlib import Path
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.seal import intact
+from urdf2mbs.disk.seal import RECORD, checksum, intact
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConversionError, counted, some
 
 #: The generated module, where a user function loads it.
@@ -52,6 +54,7 @@ class Project(Pass):
             "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
         }
         _warn_of_renamed_project(conversion)
+        _warn_of_lost_names(conversion, folder)
 
 
 def _check_laws(conversion: Conversion) -> None:
@@ -115,13 +118,59 @@ def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
         )
 
 
+def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
+    """User functions may name what the model had when it was written last, and has no more."""
+    output = conversion.settings.output
+    try:
+        before = read(files.read(output), str(output), mechanics_only=True)
+    except (ConversionError, OSError):
+        return  # nothing is there, or nothing that can be read
+    lost = _names(before) - _names(conversion.mbs)
+    if not lost:
+        return
+    names = "|".join(sorted(map(re.escape, lost)))
+    named = re.compile(rf"([\"'])({names})\1|\b({names})_id\b")
+    uses = []
+    for path in sorted([*folder.glob("userfctR/*"), *folder.glob("workR/**/*")]):
+        if path in conversion.files or path.suffix not in (".py", ".c", ".h", ".cc", ".cpp"):
+            continue
+        data = files.beginning(path, 2**20)
+        if not _is_untouched(path, data):
+            for number, text in enumerate(data.decode("utf-8", "replace").splitlines(), start=1):
+                uses += [f"{path.name}:{number} '{a or b}'" for _, a, b in named.findall(text)]
+    if uses:
+        conversion.warn(
+            "project-names-lost",
+            f"your files name what the model has no more: {some(uses, 6)}",
+            hint="joints, forces, sensors and user models are found by their names: change these "
+            "lines",
+        )
+
+
+def _is_untouched(path: Path, data: bytes) -> bool:
+    """True if a file is as urdf2mbs wrote it."""
+    record = files.beginning(path.with_name(RECORD), 2**20)
+    return intact(data) or checksum(data).encode() in record
+
+
+def _names(mbs: Mbs) -> set[str]:
+    """What user functions can find by its name."""
+    points = [point for body in mbs.bodies for point in body.points]
+    found = [joint.name for body in mbs.bodies for joint in body.joints]
+    found += [part.name for p in points for part in (p.sensor, p.extforce) if part is not None]
+    found += [connection.name for connection in (*mbs.links, *mbs.cuts)]
+    found += [model.name for model in mbs.user_models]
+    found += [parameter.name for model in mbs.user_models for parameter in model.parameters]
+    return set(found)
+
+
 def _warn_of_renamed_project(conversion: Conversion) -> None:
     """User functions that are there already may call the module of another name."""
     stale: dict[str, list[str]] = {}
     for path in conversion.starters:
         data = files.beginning(path, 2**20) if files.is_file(path) else b""
         calls = re.search(_MODULE, data.decode("utf-8", "replace"))
-        if calls and calls[1] != conversion.mbs.name:
+        if calls and calls[1] != conversion.mbs.name and not _is_untouched(path, data):
             stale.setdefault(calls[1], []).append(path.name)
     for name, users in stale.items():
         new = conversion.mbs.name

@@ -31,8 +31,9 @@ from urdf2mbs.proof.rigid import (
     shift,
     spin,
     turned,
+    worst,
 )
-from urdf2mbs.proof.verdict import Difference, Proof
+from urdf2mbs.proof.verdict import Compared, Difference, Proof
 from urdf2mbs.spatial import fewest_turns
 
 
@@ -58,6 +59,7 @@ class Comparing:
         self.frames = frames or {}
         self.found: list[Difference] = []
         self.elsewhere: list[Difference] = []
+        self.compared: list[Compared] = []
         gravity = ["gravity"] if one.gravity and two.gravity else []
         self.largest = dict.fromkeys([*gravity, "motion", "mass", "centre", "inertia"], 0.0)
         #: Each group's counterpart, parents first: there is one for each.
@@ -86,7 +88,7 @@ class Comparing:
             same=True, positions=POSITIONS, groups=len(self.one.groups), largest=self.largest,
             differences=[], frames=sorted(self.elsewhere, key=lambda found: -found.size),
             urdf_mass=self.one.mass, mbs_mass=self.two.mass,
-            but_for=but_for, not_compared=not_compared,
+            but_for=but_for, not_compared=not_compared, compared=self.compared,
         )  # fmt: skip
         proof.differ(self.found)
         return proof
@@ -137,8 +139,14 @@ class Comparing:
                 told = f"joint '{ours.joint}' stands after another joint in {self.called[1]}"
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
                     self._differ("parent", told, link=ours.child, joint=ours.joint)
-            self.apart[mine] = self._place(pair, other, link, hangs)
-            self._inertia(pair, self.apart[mine])
+            self.apart[mine], motion = self._place(pair, other, link, hangs)
+            self.compared.append(
+                Compared(
+                    ours.coordinate, theirs.coordinate, ours.joint,
+                    one.groups[ours.parent].coordinate, ours.turns, ours.axis, ours.before,
+                    *pair.our_inertia, worst((motion, self._inertia(pair, self.apart[mine]))),
+                )
+            )  # fmt: skip
 
     def _carried(self, mine: int) -> list[tuple[Group, Group]]:
         """The pairs of groups that hang on a pair."""
@@ -146,8 +154,9 @@ class Comparing:
         pairs = [(self.one.groups[n], groups[self.pairs[n]]) for n in self.one.groups[mine].carries]
         return [(ours, theirs) for ours, theirs in pairs if theirs.parent == other]
 
-    def _place(self, pair: Pair, other: int, link: str | None, hangs: bool) -> Frame:
-        """The constant pose of a group in its counterpart; tells what of the motion differs."""
+    def _place(self, pair: Pair, other: int, link: str | None, hangs: bool) -> tuple[Frame, float]:
+        """The constant pose of a group in its counterpart, and how far their motions are apart;
+        tells what of the motion differs."""
         at = self.frames.get(link) if link is not None else None
         meant: Frame | None = None
         if at is not None:
@@ -163,7 +172,7 @@ class Comparing:
         self.largest["motion"] = max(self.largest["motion"], motion)
         if self._beyond(motion):
             self._tell_motion(pair, place, motion)
-        return place
+        return place, motion
 
     def _tell_motion(self, pair: Pair, place: Frame, motion: float) -> None:
         """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
@@ -208,16 +217,17 @@ class Comparing:
             told += f"; its axis is {tilt:.3g} rad off"
         self._differ("frame", told, off, **where)
 
-    def _inertia(self, pair: Pair, place: Frame) -> None:
-        """Compare what a pair of groups weighs, where, and how it resists turning."""
+    def _inertia(self, pair: Pair, place: Frame) -> float:
+        """Compare what a pair of groups weighs, where, and how it resists turning; gives how far
+        they are apart."""
         apart = pair.inertia(place)
         most = max(apart.values())
         if most == 0.0:
-            return
+            return most
         for kind, off in apart.items():
             self.largest[kind] = max(self.largest[kind], off)
         if not self._beyond(most):
-            return
+            return most
         joint = pair.ours.joint
         link = pair.ours.child
         lost = self._lost(pair)
@@ -249,6 +259,7 @@ class Comparing:
             self._differ(
                 "inertia", f"{self.called[2]} '{link}': inertia", most, link=link, joint=joint
             )
+        return most
 
     def _lost(self, pair: Pair) -> list[str]:
         """The links of a group whose mass is just what the .mbs has too little."""

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.spatial import Sym, Vec
 
 NOT_CHECKED = "NOT CHECKED"
 NOT_THE_SAME = "NOT the same robot"
@@ -26,6 +27,31 @@ class Difference(msgspec.Struct, omit_defaults=True):
     joint: str | None = None
     urdf: Any = None
     mbs: Any = None
+
+
+class Compared(msgspec.Struct):
+    """A rigid group of the URDF, and how far its counterpart in the .mbs is from it."""
+
+    coordinate: str
+    """The coordinate that moves it."""
+    mbs: str
+    """The joint of the .mbs that is this coordinate."""
+    joint: str
+    parent: str
+    """The coordinate of the group before it; empty for the ground."""
+    turns: bool
+    axis: Vec
+    place: tuple[float, ...]
+    """Of its joint at zero, in the group before it; the group's own frame is the one after it.
+    A rotation matrix row by row, then the origin (m)."""
+    mass: float
+    """kg"""
+    centre: Vec
+    """m, in its own frame."""
+    inertia: Sym
+    """kg m^2, about its centre, in the axes of its own frame."""
+    deviation: float
+    """The largest, relative."""
 
 
 class Proof(msgspec.Struct, kw_only=True):
@@ -50,6 +76,8 @@ class Proof(msgspec.Struct, kw_only=True):
     """Known deviations from the URDF that are no difference by themselves: each thing, and why."""
     not_compared: dict[str, str]
     """The things that Robotran reads and nothing here compares, each with the reason."""
+    compared: list[Compared] = []
+    """Group by group, the ground left out."""
 
     def differ(self, differences: Iterable[Difference]) -> None:
         """Add differences; of one size, before those that are there."""
@@ -61,6 +89,12 @@ class Proof(msgspec.Struct, kw_only=True):
         found, self.differences = self.differences, self.frames
         self.frames = []
         self.differ(found)
+
+    def forgive(self, why: str) -> None:
+        """Make differences known deviations, but for what a pass changed and did not say."""
+        kept = [found for found in self.differences if found.kind == "changed"]
+        self.but_for |= {d.message: why for d in self.differences if d not in kept}
+        self.differences, self.same = kept, not kept
 
     def in_words(self, changes: Sequence[str] = ()) -> str:
         """``NOT the same robot``, or ``the same robot, but for ...; not compared: ...``.

@@ -151,7 +151,10 @@ def read_axis(reading: Reading, element: Any) -> tuple[Vec, str | None]:
 
 def text(element: Any) -> str:
     """The text of an element, without comments and without blanks around it."""
-    return "" if element is None else str(element.xpath("string()")).strip()
+    if element is None:
+        return ""
+    whole = str(element.xpath("string()")) if len(element) else element.text or ""
+    return whole.strip()
 
 
 def truth(reading: Reading, element: Any, what: str, word: str) -> bool:

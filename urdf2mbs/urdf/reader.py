@@ -7,6 +7,7 @@ as urdfdom does.
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from lxml import etree
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Robot
     from urdf2mbs.urdf.packages import Packages
     from urdf2mbs.urdf.xacro import Expansion
+
+
+_COMMENT = rb"(?s)<!--.*?-->"
 
 
 def read_robot(
@@ -57,7 +61,9 @@ def expanded(
 
 def has_xacro(data: bytes, file: str) -> bool:
     """True if xacro must expand elements of a URDF, or values of its links and joints."""
-    if b"xacro" not in data and b"$" not in data:
+    # xacro itself leaves a comment and a declaration in what it writes
+    text = re.sub(rb"xmlns:xacro\s*=\s*(\"[^\"]*\"|'[^']*')", b"", re.sub(_COMMENT, b"", data))
+    if b"xacro" not in text and b"$" not in text:
         return False
     root, _ = xml.parse(data, file)
     return any(map(is_xacro, root.iter(etree.Element))) or any(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from contextlib import suppress
 from itertools import zip_longest
-from math import isfinite
+from math import isfinite, nan
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
@@ -71,17 +71,24 @@ class Reading(Elements):
         return text
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
-        (number,) = self.numbers(element, attribute, text, 1)
-        return number
+        try:  # without a tuple: a robot is read in two thirds of the time
+            value = float(text or "")
+        except ValueError:
+            value = nan
+        if text is None or not (text.isascii() and isfinite(value)) or "_" in text:
+            self.bad_number(element, attribute, text, 1)
+        return value
 
     def numbers(
         self, element: Any, attribute: str, text: str | None, count: int
     ) -> tuple[float, ...]:
         if text is not None and text.isascii() and "_" not in text:
-            with suppress(ValueError):
+            try:
                 values = tuple(map(float, text.split()))
-                if len(values) == count and all(map(isfinite, values)):
-                    return values
+            except ValueError:
+                values = ()
+            if len(values) == count and all(map(isfinite, values)):
+                return values
         return self.bad_number(element, attribute, text, count)
 
     def vector(self, element: Any, attribute: str, text: str | None) -> Vec:

@@ -41,16 +41,22 @@ def locate(texts: Iterable[str], names: Sequence[str]) -> tuple[str, int] | None
     return None
 
 
-def element(kind: str, name: str, names: Iterable[str]) -> str | None:
-    """A hint that names the file and line of a link, say, where only one place has it."""
+def place(kind: str, name: str, names: Iterable[str]) -> tuple[str, int] | None:
+    """The file and line of a link, say, where only one place has it."""
     begin = re.compile(rf"""<{kind}\s[^<>]*""")
     places = [
-        f"{file}:{found.count(chr(10), 0, tag.start()) + 1}"
+        (file, found.count("\n", 0, tag.start()) + 1)
         for file, found in ((file, text(file)) for file in names if name)
         for tag in begin.finditer(found)
         if name in _NAME.findall(tag[0])
     ]
-    return f"{kind} '{name}' is in {places[0]}" if len(places) == 1 else None
+    return places[0] if len(places) == 1 else None
+
+
+def element(kind: str, name: str, names: Iterable[str]) -> str | None:
+    """A hint that names the file and line of a link, say, where only one place has it."""
+    found = place(kind, name, names)
+    return f"{kind} '{name}' is in {found[0]}:{found[1]}" if found else None
 
 
 def arguments(names: Iterable[str]) -> list[str]:

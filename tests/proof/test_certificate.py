@@ -1,0 +1,200 @@
+"""The checker of certificates: every fault planted in an .mbs is found without our code."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from proof.test_planted import BIPED, PLANTED
+from proof.test_words import FOUND, MIMIC, SAID, TINY, WORLD
+
+from urdf2mbs import Result, convert
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.proof import certificate as checker
+
+CHECKER = Path(checker.__file__)
+ALWAYS = {"certificate": {"write": "always"}}
+#: Lines of code, without docstrings, comments and empty lines.
+LONGEST = 225
+FILES = ("robot.urdf", "model.mbs", "model.proof.json")
+Texts = tuple[bytes, bytes, dict[str, Any]]
+
+
+def texts_of(result: Result) -> Texts:
+    """The URDF, the .mbs and its certificate."""
+    conversion = result.conversion
+    path = conversion.settings.output.with_suffix(".proof.json")
+    urdf = conversion.source if conversion.expanded is None else conversion.expanded
+    return urdf, result.data, json.loads(conversion.files[path])
+
+
+@pytest.fixture(scope="module", params=["faithful", "compact"])
+def biped(request: pytest.FixtureRequest) -> Texts:
+    return texts_of(convert(BIPED, pipeline=request.param, options=ALWAYS))
+
+
+def tiny(text: str, folder: Path, **settings: Any) -> Texts:
+    source = folder / "tiny.urdf"
+    source.write_text(text)
+    return texts_of(convert(source, options=ALWAYS, **settings))
+
+
+def replay(texts: Texts, folder: Path) -> int:
+    """What the checker says; the certificate is made to name the .mbs by its sha256."""
+    urdf, mbs, said = texts
+    said["subject"][0]["digest"]["sha256"] = hashlib.sha256(mbs).hexdigest()
+    return run(urdf, mbs, said, folder)
+
+
+def run(urdf: bytes, mbs: bytes, said: dict[str, Any], folder: Path) -> int:
+    files = [folder / name for name in FILES]
+    files[0].write_bytes(urdf)
+    files[1].write_bytes(mbs)
+    files[2].write_text(json.dumps(said))
+    return checker.replay(*map(str, files))
+
+
+def planted(texts: Texts, plant: Callable[[Mbs], None]) -> Texts:
+    mbs = read(texts[1], "model.mbs")
+    plant(mbs)
+    return texts[0], write(mbs), json.loads(json.dumps(texts[2]))
+
+
+def test_it_is_one_short_file_of_the_standard_library() -> None:
+    text = CHECKER.read_text("utf-8")
+    tree = ast.parse(text)
+    said = {
+        number
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        for number in range(node.lineno, (node.end_lineno or 0) + 1)
+    }
+    code = [
+        line
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.lstrip().startswith("#") and number not in said
+    ]
+    assert len(code) <= LONGEST
+    names = {
+        name.partition(".")[0]
+        for node in ast.walk(tree)
+        if isinstance(node, (ast.Import, ast.ImportFrom))
+        for name in [getattr(node, "module", None) or node.names[0].name]
+    }
+    assert names <= sys.stdlib_module_names
+
+
+def test_it_runs_alone(biped: Texts, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert replay(biped, tmp_path) == 0
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    (alone / "certificate.py").write_bytes(CHECKER.read_bytes())
+    done = subprocess.run(
+        [sys.executable, "-I", "certificate.py",
+         *(f"../{name}" for name in FILES)],
+        cwd=alone, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (0, capsys.readouterr().out.replace("\r", ""))
+    assert done.stdout.startswith("the same robot: 22 groups")
+
+
+@pytest.mark.parametrize("fault", PLANTED)
+def test_a_planted_fault_is_found(biped: Texts, fault: str, tmp_path: Path) -> None:
+    assert replay(planted(biped, PLANTED[fault][0]), tmp_path) == 3
+
+
+@pytest.mark.parametrize("fault", FOUND)
+def test_a_fault_of_natures_and_cuts_is_found(fault: str, tmp_path: Path) -> None:
+    text, base, plant, _ = FOUND[fault]
+    if text == WORLD:  # the certificate is of the robot that stands; the .mbs floats
+        model = tiny(text, tmp_path, base=base)[1]
+        assert replay((text.encode(), model, tiny(text, tmp_path)[2]), tmp_path) == 3
+    else:
+        texts = tiny(text, tmp_path, base=base)
+        assert replay(planted(texts, plant), tmp_path) == 3
+
+
+@pytest.mark.parametrize("fault", [fault for fault in SAID if "follower that is free" not in fault])
+def test_what_the_certificate_does_not_name_is_found(fault: str, tmp_path: Path) -> None:
+    text, base, plant, _ = SAID[fault]
+    assert replay(planted(tiny(text, tmp_path, base=base), plant), tmp_path) == 3
+
+
+def test_gravity_the_other_way(biped: Texts, tmp_path: Path) -> None:
+    def plant(mbs: Mbs) -> None:
+        mbs.base.gravity = (0.0, 0.0, 9.81)
+
+    assert replay(planted(biped, plant), tmp_path) == 3
+
+
+@pytest.mark.parametrize("text", [TINY, MIMIC, WORLD], ids=["tiny", "mimic", "world"])
+def test_a_good_file_is_the_same(text: str, tmp_path: Path) -> None:
+    assert replay(tiny(text, tmp_path), tmp_path) == 0
+
+
+def test_joints_of_all_types_and_those_that_count_the_other_way(tmp_path: Path) -> None:
+    for kind in ("planar", "floating", "prismatic", "revolute"):
+        text = TINY.replace(
+            'name="wrist_pitch" type="revolute"', f'name="wrist_pitch" type="{kind}"'
+        )
+        assert replay(tiny(text, tmp_path, base="fixed"), tmp_path) == 0, kind
+    flip = {"align-frames": {"flip": True}, **ALWAYS}
+    said = texts_of(convert(BIPED, pipeline="compact", options=flip))
+    assert said[2]["predicate"]["urdf2mbs"]["flipped"]
+    assert replay(said, tmp_path) == 0
+
+
+@pytest.mark.parametrize("key", ["axis", "place", "mass", "centre", "inertia"])
+def test_a_number_of_the_certificate_that_is_not_the_urdfs(
+    biped: Texts, key: str, tmp_path: Path
+) -> None:
+    said = json.loads(json.dumps(biped[2]))
+    group = next(g for g in said["predicate"]["urdf2mbs"]["groups"] if g["joint"] == "left_knee")
+    row = group["place"][0] if key == "place" else group if key == "mass" else group[key]
+    for index in ["mass"] if key == "mass" else range(len(row)):
+        value = row[index]
+        row[index] += 1e-3
+        assert replay((biped[0], biped[1], said), tmp_path) == 3, (key, index)
+        row[index] = value
+
+
+def test_other_files_than_those_certified(
+    biped: Texts, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    urdf, mbs, said = biped
+    assert run(urdf, mbs.replace(b"\n", b"\r\n"), said, tmp_path) == 3
+    assert "model.mbs is not the file that was certified" in capsys.readouterr().out
+    assert replay((urdf.replace(b"<robot ", b"<robot a='' "), mbs, said), tmp_path) == 3
+    assert "robot.urdf is not the file that was certified" in capsys.readouterr().out
+
+
+def test_what_cannot_be_read(biped: Texts, tmp_path: Path) -> None:
+    urdf, mbs, said = biped
+    bomb = b'<!DOCTYPE robot [<!ENTITY a "1"><!ENTITY b "&a;&a;">]><robot name="&b;"/>'
+    for text in (bomb, bomb.decode().encode("utf-16")):
+        with pytest.raises(ValueError, match="DOCTYPE"):
+            run(text, mbs, said, tmp_path)
+    done = subprocess.run(
+        [sys.executable, CHECKER, *(tmp_path / name for name in FILES)],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith("ValueError: a <!DOCTYPE>")
+    with pytest.raises(AttributeError):
+        run(urdf, b"<mbsDescR7/>", said, tmp_path)
+    with pytest.raises(KeyError):
+        run(urdf, mbs, {}, tmp_path)
+
+
+def test_a_number_that_is_none(biped: Texts, tmp_path: Path) -> None:
+    urdf, mbs, said = biped
+    assert replay((urdf, mbs.replace(b"<mass>0.36<", b"<mass>nan<"), said), tmp_path) == 3

@@ -1,0 +1,158 @@
+"""`lint`, and `verify --ci`: what a CI of somebody else reads, as lines, JSON and SARIF."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from urdf2mbs import convert
+from urdf2mbs.cli import main
+from urdf2mbs.testing import TINY
+
+ROOT = Path(__file__).resolve().parents[1]
+#: A xacro robot in two files, with a fault in a link of the second.
+MAIN = """<robot name="two" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="arm.xacro"/>
+  <link name="body"/>
+</robot>"""
+ARM = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <joint name="shoulder" type="continuous">
+    <parent link="body"/><child link="arm"/><axis xyz="0 0 1"/>
+  </joint>
+
+  <link name="arm">
+    <inertial>
+      <mass value="1"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="9"/>
+    </inertial>
+  </link>
+</robot>"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("tiny.urdf").write_text(TINY)
+    Path("wrong.urdf").write_text(TINY.replace('link="arm"', 'link="amr"'))
+    Path("odd.urdf").write_text(TINY.replace('izz="0.01"', 'izz="0.1"'))
+    Path("two.urdf.xacro").write_text(MAIN)
+    Path("arm.xacro").write_text(ARM)
+    return tmp_path
+
+
+def results(file: str = "found.sarif") -> list[dict[str, Any]]:
+    """The results of a SARIF file, which has what GitHub wants."""
+    log = json.loads(Path(file).read_text())
+    assert log["version"] == "2.1.0"
+    assert log["$schema"].endswith("sarif-2.1.0.json")
+    (run,) = log["runs"]
+    rules = {
+        rule["id"]: rule["shortDescription"]["text"] for rule in run["tool"]["driver"]["rules"]
+    }
+    assert run["tool"]["driver"]["name"] == "urdf2mbs"
+    for result in run["results"]:
+        assert rules[result["ruleId"]]
+        assert result["level"] in ("error", "warning", "note")
+        assert result["message"]["text"]
+    found: list[dict[str, Any]] = run["results"]
+    return found
+
+
+def place(result: dict[str, Any]) -> tuple[str, int]:
+    (location,) = result["locations"]
+    physical = location["physicalLocation"]
+    return physical["artifactLocation"]["uri"], physical["region"]["startLine"]
+
+
+def test_a_robot_without_a_fault(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 0
+    assert capsys.readouterr().out.endswith("tiny: 0 errors, 0 warnings, 1 note\n")
+    assert [result["level"] for result in results()] == ["note"]
+    assert not list(here.glob("*.mbs"))
+
+
+def test_errors_say_where_and_what_to_do(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lint", "wrong.urdf", "--sarif", "found.sarif"]) == 1
+    said = capsys.readouterr()
+    assert said.out.startswith("wrong.urdf:13: error[link-unknown]")
+    assert "did you mean 'arm'?" in said.out
+    (first, *_) = results()
+    assert (first["ruleId"], first["level"], place(first)) == (
+        "link-unknown", "error", ("wrong.urdf", 13),
+    )  # fmt: skip
+    assert main(["lint", "wrong.urdf", "--json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert found["error"] >= 1
+    assert found["diagnostics"][0]["line"] == 13
+
+
+def test_a_warning_is_an_error_with_strict(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["lint", "odd.urdf"]) == 0
+    assert "warning[inertia-triangle]" in capsys.readouterr().out
+    assert main(["lint", "odd.urdf", "--strict"]) == 1
+    assert main(["lint", "odd.urdf", "--strict", "--level", "inertia-triangle=note"]) == 0
+
+
+def test_a_fault_in_xacro_has_the_line_of_its_own_file(here: Path) -> None:
+    assert main(["lint", "two.urdf.xacro", "--sarif", "found.sarif"]) == 0
+    found = {result["ruleId"]: place(result) for result in results()}
+    assert found["inertia-triangle"] == ("arm.xacro", 6)
+
+
+def test_a_config_is_linted_and_a_wrong_command_line_is_no_fault_of_the_robot(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("odd.yaml").write_text("source: odd.urdf\noutput: {project: p}\n")
+    assert main(["lint", "odd.yaml", "--strict"]) == 1
+    assert not Path("p").exists()
+    capsys.readouterr()
+    assert main(["lint", "odd.yaml", "--base", "fixed"]) == 2
+    assert main(["lint", "odd.urdf", "--level", "nosuch=note", "--sarif", "found.sarif"]) == 2
+    assert not Path("found.sarif").exists()
+
+
+def test_verify_ci_has_the_line_of_what_differs(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("tiny.mbs").write_bytes(convert("tiny.urdf").data)
+    words = ["verify", "tiny.urdf", "tiny.mbs", "--ci", "--sarif", "found.sarif"]
+    assert main(words) == 0
+    assert capsys.readouterr().out.startswith("the same robot")
+    Path("tiny.urdf").write_text(TINY.replace('<mass value="0.5"/>', '<mass value="0.6"/>'))
+    assert main(words) == 3
+    out = capsys.readouterr().out.splitlines()
+    assert out[0].startswith("tiny.urdf:13: error[not-the-same]: link 'arm': mass is 0.5")
+    assert out[-1] == "NOT the same robot"
+    (differs,) = [result for result in results() if result["level"] == "error"]
+    assert (differs["ruleId"], place(differs)) == ("not-the-same", ("tiny.urdf", 13))
+    assert main(["verify", "wrong.urdf", "tiny.mbs", "--sarif", "found.sarif"]) == 1
+    assert results()[0]["ruleId"] == "link-unknown"
+
+
+def test_the_action_runs_both_commands_with_options_that_exist(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    action = yaml.safe_load((ROOT / "action.yml").read_text("utf-8"))
+    assert action["runs"]["using"] == "composite"
+    script = "".join(step["run"] for step in action["runs"]["steps"] if "run" in step)
+    assert "${{ inputs" not in script, "an input in a script is code of whoever wrote it"
+    Path("tiny.mbs").write_bytes(convert("tiny.urdf").data)
+    commands = [
+        line.split() for line in script.splitlines() if line.strip().startswith("urdf2mbs ")
+    ]
+    assert [words[1] for words in commands] == ["lint", "verify"]
+    values = {'"$ROBOT"': "tiny.urdf", '"$MODEL"': "tiny.mbs", '"$SARIF"': "found.sarif"}
+    for words in commands:
+        given = [values.get(word, word) for word in words[1:] if word != "$OPTIONS"]
+        assert main(given) == 0, given
+        assert results()
+
+
+def test_a_file_of_somebody_else_is_not_replaced(here: Path) -> None:
+    Path("found.sarif").write_text("mine")
+    assert main(["lint", "tiny.urdf", "--sarif", "found.sarif"]) == 2
+    assert Path("found.sarif").read_text() == "mine"

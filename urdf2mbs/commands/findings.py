@@ -1,0 +1,133 @@
+"""What `lint` and `verify` find in a robot: a line for each, or SARIF for the pages of a CI.
+
+SARIF 2.1.0 is the format of OASIS for the results of linters.  GitHub shows it beside the lines.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from urdf2mbs.commands.printing import near
+from urdf2mbs.commands.settings import path
+from urdf2mbs.disk.files import noting
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.proof.verdict import Difference
+from urdf2mbs.urdf import written
+
+SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
+#: What the reader adds to the name of a file that xacro has expanded.
+EXPANDED = " (expanded)"
+#: The code of a difference between two robots.
+DIFFERS = "not-the-same"
+
+
+def add_sarif(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--sarif", type=path, metavar="FILE", help="write all findings as SARIF 2.1.0, too"
+    )
+
+
+class Findings:
+    """All that was found in a robot, each with its place in the robot's own files."""
+
+    def __init__(self, source: str) -> None:
+        self.said: list[Diagnostic] = []
+        self.source = source
+        self.files: list[str] = []
+        """The files that were read."""
+
+    def placed(self) -> list[Diagnostic]:
+        """The findings, with the line of the URDF or xacro file as far as it is known."""
+        return [self._place(found) for found in self.said]
+
+    def _place(self, found: Diagnostic) -> Diagnostic:
+        file = (found.file or self.source).removesuffix(EXPANDED)
+        line = found.line if found.file == file else None
+        file = near(Path(file))
+        for kind, name in (("joint", found.joint), ("link", found.link)):
+            place = written.place(kind, name, self.files) if name and line is None else None
+            if place is not None:
+                file, line = near(Path(place[0])), place[1]
+        return msgspec.structs.replace(found, file=file, line=line)
+
+    def tell(self, verbose: bool) -> None:
+        """Print each error and warning, and below it what to do; the notes if ``verbose``."""
+        for found in self.placed():
+            if verbose or found.level != "note":
+                print(found)
+
+    def sarif(self) -> dict[str, Any]:
+        """The findings as SARIF."""
+        from importlib.metadata import version
+
+        placed = self.placed()
+        codes = sorted({found.code for found in placed})
+        driver = {
+            "name": "urdf2mbs",
+            "version": version("urdf2mbs"),
+            "rules": [
+                {"id": code, "shortDescription": {"text": code.replace("-", " ")}} for code in codes
+            ],
+        }
+        results = [
+            {
+                "ruleId": found.code,
+                "level": found.level,
+                "message": {"text": "\n".join(filter(None, [found.message, found.hint]))},
+                "locations": [_location(found)],
+            }
+            for found in placed
+        ]
+        run = {"tool": {"driver": driver}, "results": results}
+        return {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
+
+
+@contextmanager
+def collecting(sarif: Path | None, source: str) -> Iterator[Findings]:
+    """Gives the findings to be filled; an error that ends the block is one of them.  They are
+    written as SARIF at the end, if asked for."""
+    found = Findings(source)
+    with noting() as files:
+        try:
+            yield found
+        except ConversionError as error:
+            if error.exit_code != ConversionError.exit_code:
+                raise  # the command line is wrong, and not the robot
+            found.said += [*error.said, error.diagnostic()]
+            _write(found, sarif, files)
+            raise
+        _write(found, sarif, files)
+
+
+def _write(found: Findings, sarif: Path | None, files: Iterable[str]) -> None:
+    found.files = [file for file in files if not file.lower().endswith(".mbs")]
+    if sarif is not None:
+        write_files({sarif: (json.dumps(found.sarif(), indent=1) + "\n").encode()})
+
+
+def differences(found: Iterable[Difference]) -> list[Diagnostic]:
+    """Where two robots differ, as errors."""
+    return [
+        Diagnostic("error", DIFFERS, one.message, link=one.link, joint=one.joint) for one in found
+    ]
+
+
+def _location(found: Diagnostic) -> dict[str, Any]:
+    file = Path(found.file or "")
+    whole = file.absolute()
+    inside = whole.is_relative_to(Path.cwd())
+    uri = whole.relative_to(Path.cwd()).as_posix() if inside else whole.as_uri()
+    return {
+        "physicalLocation": {
+            "artifactLocation": {"uri": uri},
+            "region": {"startLine": found.line or 1},
+        }
+    }

@@ -1,0 +1,1 @@
+"""Convert again, and keep what was edited: three models become one."""

@@ -1,0 +1,161 @@
+"""Certificate: beside the .mbs, what ``check`` compared, for others to replay.
+
+Beyond the method.  ``NAME.proof.json`` is an in-toto Statement with the predicate "test result"
+(https://github.com/in-toto/attestation, spec/v1/statement.md and spec/predicates/test-result.md):
+whoever signs releases can sign it.  It names each file by its sha256, and has the numbers of each
+rigid group.  ``proof/certificate.py`` replays the comparison.  A rejected file gets none.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any, Literal
+
+import msgspec
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.seal import seal
+from urdf2mbs.engine.config import Config
+from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.model import UserConstraint, UserModel
+from urdf2mbs.proof.verdict import Proof
+
+STATEMENT = "https://in-toto.io/Statement/v1"
+PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
+#: What of a config says where files are, and not what is made of them.
+_PLACES = ("source", "output", "packages", "sweep")
+
+
+class Certificate(Pass):
+    reads = ("mbs-file",)
+
+    write: Literal["project", "always", "never"] = "project"
+    """Where one is written: in a project, beside a lone .mbs too, or nowhere."""
+
+    def run(self, conversion: Conversion) -> None:
+        output, project = conversion.settings.output, conversion.settings.project
+        proof = conversion.proof
+        if output.suffix.lower() != ".mbs" or conversion.rejected is not None:
+            return
+        path = output.with_suffix(".proof.json")
+        if proof is None or self.write == "never" or (self.write == "project" and project is None):
+            conversion.obsolete.add(path)
+            return
+        statement = {
+            "_type": STATEMENT,
+            "subject": _files(conversion, project or output.parent),
+            "predicateType": PREDICATE,
+            "predicate": {
+                "result": "WARNED" if _warned(conversion, proof) else "PASSED",
+                "configuration": _sources(conversion),
+                "passedTests": _passed(proof),
+                "warnedTests": _warned(conversion, proof),
+                "failedTests": [],
+                "urdf2mbs": _compared(conversion, proof),
+            },
+        }
+        conversion.facts["certificate"] = {"file": path.name}
+        conversion.files[path] = _text(statement)
+
+
+def _text(data: Any) -> bytes:
+    import json  # a name of a file may be no text, which msgspec refuses
+
+    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+
+
+def _files(conversion: Conversion, folder: Path) -> list[Any]:
+    """The files made, the .mbs first; their names are seen from the project's folder."""
+    files = sorted(conversion.files, key=lambda path: (path != conversion.settings.output, path))
+    return [
+        _described(path.relative_to(folder).as_posix(), seal(path, conversion.files[path]))
+        for path in files
+        if path.is_relative_to(folder)
+    ]
+
+
+def _sources(conversion: Conversion) -> list[Any]:
+    """The robot's file as it was read, and the URDF that xacro made of it."""
+    name = conversion.settings.source.name
+    sources = [_described(name, conversion.source)]
+    if conversion.expanded is not None:
+        from xml.etree.ElementTree import ParseError, canonicalize
+
+        # xacro puts a path of this machine into a comment
+        with suppress(ParseError):  # the reader mends what no other parser reads
+            text = canonicalize(conversion.expanded.decode("utf-8-sig"))
+            sources.append(_described("expanded.urdf", text.encode()))
+            sources[1]["annotations"] = {"canonicalization": "Canonical XML 2.0, no comments"}
+    return sources
+
+
+def _described(name: str, data: bytes) -> dict[str, Any]:
+    """A resource descriptor of in-toto."""
+    from hashlib import sha256
+
+    return {"name": name, "digest": {"sha256": sha256(data).hexdigest()}}
+
+
+def _passed(proof: Proof) -> list[str]:
+    groups = [group.coordinate for group in proof.compared]
+    return ["gravity", *(f"motion and inertia behind '{name}'" for name in groups)]
+
+
+def _warned(conversion: Conversion, proof: Proof) -> list[str]:
+    """What is known not to be as in the URDF, and what nothing compares."""
+    return [
+        *map(str, conversion.changed),
+        *(f"{thing}: {why}" for thing, why in (proof.but_for | proof.not_compared).items()),
+    ]
+
+
+def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
+    """The rest, which is ours: versions, options, what plugins changed, and all groups."""
+    from importlib.metadata import version
+
+    mbs = conversion.mbs
+    others: list[UserModel | UserConstraint] = [*mbs.user_models, *mbs.user_constraints]
+    packages = ["urdf2mbs"] + ["xacro"] * (conversion.expanded is not None)
+    return {
+        "versions": {package: version(package) for package in packages},
+        "options": _options(conversion.settings.config),
+        "changed": [str(change) for change in conversion.changed],
+        "gravity": mbs.base.gravity,
+        "base_joint": conversion.inserted if conversion.floating else None,
+        "flipped": conversion.names.flipped,
+        "held": conversion.frozen,
+        "but_for": proof.but_for,
+        "not_compared": proof.not_compared,
+        "declared": [thing.name for thing in others],
+        "groups": [
+            {
+                **msgspec.structs.asdict(group),
+                "place": [[*group.place[3 * k : 3 * k + 3], group.place[9 + k]] for k in range(3)],
+                "deviation": float(f"{group.deviation:.1e}"),  # the rest of its digits is noise
+            }
+            for group in proof.compared
+        ],
+    }
+
+
+def _options(config: Config) -> dict[str, Any]:
+    """What the config says beside the defaults, without the folders of this machine."""
+    defaults = Config(source=config.source)
+    return {
+        name: _without_folder(value)
+        for name, value in msgspec.to_builtins(config).items()
+        if name not in _PLACES and getattr(config, name) != getattr(defaults, name)
+    }
+
+
+def _without_folder(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_folder(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_folder(inner) for inner in value]
+    if isinstance(value, str):
+        for kind in (PurePosixPath, PureWindowsPath):
+            if kind(value).is_absolute():
+                return kind(value).name
+    return value
