@@ -84,6 +84,8 @@ class Vertebra(msgspec.Struct):
     """What stands on it, from left to right; the next body of the spine, if there is one."""
     rows: list[list[Limb]] = []
     """What leaves sideways, lowest first; in a row, one limb or one at each side."""
+    lanes: list[float] = []
+    """How high each row leaves (px), once it is known how large all is."""
     legs: list[Limb] = []
     """Limbs that hang straight down from the lower edge of the box, from the middle outwards."""
 
@@ -277,15 +279,23 @@ def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
     ``half`` is the room that the base wants at each side of the middle, which is ``aside`` from
     the chain that carries the spine.
     """
-    total, top = _heights(bone.rows)
-    # the arrows to the side where the name is go below the name, or above if they come from there
+    lanes, total = _heights(bone.rows)
+    # of arrows to the side where the name is: how far up they are where the name ends
     share = (aside + half_name(bone.node)) / (2 * aside + EDGE)
-    long = 2 * (total + NAME) if len(bone.ahead) > 1 else max(total, 2 * ceil(top * share))
-    long = long if bone.rows else 0.0
+    above = len(bone.ahead) > 1  # arrows come from above the name, else from below
+    long = max(total, 2 * ceil(lanes[-1] * share)) if bone.rows else 0.0
+    if above and bone.rows:
+        long = 2 * (total + NAME)
     inside = EDGE if bone.legs else 0.0
     one = plan(bone.node, True, bone.ahead, long=long, inside=inside, aside=aside)
     a0, a1, b0, b1 = one.box
-    wide = max(b1 - aside, aside - b0, aside + FORK if bone.rows and len(bone.ahead) > 1 else 0.0)
+    long = a1 - a0
+    if bone.rows:
+        start = (
+            long / 2 + NAME if above else min((long - total) // 2, long / 2 // share - lanes[-1])
+        )
+        bone.lanes = [a0 + start + lane for lane in lanes]
+    wide = max(b1 - aside, aside - b0, aside + FORK if bone.rows and above else 0.0)
     for side in (-1, 1):
         cursor = half + GAP / 2
         for limb in bone.legs:
@@ -301,13 +311,13 @@ def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
     return one
 
 
-def _heights(rows: list[list[Limb]]) -> tuple[float, float]:
-    """How long the sides of a box must be for these limbs; how high the highest one leaves."""
-    total = top = FORK - EDGE
+def _heights(rows: list[list[Limb]]) -> tuple[list[float], float]:
+    """How high up the sides of a box each row of limbs leaves; how long the sides must be."""
+    lanes, cursor = [], FORK - EDGE
     for row in rows:
-        top = total + max(limb.low for limb in row)
-        total = top + max(limb.high for limb in row) + GAP
-    return total - GAP + EDGE, top
+        lanes.append(cursor + max(limb.low for limb in row))
+        cursor = lanes[-1] + max(limb.high for limb in row) + GAP
+    return lanes, cursor - GAP + EDGE
 
 
 def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
@@ -315,16 +325,9 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
 
     ``at`` is how high the body's own frame begins; what is placed is added to ``taken``.
     """
-    a0, a1, b0, b1 = one.box
-    edge, middle = (b1 - b0) / 2, (a0 + a1) / 2
-    total, top = _heights(bone.rows)
-    cursor = middle + NAME + FORK - EDGE
-    if one.origin < middle:
-        share = ((b0 + b1) / 2 + half_name(bone.node)) / b1
-        cursor = a0 + min((a1 - a0 - total) // 2, (a1 - a0) / 2 // share - top) + FORK - EDGE
-    for row in bone.rows:
-        lane = cursor + max(limb.low for limb in row)
-        cursor = lane + max(limb.high for limb in row) + GAP
+    _, _, b0, b1 = one.box
+    edge = (b1 - b0) / 2
+    for row, lane in zip(bone.rows, bone.lanes, strict=True):
         tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
         partners = len(row) == 2 and row[0].node.alike is row[1].node
         for limb, (length, spread, reach, out, boxes) in zip(row, tries, strict=True):
