@@ -175,7 +175,8 @@ class Packages:
         shortest = min(2, len(tail)) if rest.startswith("/") else len(tail)
         tail = [name, *tail] if name else tail
         fitting = self._files.get(tail[-1], [])
-        for start in range(len(tail) - shortest + 1):
+        longest = max((len(path.parts) for path in fitting), default=0)
+        for start in range(max(0, len(tail) - longest), len(tail) - shortest + 1):
             end = tuple(tail[start:])
             found = [path for path in fitting if path.parts[-len(end) :] == end]
             if found:

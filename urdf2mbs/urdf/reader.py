@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.xacro import Expansion
 
 
-_COMMENT = rb"(?s)<!--.*?-->"
+_COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 
 
 def read_robot(
