@@ -123,7 +123,19 @@ class Urdf:
         if base != "auto":
             return base == "floating"
         mass = sum(found.mass for link in welded if (found := self.inertias[link]) is not None)
-        return "world" not in welded and mass > 0.0
+        return "world" not in welded and mass > 0.0 and not self._is_arm(welded)
+
+    def _is_arm(self, welded: list[str]) -> bool:
+        """Whether one limb of four joints or more, without two wheels, is all that moves."""
+        moving = [joint for joint in self.joints.values() if joint.type != "fixed"]
+        first = [joint for joint in moving if joint.parent in welded]
+        ends = [joint for joint in moving if not self._carries(joint.child)]
+        wheels = [joint for joint in ends if joint.type == "continuous"]
+        lone = len(first) == 1 and first[0].type != "planar"
+        return lone and len(moving) >= 4 and len(wheels) < 2
+
+    def _carries(self, link: str) -> bool:
+        return any(j.type != "fixed" or self._carries(j.child) for j in self.children[link])
 
 
 def _numbers(element: etree._Element | None, key: str, default: str) -> Array:

@@ -40,7 +40,7 @@ def test_run(robot: Path, capsys: Any) -> None:
     assert main(["run", "tiny.yaml"]) == 0
     said = capsys.readouterr()
     assert said.out.startswith("tiny: written to tiny.mbs\n  5 links -> 3 bodies, mass 2.6 kg\n")
-    assert "warning[joint-dynamics]" in said.err
+    assert "warning[base-guessed]" in said.err
     assert "note[" not in said.err
     assert len(read((robot / "tiny.mbs").read_bytes(), "").bodies) == 3
     assert sorted(file.name for file in robot.iterdir()) == [

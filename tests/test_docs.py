@@ -111,6 +111,9 @@ class Page:
         if not block.file:
             exec(code, self.globals)
 
+    def c(self, block: Block) -> None:
+        """A file, which a command compiles."""
+
     def yaml(self, block: Block) -> None:
         if block.file:
             config, lines = load(self.folder / block.file)
@@ -142,6 +145,15 @@ class Page:
                 code = main(words[1:])
                 said = self.capsys.readouterr()
                 self.said += said.out + said.err
+            elif words[0] in ("gcc", "./fall"):
+                for compiler in filter(shutil.which, ("clang", "gcc")):
+                    command = line.replace("gcc", f"{compiler} -std=c99 -Wall -Werror", 1)
+                    done = subprocess.run(
+                        command, shell=True, check=False, capture_output=True, text=True,
+                        cwd=self.folder,
+                    )  # fmt: skip
+                    self.said, code = done.stdout + done.stderr, done.returncode
+                    assert not code, f"{command}: {self.said}"
             elif words[0] in ("pytest", "diff", "urdf2mbs"):
                 done = subprocess.run(
                     line.replace("pytest", f"{sys.executable} -m pytest -p no:cacheprovider", 1)

@@ -144,21 +144,21 @@ def test_quiet_and_standard_output(here: Path, capfdbinary: Any) -> None:
 
 
 def test_quiet_leaves_warnings(here: Path, capsys: Any) -> None:
-    (here / "odd.urdf").write_text(TINY.replace('<link name="hand">', '<link name="hand"><foo/>'))
+    (here / "odd.urdf").write_text(TINY.replace('<link name="hand">', '<link name="hand"><visul/>'))
     assert main(["convert", "odd.urdf", "-q"]) == 0
     said = capsys.readouterr()
     assert said.out == ""
-    assert "warning[unknown-element]" in said.err
+    assert "warning[misspelt]" in said.err
     assert main(["verify", "odd.urdf", "odd.mbs", "-q"]) == 0
     said = capsys.readouterr()
     assert said.out == ""
-    assert "warning[unknown-element]" in said.err
-    assert main(["verify", "odd.urdf", "odd.mbs", "--level", "unknown-element=ignore"]) == 0
+    assert "warning[misspelt]" in said.err
+    assert main(["verify", "odd.urdf", "odd.mbs", "--level", "misspelt=ignore"]) == 0
     said = capsys.readouterr()
     assert said.out.splitlines()[-1].startswith("the same robot; not compared: user model ")
     assert said.err == ""
     assert main(["verify", "odd.urdf", "odd.mbs", "--strict"]) == 1
-    assert "error[unknown-element]" in capsys.readouterr().err
+    assert "error[misspelt]" in capsys.readouterr().err
 
 
 def test_json_of_those_that_write_for_you(here: Path, capsys: Any) -> None:
@@ -449,3 +449,38 @@ def test_a_rejected_result_says_where_to_look(here: Path, capsys: Any) -> None:
     assert "error[not-the-same]" in said.err
     assert (here / "tiny.rejected.mbs").is_file()
     assert not (here / "tiny.mbs").exists()
+
+
+BARE = """<robot name="r"><link name="a"/><link name="b"><visual><geometry><box size="1 1 1"/>
+</geometry></visual></link><joint name="j" type="continuous"><parent link="a"/><child link="b"/>
+</joint></robot>"""
+
+
+def decisions(out: str) -> list[str]:
+    """The lines between the count of the warnings and what to do next."""
+    return re.findall(r"^  (.*)$", re.split(r"\d+ notes?.*\n", out)[1].partition("Next")[0], re.M)
+
+
+def test_a_run_ends_with_what_was_decided_and_the_line_for_the_other_choice(
+    here: Path, capsys: Any
+) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    floating = "floating base, a guess, as nothing ties the root to the world"
+    assert decisions(capsys.readouterr().out) == [f"{floating}; 'base: fixed' if it is wrong"]
+    (here / "lamp.urdf").write_text(BARE)
+    assert main(["convert", "lamp.urdf", "--set", "estimate-inertia.density=500"]) == 0
+    said = decisions(capsys.readouterr().out)
+    assert said == [
+        "fixed base, a guess, as the root has no mass; 'base: floating' if it is wrong",
+        "1 link got an inertia, estimated at 500 kg/m^3; else 'passes: {estimate-inertia: "
+        "{density: KG_PER_M3}}'",
+    ]
+
+
+def test_a_robot_without_mass_is_not_sent_to_the_simulation(here: Path, capsys: Any) -> None:
+    (here / "lamp.urdf").write_text(BARE)
+    assert main(["convert", "lamp.urdf", "-o", "lamp/"]) == 0
+    out = capsys.readouterr().out
+    assert "NO DYNAMICS" in out
+    assert "Next: give the links masses" in out
+    assert "main.py" not in out

@@ -123,6 +123,35 @@ xacro_args:
     assert main(["run", "biped.yaml"]) == 0
 
 
+LIMITED = """<robot name="arm"><link name="world"/><link name="a"><visual><geometry>
+<box size="1 1 1"/></geometry></visual>MASS</link><joint name="j: 1" type="revolute">
+<parent link="world"/><child link="a"/><limit lower="0.5" upper="1.5"/></joint></robot>"""
+MASS = """<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+</inertial>"""
+
+
+def test_the_start_position_is_within_the_limits(here: Path) -> None:
+    (here / "arm.urdf").write_text(LIMITED.replace("MASS", MASS))
+    assert main(["init", "arm.urdf"]) == 0
+    written = yaml.safe_load((here / "arm.yaml").read_text())
+    assert written["passes"] == {"posture": {"joints": {"j: 1": 1.0}}}
+    conversion = Pipeline(*_as_a_file(here / "arm.yaml")).run()
+    assert "posture-limit" not in [said.code for said in conversion.diagnostics]
+
+
+def test_a_robot_without_mass_is_offered_an_estimate(here: Path) -> None:
+    text = LIMITED.replace("MASS", "").replace('lower="0.5"', 'lower="-0.5"')
+    (here / "arm.urdf").write_text(text)
+    assert main(["init", "arm.urdf"]) == 0
+    offered = (here / "arm.yaml").read_text()
+    assert "estimate-inertia" in offered
+    assert "passes" not in yaml.safe_load(offered)
+    offered = offered.replace("# passes", "passes").replace("#   estimate", "  estimate")
+    (here / "arm.yaml").write_text(offered)
+    conversion = Pipeline(*_as_a_file(here / "arm.yaml")).run()
+    assert sum(body.mass or 0.0 for body in conversion.mbs.bodies) == pytest.approx(10.0)
+
+
 XACRO = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <!-- how many there are -->
   <xacro:arg name="before" default="3"/>

@@ -121,7 +121,7 @@ def test_a_sweep(number: signal.Signals, workers: int, tmp_path: Path) -> None:
     if workers == 1:
         assert "2 of 5" in done.stderr
     for file in (tmp_path / "models").iterdir():
-        assert file.name == "urdf2mbs-report.json.part" or file.suffix == ".mbs"
+        assert file.name == "urdf2mbs-report.json.part" or file.suffix in (".mbs", ".base")
         assert file.suffix != ".mbs" or intact(file.read_bytes())
     assert not (tmp_path / "models" / "0.9.mbs").exists()
     for file in tmp_path.glob("worker-*"):

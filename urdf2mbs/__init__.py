@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from urdf2mbs.runtime.project import simulate
     from urdf2mbs.runtime.push import Push
     from urdf2mbs.runtime.results import Results
+    from urdf2mbs.runtime.robot import Robot, load_equations
 
 __all__ = [
     "Config",
@@ -21,9 +22,11 @@ __all__ = [
     "Push",
     "Result",
     "Results",
+    "Robot",
     "Verdict",
     "convert",
     "convert_many",
+    "load_equations",
     "simulate",
     "verify",
 ]
@@ -36,10 +39,10 @@ def __getattr__(name: str) -> object:
     from urdf2mbs.messages import diagnostics
 
     modules = [api, diagnostics, many]
-    if name in ("Push", "Results", "simulate"):
-        from urdf2mbs.runtime import project
+    if name in ("Push", "Results", "Robot", "load_equations", "simulate"):
+        from urdf2mbs.runtime import project, robot
 
-        modules = [project]
+        modules = [project, robot]
     module = next(module for module in modules if hasattr(module, name))
     globals()[name] = value = getattr(module, name)
     return value

@@ -17,13 +17,15 @@ Conventions
 from __future__ import annotations
 
 from math import atan2, cos, hypot, pi, sin
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 Vec = tuple[float, float, float]
 Rot = tuple[float, float, float, float, float, float, float, float, float]
 Sym = tuple[float, float, float, float, float, float]
 #: A turn about one coordinate axis: the axis (1, 2 or 3) and the angle in rad.
 Turn = tuple[int, float]
+
+_Numbers = TypeVar("_Numbers", Vec, Sym)
 
 ZERO: Vec = (0.0, 0.0, 0.0)
 IDENTITY: Rot = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -216,6 +218,15 @@ def lump(parts: list[tuple[float, Vec, Sym]]) -> tuple[float, Vec, Sym]:
 ROUNDING = 1e-12
 
 
+def drop_rounding(values: _Numbers) -> _Numbers:
+    """Computed components of a vector or an inertia; those that are only rounding are 0.0.
+
+    Rounding is below ``ROUNDING`` times the largest component.
+    """
+    small = ROUNDING * max(map(abs, values))
+    return tuple(0.0 if abs(c) < small else c for c in values)  # type: ignore[return-value]
+
+
 def fewest_turns(rot: Rot, small: float = ROUNDING) -> tuple[Turn, ...]:
     """A rotation as the fewest turns about current coordinate axes.
 
@@ -254,7 +265,7 @@ def _turn(k: int, sine: float, cosine: float, small: float) -> tuple[Turn, ...]:
     return ((k, angle),) if abs(angle) > small else ()
 
 
-#: A component of a unit axis up to this counts as zero; nothing else is ever rounded.
+#: A component of a unit axis up to this counts as zero; no other stated number is ever rounded.
 ALIGNED = 1e-9
 
 

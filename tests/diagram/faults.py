@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from urdf2mbs.diagram.boxes import written
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -121,6 +123,24 @@ def curve(wire: Wire) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
     return np.asarray(out, dtype=np.float64)
 
 
+def names(mbs: Mbs) -> list[Rectangle]:
+    """Where MBSysPad writes the names of the bodies: the foot of a line is 6 px above the middle
+    of the box."""
+    out = []
+    for body, here in zip(mbs.bodies, boxes(mbs)[1:], strict=True):
+        x, y, half = (here.left + here.right) / 2, (here.top + here.bottom) / 2, written(body.name)
+        out.append(Rectangle(body.name, x - half / 2, y - 16, x + half / 2, y - 3))
+    return out
+
+
+def arrows(mbs: Mbs) -> Iterator[tuple[str, XY, XY]]:
+    """From the frame of each body, or of the base, to its points."""
+    yield from (("the base", at(mbs.base.position), at(p.position)) for p in mbs.base.points)
+    for body in mbs.bodies:
+        start = at(body.joints[-1].position)
+        yield from ((body.name, start, at(point.position)) for point in body.points)
+
+
 Sides = np.ndarray[tuple[int, int], np.dtype[np.float64]]
 
 
@@ -184,4 +204,12 @@ def faults(mbs: Mbs) -> list[str]:
         for k in np.flatnonzero(hit):
             if solid[k].what not in (wire.body, wire.parent):
                 found.append(f"a wire of {wire.body} through the box of {solid[k].what!r}")
+    words = names(mbs)
+    left, top, right, bottom = sides(words).T
+    for owner, start, end in arrows(mbs):
+        share = np.linspace(0.0, 1.0, max(2, ceil(hypot(end[0] - start[0], end[1] - start[1]))))
+        x, y = (start[k] + share[:, None] * (end[k] - start[k]) for k in (0, 1))
+        hit = ~((x <= left) | (right <= x) | (y <= top) | (bottom <= y))
+        for k in np.flatnonzero(hit.any(axis=0)):
+            found.append(f"an arrow of {owner} through the name of {words[k].what}")
     return found

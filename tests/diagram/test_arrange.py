@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import sys
+from math import atan2
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
@@ -235,9 +236,10 @@ def test_a_parent_stands_at_the_middle_above_its_children() -> None:
     for k in range(3):
         grow(mbs, root, f"b{k}", (0.0, 0.1 * k, 0.0))
     arrange(mbs, "tree")
-    at = centres(mbs)
-    assert at["root"][0] == at["b1"][0] == (at["b0"][0] + at["b2"][0]) / 2
-    assert at["root"][1] < at["b0"][1]
+    chains = [body.joints[-1].position for body in mbs.bodies[1:]]
+    (left, y), (middle, _), (right, _) = [place for place in chains if place is not None]
+    assert centres(mbs)["root"][0] == middle == (left + right) / 2
+    assert centres(mbs)["root"][1] < y
 
 
 def test_frames_are_stacked_inside_the_box() -> None:
@@ -249,7 +251,15 @@ def test_frames_are_stacked_inside_the_box() -> None:
     arrange(mbs)
     assert faults(mbs) == []
     box = boxes(mbs)[1]
-    assert box.right - box.left < 320.0
+    assert box.right - box.left < 600.0
+    joint = body.joints[-1].position
+    assert joint is not None
+    rays = {
+        round(atan2(dot.place[1] - joint[1], dot.place[0] - joint[0]), 1)
+        for dot in dots(mbs)
+        if dot.what.startswith("point frame")
+    }
+    assert len(rays) == 4  # so many arrows one sees
     for dot in dots(mbs):
         if dot.what.startswith("point frame"):
             assert box.left < dot.place[0] < box.right
@@ -321,7 +331,7 @@ def test_real_robots(robot: RealRobot, preset: str, laid_out: Any) -> None:
     mbs = laid_out(robot, preset)
     assert faults(mbs) == []
     lengths = [wire.length for wire in wires(mbs)]
-    assert max(lengths) <= 4.0 * median(lengths)
+    assert max(lengths) <= 5.0 * median(lengths)
     right = max(box.right for box in boxes(mbs))
     if preset == "compact":
-        assert right <= 1_840.0  # with the margins
+        assert right <= 2_160.0  # with the margins

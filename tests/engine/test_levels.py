@@ -19,9 +19,10 @@ from urdf2mbs.testing import TINY
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """With a robot that has the warning joint-dynamics, and one more."""
+    """With a robot that has the warning base-guessed, and one more."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.urdf").write_text(TINY.replace('name="tool"/>', 'name="tool"><a/></link>', 1))
+    text = TINY.replace('name="tool"/>', 'name="tool"><visul/></link>', 1)
+    (tmp_path / "tiny.urdf").write_text(text)
     (tmp_path / "tiny.yaml").write_text("source: tiny.urdf\n")
     return tmp_path
 
@@ -32,34 +33,34 @@ def levels(**settings: Any) -> dict[str, str]:
 
 def test_every_level(folder: Path) -> None:
     usual = levels()
-    assert (usual["unknown-element"], usual["joint-dynamics"]) == ("warning", "warning")
-    assert usual["base"] == "note"
-    changed = levels(diagnostics={"unknown-element": "ignore", "joint-dynamics": "note",
-                                  "base": "warning"})  # fmt: skip
-    assert "unknown-element" not in changed
-    assert (changed["joint-dynamics"], changed["base"]) == ("note", "warning")
-    assert changed.keys() | {"unknown-element"} == usual.keys()
+    assert (usual["misspelt"], usual["base-guessed"]) == ("warning", "warning")
+    assert usual["collision"] == "note"
+    changed = levels(diagnostics={"misspelt": "ignore", "base-guessed": "note",
+                                  "collision": "warning"})  # fmt: skip
+    assert "misspelt" not in changed
+    assert (changed["base-guessed"], changed["collision"]) == ("note", "warning")
+    assert changed.keys() | {"misspelt"} == usual.keys()
 
 
 def test_all_errors_are_told_at_once(folder: Path, capsys: Any) -> None:
     with pytest.raises(ConversionError) as caught:
         convert("tiny.urdf", strict=True)
     assert re.findall(r"error\[([a-z-]+)\]", str(caught.value)) == [
-        "unknown-element", "joint-dynamics",
+        "misspelt", "base-guessed",
     ]  # fmt: skip
     assert main(["run", "tiny.yaml", "--strict", "--json"]) == 1
     said = capsys.readouterr()
     assert said.err.count("error[") == 2
-    assert json.loads(said.out)["error"]["code"] == "joint-dynamics"
-    assert "unknown-element" in [d["code"] for d in json.loads(said.out)["diagnostics"]]
+    assert json.loads(said.out)["error"]["code"] == "base-guessed"
+    assert "misspelt" in [d["code"] for d in json.loads(said.out)["diagnostics"]]
     assert not (folder / "tiny.mbs").exists()
 
 
 def test_a_code_goes_before_strict_and_the_command_line_before_the_config(folder: Path) -> None:
-    mild = ["--level", "unknown-element=warning", "--level", "joint-dynamics=note"]
+    mild = ["--level", "misspelt=warning", "--level", "base-guessed=note"]
     assert main(["run", "tiny.yaml", "--strict", *mild]) == 0
     config = folder / "tiny.yaml"
-    config.write_text("source: tiny.urdf\nstrict: true\ndiagnostics: {joint-dynamics: error}\n")
+    config.write_text("source: tiny.urdf\nstrict: true\ndiagnostics: {base-guessed: error}\n")
     assert main(["run", "tiny.yaml"]) == 1
     assert main(["run", "tiny.yaml", *mild]) == 0
     assert main(["convert", "tiny.urdf", "--strict"]) == 1
@@ -70,6 +71,7 @@ def test_the_error_that_ends_a_run_comes_after_what_was_found_before(folder: Pat
     """A macro that is unknown may be why a link is."""
     (folder / "tiny.urdf").write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:hand/>\n'
+        '<xacro:property name="p" value="1"/>'
         '<link name="a"><x/></link><joint name="j" type="fixed"><parent link="a"/>'
         '<child link="hand"/></joint></robot>'
     )

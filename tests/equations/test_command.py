@@ -32,7 +32,8 @@ def test_files_go_to_the_project(model: Path, capsys: Any) -> None:
     ]
     assert main(["equations", str(model), "--language", "c", "--fold"]) == 0
     assert main(["equations", str(model), "--energy"]) == 0
-    for name in ("energy", "momentum", "com"):
+    assert main(["equations", str(model), "--derivatives"]) == 0
+    for name in ("energy", "momentum", "com", "derivatives"):
         assert (folder / f"mbs_{name}_robot.py").is_file()
     assert (
         (folder / "mbs_dirdyna_robot.c")
@@ -76,3 +77,14 @@ def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any)
     assert main(["equations", str(tmp_path / "no.mbs")]) == 2
     assert main(["equations", str(model), "--no-pairs", "--language", "python"]) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("more", [["-o", "out"], ["--language", "c"]])
+def test_standalone_is_for_c_in_a_folder_of_its_own(
+    model: Path, more: list[str], capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(model.parent)
+    assert main(["equations", str(model), "--standalone", *more]) == 2
+    assert "--standalone" in capsys.readouterr().err
+    assert not (model.parent / "out").exists()
+    assert not (model.parent.parent / "symbolicR").exists()

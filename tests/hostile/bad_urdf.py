@@ -33,7 +33,7 @@ NO_NUMBER = {
 NO_VECTOR = {
     "": "number-missing", "0 0": "number-count", "0 0 0 0": "number-count",
     "x y z": "number-invalid",
-    "0 0 nan": "number-invalid", "0, 0, 1": "number-invalid", "0 0 1e400": "number-invalid",
+    "0 0 nan": "number-invalid", "0, 0, 1": "number-commas", "0 0 1e400": "number-invalid",
     "0 0 ${z}": "xacro-unexpanded", "[0 0 1]": "number-invalid", "1": "number-count",
 }  # fmt: skip
 #: Where a number stands that the .mbs needs.
@@ -90,7 +90,7 @@ def structure() -> Cases:
         "joint without a name": (changed('<joint name="j" ', "<joint "), "name-missing"),
         "two links of one name": (with_('<link name="a"/>'), "name-doubled"),
         "two joints of one name": (
-            with_(link + joint.format("b", "c").replace('"k"', '"j"')), "name-doubled",
+            with_(link + joint.format("b", "c").replace('"k"', '"j"')), "joint-renamed",
         ),
         "no type": (changed(' type="revolute"', ""), "joint-type-missing"),
         "unknown type": (changed('"revolute"', '"hinge"'), "joint-type-unknown"),
@@ -115,8 +115,8 @@ def structure() -> Cases:
             "loop",
         ),
         "unattached": (with_(link), "link-unattached"),
-        "unknown element": (with_("<lnk/>"), "unknown-element"),
-        "unknown attribute": (changed('name="b"', 'name="b" nme="c"'), "unknown-attribute"),
+        "unknown element": (with_("<lnk/>"), "misspelt"),
+        "unknown attribute": (changed('name="b"', 'name="b" nme="c"'), "misspelt"),
         "no robot name": (changed(' name="r"', ""), "robot-unnamed"),
         "no limit": (
             changed('<limit lower="-1" upper="1.5" effort="6" velocity="7"/>', ""),
@@ -128,7 +128,7 @@ def structure() -> Cases:
         "no body at all": (changed('ixx="1"', 'ixx="-3"'), "inertia-indefinite"),
         "xacro left": (
             changed(end, '<xacro:leg xmlns:xacro="http://www.ros.org/wiki/xacro"/></robot>'),
-            "xacro-macro-unknown",
+            "xacro-left",
         ),
         "legacy": (with_("<macro name='m'/>"), "xacro-legacy"),
         "world": (changed('<parent link="a"/>', '<parent link="world"/>'), "world-implied"),

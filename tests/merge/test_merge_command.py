@@ -5,10 +5,12 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from random import Random
 from typing import Any
 
 import pytest
 from conftest import SHARED
+from merge.edits import a_body, mass, no_leaf, renamed_body
 
 from urdf2mbs.cli import main
 from urdf2mbs.diff.changes import differences
@@ -44,6 +46,25 @@ def test_no_edit_is_found_in_what_mbsyspad_only_saved(name: str, year: str) -> N
     assert merged.plan.kept == merged.plan.conflicts == merged.plan.orphaned == []
     lines = zip(saved.splitlines(), merged.data.splitlines(), strict=False)
     assert sum(one != other for one, other in lines) <= 1 or b"<mass>" not in saved
+
+
+@needs_samples
+@pytest.mark.parametrize("change", [mass, a_body, renamed_body, no_leaf])
+@pytest.mark.parametrize("year", ["2014", "2016"])
+@pytest.mark.parametrize("name", ["biped", "ur5", "nao", "cassie"])
+def test_what_mbsyspad_saved_follows_the_urdf(name: str, year: str, change: Any) -> None:
+    """A changed mass, a new, a renamed and a removed link: nothing is taken for an edit."""
+    written = (SAMPLES / f"saved/{name}.written.mbs").read_bytes()
+    new = read(written, "new")
+    for thing in things(new):
+        if hasattr(thing.part, "origin"):
+            thing.part.origin = None
+    change(new, Random(name + year))
+    saved = read((SAMPLES / f"saved/{name}.saved-{year}.mbs").read_bytes(), "saved")
+    merged = merge(read(written, "base"), saved, new)
+    assert merged.plan.updated
+    assert merged.plan.kept == merged.plan.conflicts == merged.plan.orphaned == []
+    assert changes(write(new), merged.data, physics=True) == []
 
 
 @needs_samples

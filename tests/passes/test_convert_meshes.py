@@ -165,6 +165,17 @@ def test_names_that_a_mirrored_file_would_take(tmp_path: Path) -> None:
     assert names[1:] == ["ARM_mirror_x.wrl", "arm.wrl"]
 
 
+def test_a_mesh_elsewhere_is_taken_with_a_note(tmp_path: Path) -> None:
+    (tmp_path / "far" / "meshes").mkdir(parents=True)
+    stl_ascii(tmp_path / "far" / "meshes")
+    (name,) = [path.name for path in (tmp_path / "far" / "meshes").iterdir()]
+    conversion = convert(tmp_path, [visual(f"package://gone/meshes/{name}")])
+    (one,) = conversion.diagnostics
+    assert (one.code, one.level) == ("mesh-moved", "note")
+    assert str(tmp_path / "far" / "meshes" / name) in one.message
+    assert len(conversion.files) == 1
+
+
 def test_missing_mesh_is_named_with_where_it_was_looked_for(tmp_path: Path) -> None:
     mesh = stl_ascii(tmp_path)
     (tmp_path / "p").mkdir()

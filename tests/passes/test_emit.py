@@ -65,8 +65,8 @@ def test_the_file_is_the_model() -> None:
 @pytest.mark.parametrize(
     ("element", "code", "level"),
     [
-        ('<dynamics damping="0.1"/>', "joint-dynamics", "warning"),
-        ('<dynamics friction="0.1"/>', "joint-dynamics", "warning"),
+        ('<dynamics damping="0.1"/>', "joint-dynamics-lost", "warning"),
+        ('<dynamics friction="0.1"/>', "joint-dynamics-lost", "warning"),
         ('<safety_controller k_velocity="1"/>', "safety-controller", "note"),
         ('<calibration rising="1"/>', "calibration", "note"),
     ],
@@ -85,7 +85,7 @@ def test_what_an_mbs_has_no_place_for(element: str, code: str, level: str) -> No
 
 def test_no_damping_is_not_told_of() -> None:
     holding = joint("world", "a").replace("</joint>", '<dynamics damping="0"/></joint>')
-    assert "joint-dynamics" not in [d.code for d in emitted(A, holding).diagnostics]
+    assert "joint-dynamics-lost" not in [d.code for d in emitted(A, holding).diagnostics]
 
 
 def test_other_programs_elements_are_counted() -> None:

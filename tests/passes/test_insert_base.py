@@ -65,6 +65,56 @@ def test_which_base(
     assert told.message.startswith("floating" if floats else "fixed")
 
 
+def chain(count: int, *types: str) -> list[str]:
+    """A root with mass that carries ``count`` joints in a row; the last ends are of ``types``."""
+    elements = [link("l0", SOLID)]
+    for k in range(1, count + 1):
+        elements += [link(f"l{k}", SOLID), joint(f"l{k - 1}", f"l{k}")]
+    for kind in types:
+        elements += [link(kind, SOLID), joint(f"l{count}", kind, kind)]
+    return elements
+
+
+@pytest.mark.parametrize(
+    ("elements", "reason"),
+    [
+        (chain(4), "one limb"),
+        (chain(3, "continuous"), "one limb"),  # a wrist
+        (chain(4, "revolute", "prismatic"), "one limb"),  # a gripper
+        ([*chain(4), link("mount"), joint("mount", "l0", "fixed")], "one limb"),
+        (chain(3), "free root"),
+        ([*chain(4), link("leg", SOLID), joint("l0", "leg")], "free root"),
+        ([*chain(4), link("wheel", SOLID), joint("l4", "wheel", "continuous"),
+          link("other", SOLID), joint("l4", "other", "continuous")], "free root"),
+        ([*chain(4), link("cart", SOLID), joint("cart", "l0", "planar")], "free root"),
+    ],
+)  # fmt: skip
+def test_an_arm_is_bolted_down(elements: list[str], reason: str) -> None:
+    """Its root has mass, and nothing ties the root to the world: so it is a guess, and loud."""
+    result = based(*elements)
+    assert result.conversion.base_reason == reason
+    assert result.conversion.floating is (reason == "free root")
+    (told,) = [found for found in result.diagnostics if found.code.startswith("base")]
+    assert (told.code, told.level) == ("base-guessed", "warning")
+    other = "fixed" if reason == "free root" else "floating"
+    assert f"'base: {other}'" in str(told.hint)
+    (told,) = [
+        found.level for found in based(*elements, base=other).diagnostics if found.code == "base"
+    ]
+    assert told == "note"
+
+
+def test_an_estimated_mass_does_not_set_an_arm_free() -> None:
+    """The root of a robot without masses is the foot of an arm, before and after the estimate."""
+    box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+    text = robot(link("a", box), link("b", box), joint("a", "b"))
+    for options, code in (({}, "base"), ({"total_mass": 3.0}, "base-guessed")):
+        result = convert_text(text, passes={"estimate-inertia": options})
+        assert result.report.base_reason == "massless root"
+        assert "'base: floating'" in result.report.base_in_words
+        assert code in [found.code for found in result.diagnostics]
+
+
 @pytest.mark.parametrize("base", ["auto", "floating", "fixed"])
 def test_a_floating_joint_of_the_robots_own_lets_it_float(base: str) -> None:
     """Six coordinates more would say nothing new."""

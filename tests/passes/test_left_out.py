@@ -88,7 +88,7 @@ def test_one_line_for_one_cause(tmp_path: Path) -> None:
         '<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
         f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>{links}</robot>'
     )
-    (tmp_path / "r.yaml").write_text("source: r.urdf\noutput: {project: p}\n")
+    (tmp_path / "r.yaml").write_text("source: r.urdf\nbase: floating\noutput: {project: p}\n")
     from urdf2mbs.engine.config import load
     from urdf2mbs.engine.pipeline import Pipeline
 

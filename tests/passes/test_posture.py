@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from passes.test_time_step import convert_project, joint, link, messages
 
 from urdf2mbs import Result
@@ -60,6 +61,17 @@ def test_a_joint_starts_within_its_limits_and_those_of_its_followers(tmp_path: P
     result = convert_text(LIMITED)
     assert starts(result)["one"] == 0.0
     assert "one at 0 of [0.5, 1.5] rad" in messages(result)["posture-limit"]
+
+
+def test_the_hint_has_the_middle_ready_to_paste(tmp_path: Path) -> None:
+    """Of what leads; a follower is where its leader puts it."""
+    (told,) = [d for d in convert_text(LIMITED).diagnostics if d.code == "posture-limit"]
+    line = (told.hint or "").split("'")[1]
+    assert yaml.safe_load(line) == {"passes": {"posture": {"joints": {"one": 1.0}}}}
+    pasted = yaml.safe_load(line)["passes"]
+    assert "one at" not in messages(convert_text(LIMITED, passes=pasted)).get("posture-limit", "")
+    assert not [d for d in convert_text(LIMITED.replace(' upper="1.5"', ' upper="inf"'))
+                .diagnostics if "middle" in (d.hint or "")]  # fmt: skip
 
 
 def test_within_its_limits_nothing_moves(tmp_path: Path) -> None:

@@ -116,3 +116,38 @@ def test_an_inertial_of_zeros_is_none() -> None:
         options={"prune-massless": {"keep": ["a"]}},
     )
     assert result.mbs.bodies[0].mass is None
+
+
+RIGHT = "1.5707963267948966"
+#: Its numbers are plain, and turned by right angles, whose cosines in floats are 6e-17.
+PLAIN = SOLID.replace("0.1 -0.2 0.3", "0 0 0.3")
+for _moment in ('ixy="0.001"', 'ixz="-0.002"', 'iyz="0.003"'):
+    PLAIN = PLAIN.replace(_moment, f'{_moment[:3]}="0"')
+TURNED = robot(
+    link("world"),
+    link("a", PLAIN.replace("0.3 -0.2 0.1", f"0 {RIGHT} 0")),
+    link("b", PLAIN.replace("0.3 -0.2 0.1", f"{RIGHT} 0 0")),
+    link("c", PLAIN.replace("0.3 -0.2 0.1", f"0 0 {RIGHT}")),
+    joint("world", "a", xyz="0 0 0.2", rpy=f"{RIGHT} 0 0"),
+    joint("a", "b", xyz="0 0 0.2", rpy=f"0 {RIGHT} 0"),
+    joint("b", "c", xyz="0 0.2 0", rpy=f"{RIGHT} 0 {RIGHT}"),
+)
+
+
+def test_roundings_of_zero_are_zero_in_compact() -> None:
+    result = convert_text(TURNED, pipeline="compact")
+    assert result.report.proof is not None
+    assert result.report.proof.same
+    rows: list[tuple[float, ...]] = []
+    for body in result.mbs.bodies:
+        rows += [body.com, body.inertia, *(point.coordinates for point in body.points)]
+    small = [v for row in rows for v in row if 0.0 < abs(v) < 1e-12 * max(map(abs, row))]
+    assert small == []
+    assert len(rows) >= 8
+
+
+def test_what_a_urdf_states_is_not_rounded() -> None:
+    """A product of inertia of 1e-20 stays, if nothing turns it."""
+    own = SOLID.replace('ixy="0.001"', 'ixy="1e-20"').replace("0.3 -0.2 0.1", "0 0 0")
+    (body,) = reframed(link("a", own), joint("world", "a")).mbs.bodies
+    assert body.inertia[1] == 1e-20

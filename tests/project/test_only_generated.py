@@ -485,6 +485,15 @@ def test_dependent_joints_want_user_functions(tmp_path: Path) -> None:
     assert caught.value.code == "partition"
 
 
+def test_a_model_without_mass_is_called_so(tmp_path: Path) -> None:
+    """It was called a loop that cannot be closed."""
+    robot = tmp_path / "light.urdf"
+    robot.write_text(re.sub(r"(?s)<inertial>.*?</inertial>", "", CHAIN))
+    with pytest.raises(ConversionError, match="no body has a mass") as caught:
+        simulate(robot, project=tmp_path / "light", time=0.1)
+    assert "estimate-inertia" in str(caught.value.hint)
+
+
 def test_a_joint_without_matter_has_no_equations(tmp_path: Path) -> None:
     project = make(tmp_path, TINY, base="fixed")
     model = project / "dataR" / "robot.mbs"

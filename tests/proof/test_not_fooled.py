@@ -420,7 +420,7 @@ def test_six_free_coordinates_are_never_called_a_fixed_base(
 ) -> None:
     out = summary(OWN, tmp_path, capsys, "--base", base, "--pipeline", preset)
     assert "6 independent" in out
-    assert "; floating base (free by the URDF's own joint 'free')" in out
+    assert "  floating base (free by the URDF's own joint 'free')" in out
     assert "fixed base" not in out
     assert main(["verify", str(tmp_path / "r.urdf"), str(tmp_path / "r.mbs")]) == 0
     assert "'free' floats" in capsys.readouterr().out

@@ -688,7 +688,7 @@ def test_a_plain_robot_has_no_marks(browser: Browser, tmp_path: Path) -> None:
 def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
     conversion = run(DOCS.parent / "configs" / "arm.urdf.xacro", tmp_path / "arm")
     write_files(conversion.files)
-    model = read_mbs(data(conversion))
+    model = read_mbs(data(conversion), "robot.mbs")
     joints = list(model.numbers())
     rows = [[0.02 * k, *(0.3 * k + 0.1 * j for j in range(len(joints)))] for k in range(6)]
     text = "\n".join(
@@ -717,7 +717,10 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
             np.testing.assert_allclose(seen[:3, 3], wanted.xyz, atol=1e-6)
     page.evaluate("urdf2mbs.player.at(0)")
     page.keyboard.press(" ")
-    page.wait_for_function("urdf2mbs.player.time > 0 && urdf2mbs.player.playing")
+    page.evaluate("""new Promise((done) => {
+        const look = () => urdf2mbs.player.time > 0 ? done() : requestAnimationFrame(look);
+        look();
+    })""")
     page.keyboard.press(" ")
     assert page.locator("#play").inner_text() == "Play"
     assert not errors

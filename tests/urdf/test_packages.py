@@ -239,3 +239,58 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         assert packages.places_of(filename)
     assert any("nobody_has_it" in p for p in packages.places_of("package://nobody_has_it/m.stl"))
     assert packages.places_of("package://arm/c.stl") == [str(arm / "c.stl")]
+
+
+@pytest.mark.parametrize(
+    "filename",
+    [
+        "package://iCub/meshes/arm.stl",  # the folder is called iCub_manual
+        "file:///home/somebody/ws/robot/meshes/arm.stl",
+        "/home/somebody/meshes/arm.stl",
+        "meshes/arm.stl",  # the folder is above the URDF
+        "../../meshes/arm.stl",
+    ],
+)
+def test_a_mesh_elsewhere_in_the_workspace_is_found(filename: str, tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    mesh = tmp_path / "iCub_manual" / "meshes" / "arm.stl"
+    mesh.parent.mkdir(parents=True)
+    mesh.touch()
+    robot = source(tmp_path / "robots" / "urdf")
+    assert Packages({}, robot).resolve(filename) == mesh
+    # which of several is meant is not known; a file of that name alone is another
+    other = tmp_path / "other" / "meshes" / "arm.stl"
+    other.parent.mkdir(parents=True)
+    other.touch()
+    packages = Packages({}, robot)
+    assert packages.resolve(filename) is None
+    (said,) = packages.places_of(filename)
+    assert {str(mesh), str(other)} <= set(said.replace(",", "").split())
+    mesh.unlink()
+    other.rename(tmp_path / "other" / "arm.stl")
+    assert Packages({}, robot).resolve(filename) is None
+
+
+def test_the_package_of_a_mesh_decides_between_two(tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    for folder in ("deep/down/here/arm", "hand"):
+        mesh = tmp_path / folder / "meshes" / "m.stl"
+        mesh.parent.mkdir(parents=True)
+        mesh.touch()
+    found = Packages({}, source(tmp_path / "urdf")).resolve("package://arm/meshes/m.stl")
+    assert found == tmp_path / "deep/down/here/arm/meshes/m.stl"
+
+
+def test_no_mesh_is_taken_from_outside_the_workspace_or_from_a_huge_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = source(tmp_path / "ws" / "urdf")
+    (tmp_path / "ws" / ".git").mkdir()
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "m.stl").touch()
+    assert Packages({}, robot).resolve("meshes/m.stl") is None
+    (tmp_path / "ws" / "a" / "meshes").mkdir(parents=True)
+    (tmp_path / "ws" / "a" / "meshes" / "m.stl").touch()
+    assert Packages({}, robot).resolve("meshes/m.stl") is not None
+    monkeypatch.setattr("urdf2mbs.urdf.packages.MOST_FOLDERS", 2)
+    assert Packages({}, robot).resolve("meshes/m.stl") is None

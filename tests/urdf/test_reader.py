@@ -8,6 +8,7 @@ from math import pi
 from pathlib import Path
 
 import pytest
+from codes import DEFAULTS
 
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf.model import (
@@ -140,6 +141,12 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
         tree("a>b", "a>b").replace("</joint>\n</robot>", "<axis/></joint>\n</robot>"),
         "name-doubled", 7, ("'a_b'", "line 6"),
     ),
+    "joint twice that another follows": (
+        tree("a>b", "b>c").replace('name="b_c"', 'name="a_b"').replace(
+            "</robot>", '<gazebo reference="a_b"/></robot>'
+        ),
+        "name-doubled", 7, ("'a_b'", "line 6"),
+    ),
     "no links": ('<robot name="r"></robot>', "no-links", 1, ()),
     "link without a name": ("<robot>\n<link/></robot>", "name-missing", 2, ("link",)),
     "link with an empty name": ('<robot>\n<link name=" "/></robot>', "name-missing", 2, ("link",)),
@@ -227,8 +234,8 @@ def test_bad_input_is_one_error_that_says_where(tmp_path: Path, name: str) -> No
         (arm(kind="revolut"), "did you mean 'revolute'?"),
         (tree("b>c", "arm>b", links="abc").replace('name="a"', 'name="arms"'), "'arms'"),
         (arm(joint='<origin xyz="0,5 0 0"/>'), "decimals with a point"),
-        (arm(joint='<origin xyz="0, 0, 0.8"/>'), "separated by blanks, not commas"),
-        (arm(joint='<origin xyz="0,0,0.8"/>'), "separated by blanks, not commas"),
+        (arm(joint='<origin xyz="0,5 0,1 0"/>'), "decimals with a point"),
+        (arm(joint='<origin xyz="0,5 0,1"/>'), "decimals with a point"),
         ('<robot name="a&b">\n</robot>', "&amp;"),
     ],
 )
@@ -479,19 +486,55 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
         arm(joint='<axis xyz="1 0 0" rpy="0 0 0"/>'),
         "unknown-attribute", 9, ("'rpy'", "<axis>"), None, "turn",
     ),
+    "turned axis": (
+        arm(joint='<axis xyz="1 0 0" rpy="0 1 0"/>'),
+        "mechanics-unread", 9, ("'rpy'", "<axis>"), None, "turn",
+    ),
+    "friction of another format": (
+        arm(joint='<dynamics mu_viscous="3" D="1" K="7000"/>'),
+        "mechanics-unread", 9, ("'mu_viscous', 'D', 'K' of <dynamics> are",), None, "turn",
+    ),
+    "origin of a link": (
+        arm('<origin xyz="0 0 1"/>'), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
+    ),
+    "inertial of the robot": (
+        arm(robot="").replace("</robot>", '<inertial><mass value="1"/></inertial></robot>'),
+        "mechanics-unread", 11, ("<inertial> in <robot>",), None, None,
+    ),
+    "origin of a link that says nothing": (
+        arm('<origin xyz="0 0 0"/>'), "unknown-element", 5, ("<origin> in <link>",), "tip", None,
+    ),
     "quaternion in an old file": (
         arm(joint='<origin quat_xyzw="0 0 0 1"/>'),
-        "unknown-attribute", 9, ("quat_xyzw",), None, "turn",
+        "mechanics-unread", 9, ("quat_xyzw",), None, "turn",
     ),
     "unknown child of a link": (
         arm("<contact><a/></contact>"), "unknown-element", 5, ("<contact>", "<link>"), "tip", None,
     ),
     "unknown child of a joint": (
-        arm(joint='<limits lower="1"/>'), "unknown-element", 9, ("<limits>",), None, "turn",
+        arm(joint='<limits lower="1"/>'), "misspelt", 9, ("<limits>",), None, "turn",
     ),
     "unknown child of the robot": (
         arm(robot="").replace("</robot>", "<jiont/></robot>"),
-        "unknown-element", 11, ("<jiont>",), None, None,
+        "misspelt", 11, ("<jiont>",), None, None,
+    ),
+    "commas": (
+        arm(joint='<origin xyz="0, 0, 0.8"/>'), "number-commas", 9, ("commas",), None, "turn",
+    ),
+    "commas without blanks": (
+        arm(joint='<origin xyz="0,0,0.8"/>'), "number-commas", 9, ("commas",), None, "turn",
+    ),
+    "two joints of one name": (
+        arm(robot="").replace(
+            "</robot>",
+            '<joint name="turn" type="fixed"><parent link="tip"/><child link="end"/></joint>'
+            '<link name="end"/></robot>',
+        ),
+        "joint-renamed", 11, ("'turn'",), None, "turn_2",
+    ),
+    "a macro that was left": (
+        arm(robot="").replace("</robot>", '<xacro:hand xmlns:xacro="http://www.ros.org/wiki/xacro"/></robot>'),
+        "xacro-left", 11, ("<xacro:hand>",), None, None,
     ),
     "undefined material": (
         arm('<visual><geometry><box size="1 1 1"/></geometry><material name="re"/></visual>'),
@@ -616,7 +659,7 @@ def test_what_is_only_warned_of(tmp_path: Path, name: str) -> None:
     (one,) = diagnostics
     assert (one.line, one.link, one.joint) == (line, link, joint)
     assert one.file == str(tmp_path / "robot.urdf")
-    assert one.level == ("note" if code == "mass-without-inertia" else "warning")
+    assert one.level == DEFAULTS[code]
     for word in (*words, link or "", joint or ""):
         assert word in one.message
 
@@ -901,6 +944,8 @@ XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
     [
         (f'<robot {XMLNS}><xacro:if value="1"/></robot>', True),
         ('<robot><xacro:if value="1"/></robot>', True),
+        (f'<robot {XMLNS}><xacro:macro name="m"/></robot>', True),
+        (f"<robot {XMLNS}><xacro:macro/><xacro:hand/></robot>", False),
         (f'<robot {XMLNS.replace(":xacro", ":x")}><x:if value="1"/></robot>', True),
         (f"<robot {XMLNS.replace(':xacro', '')}/>", True),
         (f"<robot {XMLNS.replace(':xacro', ':its_xacro-2')}><its_xacro-2:if/></robot>", True),

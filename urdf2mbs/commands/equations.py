@@ -38,6 +38,13 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--energy", action="store_true", help="also write energy, momentum and centre of mass"
     )
     command.add_argument(
+        "--derivatives", action="store_true", help="also write the derivatives of invdyna"
+    )
+    command.add_argument(
+        "--standalone", action="store_true",
+        help="also write headers that stand for Robotran's: C that runs alone (c)",
+    )  # fmt: skip
+    command.add_argument(
         "--keep-turns", action="store_true",
         help="read the positions of joints that never move, too",
     )  # fmt: skip
@@ -54,6 +61,13 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
     if arguments.no_pairs and arguments.language == "python":
         raise ConfigError("usage", "--no-pairs is for C: leave it out, or --language python")
+    if arguments.standalone and arguments.language == "python":
+        raise ConfigError("usage", "--standalone is for C: add --language c")
+    if arguments.standalone and arguments.output is None:
+        raise ConfigError(
+            "usage", "--standalone writes headers with the names of Robotran's: it needs a folder "
+            "of its own", hint="-o DIR",
+        )  # fmt: skip
     model: Path = arguments.model
     if is_stream(model) or is_stream(arguments.output):
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
@@ -64,7 +78,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
         keep_turns=arguments.keep_turns, pairs=not arguments.no_pairs,
-        energy=arguments.energy,
+        energy=arguments.energy, derivatives=arguments.derivatives, standalone=arguments.standalone,
     )  # fmt: skip
     for warning in made.warnings:
         print(warning, file=sys.stderr)

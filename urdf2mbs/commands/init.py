@@ -272,7 +272,7 @@ def _text(
     lines += _packages(config, found)
     lines += _args(found, given)
     lines += _meshes(found)
-    lines += _passes(found)
+    lines += _passes(found, conversion)
     return "\n".join(lines) + "\n"
 
 
@@ -300,6 +300,7 @@ def _why(conversion: Conversion) -> str:
         "own joint": "the URDF has a floating joint of its own",
         "as asked": "as asked for",
         "world": "the root is tied to 'world'; or floating",
+        "one limb": "the root carries one limb, as an arm does; or floating",
         "massless root": "the root has no mass; or floating",
         "free root": "nothing ties the root to 'world'; or fixed",
     }.get(conversion.base_reason, conversion.base_reason)
@@ -352,8 +353,8 @@ def _meshes(found: Findings) -> list[str]:
     return lines
 
 
-def _passes(found: Findings) -> list[str]:
-    """The passes of a first simulation, as comments."""
+def _passes(found: Findings, conversion: Conversion) -> list[str]:
+    """A start position within the limits, and the passes of a first simulation, as comments."""
     lines: list[str] = []
     if found.sensors:
         lines += [
@@ -361,14 +362,31 @@ def _passes(found: Findings) -> list[str]:
             f"# {counted(len(found.sensors), 'sensor')} of the URDF, taken as they are: "
             f"{_line(', '.join(found.sensors))}",
         ]
-    if found.feet:
-        feet = _flow(found.feet)
+    middle = conversion.facts.get("posture-limit", {}).get("middle")
+    contacts = f"#   contacts: {{links: {_flow(found.feet)}}}"
+    hold = "{frequency: 10, damping_ratio: 0.3}"
+    if middle:
+        about = "the middle of their limits, which zero is beyond"
+        lines += ["", "passes:", "  posture:", f"    joints: {_flow(middle)}   # {about}"]
+        if found.feet:
+            lines += [
+                "# Uncomment to let the robot stand on the ground, held by a controller:",
+                f"#     hold: {hold}   # Hz; 1 does not swing",
+                contacts,
+            ]
+    elif found.feet:
         lines += [
             "",
             "# Uncomment to let the robot stand on the ground, held by a controller:",
             "# passes:",
-            f"#   contacts: {{links: {feet}}}",
-            "#   posture: {hold: {frequency: 10, damping_ratio: 0.3}}   # Hz; 1 does not swing",
+            contacts,
+            f"#   posture: {{hold: {hold}}}   # Hz; 1 does not swing",
+        ]
+    if any(said.code == "no-mass" for said in conversion.diagnostics):
+        lines += [
+            *([] if middle or found.feet else ["", "# passes:"]),
+            "# No link has a mass. Uncomment to estimate masses from the geometry:",
+            "#   estimate-inertia: {total_mass: 10}   # kg",
         ]
     return lines
 

@@ -45,6 +45,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     config = msgspec.structs.replace(
         config, pipeline=PASSES, after={}, before={}, without=[], alias={}, swap={}, passes={},
         plugins=[], sweep=None,
+        base="floating" if config.base == "auto" else config.base,  # a guess is no fault
     )  # fmt: skip
     name = config.source
     try:

@@ -32,10 +32,7 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     print(f"  {links} -> {bodies}, mass {found.mass:.6g} kg")
     if any(said.code == "no-mass" for said in conversion.diagnostics):
         print("  NO DYNAMICS: no link has a mass")
-    print(
-        f"  {counted(joints.urdf, 'URDF joint')} -> {joints_in_words(joints)}; "
-        f"{found.base_in_words}"
-    )
+    print(f"  {counted(joints.urdf, 'URDF joint')} -> {joints_in_words(joints)}")
     if "merge" in conversion.facts:
         counts = {does: len(said) for does, said in conversion.facts["merge"]["words"].items()}
         words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
@@ -49,6 +46,29 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     else:
         print(f"  {found.verdict}: the pass 'check' is not in the pipeline")
     tell_diagnostics(conversion.diagnostics, verbose)
+    for decision in decisions(conversion, found):
+        print(f"  {decision}")
+
+
+#: What may be decided for a user, the weightiest first: the code of its message, and the line to
+#: paste for the other choice.
+CHOICES = {
+    "massless-leaf": 'passes: {prune-massless: {keep: ["*"]}}',
+    "inertia-estimated": "passes: {estimate-inertia: {density: KG_PER_M3}}",
+    "stand": "passes: {contacts: {stand: false}}",
+    "mesh-missing": "packages: {NAME: DIR}",
+    "time-step": "dt0 = SECONDS in workR/main",
+}
+
+
+def decisions(conversion: Conversion, found: Report) -> list[str]:
+    """What was decided for the user, in at most three lines: the base, and what weighs most.
+
+    Each line has what the config must say for the other choice.
+    """
+    said = {one.code: one.message.partition(": ")[0] for one in conversion.diagnostics}
+    made = [f"{said[code]}; else '{line}'" for code, line in CHOICES.items() if code in said]
+    return [found.base_in_words, *made[:2]]
 
 
 def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
@@ -96,6 +116,10 @@ def next_steps(conversion: Conversion) -> str:
         return (
             f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}\n"
             "      for a whole Robotran project: output: {project: DIR}, or convert -o DIR/"
+        )
+    if any(one.code == "no-mass" for one in conversion.diagnostics):
+        return (
+            f"Next: give the links masses: nothing moves by forces; then open {model} in MBSysPad"
         )
     main = settings.project / "workR" / "main.py"
     run = f"python {near(main)}" if main in conversion.starters else "build workR by its CMakeLists"

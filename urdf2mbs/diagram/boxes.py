@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from math import ceil, sqrt
+from math import ceil
 
 import msgspec
 
@@ -26,9 +26,12 @@ CHARACTER = {"ijl": 4.2, "frtI": 6.0, "_": 6.1, "mwMW": 13.4, "DGHNOQU": 10.3}
 """How wide characters are of a body's name, which MBSysPad writes in DejaVu Sans Bold, 12 px."""
 OTHER = 9.3
 """Those that are not in ``CHARACTER``."""
+NAME = 16.0
+"""A name is written 3 to 16 px above the middle of its box."""
+AIR = 9.0
+"""Between a name and what passes it."""
 WIDTH, HEIGHT = 90.0, 60.0
-"""The least size of a body's box."""
-BASE_WIDTH, BASE_HEIGHT = 120.0, 56.0
+"""The least size of a box."""
 FAR = 70.0
 """From joint to joint, at most, where a chain is stretched to stand beside a longer one."""
 FAR_ACROSS = 90.0
@@ -36,10 +39,15 @@ GAP = 30.0
 """Between one limb and the next."""
 FRAME = 16.0
 """From one to the next of the points that are only frames, inside the box."""
-EDGE = 20.0
+ROW, COLUMN = 8, 16
+"""So many of them stand in a row across the chain at most, and so many along the chain."""
+RAY, SLOPE = 110.0, 0.2
+"""Where a second column of them begins, and how far it goes aside for each pixel ahead: so its
+arrows lie on one ray, clear of the first column."""
+EDGE = 15.0
 """From the corner of a box to the first point on its edge."""
-CELL = 14.0
-"""A dot and the room round it."""
+FORK = 40.0
+"""From the last joint, with its label, to the points of several children."""
 FAN = 0.5
 """Wires from one point to several children: how far they go ahead for each pixel aside."""
 
@@ -72,8 +80,6 @@ class Node(msgspec.Struct):
     """Its partner in the mirror, beside which it is drawn alike."""
     plan: dict[bool, Plan] = {}
     """As it is drawn when its limb runs up or down (True), to the left or right (False)."""
-    size: tuple[float, float] | None = None
-    """Of its box, once it is asked for."""
 
     def sort(self, place: Callable[[Node], float]) -> None:
         """Put the leads in the order of the places of their first bodies."""
@@ -93,7 +99,7 @@ class Plan(msgspec.Struct):
     box: tuple[float, float, float, float]
     """a0, a1, b0, b1."""
     points: list[tuple[Point, float, float]]
-    """Where the points that carry children are."""
+    """Where the body's points are."""
     limbs: list[tuple[Node, Plan, float, float, int, int]]
     """Each child and its plan; where its frame begins; where it runs: ahead (0), to the side
     of negative (-1) or positive b (1), or back (2); 1, or -1 where it is mirrored."""
@@ -103,7 +109,7 @@ class Plan(msgspec.Struct):
 
 def nodes(mbs: Mbs) -> list[Node]:
     """The base, then the bodies depth first, linked to one another."""
-    base = Node(None)
+    base = Node(None, name_width=written("Base"))
     out = [base]
     found: dict[str | None, Node] = {None: base}
     points: dict[tuple[str | None, str | None], Point] = {}
@@ -112,7 +118,7 @@ def nodes(mbs: Mbs) -> list[Node]:
     leads: dict[tuple[str | None, str | None], Lead] = {}
     for body in mbs.depth_first():
         parent = found[body.parent]
-        node = Node(body, body.name, body.joints, name_width=_written(body.name))
+        node = Node(body, body.name, body.joints, name_width=written(body.name))
         found[body.name] = node
         out.append(node)
         for point in body.points:
@@ -137,7 +143,7 @@ _WIDTHS = defaultdict(
 )
 
 
-def _written(name: str) -> float:
+def written(name: str) -> float:
     """How wide a name is written, to the next even pixel."""
     return 2.0 * ceil(sum(map(_WIDTHS.__getitem__, name)) / 2)
 
@@ -152,25 +158,29 @@ def plan(
     spread: float = 0.0,
     long: float = 0.0,
     inside: float = 0.0,
+    aside: float = 0.0,
     corner: bool = False,
     reach: float = 0.0,
 ) -> Plan:
-    """A body with its children ahead and at its sides, none in the way of another.
+    """A body with its children ahead or at its sides, none in the way of another.
 
     The box grows until each child stands straight before its point: so no wire is longer
-    than a joint needs.  ``spread`` is added to each wire of the chain; ``long`` is the least
-    length of the box; ``inside`` is how far in the last joint stands.  At a ``corner``, a lone
-    child at a side stands at the middle, even if it then reaches back beside the wire.
-    ``reach`` makes the box longer, and puts the children at its sides so much farther ahead.
+    than a joint needs.  The box's middle, where its name is, stands beside the chain, at
+    positive b: so no arrow crosses the name.  ``aside`` is the least distance of the two.
+
+    ``spread`` is added to each wire of the chain; ``long`` is the least length of the box;
+    ``inside`` is how far in the last joint stands.  At a ``corner``, a lone child at a side
+    stands at the middle, even if it then reaches back beside the wire.  ``reach`` makes the box
+    longer, and puts the children at its sides so much farther ahead.
     """
-    width, height = box_size(node)
-    long, wide = (max(height, long), width) if vertical else (max(width, long), height)
-    in_front = False
-    for lead in ahead:
-        if lead.point is None:
-            in_front = True
+    in_front = any(lead.point is None for lead in ahead)
+    fork = 0.0 if in_front else FORK if len(ahead) > 1 else None
+    least, low, own_aside = room(node, vertical, fork)
+    long, aside = max(least, long), max(aside, own_aside)
+    if fork is not None:
+        inside = long - fork  # beyond the name, so that no arrow crosses it
     own = len(node.joints)
-    a0, joints = 0.0, []
+    end, joints = inside, []
     if own:
         pitch = (JOINT if vertical else JOINT_ACROSS) + spread
         first = (LEAD if vertical else JOINT_ACROSS) + spread
@@ -178,9 +188,8 @@ def plan(
         if node.alike is not None and len(node.alike.joints) > own:
             end = first + pitch * (len(node.alike.joints) - 1)
         most = own * ((FAR if vertical else FAR_ACROSS) + spread)
-        if in_front:
-            # children at the body's own frame: the last joint stands at the far edge of the box
-            end = max(end, long + LEAD)
+        if fork is not None:
+            end = max(end, inside + LEAD)
         elif end > most:
             long += end - most  # rather a longer box than longer wires
             end = most
@@ -188,34 +197,47 @@ def plan(
             pitch = end // own
             first = end - pitch * (own - 1)
         joints = [first + pitch * k for k in range(own)]
-        a0 = end - long if in_front else end - inside
+    a0 = end - inside
     a1 = a0 + long
 
-    points: list[tuple[Point, float, float]] = []
     limbs: list[tuple[Node, Plan, float, float, int, int]] = []
-    b0, b1 = -wide / 2, wide / 2
+    # the name keeps off the side where children leave
+    mirror = -1 if plus and not minus else 1
+    points = [
+        (point, end + a, mirror * b)
+        for point, (a, b) in zip(node.frames, _frames(node, vertical, fork), strict=False)
+    ]
+    b0, b1 = -low, low + 2 * aside
     rows, length = _lanes(ahead, vertical)
     centre = 0.0
     if rows:
-        centre = (rows[0][1] + rows[-1][1]) / 2
+        centre = rows[0][1]
         if in_front:
             centre = next(start for point, start, _, _ in rows if point is None)
-        b0, b1 = min(b0, rows[0][1] - centre - EDGE), max(b1, rows[-1][1] - centre + EDGE)
+        elif fork is not None:
+            centre = (rows[0][1] + rows[-1][1]) / 2 - aside
+        b0 = min(b0, rows[0][1] - centre - EDGE)
+        b1 = max(b1, rows[-1][1] - centre + EDGE, 2 * aside - b0)
+    if mirror < 0:
+        b0, b1 = -b1, -b0
     low, high = min(b0, -centre), max(b1, length - centre)
 
     far = a1
-    sides: list[tuple[int, list[_Lane]]] = []
+    sides: list[tuple[int, list[_Lane], float]] = []
     for side, leads in ((-1, minus), (1, plus)):
         if not leads:
             continue
-        lanes, length = _lanes(leads, not vertical)
-        if not ahead:
-            length = 2 * EDGE if corner and len(leads) == 1 else lanes[-1][1] + EDGE
-        a1 = max(a1, a0 + length)
-        sides.append((side, lanes))
+        lanes, _ = _lanes(leads, not vertical)
+        move = max(0.0, FORK - lanes[0][1])
+        last = EDGE if corner and len(leads) == 1 else lanes[-1][1] + move
+        if side == mirror:
+            # not farther ahead than the name, which stands between
+            a1 = max(a1, a0 + 2 * (last + (NAME if vertical else half_name(node))))
+        a1 = max(a1, a0 + last + EDGE)
+        sides.append((side, lanes, a0 + move))
     a1 += reach
-    for side, lanes in sides:
-        move = a0 + reach
+    for side, lanes, move in sides:
+        move += reach
         if corner and len(lanes) == 1:
             move = (a0 + a1 + reach) / 2 - lanes[0][1]  # one alone leaves at the middle
         edge = b0 if side < 0 else b1
@@ -228,16 +250,13 @@ def plan(
                 low, high = min(low, tip), max(high, tip)
                 far = max(far, lane + move + drawn.extent[3])
     far = max(far, a1)
-    origin = joints[-1] if joints else a1 if in_front or not ahead else a0
     for point, start, fan, group in rows:
         if point is not None:
             points.append((point, a1, start - centre))
         for child, drawn, lane in group:
             limbs.append((child, drawn, a1 + fan, lane - centre, AHEAD, 1))
             far = max(far, a1 + fan + drawn.extent[1])
-    return Plan(
-        vertical, joints, origin, (a0, a1, b0, b1), points, limbs, (0.0, far, low, high)
-    )  # fmt: skip
+    return Plan(vertical, joints, end, (a0, a1, b0, b1), points, limbs, (0.0, far, low, high))
 
 
 _Lane = tuple[Point | None, float, float, list[tuple[Node, "Plan", float]]]
@@ -265,42 +284,63 @@ def _lanes(leads: Sequence[Lead], vertical: bool) -> tuple[list[_Lane], float]:
     return lanes, max(cursor - GAP, 0.0)
 
 
-def box_size(node: Node) -> tuple[float, float]:
-    """Width and height of a box that holds the name and the points that are only frames."""
-    if node.size is None:
-        node.size = _box_size(node)
-    return node.size
+def room(node: Node, vertical: bool, fork: float | None = None) -> tuple[float, float, float]:
+    """How long a body's box is at least, how far it reaches beyond the chain on the side without
+    the name, and how far its middle is from the chain on the other side.
+
+    ``fork`` is how far before the far edge the last joint stands, where arrows or wires go from
+    there to several children.
+    """
+    along, across = (NAME, half_name(node)) if vertical else (half_name(node), NAME)
+    places = _frames(node, vertical, fork)
+    long, low, aside = 2 * (along + AIR), EDGE, across + AIR
+    if fork is not None:
+        low += max((b for _, b in places), default=0.0)
+        long += 2 * (fork + max((-a for a, _ in places), default=0.0))
+    elif places:
+        low -= min(b for _, b in places)
+        long = max(long, max(a for a, _ in places) + EDGE)
+        if vertical and _marked(node):
+            aside += FRAME
+    if vertical:
+        return max(long, HEIGHT), low, max(aside, WIDTH / 2 - low)
+    return max(long, WIDTH), low, aside
 
 
-def _box_size(node: Node) -> tuple[float, float]:
-    twin = node.alike or node
-    count = max(_places(node.frames), _places(twin.frames))
-    if node.body is None:
-        width, height = BASE_WIDTH, BASE_HEIGHT
-    else:
-        width, height = max(WIDTH, node.name_width + 16, twin.name_width + 16), HEIGHT
-    if count:
-        width = max(width, FRAME * (ceil(sqrt(2 * count)) + 4))
-        height = max(height, 2 * (FRAME * _rows(count, width) + 18))
-    return width, height
+def half_name(node: Node) -> float:
+    """Half as wide (px) as a body's name, or its partner's if longer, is written."""
+    return max(node.name_width, (node.alike or node).name_width) / 2
 
 
-def _places(frames: list[Point]) -> int:
-    return sum(map(_cells, frames)) if frames else 0
+def _marked(node: Node) -> bool:
+    """Whether the letter of a sensor or of an external force stands at the right of a point."""
+    frames = node.frames + node.alike.frames if node.alike else node.frames
+    return any(point.sensor is not None or point.extforce is not None for point in frames)
 
 
-def _cells(point: Point) -> int:
-    """How many places side by side a point takes: the letters of a sensor and of an external
-    force stand at its right."""
-    return 1 + (point.sensor is not None or point.extforce is not None)
+def _frames(node: Node, vertical: bool, fork: float | None) -> list[tuple[float, float]]:
+    """Where the points that are only frames stand, ahead of the last joint and across.
 
-
-def _columns(width: float) -> int:
-    return max(1, int((width - 12) // FRAME))
-
-
-def _rows(count: int, width: float) -> int:
-    return ceil(count / max(1, _columns(width) - 4))
+    They follow the chain, and so their arrows lie on it; those of a further column lie on a ray
+    beside.  Where arrows to several children leave, they stand in rows behind the joint.
+    """
+    count = max(len(node.frames), len(node.alike.frames) if node.alike else 0)
+    wide = 2 * FRAME if count and _marked(node) else FRAME
+    ahead, across = (FRAME, wide) if vertical else (wide, FRAME)
+    if fork is not None:
+        return [
+            (
+                -ahead * (k // ROW + 1),
+                (1.5 * FRAME + across * (k % ROW // 2)) * (1 if k % 2 else -1),
+            )
+            for k in range(count)
+        ]
+    row = ceil(count / max(1, ceil(count / COLUMN)))
+    if not vertical:  # lanes of limbs that run out are to be low
+        return [(EDGE + ahead * (k % row), -FRAME * (k // row)) for k in range(count)]
+    starts = [EDGE if k < row else RAY for k in range(count)]
+    along = [start + FRAME * (k % row) for k, start in enumerate(starts)]
+    return [(a, -SLOPE * a * (k // row)) for k, a in enumerate(along)]
 
 
 Way = tuple[float, float, float, float, float, float]
@@ -352,43 +392,10 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
             node.body.drawing = drawing
             for joint, a in zip(node.joints, drawn.joints, strict=True):
                 joint.position = (round(x + ax * a + dx, 1), round(y + ay * a + dy, 1))
-        taken = [here]
         for point, a, b in drawn.points:
             point.position = (
                 round(x + ax * a + bx * b + dx, 1), round(y + ay * a + by * b + dy, 1)
             )  # fmt: skip
-            taken.append(point.position)
-        if node.frames:
-            # a wire crosses the box where the body's frame is at its far side
-            crossed = node.body and drawn.vertical and drawn.origin > drawn.box[0]
-            _stack(node.frames, box, taken, u if crossed else None)
-
-
-def _stack(
-    frames: list[Point],
-    box: tuple[float, float, float, float],
-    taken: list[tuple[float, float]],
-    through: float | None,
-) -> None:
-    """Put the points that are only frames into a box, in the half that is away from its joint."""
-    x0, y0, x1, y1 = box
-    edge, step = (y0 + 10, FRAME) if taken[0][1] > (y0 + y1) / 2 else (y1 - 10, -FRAME)
-    columns = _columns(x1 - x0)
-    count = _places(frames)
-    columns = min(columns, max(6, ceil(sqrt(4 * count)) + 4))
-    left = (x0 + x1) / 2 - FRAME * (columns - 1) / 2
-    xs = [round(left + FRAME * column, 1) for column in range(columns)]
-    if through is not None:
-        xs = [x for x in xs if abs(x - through) >= 24]
-    ys = (round(edge + step * row, 1) for row in range(2 * count + 1))
-    blocked = {
-        (x // CELL + dx, y // CELL + dy) for x, y in taken for dx in (-1, 0, 1) for dy in (-1, 0, 1)
-    }
-    free = ((x, y) for y in ys for x in xs if (x // CELL, y // CELL) not in blocked)
-    for point in frames:
-        point.position = next(free)
-        if _cells(point) > 1:
-            next(free)
 
 
 def _box(left: float, top: float, right: float, bottom: float) -> Drawing:

@@ -15,13 +15,16 @@ import msgspec
 from urdf2mbs.diagram.boxes import (
     BACK,
     EDGE,
+    FORK,
     GAP,
+    NAME,
     Lead,
     Node,
     Plan,
-    box_size,
+    half_name,
     plan,
     put,
+    room,
 )
 from urdf2mbs.diagram.shape import Shape
 from urdf2mbs.diagram.tree import BOTH, plan_tree
@@ -56,8 +59,10 @@ class Limb(msgspec.Struct):
     row: list[Node]
     """The bodies that can run out one after the other; a limb turns down at the latest where
     it branches."""
-    lane: float = 0.0
-    """The height of the lane in which they do (px), once it is known how large they are."""
+    low: float = 0.0
+    high: float = 0.0
+    """How far the lane in which they do reaches below and above their joints (px), once it is
+    known how large they are."""
 
     @classmethod
     def of(cls, lead: Lead, side: int, height: float, depth: int) -> Limb:
@@ -79,6 +84,8 @@ class Vertebra(msgspec.Struct):
     """What stands on it, from left to right; the next body of the spine, if there is one."""
     rows: list[list[Limb]] = []
     """What leaves sideways, lowest first; in a row, one limb or one at each side."""
+    lanes: list[float] = []
+    """How high each row leaves (px), once it is known how large all is."""
     legs: list[Limb] = []
     """Limbs that hang straight down from the lower edge of the box, from the middle outwards."""
 
@@ -114,7 +121,9 @@ def spine(order: list[Node], shape: Shape) -> list[Vertebra] | None:
         if partner is not None and child.alike is not partner:
             _draw_alike(child, partner)
     for limb in limbs:
-        limb.lane = max(box_size(node)[1] for node in limb.row)
+        rooms = [room(node, vertical=False) for node in limb.row]
+        limb.low = max(low for _, low, _ in rooms)
+        limb.high = max(low + 2 * aside for _, low, aside in rooms)
     return bones
 
 
@@ -157,17 +166,17 @@ def _vertebra(node: Node, shape: Shape, *, lowest: bool) -> tuple[Vertebra, Node
         if max(limb.at[2], limb.middle[2]) >= height
     ]  # fmt: skip
     following: Node | None = None
+    legs = _legs(sideways, shape) if lowest else []
     if up:
         lead = max(up, key=lambda lead: shape.limbs[lead.nodes[0].name].bodies)
         middle.remove(lead)
         bone.ahead, following = [lead], lead.nodes[0]
-    else:
+    elif not legs:
         rising = [limb for limb in sideways if _slope(limb, shape) > 0.7]
         bone.ahead = sorted(
             (limb.lead for limb in rising), key=lambda lead: shape.aside(lead.nodes[0])
         )
         sideways = [limb for limb in sideways if limb not in rising]
-    legs = _legs(sideways, shape) if lowest else []
     if len(legs) != 2 or any(leg.depth <= SHORT for leg in legs):
         bone.legs = sorted(legs, key=lambda leg: abs(shape.aside(leg.node)))
         sideways = [limb for limb in sideways if limb not in legs]
@@ -224,11 +233,14 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
     for node in reversed(order[1:]):
         if node.name in ways:
             plan_tree(node, ways[node.name], narrow=True)
-    base.plan[True] = plan(base, True, [])
-    half = base.plan[True].box[3] + GAP / 2
-    taken: list[Box] = [(0.0, half, -base.plan[True].box[1], 0.0)]
+    # the chain of the spine passes all names at one distance, and its boxes stand at the middle
+    aside = max(room(node, vertical=True)[2] for node in (base, *(bone.node for bone in bones)))
+    base.plan[True] = plan(base, True, [], aside=aside)
+    _, height, low, high = base.plan[True].box
+    half = (high - low + GAP) / 2
+    taken: list[Box] = [(0.0, half, -height, 0.0)]
     for bone in reversed(bones):
-        bone.node.plan[True] = _grown(bone, half)
+        bone.node.plan[True] = _grown(bone, half, aside)
     bottom = 0.0
     drawn = []
     for bone in bones:
@@ -237,14 +249,15 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
         bottom += one.box[1]
     for _, one, at in drawn:
         a0, a1, _, b1 = one.box
-        taken.append((0.0, b1, at + a0, at + a1))
+        taken.append((0.0, b1 - aside, at + a0, at + a1))
         for _, below, a, b, turn, _ in one.limbs:
             if turn == BACK:
                 _, e1, f0, f1 = below.extent
-                taken.append((abs(b) + f0, abs(b) + f1, at + a - e1, at + a))
+                start = abs(b - aside)
+                taken.append((start + f0, start + f1, at + a - e1, at + a))
     for bone, one, at in drawn:
         _sideways(bone, one, at, taken)
-    put(mbs, base, (0.0, 0.0, 0.0, -1.0, 1.0, 0.0), plan(base, True, base.leads))
+    put(mbs, base, (0.0, 0.0, 0.0, -1.0, 1.0, 0.0), plan(base, True, base.leads, aside=aside))
 
 
 def _ways(order: list[Node], bones: list[Vertebra]) -> dict[str, tuple[bool, ...]]:
@@ -260,38 +273,51 @@ def _ways(order: list[Node], bones: list[Vertebra]) -> dict[str, tuple[bool, ...
     return ways
 
 
-def _grown(bone: Vertebra, half: float) -> Plan:
+def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
     """A body of the spine with its legs, long enough for the lanes of what leaves sideways.
 
-    ``half`` is the room that the base wants at each side of the chain that carries the spine.
+    ``half`` is the room that the base wants at each side of the middle, which is ``aside`` from
+    the chain that carries the spine.
     """
+    lanes, total = _heights(bone.rows)
+    # of arrows to the side where the name is: how far up they are where the name ends
+    share = (aside + half_name(bone.node)) / (2 * aside + EDGE)
+    above = len(bone.ahead) > 1  # arrows come from above the name, else from below
+    long = max(total, 2 * ceil(lanes[-1] * share)) if bone.rows else 0.0
+    if above and bone.rows:
+        long = 2 * (total + NAME)
     inside = EDGE if bone.legs else 0.0
-    one = plan(bone.node, True, bone.ahead, long=_room(bone.rows), inside=inside)
+    one = plan(bone.node, True, bone.ahead, long=long, inside=inside, aside=aside)
     a0, a1, b0, b1 = one.box
+    long = a1 - a0
+    if bone.rows:
+        start = (
+            long / 2 + NAME if above else min((long - total) // 2, long / 2 // share - lanes[-1])
+        )
+        bone.lanes = [a0 + start + lane for lane in lanes]
+    wide = max(b1 - aside, aside - b0, aside + FORK if bone.rows and above else 0.0)
     for side in (-1, 1):
         cursor = half + GAP / 2
         for limb in bone.legs:
             if limb.side != side or limb.lead.point is None:
                 continue
             below = limb.node.plan[True]
-            lane = side * (cursor - below.extent[2])
-            cursor = abs(lane) + below.extent[3] + GAP
-            one.points.append((limb.lead.point, a0, lane))
-            one.limbs.append((limb.node, below, a0, lane, BACK, side))
-            b0, b1 = min(b0, lane - EDGE), max(b1, lane + EDGE)
-    wide = max(b1, -b0)
-    one.box = (a0, a1, -wide, wide)
+            lane = cursor - below.extent[2]
+            cursor = lane + below.extent[3] + GAP
+            one.points.append((limb.lead.point, a0, aside + side * lane))
+            one.limbs.append((limb.node, below, a0, aside + side * lane, BACK, side))
+            wide = max(wide, lane + EDGE)
+    one.box = (a0, a1, aside - wide, aside + wide)
     return one
 
 
-def _room(rows: list[list[Limb]]) -> float:
-    """How long the sides of a box must be for these limbs."""
-    return sum(map(_lane, rows)) + GAP * (len(rows) - 1) + 2 * EDGE if rows else 0.0
-
-
-def _lane(row: list[Limb]) -> float:
-    """The height of the lane in which limbs run out."""
-    return max(limb.lane for limb in row)
+def _heights(rows: list[list[Limb]]) -> tuple[list[float], float]:
+    """How high up the sides of a box each row of limbs leaves; how long the sides must be."""
+    lanes, cursor = [], FORK - EDGE
+    for row in rows:
+        lanes.append(cursor + max(limb.low for limb in row))
+        cursor = lanes[-1] + max(limb.high for limb in row) + GAP
+    return lanes, cursor - GAP + EDGE
 
 
 def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
@@ -299,24 +325,23 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
 
     ``at`` is how high the body's own frame begins; what is placed is added to ``taken``.
     """
-    a0, a1, _, edge = one.box
-    cursor = (a0 + a1 - _room(bone.rows)) / 2 + EDGE
-    for row in bone.rows:
-        lane = cursor + _lane(row) / 2
-        cursor += _lane(row) + GAP
+    _, _, b0, b1 = one.box
+    edge = (b1 - b0) / 2
+    for row, lane in zip(bone.rows, bone.lanes, strict=True):
         tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
         partners = len(row) == 2 and row[0].node.alike is row[1].node
-        for limb, (length, spread, reach, middle, boxes) in zip(row, tries, strict=True):
+        for limb, (length, spread, reach, out, boxes) in zip(row, tries, strict=True):
             if partners and tries[0].length == tries[1].length:
                 # partners turn down at the same distance
-                short = max(t.middle for t in tries) - middle
+                short = max(t.middle for t in tries) - out
                 if short:
                     spread += short / _wires(limb, length)
                     boxes = _run(limb, length, edge, at + lane, spread, reach)
             assert limb.lead.point is not None
-            one.points.append((limb.lead.point, lane, limb.side * edge))
+            start = (b0 + b1) / 2 + limb.side * edge
+            one.points.append((limb.lead.point, lane, start))
             below = limb.node.plan[False]
-            one.limbs.append((limb.node, below, lane, limb.side * edge, limb.side, 1))
+            one.limbs.append((limb.node, below, lane, start, limb.side, 1))
             taken += boxes
 
 
@@ -380,11 +405,11 @@ def _run(
     for node in reversed(row[:-1]):
         node.plan[False] = plan(node, False, node.leads, spread=spread)
         start += node.plan[False].box[1]
-    half = limb.lane / 2
-    boxes = [(edge, start + last.box[1], lane - half, lane + half)]
+    top = lane + limb.high
+    boxes = [(edge, start + last.box[1], lane - limb.low, top)]
     for _, below, a, b, _, _ in last.limbs:
         _, e1, f0, f1 = below.extent
-        boxes.append((start + a + f0, start + a + f1, lane + b - e1, lane + half))
+        boxes.append((start + a + f0, start + a + f1, lane + b - e1, top))
     if len(boxes) > 2:
         inner, outer, low, high = zip(*boxes[1:], strict=True)
         boxes[1:] = [(min(inner), max(outer), min(low), max(high))]

@@ -55,15 +55,14 @@ def _ways(order: list[Node]) -> dict[str, tuple[bool, ...]]:
 
 def plan_tree(node: Node, ways: tuple[bool, ...] = BOTH, *, narrow: bool = False) -> None:
     """Plan a body whose children are planned; ``narrow`` where width counts more than height."""
-    own = [lead for lead in node.leads if lead.point is not None]
-    rest = [lead for lead in node.leads if lead.point is None]
+    comb_too = all(lead.point is not None for lead in node.leads)
     for vertical in ways:
         best = plan(node, vertical, node.leads)
         combs = []
-        if len(own) >= MANY:
-            combs.append(plan(node, vertical, rest, *halves(own, not vertical)))
-        if narrow and len(own) > vertical:
-            combs.append(plan(node, vertical, rest, [], own))
+        if comb_too and len(node.leads) >= MANY:
+            combs.append(plan(node, vertical, [], *halves(node.leads, not vertical)))
+        if comb_too and narrow and len(node.leads) > vertical:
+            combs.append(plan(node, vertical, [], [], node.leads))
         for comb in combs:
             if _cost(comb, narrow) < (BETTER_NARROW if narrow else BETTER) * _cost(best, narrow):
                 best = comb

@@ -5,14 +5,14 @@ See ``docs/how-equations-are-made.md``.
 
 from urdf2mbs.equations.constraints import constant_gaps, count_equations, drops_row
 from urdf2mbs.equations.files import (
-    ENERGY,
     FUNCTIONS,
     NEVER_CLOSES,
+    OWN,
     Equations,
     generate,
 )
 
 __all__ = [
-    "ENERGY", "FUNCTIONS", "NEVER_CLOSES", "Equations", "constant_gaps", "count_equations",
+    "FUNCTIONS", "NEVER_CLOSES", "OWN", "Equations", "constant_gaps", "count_equations",
     "drops_row", "generate",
 ]  # fmt: skip

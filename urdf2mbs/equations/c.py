@@ -36,6 +36,7 @@ PARAMETERS = {
     "energy": "double *E, MbsData *s",
     "momentum": "double *P, double *L, MbsData *s",
     "com": "double *P, MbsData *s",
+    "derivatives": "double **Dq, double **Dqd, MbsData *s",
     "gensensor": "MbsSensor *sens, MbsData *s, int isens",
 }
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
 from urdf2mbs.equations.constraints import constant_gaps, constraints
+from urdf2mbs.equations.derivatives import jacobian
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.energy import first_moment, kinetic
 from urdf2mbs.equations.graph import Expr
@@ -18,6 +19,7 @@ from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.python import PythonWriter
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
+from urdf2mbs.equations.standalone import headers
 from urdf2mbs.equations.tree import NONE, Tree, is_fixed
 from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
@@ -35,6 +37,13 @@ ENERGY = {
     "(kg m^2/s), in the base's axes.",
     "com": "P is the centre of mass (m), in the base's axes.",
 }
+#: The same for derivatives.
+DERIVATIVES = {
+    "derivatives": "Dq[i][k] and Dqd[i][k] are the derivatives of phi[i] of invdyna by q[k] and "
+    "qd[k].",
+}
+#: All that Robotran has not.
+OWN = {**ENERGY, **DERIVATIVES}
 #: Functions that Robotran has in C only.
 ONLY_C = frozenset(["invdynared"])
 
@@ -74,6 +83,8 @@ def generate(
     energy: bool = False,
     functions: Iterable[str] = FUNCTIONS,
     reduced: bool = False,
+    derivatives: bool = False,
+    standalone: bool = False,
 ) -> Equations:
     """Generate the equations of a model.
 
@@ -82,7 +93,8 @@ def generate(
     data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
     compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
     functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that are wanted.
-    ``reduced``: accelred calls dirdyna, whatever the model.
+    ``reduced``: accelred calls dirdyna, whatever the model.  ``derivatives`` adds the derivatives
+    of invdyna, ``standalone`` headers for C that stand for Robotran's.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -98,18 +110,14 @@ def generate(
         Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
         for _, message in constant_gaps(mbs)
     ]
-    if not keep_turns:
-        numbers = mbs.numbers()
-        out.fixed = [
-            (numbers[joint.name], joint.name, joint.q or 0.0)
-            for body in mbs.bodies for joint in body.joints if is_fixed(joint)
-        ]  # fmt: skip
+    out.fixed = [] if keep_turns else _fixed(mbs)
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns, reduced=reduced)
     in_c = language == "c"
     writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
-    for name in (*functions, *(ENERGY if energy else ())):
+    more = (*(ENERGY if energy else ()), *(DERIVATIVES if derivatives else ()))
+    for name in (*functions, *more):
         if name in ONLY_C and not in_c:
             continue
         made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
@@ -122,12 +130,24 @@ def generate(
             f"{MARK} {quoted(Path(file).name)}. Do not edit: generate again.",
             fits,
             f"{name} of {mbs.name}, {len(mbs.numbers())} joints",
-            *([ENERGY[name]] if name in ENERGY else []),
+            *([OWN[name]] if name in OWN else []),
             *_remarks(made, out.counts[name], out.fixed, fold=fold),
         ]
         lines = "".join(f"{writer.comment} {line}".rstrip() + "\n" for line in head)
         out.files[f"mbs_{name}_{mbs.name}.{writer.suffix}"] = (lines + "\n" + text).encode()
+    if standalone:
+        mark = f"// {MARK} {quoted(Path(file).name)}. Do not edit: generate again.\n\n"
+        out.files |= {name: (mark + text).encode() for name, text in headers(mbs).items()}
     return out
+
+
+def _fixed(mbs: Mbs) -> list[tuple[int, str, float]]:
+    """The joints that never move: number, name, position."""
+    numbers = mbs.numbers()
+    return [
+        (numbers[joint.name], joint.name, joint.q or 0.0)
+        for body in mbs.bodies for joint in body.joints if is_fixed(joint)
+    ]  # fmt: skip
 
 
 def _refuse_draft(mbs: Mbs, function: str) -> Refused | None:
@@ -206,6 +226,19 @@ class Maker:
         phi = joint_forces(tree, range(len(tree.frames)))
         routine = Routine(tree.graph)
         self._store_forces(routine, "phi", phi, twin)
+        return routine
+
+    def derivatives(self) -> Routine:
+        tree = self.tree()
+        frames = tree.frames
+        phi = joint_forces(tree, range(len(frames)))
+        routine = Routine(tree.graph)
+        for name in ("q", "qd"):
+            variables = [getattr(frame, name) for frame in frames[1:]]
+            for k, column in enumerate(jacobian(tree.graph, phi, variables), start=1):
+                for i, value in enumerate(column):
+                    if value:
+                        routine.store(f"D{name}[{i}][{k}]", value)
         return routine
 
     def _store_forces(

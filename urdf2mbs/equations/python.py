@@ -27,9 +27,29 @@ FUNCTIONS = {
     "sensor": ("sens, s, isens", "Fill sens with the motion of one sensor."),
     "energy": ("E, s", "Fill E with the kinetic and the potential energy."),
     "momentum": ("P, L, s", "Fill the momentum P and the angular momentum L."),
+    "derivatives": ("Dq, Dqd, s", "Fill the derivatives of the joint forces by q and by qd."),
     "com": ("P, s", "Fill the position P of the centre of mass."),
     "gensensor": ("sens, s, isens", "Fill sens with the motion of the frame behind one joint."),
 }
+
+#: What is filled through a parameter.
+FILLED = {"sens": "sens.P"}
+
+#: Floats go through Python's own functions, which make nan of symbols; all else through ``s.math``.
+MATH = '''\
+def _math(s, read, filled):
+    """A module with sin, cos and sqrt: s.math for other numbers than floats, else Python's."""
+    given = getattr(s, "math", math)
+    for array in read if given is math else filled:
+        if array.dtype.char != ("d" if given is math else "O"):
+            raise TypeError(
+                "set s.math (to numpy, casadi, ...), and let q and all that is filled be arrays of "
+                "objects; without s.math all are floats"
+            )
+    return given
+
+
+'''
 
 
 class PythonWriter(Writer):
@@ -81,11 +101,20 @@ class PythonWriter(Writer):
     def _define(self, name: str, parameters: str, routine: Routine, doc: str = "") -> str:
         lines = self.statements(routine)
         out = [f'"""{doc}"""'] * bool(doc)
-        out += [f"{array} = s.{array}.tolist()" for array in arrays(lines)]
+        used = arrays(lines)
+        filled = [FILLED.get(p, p) for p in parameters.split(", ") if p not in ("tsim", "isens")]
+        filled = [p for p in filled if p != "s"] or ["s.qdd"]
+        if used:
+            read = ", ".join(f"s.{array}" for array in used if array in ("q", "qd", "qdd"))
+            out.append(f"given = _math(s, [{read}], [{', '.join(filled)}])")
+        text = "".join(line.text for line in lines)
+        out += [f"{name} = given.{name}" for name in ("cos", "sin", "sqrt") if f"{name}(" in text]
+        out += [f"{array} = s.{array}.tolist()" for array in used]
         for line in lines:
             if line.call is not None and line.call.function != "user_LinkForces":
                 for array in line.call.arguments[:6]:
-                    out.append(f"{array} = zeros({'(4, 4)' if array.startswith('Rx') else '4'})")
+                    shape = "(4, 4)" if array.startswith("Rx") else "4"
+                    out.append(f"{array} = zeros({shape}, s.q.dtype)")
         out += map(_statement, lines)
         return "".join(f"{line}\n" for line in [f"def {name}({parameters}):", *_indented(out)])
 
@@ -102,9 +131,9 @@ def _statement(line: Statement) -> str:
 
 
 def _imports(text: str) -> str:
-    names = [name for name in ("cos", "sin", "sqrt") if f"{name}(" in text]
-    lines = ["import sys\n"] if "sys.stderr" in text else []
-    lines += [f"from math import {', '.join(names)}\n"] if names else []
+    lines = ["import math\n"] if "_math(" in text else []
+    lines += ["import sys\n"] if "sys.stderr" in text else []
     lines += ["import numpy as np\n"] if "np." in text else []
     lines += ["from numpy import zeros\n"] if " zeros(" in text else []
-    return "\n".join(lines) + "\n\n" if lines else ""
+    out = "".join(lines) + "\n\n" if lines else ""
+    return out + MATH * ("_math(" in text)

@@ -41,6 +41,7 @@ from urdf2mbs.spatial import (
     cross,
     direction,
     dot,
+    drop_rounding,
     fewest_turns,
     from_turns,
     multiply,
@@ -89,7 +90,7 @@ class AlignFrames(Pass):
 
         after: dict[int, Rot] = {}
         for step, node, offset, before, offset_before in steps:
-            step.xyz = rotate(multiply(before.held, offset_before), step.xyz)
+            step.xyz = drop_rounding(rotate(multiply(before.held, offset_before), step.xyz))
             if not step.joint.moves:
                 step.turns = ()
             after[id(step)] = multiply(node.held, offset)
@@ -101,7 +102,8 @@ class AlignFrames(Pass):
 
 def _turn(rot: Rot, frames: dict[str, Pose]) -> dict[str, Pose]:
     return {
-        link: Pose(rotate(rot, pose.xyz), multiply(rot, pose.rot)) for link, pose in frames.items()
+        link: Pose(drop_rounding(rotate(rot, pose.xyz)), multiply(rot, pose.rot))
+        for link, pose in frames.items()
     }
 
 

@@ -67,6 +67,7 @@ class ConvertMeshes(Pass):
                     f"{counted(len(conversion.meshes), 'mesh file')} left as they are: the .mbs "
                     "names the .wrl files that 'output: {project: DIR}' makes of them",
                 )
+            _note_moved(conversion)
             return
         from urdf2mbs.meshes.model import MeshError
 
@@ -117,6 +118,7 @@ class ConvertMeshes(Pass):
                 if not files.is_file(folder / name):
                     conversion.files[folder / name] = image
         _warn_of_lost(conversion, lost, links, self)
+        _note_moved(conversion)
         _warn_of_differences(conversion, shown, links)
         conversion.facts["convert-meshes"] = {
             "folder": str(folder), **counts,
@@ -332,6 +334,21 @@ def _name_files(
     return names
 
 
+def _note_moved(conversion: Conversion) -> None:
+    """Name the meshes that are elsewhere in the workspace than the URDF says."""
+    moved = [
+        f"'{name}' at {fitting[0]}"
+        for name, fitting in conversion.packages.moved.items()
+        if len(fitting) == 1
+    ]
+    if moved:
+        conversion.note(
+            "mesh-moved",
+            f"{counted(len(moved), 'mesh')} not where the URDF says, but found elsewhere in the "
+            f"workspace: {some(moved, 3)}",
+        )
+
+
 def _warn_of_lost(
     conversion: Conversion, lost: Lost, links: dict[str, list[str]], options: ConvertMeshes
 ) -> None:
@@ -340,7 +357,7 @@ def _warn_of_lost(
     for code, meshes, what, hint in (
         (
             "mesh-missing", lost.missing, "not found",
-            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 8)}",
+            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 4)}",
         ),
         (
             "mesh-not-ours", lost.not_ours,

@@ -35,6 +35,9 @@ class Equations(Pass):
     energy: bool = False
     """Also write functions for energy, momentum and centre of mass, which Robotran has not."""
 
+    derivatives: bool = False
+    """Also write the derivatives of invdyna by q and by qd."""
+
     def run(self, conversion: Conversion) -> None:
         output = conversion.settings.output
         if output not in conversion.files:
@@ -59,6 +62,7 @@ class Equations(Pass):
                     fold=self.fold,
                     pairs=self.pairs,
                     energy=self.energy,
+                    derivatives=self.derivatives,
                 )
                 for name, text in made.files.items():
                     conversion.files[_folder(conversion) / name] = text

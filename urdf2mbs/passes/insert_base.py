@@ -4,9 +4,10 @@
 property": a root link with inertia gets a parent link without inertia.  "The humanoid robots
 models are based on a floating base representation [...] a 6-DOF joint": T1 T2 T3 R1 R2 R3.
 
-A URDF does not say if the base floats.  With ``auto`` the base floats if the root has mass and is
-not tied to the world.  A root without mass is the foot of an arm: if it floated, the mass matrix
-would be singular.
+A URDF does not say if the base floats, so ``auto`` guesses.  A root that is tied to the world is
+fixed.  A root without mass is the foot of an arm: if it floated, the mass matrix would be singular.
+Only masses that the file states count, no estimated ones.  A root that carries one limb and no
+wheels is the foot of an arm, too.  Every other base floats.
 """
 
 from __future__ import annotations
@@ -17,6 +18,11 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.urdf.model import Joint, Link, Robot
+
+#: A limb has at least so many moving joints; less may be a sensor or a cart.
+LIMB = 4
+#: A limb on wheels has at least so many ends that turn without limits; an arm may have one.
+WHEELS = 2
 
 
 class InsertBase(Pass):
@@ -29,8 +35,9 @@ class InsertBase(Pass):
         root = robot.root()
         welded, floating = _find_welded(robot, root)
         asked = conversion.settings.config.base
+        estimated = set(conversion.facts.get("estimate-inertia", {}).get("links", ()))
 
-        floats = False
+        floats = guessed = False
         if floating is not None:
             reason, why = "own joint", f"joint '{floating}' lets it float, so none is added"
         elif asked != "auto":
@@ -38,17 +45,26 @@ class InsertBase(Pass):
         elif "world" in welded:
             reason = "world"
             why = f"root link '{root}' is {'called' if root == 'world' else 'welded to'} world"
-        elif not any(_mass(robot.links[link]) for link in welded):
-            reason, why = (
-                "massless root",
-                f"root link '{root}' has no mass, nor has what is fixed to it",
-            )
+        elif not any(_mass(robot.links[link]) for link in welded - estimated):
+            reason = "massless root"
+            why = f"root link '{root}' has no mass, nor has what is fixed to it"
+            guessed = not welded.isdisjoint(estimated)
+        elif _is_limb(robot, welded):
+            reason, guessed = "one limb", True
+            why = f"root link '{root}' carries one limb without wheels, as the foot of an arm does"
         else:
             floats, reason = True, "free root"
+            guessed = any(joint.moves for joint in robot.joints.values())
             why = f"nothing ties root link '{root}' to the world, and it has mass"
         conversion.floating, conversion.base_reason = floats, reason
         kind = "floating" if floats else "fixed"
-        conversion.note("base", why if floating else f"{kind} base: {why}", link=root)
+        text = why if floating else f"{kind} base: {why}"
+        if guessed:
+            other = "fixed" if floats else "floating"
+            hint = f"if the guess is wrong, 'base: {other}'; 'base: {kind}' ends this warning"
+            conversion.warn("base-guessed", text, link=root, hint=hint)
+        else:
+            conversion.note("base", text, link=root)
 
         # a robot of one link without mass must have a body, too
         if floats or not robot.links[root].massless or not robot.joints:
@@ -65,6 +81,21 @@ class InsertBase(Pass):
 
 def _mass(link: Link) -> float:
     return 0.0 if link.inertial is None else link.inertial.mass
+
+
+def _is_limb(robot: Robot, welded: set[str]) -> bool:
+    """True if one limb without wheels is all that moves on the root and what is fixed to it."""
+    children = robot.children()
+    first = [joint for link in welded for joint in children[link] if joint.moves]
+    if len(first) != 1 or first[0].type == "planar":
+        return False
+    moving = [joint for joint in robot.joints.values() if joint.moves]
+    carrying: set[str] = set()
+    for joint in reversed(robot.depth_first()):
+        if joint.moves or joint.child in carrying:
+            carrying.add(joint.parent)
+    ends = [joint for joint in moving if joint.child not in carrying]
+    return len(moving) >= LIMB and sum(joint.type == "continuous" for joint in ends) < WHEELS
 
 
 def _find_welded(robot: Robot, root: str) -> tuple[set[str], str | None]:

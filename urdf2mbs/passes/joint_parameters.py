@@ -27,6 +27,7 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import UserModel
+from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.ranges import Speed
 from urdf2mbs.simulation import rounded
 from urdf2mbs.spatial import (
@@ -94,11 +95,10 @@ class JointParameters(Pass):
             conversion.facts["joint-parameters"] = models
         if conversion.settings.project is None and {"damping", "friction"} & models.keys():
             names = {**models.get("damping", {}), **models.get("friction", {})}
-            conversion.warn(
+            conversion.note(
                 "joint-dynamics",
-                f"damping and friction of {len(names)} joints are in user models, but nothing "
-                "applies them",
-                hint="a project does: 'output: {project: DIR}'; or add them in user_JointForces",
+                f"damping and friction of {counted(len(names), 'joint')} are in user models, but "
+                "nothing applies them; a project does: 'output: {project: DIR}'",
             )
 
 

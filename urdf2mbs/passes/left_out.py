@@ -34,7 +34,8 @@ class LeftOut(Pass):
             listed = f"{counted(len(names), 'joint')}: {some(names)}"
             message = f".mbs has no joint {what}; left out on {listed}"
             if names and found is lossy:
-                conversion.warn(code, message, hint="add them in user_JointForces")
+                hint = "add them in user_JointForces"
+                conversion.warn("joint-dynamics-lost", message, hint=hint)
             elif names:
                 conversion.note(code, message)
         tags: dict[str, int] = {}
@@ -89,6 +90,6 @@ def _warn_of_free_followers(conversion: Conversion) -> None:
             "mimic",
             "joints that follow others are independent in the .mbs"
             + ("" if in_project else ", which cannot couple them")
-            + f": {', '.join(rules)}",
+            + f": {some(rules)}",
             hint=None if in_project else "a project can: 'output: {project: DIR}'",
         )

@@ -16,6 +16,7 @@ position given.
 
 from __future__ import annotations
 
+import json
 from math import inf, isfinite, pi
 from typing import Annotated
 
@@ -208,11 +209,28 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
         if step.joint.name in given and unit == "rad" and abs(q) > 2 * pi:
             text += " (positions are in rad)"
         texts.append(text)
+    middle = {
+        steps[name].joint.name: _middle(steps[name])
+        for name in beyond
+        if isfinite(sum(limits[name])) and steps[name].joint.mimic is None
+    }
+    listed = ", ".join(f"{json.dumps(name)}: {q!r}" for name, q in middle.items())
     conversion.warn(
         "posture-limit",
         f"joints that {'would ' if move else ''}start beyond their limits: {'; '.join(texts)}",
-        hint="give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'",
+        hint=f"the middle of the limits: 'passes: {{posture: {{joints: {{{listed}}}}}}}'"
+        if middle
+        else "give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'",
     )
+    conversion.facts["posture-limit"] = {"middle": middle}
+
+
+def _middle(step: Step) -> float:
+    """The middle of the limits of a URDF joint (rad or m), in few digits."""
+    low, high = _limits(step)
+    middle = (low + high) / 2 * (-1.0 if step.flipped else 1.0)
+    short = float(f"{middle:.3g}")
+    return short if abs(short - middle) < (high - low) / 4 else middle
 
 
 def _limits(step: Step) -> tuple[float, float]:

@@ -3,13 +3,16 @@
 "The URDF rotational inertia matrix is represented in the inertial frame while the MBS
 rotational inertia matrix is represented in the body reference frame": ``T_B = R T_I R^T``,
 about the centre of mass in both.
+
+In the preset ``compact`` a component that is only rounding is 0.0: Robotran's generator would take
+it for a parameter.
 """
 
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion, Segment
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.spatial import Sym, Vec, compose, lump, rotate_inertia
+from urdf2mbs.spatial import Sym, Vec, compose, drop_rounding, lump, rotate_inertia
 from urdf2mbs.urdf.model import Robot
 
 
@@ -23,6 +26,9 @@ class ReframeInertia(Pass):
             if inertial is not None and segment.parent is not None:
                 body = segment.body
                 body.mass, body.com, body.inertia = inertial
+                if "align-frames" in conversion.facts:  # what it has turned is computed
+                    body.com = drop_rounding(body.com)
+                    body.inertia = drop_rounding(body.inertia)
 
 
 def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:

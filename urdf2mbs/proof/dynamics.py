@@ -17,6 +17,7 @@ from urdf2mbs.proof.rigid import AXES, worst
 from urdf2mbs.proof.urdf_side import SIX, in_plane
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.spatial import Vec, direction
+from urdf2mbs.urdf.rewrite import rename_doubled, split_balls
 from urdf2mbs.xml import lines as xml_lines
 
 
@@ -184,13 +185,15 @@ def _elementary_urdf(
     Floating and planar joints become chains over massless links, since Pinocchio has other
     coordinates for them and ignores a planar joint's axis.  Joints that the .mbs does not have
     are held at zero.  Numbers are parted by single blanks, since urdfdom drops an
-    inertial whose numbers are parted by newlines.
+    inertial whose numbers are parted by newlines, and refuses commas.
     """
     root = etree.fromstring(urdf, xml_lines.parser(remove_comments=True))
     for element in root.iter():
         for name, value in element.attrib.items():
             if name not in ("name", "link"):
-                element.set(name, " ".join(str(value).split()))
+                element.set(name, " ".join(str(value).replace(",", " ").split()))
+    rename_doubled(root)
+    split_balls(root)
     for tag in ("visual", "collision"):
         for element in root.findall(f"link/{tag}"):
             element.getparent().remove(element)  # type: ignore[union-attr]

@@ -15,6 +15,13 @@ from urdf2mbs.spatial import Vec
 from urdf2mbs.urdf.changes import RobotChange, describe
 from urdf2mbs.urdf.left_out import left_out
 
+#: The reasons of ``base: auto`` that may be wrong.
+GUESSES = {
+    "massless root": "the root has no mass",
+    "one limb": "the root carries one limb, as an arm does",
+    "free root": "nothing ties the root to the world",
+}
+
 
 class Joints(msgspec.Struct):
     """How many joints there are; all but the first count those of the finished .mbs."""
@@ -76,6 +83,9 @@ class Report(msgspec.Struct):
         """Whether the base floats, and by whose joint."""
         own = ", ".join(f"'{name}'" for name in self.floating_joints)
         why = f"free by the URDF's own joint {own}" if own else self.base_reason
+        if why in GUESSES:
+            other = "fixed" if self.base == "floating" else "floating"
+            return f"{self.base} base, a guess, as {GUESSES[why]}; 'base: {other}' if it is wrong"
         return f"{self.base} base" + (f" ({why})" if why else "")
 
 

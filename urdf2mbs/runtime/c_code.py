@@ -84,6 +84,39 @@ def compiler() -> str | None:
     return next(filter(None, map(shutil.which, names)), None)
 
 
+class Memory:
+    """The arrays of MbsData as C has them."""
+
+    def __init__(self, data: MbsData) -> None:
+        self.data = data
+        self.kept: list[Any] = []
+        self.c = self._struct()
+        self.at = ctypes.byref(self.c)
+
+    def vector(self, array: Any) -> Any:
+        self.kept.append(array)
+        return array.ctypes.data_as(_row)
+
+    def table(self, array: Any) -> Any:
+        pointers = (_row * len(array))(*(row.ctypes.data_as(_row) for row in array))
+        self.kept += [array, pointers]
+        return ctypes.cast(pointers, _table)
+
+    def _struct(self) -> _Data:
+        data = self.data
+        c = _Data(njoint=data.njoint, nqu=data.nqu, nqv=data.nqv, Nux=data.Nux, DonePart=1)
+        for name in (*ROWS, *MORE_ROWS, "qd0", "Lambda"):
+            setattr(c, name, self.vector(getattr(data, name)))
+        for name in (*TABLES, "SWr", "l3DWr"):
+            setattr(c, name, self.table(getattr(data, name)))
+        for name in ("qu", "qv", "xfidpt"):
+            numbers = getattr(data, name)
+            setattr(c, name, (_int * len(numbers))(*map(int, numbers)))
+        c.dpt = (_row * 4)(*map(self.vector, data.dpt))
+        c.g = (_double * 4)(*data.g)
+        return c
+
+
 class CCode(PythonCode):
     """The functions of a simulation, in C but for user functions that are in Python."""
 
@@ -93,18 +126,19 @@ class CCode(PythonCode):
         super().__init__(data)
         self.name = "C" if self.in_c else "C, user functions in Python"
         self.has_loop = self.in_c or self.has_loop
-        self.kept: list[Any] = []
         self.raised: BaseException | None = None
-        self.library = ctypes.CDLL(str(_library(data, self.rows, sources)))
-        self.c = self._struct()
-        self.at = ctypes.byref(self.c)
+        self.library = _library(data, self.rows, sources)
+        self.memory = memory = Memory(data)
+        self.c, self.at = memory.c, memory.at
+        self.c.guess = memory.vector(self.guess)
+        self.c.user_model = memory.vector(self._user_models())
         # arguments that are made once, since this is called some ten thousand times a second
         self.y, self.f = np.empty((2, 2 * data.nqu + data.Nux))
-        self.buffers = self._vector(self.y), self._vector(self.f)
+        self.buffers = memory.vector(self.y), memory.vector(self.f)
         self.jac = np.zeros((sum(self.rows) + 1, data.njoint + 1))
-        self.rows_at = self._vector(np.zeros(sum(self.rows) + 1)), self._table(self.jac)
+        self.rows_at = memory.vector(np.zeros(sum(self.rows) + 1)), memory.table(self.jac)
         self.phi = np.zeros(data.njoint + 1)
-        self.phi_at = self._vector(self.phi)
+        self.phi_at = memory.vector(self.phi)
         self.function = self.library.accelerate
         self.function.argtypes = [ctypes.c_void_p, _double, _row, _row]
         self.hooks = _Hooks.in_dll(self.library, "hooks")
@@ -117,6 +151,11 @@ class CCode(PythonCode):
         failed = self.function(self.at, t, *self.buffers)
         self._check()
         return np.full(len(y), np.nan) if failed else self.f.copy()
+
+    def solve(self) -> bool:
+        failed = bool(self.library.mbs_accelred(self.at, _double(self.data.tsim)))
+        self._check()
+        return failed
 
     def jacobian(self) -> Any:
         self.jac[:] = 0.0
@@ -141,33 +180,6 @@ class CCode(PythonCode):
         """Raise what a function of Python has raised, which C cannot."""
         if self.raised is not None:
             raise self.raised
-
-    # --- memory ---
-
-    def _vector(self, array: Any) -> Any:
-        self.kept.append(array)
-        return array.ctypes.data_as(_row)
-
-    def _table(self, array: Any) -> Any:
-        pointers = (_row * len(array))(*(row.ctypes.data_as(_row) for row in array))
-        self.kept += [array, pointers]
-        return ctypes.cast(pointers, _table)
-
-    def _struct(self) -> _Data:
-        data = self.data
-        c = _Data(njoint=data.njoint, nqu=data.nqu, nqv=data.nqv, Nux=data.Nux, DonePart=1)
-        for name in (*ROWS, *MORE_ROWS, "qd0", "Lambda"):
-            setattr(c, name, self._vector(getattr(data, name)))
-        for name in (*TABLES, "SWr", "l3DWr"):
-            setattr(c, name, self._table(getattr(data, name)))
-        for name in ("qu", "qv", "xfidpt"):
-            numbers = getattr(data, name)
-            setattr(c, name, (_int * len(numbers))(*map(int, numbers)))
-        c.guess = self._vector(self.guess)
-        c.dpt = (_row * 4)(*map(self._vector, data.dpt))
-        c.g = (_double * 4)(*data.g)
-        c.user_model = self._vector(self._user_models())
-        return c
 
     def _user_models(self) -> Any:
         """The struct of ``user_model.h``: the numbers one after the other.
@@ -236,24 +248,28 @@ class CCode(PythonCode):
         setattr(self.hooks, name, _HOOKS[name](call))
 
 
-def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Path:
-    """The compiled library, in the cache."""
-    found = compiler()
-    if found is None:
-        raise ConfigError(
-            "usage", "there is no C compiler: neither cc nor gcc nor clang",
-            hint="install one, or take --language python",
-        )  # fmt: skip
+def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Any:
+    """The equations and user functions of a simulation."""
     files = equations(data, ["accelred", "invdyna"], "c")
     texts = [file.read_text("utf-8", "replace") for file in (*files.values(), *sources)]
     called = re.findall(r"\bmbs_(\w+)\(", re.sub(r"(?s)/\*.*?\*/|//[^\n]*", "", "".join(texts)))
     files = equations(data, sorted({*called} & {*FUNCTIONS}), "c")
     defines = [f"-DRUN_JOINTS={data.njoint}", f"-DRUN_CUTS={rows[0]}", f"-DRUN_USER_ROWS={rows[1]}"]
     defines += ["-DUSER_IN_C"] * bool(sources)
-    compiled = [HERE / "runtime.c", *files.values(), *sources]
+    return compiled(data, [HERE / "runtime.c", *files.values(), *sources], *defines)
+
+
+def compiled(data: MbsData, sources: list[Path], *defines: str) -> Any:
+    """C files as a library; it is kept in the cache by its checksum."""
+    found = compiler()
+    if found is None:
+        raise ConfigError(
+            "usage", "there is no C compiler: neither cc nor gcc nor clang",
+            hint="install one, or take Python: --language python",
+        )  # fmt: skip
     headers = [*HEADERS.glob("*.h"), *data.user_path.glob("*.h")]
     key = sha256(" ".join([found, platform.machine(), *FLAGS, *defines]).encode())
-    for file in (*compiled, *sorted(headers)):
+    for file in (*sources, *sorted(headers)):
         key.update(b"\0" + file.read_bytes())
     library = cache_folder() / "libraries" / f"{key.hexdigest()[:32]}.so"
     if not library.is_file():
@@ -261,13 +277,13 @@ def _library(data: MbsData, rows: tuple[int, int], sources: list[Path]) -> Path:
             made = Path(folder, library.name)
             done = subprocess.run(
                 [found, *FLAGS, *defines, f"-I{HEADERS}", f"-I{data.user_path}",
-                 f"-I{data.symbolic_path}", "-o", made, *compiled, "-lm"],
+                 f"-I{data.symbolic_path}", "-o", made, *sources, "-lm"],
                 check=False, capture_output=True, text=True, encoding="utf-8", errors="replace",
             )  # fmt: skip
             if done.returncode:
                 raise _not_compiled(done.stderr)
             keep(library, made.read_bytes())
-    return library
+    return ctypes.CDLL(str(library))
 
 
 def _not_compiled(said: str) -> ConversionError:

@@ -7,6 +7,7 @@ in symbolicR, ``user_JointForces`` in userfctR.
 
 from __future__ import annotations
 
+import math
 import os
 from collections import defaultdict
 from pathlib import Path
@@ -23,6 +24,8 @@ from urdf2mbs.messages.diagnostics import ConfigError
 class MbsData:
     """The model of an .mbs file, and the state of its simulation."""
 
+    math: Any = math
+    """What equations in Python take sin, cos and sqrt from."""
     user_JointForces: Any  # noqa: N815  loaded when it is asked for, like all of its kind
 
     def __init__(

@@ -231,6 +231,11 @@ def _breaks(data: MbsData, time: float, end: float) -> list[float]:
 def _no_partition(data: MbsData) -> SimulationError:
     names = {number: name for name, number in data.joint_id.items()}
     dependent = ", ".join(names[int(number)] for number in data.qv[1:])
+    if not data.m.any():
+        return SimulationError(
+            "partition", "no body has a mass, so no force has an effect", file=str(data.mbs_file),
+            hint="in the config: 'passes: {estimate-inertia: {total_mass: KG}}'",
+        )  # fmt: skip
     return SimulationError(
         "partition",
         f"no acceleration can be found at {data.tsim:g} s"

@@ -50,6 +50,26 @@ def simulate(
 
     The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
     """
+    model, keep = project_of(source, project, options, fields)
+    data = MbsData(model)
+    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(
+        tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
+        save2file=0,
+    )  # fmt: skip
+    results = dirdyn.run()
+    results.keep = keep
+    return results
+
+
+def project_of(
+    source: Config | str | os.PathLike[str],
+    project: str | os.PathLike[str] | None,
+    options: Mapping[str, Mapping[str, Any]] | None,
+    fields: dict[str, Any],
+) -> tuple[Path, Any]:
+    """The .mbs of what ``simulate`` is given, and a temporary folder that must be kept, or None."""
     keep = None
     model = None if isinstance(source, Config) else model_of(Path(source))
     if model is None:
@@ -65,16 +85,7 @@ def simulate(
             keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
             project = Path(keep.name, stem(Path(config.source)))
         model = make(Pipeline(with_project(config, Path(project)), lines).run())
-    data = MbsData(model)
-    data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
-    dirdyn = MbsDirdyn(data)
-    dirdyn.set_options(
-        tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
-        save2file=0,
-    )  # fmt: skip
-    results = dirdyn.run()
-    results.keep = keep
-    return results
+    return model, keep
 
 
 def model_of(place: Path) -> Path | None:

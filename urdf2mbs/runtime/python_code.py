@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from urdf2mbs.equations import ENERGY, FUNCTIONS
+from urdf2mbs.equations import FUNCTIONS, OWN
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.equations import SimulationError, equations
@@ -29,7 +29,7 @@ USER = {
     "user_derivatives": "user_Derivative",
     **{f"user_dirdyn_{when}": "user_dirdyn" for when in ("init", "loop", "finish")},
 }  # fmt: skip
-KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *ENERGY))])
+KNOWN = frozenset([*USER, *(f"mbs_{name}" for name in (*FUNCTIONS, *OWN))])
 
 
 def function(data: MbsData, name: str) -> Function:
@@ -40,18 +40,19 @@ def function(data: MbsData, name: str) -> Function:
         return cast(Function, getattr(module, "sensor" if name == "gensensor" else name))
     file = data.user_path / f"{USER[name]}.py"
     if not file.is_file():
-        return _defaults(data).get(name, _nothing)
+        return default(data, name)
     with shown(data):
         return cast(Function, getattr(load(file), name))
 
 
-def _defaults(data: MbsData) -> dict[str, Function]:
-    """What is not there, and must give a number."""
-    return {
+def default(data: MbsData, name: str) -> Function:
+    """A user function that the user has not: it gives zeros, or does nothing."""
+    zeros: dict[str, Function] = {
         "user_ExtForces": lambda *words: data.SWr[words[-1]],
         "user_Link3DForces": lambda *words: data.l3DWr[words[-1]],
         "user_LinkForces": lambda *_: 0.0,
     }
+    return zeros.get(name, _nothing)
 
 
 def _nothing(*_: Any) -> None:
@@ -145,15 +146,18 @@ class PythonCode:
         data.tsim = t
         data.q[free], data.qd[free], data.ux[1:] = y[:n], y[n : 2 * n], y[2 * n :]
         data.q[self.dependent] = self.guess
-        try:
-            failed = data.mbs_accelred(data, t)
-        except np.linalg.LinAlgError:
-            failed = True
-        if failed:
+        if self.solve():
             return np.full(len(y), np.nan)
         if data.Nux:
             data.user_derivatives(data)
         return np.concatenate([data.qd[free], data.qdd[free], data.uxd[1:]])
+
+    def solve(self) -> bool:
+        """Set all qdd, and q and qd of dependent joints; True where the loops cannot be closed."""
+        try:
+            return bool(self.data.mbs_accelred(self.data, self.data.tsim))
+        except np.linalg.LinAlgError:
+            return True
 
     def react(self) -> None:
         """Set Lambda and Qc for the state and accelerations that were computed last:

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NoReturn
 
+from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.messages import Messages
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+#: The elements of xacro itself.
+INSTRUCTIONS = frozenset(
+    ("arg", "attribute", "call", "element", "if", "include", "insert_block", "macro", "property",
+     "robot", "unless")
+)  # fmt: skip
 #: What xacro read without the prefix ``xacro:`` until 2014, and now copies as it stands.
 LEGACY = frozenset(("property", "macro", "include", "if", "unless", "insert_block", "call"))
 LEGACY_HINT = (
@@ -57,6 +63,15 @@ CHILDREN = _names({
     "material": "color texture",
     "joint": "origin parent child axis limit dynamics mimic calibration safety_controller",
 })  # fmt: skip
+#: A name that is so like a known one is a slip (``jiont``); the measure is difflib's.
+SLIP = 0.75
+#: What states mechanics where URDF does not know it.
+MECHANICAL = frozenset(
+    ("origin", "com", "mass", "density", "inertia", "inertial", "joint", "loop_joint", "axis",
+     "limit", "dynamics", "mimic", "spring", "stiffness", "damping", "friction", "armature",
+     "rpy", "rrpy", "quat_xyzw", "K", "D", "spring_stiffness", "spring_reference", "mu_coulomb",
+     "mu_viscous", "mu_static")
+)  # fmt: skip
 #: Elements of other programs that are usual in URDF files: kept, and no warning.
 FOREIGN = frozenset(("gazebo", "transmission", "sensor", "ros2_control", "mujoco"))
 
@@ -92,14 +107,39 @@ class Elements(Messages):
         return value
 
     def unknown_attributes(self, element: Any) -> None:
+        """One message for all attributes of a kind: most joints of a file have the same ones."""
         known = ATTRIBUTES[element.tag]
-        for name in element.keys():  # noqa: SIM118 (an element iterates over its children)
+        kinds: dict[str, list[str]] = {}
+        for name, text in element.items():
             if name not in known and ":" not in name and not name.startswith("{"):
-                self.warn(
-                    "unknown-attribute",
-                    f"the attribute '{name}' of <{element.tag}> is not known and has no effect",
-                    element.sourceline, like=(name, known),
-                )  # fmt: skip
+                kinds.setdefault(_meaning(name, known, text), []).append(name)
+        for meaning, names in kinds.items():
+            several, are = ("", "is") if len(names) == 1 else ("s", "are")
+            listed = some(f"'{name}'" for name in names)
+            what = f"the attribute{several} {listed} of <{element.tag}> {are}"
+            self.unknown("attribute", meaning, what, names[0], known, element)
+
+    def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
+        tag = child.tag  # that of a comment or processing instruction is a function
+        if not isinstance(tag, str) or self.report_xacro(child):
+            return
+        # without an attribute, or with children, it says more than zeros
+        text = "?" if len(child) or not child.attrib else " ".join(child.values())
+        meaning = _meaning(tag, known, text)
+        self.unknown("element", meaning, f"<{plain(tag)}> in <{parent}> is", tag, known, child)
+
+    def unknown(
+        self, kind: str, meaning: str, what: str, name: str, known: Iterable[str], element: Any
+    ) -> None:
+        """Report what URDF does not know, as loud as its meaning is."""
+        text, line = f"{what} not known: without effect", element.sourceline
+        if meaning == "slip":
+            self.warn("misspelt", text, line, like=(name, known))
+        elif meaning == "mechanics":
+            self.warn("mechanics-unread", text, line)
+        else:
+            code = "unknown-element" if kind == "element" else "unknown-attribute"
+            self.warn(code, text, line, level="note")
 
     def parts(self, element: Any) -> dict[str, Any]:
         """The children of an element by tag, the first of each; others are reported."""
@@ -116,12 +156,6 @@ class Elements(Messages):
                 parts[name] = child
         return parts
 
-    def unknown_child(self, parent: str, child: Any, known: Iterable[str]) -> None:
-        tag = child.tag  # that of a comment or processing instruction is a function
-        if isinstance(tag, str) and not self.report_xacro(child):
-            what = f"<{plain(tag)}> in <{parent}> is not known and has no effect"
-            self.warn("unknown-element", what, child.sourceline, like=(tag, known))
-
     def warn_of_double(self, parent: str, child: Any) -> None:
         what = f"more than one <{child.tag}> in <{parent}>, the first one counts"
         self.warn("doubled-element", what, child.sourceline)
@@ -130,8 +164,11 @@ class Elements(Messages):
         """True, with a message, if an element is xacro's, which should be gone by now."""
         tag, line = element.tag, element.sourceline
         if is_xacro(element):
-            what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro"
-            self.warn("xacro-macro-unknown", what, line, level="error")
+            what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro: left out"
+            if self.expanded:
+                self.warn("xacro-macro-unknown", what, line, level="error")
+            else:
+                self.warn("xacro-left", what, line)
         elif tag == "property":
             name = element.get("name") or ""
             self.legacy = self.legacy or name or "?"
@@ -152,9 +189,36 @@ class Elements(Messages):
         self.fail("xacro-unexpanded", f"{what} was left by xacro", line)
 
 
+def _meaning(name: str, known: Iterable[str], text: str) -> str:
+    """What a name that URDF does not know may be: a ``slip``, ``mechanics`` or ``other``."""
+    from difflib import get_close_matches
+
+    if get_close_matches(name, list(known), n=1, cutoff=SLIP) and name not in MECHANICAL:
+        return "slip"
+    return "mechanics" if name in MECHANICAL and not _is_zero(text) else "other"
+
+
+def _is_zero(text: str) -> bool:
+    """True for ``0`` and ``0 0 0``, which say nothing."""
+    try:
+        return not any(map(float, text.split()))
+    except ValueError:
+        return False
+
+
 def plain(tag: str) -> str:
     """A tag or attribute without its namespace."""
     return tag.rpartition("}")[2]
+
+
+def is_instruction(element: Any) -> bool:
+    """True if an element tells xacro what to do.
+
+    A call of a macro by itself does not: no macro is defined.  Nor does a macro without a name.
+    """
+    tag = plain(element.tag).rpartition(":")[2]
+    nameless = tag == "macro" and not element.get("name")
+    return is_xacro(element) and tag in INSTRUCTIONS and not nameless
 
 
 def is_xacro(element: Any) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import posixpath
 import re
 from functools import cached_property
 from itertools import chain
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 from urdf2mbs.disk import files
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest, some
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -21,6 +22,8 @@ _NAME = rb"<name(?:\s[^<>]*)?>([^<>]*)</name>"
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 _SCHEME = r"(?i)(package|model|file):/*"
 _LOCALHOST = r"(?i)^//localhost(?=/)"
+#: A mesh that is not at its place is not looked for in a workspace of more folders.
+MOST_FOLDERS = 10_000
 #: The most that is read of a package.xml.
 _MOST = 2**20
 _DRIVE = r"(?i)[A-Z](:|%3A)/"
@@ -85,6 +88,8 @@ class Packages:
         self.source = Path(absolute(source))
         self._found: dict[str, Path | None] = {}
         self._beyond: dict[str, Path | None] = {}
+        self.moved: dict[str, list[Path]] = {}
+        """The files that fit each name without a file at its place."""
         self._crawled: dict[str, dict[str, Path]] = {}
 
     @cached_property
@@ -143,19 +148,59 @@ class Packages:
         ]
 
     def resolve(self, filename: str) -> Path | None:
-        """The file of a mesh or texture by its name; None if there is no such file."""
+        """The file of a mesh or texture by its name; None if there is no such file.
+
+        A file that is not at its place is taken from elsewhere in the workspace, if one fits.
+        """
         try:
             path = self._path(filename)
             if path is None or path.is_file():
                 return path
             files.note(path)
-            return None
         except (ConversionError, OSError, ValueError):
-            return None
+            pass
+        if filename not in self.moved:
+            self.moved[filename] = self._elsewhere(filename)
+        fitting = self.moved[filename]
+        return fitting[0] if len(fitting) == 1 else None
+
+    def _elsewhere(self, filename: str) -> list[Path]:
+        """The files of the workspace whose paths end as the file's name does."""
+        _, name, rest = _split(filename)
+        local = posixpath.normpath(rest).split("/")
+        tail = [part for part in local if part not in ("", ".", "..")]
+        if not tail:
+            return []
+        # the folders before a package are those of another machine, as are those of a whole path
+        shortest = min(2, len(tail)) if rest.startswith("/") else len(tail)
+        tail = [name, *tail] if name else tail
+        fitting = self._files.get(tail[-1], [])
+        longest = max((len(path.parts) for path in fitting), default=0)
+        for start in range(max(0, len(tail) - longest), len(tail) - shortest + 1):
+            end = tuple(tail[start:])
+            found = [path for path in fitting if path.parts[-len(end) :] == end]
+            if found:
+                return found
+        return []
+
+    @cached_property
+    def _files(self) -> dict[str, list[Path]]:
+        """The files of the workspace by name; none if it has too many folders."""
+        found: dict[str, list[Path]] = {}
+        for number, (folder, folders, names) in enumerate(os.walk(self.root)):
+            if number == MOST_FOLDERS:
+                return {}
+            folders[:] = sorted(name for name in folders if not name.startswith("."))
+            for name in names:
+                found.setdefault(name, []).append(Path(folder, name))
+        return found
 
     def places_of(self, filename: str) -> list[str]:
         """The places where ``resolve`` looks for a file, for a message."""
         scheme, name, _ = _split(filename)
+        several = self.moved.get(filename, [])
+        if len(several) > 1:
+            return [f"several files of the workspace, which all fit: {some(map(str, several), 3)}"]
         try:
             path = self._path(filename)
         except ConfigError as error:

@@ -15,7 +15,7 @@ from lxml import etree
 from urdf2mbs.disk import standard_input
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import xml
-from urdf2mbs.urdf.elements import is_xacro
+from urdf2mbs.urdf.elements import is_instruction
 from urdf2mbs.urdf.robot import read_root
 from urdf2mbs.urdf.values import Reading
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.xacro import Expansion
 
 
-_COMMENT = rb"(?s)<!--.*?-->"
+_COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 
 
 def read_robot(
@@ -66,7 +66,7 @@ def has_xacro(data: bytes, file: str) -> bool:
     if b"xacro" not in text and b"$" not in text:
         return False
     root, _ = xml.parse(data, file)
-    return any(map(is_xacro, root.iter(etree.Element))) or any(
+    return any(map(is_instruction, root.iter(etree.Element))) or any(
         "${" in value or "$(" in value
         for child in root.iterchildren("{*}link", "{*}joint", "{*}material")
         for element in child.iter(etree.Element)

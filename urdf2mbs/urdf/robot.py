@@ -13,6 +13,7 @@ from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
 from urdf2mbs.urdf.materials import check_materials, read_global_material
 from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.rewrite import rename_doubled, split_balls
 from urdf2mbs.urdf.tree import check_tree
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ OTHER_ROOTS = {
 def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
     """The robot of a URDF's root element, and what is odd about it; raises ConversionError."""
     _check_root(reading, root)
+    _rewrite(reading, root)
     reading.quaternions = root.get("version") in ("1.1", "1.2")
     robot = Robot("", file=reading.file)
     links, joints, extensions = robot.links, robot.joints, robot.extensions
@@ -59,9 +61,7 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
                 if reading.report_xacro(child):
                     continue
                 if "{" not in tag and ":" not in tag:
-                    what = f"<{tag}> in <robot> is not known: kept as it is, without effect"
-                    known = ("link", "joint", "material", *FOREIGN)
-                    reading.warn("unknown-element", what, child.sourceline, like=(tag, known))
+                    reading.unknown_child("robot", child, ("link", "joint", "material", *FOREIGN))
             extensions.append(read_extension(reading, child))
     reading.owner = ("robot", "")
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
@@ -74,6 +74,18 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
     check_mimics(reading, robot)
     check_extensions(reading, robot)
     return robot, reading.diagnostics()
+
+
+def _rewrite(reading: Reading, root: Any) -> None:
+    lines = {joint.get("name"): joint.sourceline for joint in root.iterchildren("joint")}
+    for own, name in rename_doubled(root).items():
+        reading.warn(
+            "joint-renamed", f"several joints are called '{name}', and this one is renamed",
+            lines.get(name), owner=("joint", own),
+        )  # fmt: skip
+    for name in split_balls(root):
+        what = "a ball joint becomes three joints, NAME_R1, NAME_R2 and NAME_R3, without limits"
+        reading.warn("joint-ball", what, lines.get(name), owner=("joint", name))
 
 
 def _check_root(reading: Reading, root: Any) -> None:

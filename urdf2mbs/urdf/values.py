@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from urdf2mbs.spatial import Vec
 
 NO_ORIGIN = Origin()
+#: Commas between numbers: a blank follows each, or the text has no blank.
+_COMMAS = r"\s*[^\s,]+(?:(?:,\s+[^\s,]+)+|(?:,[^\s,]+)+)\s*"
 _BLANKS = re.compile(r"[ \t\r\n]+")
 
 
@@ -89,6 +91,9 @@ class Reading(Elements):
                 values = ()
             if len(values) == count and all(map(isfinite, values)):
                 return values
+        if text and text.count(",") == count - 1 > 0 and re.fullmatch(_COMMAS, text):
+            self.warn("number-commas", "numbers are parted by commas", element.sourceline)
+            return self.numbers(element, attribute, text.replace(",", " "), count)
         return self.bad_number(element, attribute, text, count)
 
     def vector(self, element: Any, attribute: str, text: str | None) -> Vec:

@@ -1,0 +1,50 @@
+"""Ball joints and joints of one name, in the words of URDF: every reader sees the same robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from proving import SOLID, joint, link, robot
+
+from urdf2mbs import convert, verify
+
+#: A ball joint with damping on a turned origin, and one behind it; three joints of two names.
+BALLS = robot(
+    link("a", SOLID), link("b", SOLID), link("c", SOLID), link("d", SOLID), link("b_R1"),
+    joint("a", "b", "spherical", xyz="0.1 0.2 0.3", rpy="0.3 0.2 0.1", name="hip").replace(
+        "</joint>", '<dynamics damping="2"/></joint>'
+    ),
+    joint("b", "c", "ball", xyz="0, 0, 0.8", name="knee"),
+    joint("c", "d", name="turn"), joint("d", "b_R1", "fixed", name="turn"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("preset", ["faithful", "compact"])
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_a_ball_joint_is_three_joints(preset: str, base: str, tmp_path: Path) -> None:
+    source = tmp_path / "r.urdf"
+    source.write_text(BALLS)
+    result = convert(source, pipeline=preset, base=base, output=tmp_path / "r.mbs")
+    assert result.report.proof is not None
+    assert result.report.proof.same
+    coordinates = result.report.names.coordinates
+    own = [f"{name}_R{k}" for name in ("hip", "knee") for k in (1, 2, 3)]
+    assert list(coordinates)[-7:] == [*own, "turn"]
+    types = {j.name: j.type for body in result.mbs.bodies for j in body.joints}
+    assert [types[coordinates[name][0]] for name in own] == ["R1", "R2", "R3"] * 2
+    assert set(result.robot.joints) >= {*own, "turn", "turn_2"}
+    assert [result.robot.joints[name].dynamics.damping for name in own[:3]] == [2.0] * 3
+    codes = [found.code for found in result.diagnostics]
+    assert codes.count("joint-ball") == codes.count("joint-renamed") == 1
+    assert "number-commas" in codes
+
+
+def test_the_equations_of_motion_are_those_of_pinocchio(tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio")
+    source = tmp_path / "r.urdf"
+    source.write_text(BALLS)
+    convert(source, base="floating", output=tmp_path / "r.mbs").write()
+    verdict = verify(source, tmp_path / "r.mbs", engine="pinocchio")
+    assert verdict.same
+    assert "mass matrix" in verdict.largest
