@@ -20,7 +20,10 @@ from evaluator import Evaluator, rotation
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.report.page import make
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.reader import read as read_mbs
+from urdf2mbs.report.page import make, make_of_model
 from urdf2mbs.testing import TINY
 
 if TYPE_CHECKING:
@@ -680,3 +683,45 @@ def test_a_plain_robot_has_no_marks(browser: Browser, tmp_path: Path) -> None:
     for kind in ("sensors", "contacts", "forces", "loops"):
         assert not one.page.locator(f"#show-{kind}").is_visible()
     one.page.close()
+
+
+def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
+    conversion = run(DOCS.parent / "configs" / "arm.urdf.xacro", tmp_path / "arm")
+    write_files(conversion.files)
+    model = read_mbs(data(conversion), "robot.mbs")
+    joints = list(model.numbers())
+    rows = [[0.02 * k, *(0.3 * k + 0.1 * j for j in range(len(joints)))] for k in range(6)]
+    text = "\n".join(
+        ",".join(map(str, row)) for row in [["time", *(f"q.{j}" for j in joints)], *rows]
+    )
+    results = tmp_path / "arm" / "resultsR"
+    results.mkdir(exist_ok=True)
+    (results / "dirdyn.csv").write_text(text + "\n", "utf-8")
+    file = tmp_path / "motion.html"
+    file.write_bytes(make_of_model(model, conversion.settings.output).data)
+    page = browser.new_page()
+    errors: list[str] = []
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(file.as_uri())
+    page.evaluate("urdf2mbs.ready")
+    assert page.locator("#player").is_visible()
+    for row in (rows[1], rows[3], rows[5]):
+        page.locator("#scrub").evaluate(
+            "(s, t) => { s.value = t; s.dispatchEvent(new Event('input')); }", row[0]
+        )
+        poses = place(model, dict(zip(joints, row[1:], strict=True))).bodies
+        for body in model.bodies:
+            seen = np.array(page.evaluate("(name) => urdf2mbs.seen('mbs', name)", body.name))
+            wanted = poses[body.name]
+            np.testing.assert_allclose(seen[:3, :3].ravel(), wanted.rot, atol=1e-6)
+            np.testing.assert_allclose(seen[:3, 3], wanted.xyz, atol=1e-6)
+    page.evaluate("urdf2mbs.player.at(0)")
+    page.keyboard.press(" ")
+    page.evaluate("""new Promise((done) => {
+        const look = () => urdf2mbs.player.time > 0 ? done() : requestAnimationFrame(look);
+        look();
+    })""")
+    page.keyboard.press(" ")
+    assert page.locator("#play").inner_text() == "Play"
+    assert not errors
+    page.close()

@@ -48,8 +48,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "options below",
     )  # fmt: skip
     command.add_argument(
-        "-o", "--output", type=path, metavar="DIR",
-        help="the project that is made of a robot or an .mbs output (default: NAME_robotran)",
+        "-o", "--output", type=path, metavar="DIR|PAGE.html",
+        help="the project that is made of a robot or an .mbs output (default: NAME_robotran); or a "
+        "page that plays the motion",
     )  # fmt: skip
     command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
     command.add_argument(
@@ -79,7 +80,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     model = model_of(arguments.config)
     if model is None:
         model = _make(arguments)
-    elif arguments.output is not None:
+    elif arguments.output is not None and not _is_page(arguments):
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
     begin = perf_counter()
     results = simulate(
@@ -88,11 +89,28 @@ def carry_out(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     seconds = perf_counter() - begin
     files = results.write()
+    if _is_page(arguments):
+        files.insert(0, _write_page(model, arguments))
     if arguments.json:
         print_json(_described(results, files, seconds))
     else:
         _tell(results, files, seconds)
     return 1 if results.stopped else 0
+
+
+def _is_page(arguments: argparse.Namespace) -> bool:
+    return arguments.output is not None and arguments.output.suffix.lower() == ".html"
+
+
+def _write_page(model: Path, arguments: argparse.Namespace) -> Path:
+    """The page of the model, which plays the results that were just written."""
+    from urdf2mbs.commands.streams import read_model
+    from urdf2mbs.disk.output import write_files
+    from urdf2mbs.report.page import make_of_model
+
+    page = make_of_model(read_model(model), model)
+    write_files({arguments.output: page.data}, force=arguments.force)
+    return Path(arguments.output)
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -110,7 +128,8 @@ def _make(arguments: argparse.Namespace) -> Path:
 
     config, lines = robot_or_config(arguments)
     alone = config.output is None and not config.passes
-    folder = arguments.output or Path(f"{stem(Path(config.source))}_robotran")
+    named = None if _is_page(arguments) else arguments.output
+    folder = named or Path(f"{stem(Path(config.source))}_robotran")
     pipeline = partial(Pipeline, lines=lines, installed_plugins=not arguments.no_plugins)
     config = with_project(config, folder)
     converter = pipeline(config)
@@ -157,7 +176,7 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     most = int(moved.argmax())
     print(f"  joint '{results.joints[most]}' moved most: {moved[most]:.3g} rad or m")
     for file in files:
-        if file.suffix in (".csv", ".anim"):
+        if file.suffix in (".csv", ".anim", ".html"):
             print(f"  {near(file)}")
     print(f"Next: plot {near(files[-1])}; MBSysPad plays the .anim")
     print(f"      other results are in {os.path.relpath(files[-1].parent)}")

@@ -1212,6 +1212,137 @@ function tables() {
   document.querySelectorAll(rows).forEach(makeChoosable);
 }
 
+// --- the motion of a simulated project --------------------------------------------------------------
+
+const player = {time: 0, playing: false, at: null, play: null};
+function makePlayer() {
+  const {joints, forces, ...packed} = data.motion;
+  const floats = (text) => new Float32Array(
+    Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+  const [times, positions, loads] = [packed.time, packed.q, packed.F].map(floats);
+  const last = times.length - 1, scrub = byId("scrub"), button = byId("play");
+  const arrows = forces.map(() => {
+    const arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, MARK.forces);
+    scene.add(arrow);
+    return arrow;
+  });
+  const force = (k, frame) => loads.subarray(6 * (frame * forces.length + k),
+    6 * (frame * forces.length + k) + 6);
+  const newton = (k, frame) => Math.hypot(...force(k, frame).subarray(0, 3));
+  let most = 1e-9;
+  for (let i = 0; i <= last; i++) forces.forEach((_, k) => { most = Math.max(most, newton(k, i)); });
+
+  // the frame at or before a time
+  const frameAt = (time) => {
+    let low = 0, high = last;
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (times[middle] <= time + 1e-6) low = middle; else high = middle - 1;
+    }
+    return low;
+  };
+  const coordinate = (frame, j) => positions[frame * joints.length + j];
+  let trail = null, trailOf;
+  const drawTrail = () => {
+    const body = byId("trail").checked && bodyOf.has(chosen) ? chosen : undefined;
+    if (body === trailOf) return;
+    trailOf = body;
+    if (trail) scene.remove(trail);
+    trail = null;
+    if (body === undefined) return;
+    const points = Array.from(times, (_, i) => new THREE.Vector3().setFromMatrixPosition(
+      mbsPoses(new Map(joints.map((name, j) => [name, coordinate(i, j)]))).bodies.get(body)));
+    trail = new THREE.Line(new THREE.BufferGeometry().setFromPoints(points),
+      new THREE.LineBasicMaterial({color: MARK.stops}));
+    scene.add(trail);
+  };
+
+  player.at = (time) => {
+    player.time = Math.min(Math.max(time, times[0]), times[last]);
+    const frame = frameAt(player.time);
+    joints.forEach((name, j) => q.set(name, coordinate(frame, j)));
+    settle();
+    forces.forEach(([body], k) => {
+      const [x, y, z, ...at] = force(k, frame), length = Math.hypot(x, y, z) / most * size / 2;
+      arrows[k].visible = length > 0.002 * size && byId("show-forces").checked;
+      if (!arrows[k].visible) return;
+      arrows[k].position.set(...at).applyMatrix4(poses.mbs.bodies.get(body));
+      arrows[k].setDirection(new THREE.Vector3(x, y, z).normalize());
+      arrows[k].setLength(length, Math.min(size / 20, length / 2), size / 40);
+    });
+    drawTrail();
+    scrub.value = player.time;
+    byId("clock").textContent = `${player.time.toFixed(2)} s`;
+    drawCurves();
+  };
+
+  const canvas = byId("curves"), pen = canvas.getContext("2d"), choice = byId("curve");
+  const names = [...joints, ...forces.map(([, name]) => `|${name}| (N)`)];
+  for (const [value, name] of [["joints", "Joints"], ["forces", "Forces"], ...names.entries()]) {
+    if (value !== "forces" || forces.length) choice.add(new Option(name, value));
+  }
+  const value = (line, frame) => line < joints.length
+    ? coordinate(frame, line) : newton(line - joints.length, frame);
+  function drawCurves() {
+    const width = canvas.width = canvas.clientWidth || 600, height = canvas.height;
+    const lines = [...names.keys()].filter((k) => choice.value === "joints" ? k < joints.length
+      : choice.value === "forces" ? k >= joints.length : k === +choice.value);
+    const span = times[last] - times[0] || 1;
+    let low = Infinity, high = -Infinity;
+    for (const k of lines) {
+      for (let i = 0; i <= last; i++) {
+        low = Math.min(low, value(k, i));
+        high = Math.max(high, value(k, i));
+      }
+    }
+    const x = (time) => (time - times[0]) / span * width;
+    const y = (v) => height - 8 - (v - low) / (high - low || 1) * (height - 16);
+    lines.forEach((k, n) => {
+      pen.strokeStyle = `hsl(${n * 137.5 % 360} 60% 48%)`;
+      pen.beginPath();
+      times.forEach((time, i) => pen.lineTo(x(time), y(value(k, i))));
+      pen.stroke();
+    });
+    pen.fillStyle = pen.strokeStyle = getComputedStyle(canvas).color;
+    pen.fillText(`${+high.toPrecision(4)}`, 4, 12);
+    pen.fillText(`${+low.toPrecision(4)}`, 4, height - 4);
+    pen.strokeRect(x(player.time), 0, 0.5, height);
+  }
+
+  player.play = (on) => {
+    player.playing = on;
+    button.textContent = on ? "Pause" : "Play";
+    if (!on) return;
+    if (player.time >= times[last]) player.at(times[0]);
+    let before = performance.now();
+    const step = (now) => {
+      if (!player.playing) return;
+      let time = player.time + Math.max(now - before, 0) / 1000 * byId("speed").value;
+      before = now;
+      if (time >= times[last] && byId("repeat").checked) time = times[0];
+      player.at(time);
+      if (player.time >= times[last] && !byId("repeat").checked) player.play(false);
+      else requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  };
+  button.onclick = () => player.play(!player.playing);
+  scrub.min = times[0];
+  scrub.max = times[last];
+  scrub.oninput = () => { player.play(false); player.at(+scrub.value); };
+  canvas.onclick = (event) => player.at(
+    times[0] + event.offsetX / canvas.clientWidth * (times[last] - times[0]));
+  choice.onchange = byId("trail").onchange = () => player.at(player.time);
+  document.addEventListener("keydown", (event) => {
+    // a button, a field or a row takes the space itself
+    if (event.key !== " " || event.target !== document.body) return;
+    event.preventDefault();
+    button.click();
+  });
+  byId("player").hidden = false;
+  player.at(times[0]);
+}
+
 // --- all together ------------------------------------------------------------------------------------
 
 const pose = (m) => {
@@ -1246,6 +1377,7 @@ window.urdf2mbs = {
   stops: () => stops.map((one) => ({joint: one.joint.name, low: one.low, high: one.high,
     beyond: beyond(one), hand: pose(one.group.matrix.clone().multiply(one.hand.matrix))})),
   picture,
+  player,
   blink: () => { blink = !blink; show(); },
   inertiaCorners: (name) => {
     const box = kinds.inertias.find((one) => one.parent === holders.mbs.get(name));
@@ -1306,6 +1438,7 @@ async function open() {
     frame();
   }
   show();
+  if (data.motion) makePlayer();
 }
 window.urdf2mbs.ready = open();
 })();

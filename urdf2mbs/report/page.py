@@ -26,6 +26,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.report import around
+from urdf2mbs.report.motion import motion
 from urdf2mbs.report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
 from urdf2mbs.report.summary import report, verdict
 from urdf2mbs.report.table import number, table, titled, vector
@@ -112,6 +113,7 @@ def make(conversion: Conversion) -> Page:
 def make_of_model(model: Mbs, file: Path) -> Page:
     """The page of an .mbs alone, without a URDF; ``file`` is where it lies.
 
+    The page plays the motion in the project's resultsR, if there is one.
     ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
     """
     folder = file.absolute().parent
@@ -119,7 +121,10 @@ def make_of_model(model: Mbs, file: Path) -> Page:
     store = Store()
     none = Simulation()
     drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))
-    data = _data(model, store, drawn) | {"marks": around.marks(none, model)}
+    data = _data(model, store, drawn) | {
+        "marks": around.marks(none, model),
+        "motion": motion(model, project),
+    }
     return _fill(
         store, data, file.name,
         {
