@@ -105,10 +105,14 @@ def full() -> None:
 
 
 def state(folder: Path) -> State:
-    """Everything below a folder; None is a folder."""
+    """Everything below a folder; None is a folder.
+
+    A record of checksums is left out: after a kill the record knows the earlier files, too.
+    """
     return {
         path.relative_to(folder).as_posix(): path.read_bytes() if path.is_file() else None
         for path in folder.rglob("*")
+        if path.name != ".urdf2mbs"
     }
 
 

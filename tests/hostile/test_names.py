@@ -23,7 +23,7 @@ from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.slow
 
-HEADERS = Path(__file__).parents[1] / "project" / "mbsysc"
+HEADERS = Path(__file__).parents[2] / "urdf2mbs" / "runtime" / "mbsysc"
 
 #: Names that XML permits and that something else may stumble on.
 NAMES = {
