@@ -368,7 +368,7 @@ def test_colours(
         (["convert", "tiny.urdf", "-o", "x/"], "Next: let it move: urdf2mbs simulate x\n"),
         (
             ["simulate", "tiny.urdf", "-o", "s/", "--time", "0.02"],
-            "Next: plot s/resultsR/dirdyn.csv",
+            "Next: add '-o PAGE.html' to see it move; plot s/resultsR/dirdyn.csv",
         ),
         (["init", "tiny.urdf"], "Next: urdf2mbs run tiny.yaml\n      urdf2mbs report tiny.yaml"),
         (["diagram", "tiny.mbs"], "Next: open tiny.svg in a browser"),

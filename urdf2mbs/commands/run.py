@@ -112,6 +112,8 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
             print(f"  {does}: {len(sentences) or 'nothing'}")
             for sentence in sentences:
                 print(printable(f"    {sentence}"))
+        if not merge and not any(files.values()):
+            print("  nothing changes")
         for does, paths in files.items():
             if paths:
                 print(f"  {does} files: {some(paths, 6)}")

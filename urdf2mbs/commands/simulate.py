@@ -178,5 +178,7 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     for file in files:
         if file.suffix in (".csv", ".anim", ".html"):
             print(f"  {near(file)}")
-    print(f"Next: plot {near(files[-1])}; MBSysPad plays the .anim")
+    page = files[0].suffix.lower() == ".html"
+    see = f"open {near(files[0])}" if page else "add '-o PAGE.html' to see it move"
+    print(f"Next: {see}; plot {near(files[-1])}; MBSysPad plays the .anim")
     print(f"      other results are in {os.path.relpath(files[-1].parent)}")
