@@ -287,6 +287,6 @@ def replay(*files):
 
 if __name__ == "__main__":
     try:
-        sys.exit(replay(*sys.argv[1:]))
+        sys.exit(replay(*sys.argv[1:]) if len(sys.argv) == 4 else __doc__)
     except (OSError, ET.ParseError, ValueError, LookupError, TypeError, AttributeError) as error:
         sys.exit(f"{type(error).__name__}: {error}\n{__doc__}")
