@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from urdf2mbs import simulate
+from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.runtime.c_code import compiler
 from urdf2mbs.testing import TINY
 
 PLUGIN = '''
@@ -88,6 +91,20 @@ def test_the_generated_python_calls_the_laws(tmp_path: Path) -> None:
     assert np.count_nonzero(data.Qq) == 1
     force = code["external_force"]([0, 1.0, 2.0, 5.0], None, [0, 7.0, 8.0, 9.0], data, 0.5, 1)
     assert force == (-7.0, 0.0, 5.0, 0.0, 0.0, 0.5)
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_the_laws_move_the_robot_the_same_way_in_c(tmp_path: Path) -> None:
+    write(convert(tmp_path))
+    results = {
+        language: simulate(tmp_path / "moved", time=0.1, language=language, rtol=1e-10, atol=1e-12)
+        for language in ("c", "python")
+    }
+    np.testing.assert_allclose(results["c"].q, results["python"].q, rtol=0, atol=1e-8)
+    forces = [result.external["breeze"] for result in results.values()]
+    np.testing.assert_allclose(*forces, rtol=0, atol=1e-6)
+    assert forces[0][-1, 5] == pytest.approx(0.1)  # its torque about z is the time
+    assert np.abs(forces[0][:, 2]).max() > 0.01
 
 
 def test_a_law_is_said_to_be_unproven(tmp_path: Path) -> None:
