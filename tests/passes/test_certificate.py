@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs import convert
+from urdf2mbs.disk.output import plan
 from urdf2mbs.testing import TINY
 
 BIPED = Path(__file__).parents[2] / "configs" / "biped.urdf.xacro"
@@ -47,6 +49,24 @@ def test_it_is_a_statement_of_in_toto_about_every_file_made(tiny: Path, tmp_path
     assert {"userfctR/p_robot.py", "userfctR/p_robot.c"} <= {*names}
     (source,) = predicate["configuration"]
     assert source["digest"]["sha256"] == hashlib.sha256(tiny.read_bytes()).hexdigest()
+
+
+def test_a_merged_file_is_certified_as_it_is_written(tiny: Path, tmp_path: Path) -> None:
+    convert(tiny, project=tmp_path / "p").write()
+    model = tmp_path / "p" / "dataR" / "p.mbs"
+    model.write_text(re.sub(r"<x>\d+\.0</x>", "<x>77.0</x>", model.read_text(), count=1))
+    convert(tiny, project=tmp_path / "p").write()
+    assert "<x>77.0</x>" in model.read_text()
+    assert certificate(tmp_path / "p")["subject"][0] == {
+        "name": "dataR/p.mbs",
+        "digest": {"sha256": hashlib.sha256(model.read_bytes()).hexdigest()},
+    }
+
+
+def test_the_plan_names_one_that_goes(tiny: Path, tmp_path: Path) -> None:
+    convert(tiny, output=tmp_path / "tiny.mbs", options=ALWAYS).write()
+    later = convert(tiny, output=tmp_path / "tiny.mbs")
+    assert plan(later.conversion)["removed"] == [tmp_path / "tiny.proof.json"]
 
 
 def test_it_has_the_numbers_of_each_rigid_group(tiny: Path, tmp_path: Path) -> None:

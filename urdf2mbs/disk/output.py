@@ -57,7 +57,7 @@ def plan(conversion: Conversion, *, force: bool = False) -> dict[str, list[Path]
     return {
         "new": [path for path in files if not os.path.lexists(path)],
         "changed": [path for path, data in there.items() if data != files[path]],
-        "removed": [p for p in conversion.obsolete if p.is_file() and intact(_read(p))],
+        "removed": [p for p in conversion.obsolete if p.is_file() and _is_ours(p, _read(p))],
     }
 
 

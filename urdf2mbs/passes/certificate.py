@@ -69,7 +69,13 @@ def _files(conversion: Conversion, folder: Path) -> list[Any]:
     """The files made, the .mbs first; their names are seen from the project's folder."""
     files = sorted(conversion.files, key=lambda path: (path != conversion.settings.output, path))
     return [
-        _described(path.relative_to(folder).as_posix(), seal(path, conversion.files[path]))
+        _described(
+            path.relative_to(folder).as_posix(),
+            # a merged file gets no seal
+            conversion.files[path]
+            if path in conversion.replaces
+            else seal(path, conversion.files[path]),
+        )
         for path in files
         if path.is_relative_to(folder)
     ]
