@@ -1,6 +1,6 @@
 """How fast meshes become .wrl: triangles a second, beside trimesh that loads the same file.
 
-    pip install -e ".[meshes]"
+    pip install -e .
     python benchmarks/meshes.py [--subdivisions 6] [--repetitions 5]
 
 A rough sphere is written in each format, read, and written as VRML97 in one process; the least

@@ -223,15 +223,12 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     monkeypatch.setattr("urdf2mbs.commands.doctor.version", lambda name: "0")
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out
-    assert re.search(
-        r"^  meshes +not installed, for .*: pip install 'urdf2mbs\[meshes\]'", said, re.M
-    )
+    assert re.search(r"^  pinocchio +not installed, for .*: pip install pin$", said, re.M)
     assert re.search(r"^  lxml +MISSING$", said, re.M)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
-    pytest.importorskip("shtab", reason="the extra 'completion' is not installed")
     assert main(["completion", shell]) == 0
     script = capsys.readouterr().out
     for word in ("new-pass", "doctor", "engine", "pinocchio"):
@@ -256,7 +253,6 @@ def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
 )
 def test_completion_in_a_shell(words: str, found: str, here: Path, capsys: Any) -> None:
     """In bash, which every Linux has; zsh and fish were tried by hand."""
-    pytest.importorskip("shtab", reason="the extra 'completion' is not installed")
     (here / "dump").mkdir()
     assert main(["completion", "bash"]) == 0
     typed = ["urdf2mbs", *words.split(" ")]

@@ -15,8 +15,6 @@ from urdf2mbs.machine import processes
 from urdf2mbs.meshes.model import MeshError
 from urdf2mbs.passes import convert_meshes
 
-pytest.importorskip("trimesh")
-
 OBJ = "v 0 0 {z}\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 

@@ -134,7 +134,6 @@ def test_a_transform_about_a_centre() -> None:
 
 
 def test_boxes_spheres_cylinders_and_cones() -> None:
-    pytest.importorskip("trimesh")
     for solid, low, high in (
         (b"Box { size 1 2 3 }", [-0.5, -1, -1.5], [0.5, 1, 1.5]),
         (b"Sphere { radius 2 }", [-2, -2, -2], [2, 2, 2]),
@@ -189,7 +188,6 @@ def test_copies_of_copies_are_bounded() -> None:
 
 
 def test_what_is_written_comes_back(tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
     source = tmp_path / "tetra.obj"
     source.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
     parts = reader.read(source).parts

@@ -43,10 +43,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 #: What an extra is for.  Extras for developers are left out.
 EXTRAS = {
-    "meshes": "meshes of a project",
-    "verify": "verify --engine pinocchio",
-    "robots": "robot_descriptions:NAME",
-    "completion": "urdf2mbs completion",
+    "pinocchio": "verify --engine pinocchio",
+    "cluster": "run --cluster",
 }
 
 
@@ -89,7 +87,7 @@ def _extra(extra: str, use: str) -> str:
     there = {name: version_of(name) for name in _requirements(extra)}
     missing = [name for name, found in there.items() if not found]
     if missing:
-        return f"not installed, for {use}: pip install 'urdf2mbs[{extra}]' ({', '.join(missing)})"
+        return f"not installed, for {use}: pip install {' '.join(missing)}"
     return ", ".join(f"{name} {found}" for name, found in there.items())
 
 

@@ -6,7 +6,6 @@ import argparse
 import os
 import re
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -248,8 +247,6 @@ def _text(
     folder = f"{config.stem}_robotran" if holds_source else config.stem
     project, file = _flow({"project": folder}), _flow(f"{config.stem}.mbs")
     output = (project, f"a whole Robotran project; or only the file: {file}")
-    if found.meshes > len(found.meshes_missing) and find_spec("trimesh") is None:
-        output = (file, f"or {project}, once you have: pip install 'urdf2mbs[meshes]'")
     settings = [
         ("source", _source(source, config), ""),
         ("output", *output),

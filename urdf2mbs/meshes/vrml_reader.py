@@ -240,11 +240,7 @@ class _Scene:
 
     def _add_primitive(self, node: Node, state: Node) -> None:
         import numpy as np
-
-        try:
-            from trimesh import creation
-        except ImportError:
-            raise MeshError("boxes, spheres and cylinders need 'urdf2mbs[meshes]'") from None
+        from trimesh import creation
 
         def size(name: str, default: float) -> float:
             return float(node.get(name, [default])[0])
