@@ -480,3 +480,14 @@ def test_a_robot_without_mass_is_not_sent_to_the_simulation(here: Path, capsys: 
     assert "NO DYNAMICS" in out
     assert "Next: give the links masses" in out
     assert "main.py" not in out
+
+
+def test_a_missing_extra_says_what_to_install(
+    here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    assert main(["verify", "tiny.urdf", "tiny.mbs", "--engine", "pinocchio"]) == 2
+    said = capsys.readouterr().err
+    assert "error[extra-missing]" in said
+    assert "pip install pin\n" in said
