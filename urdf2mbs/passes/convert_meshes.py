@@ -102,9 +102,6 @@ class ConvertMeshes(Pass):
                     shown[filename] = target.made
                 elif mesh is not None and use.path is not None:
                     shown[filename], content = mesh.looks[target.look]
-                    for name, digest in shown[filename].sources.items():
-                        # another process may have read the file
-                        files.note(use.path.parent / name, digest)
                     conversion.files[target.path] = content
                     counts["converted"] += 1
                     counts["bytes"] += len(content)
