@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from making import passes_of
 
 from urdf2mbs.api import convert, verify
+from urdf2mbs.engine.config import Lines
+from urdf2mbs.many.convert import jobs_of
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.testing import TINY
 
@@ -95,6 +100,50 @@ def test_a_robot_that_pinocchio_refuses(tiny: Path, monkeypatch: pytest.MonkeyPa
     with pytest.raises(ConversionError, match="Pinocchio cannot read this robot") as caught:
         verify(str(tiny), tiny.parent / "tiny.mbs", engine="pinocchio")
     assert caught.value.code == "pinocchio-refused"
+
+
+def test_a_cluster_whose_workers_cannot_convert(
+    tiny: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stand-in for Dask, whose workers have no urdf2mbs, or are killed."""
+
+    class KilledWorkerError(Exception):
+        pass
+
+    failures = [ModuleNotFoundError("No module named 'urdf2mbs'"), KilledWorkerError("worker")]
+
+    class Client:
+        loop = None
+
+        def __init__(self, address: str, **_: Any) -> None:
+            assert address == "tcp://here:1"
+
+        def __enter__(self) -> Client:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def map(self, work: Any, jobs: list[Any], pure: bool) -> list[Any]:
+            return [
+                SimpleNamespace(key=n, exception=lambda n=n: failures[n]) for n in range(len(jobs))
+            ]
+
+    module = SimpleNamespace(
+        Client=Client, KilledWorker=KilledWorkerError,
+        as_completed=lambda futures, loop: iter(list(futures)),
+    )  # fmt: skip
+    monkeypatch.setitem(sys.modules, "distributed", module)  # type: ignore[arg-type]
+    from urdf2mbs.engine.config import Config, typed
+    from urdf2mbs.many.cluster import on_cluster
+
+    config = typed(Config, {"source": str(tiny)}, Lines())
+    other = typed(Config, {"source": str(tiny), "output": "b.mbs"}, Lines())
+    jobs = list(jobs_of([(config, Lines()), (other, Lines())]))
+    found = [outcome.error for outcome in on_cluster(jobs, "tcp://here:1")]
+    assert [error.code for error in found if error] == ["cluster-failed", "worker-died"]
+    assert found[0] is not None
+    assert "No module named 'urdf2mbs'" in found[0].message
 
 
 def test_errors_of_several_kinds_are_told_together(tmp_path: Path) -> None:

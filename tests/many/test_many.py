@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -199,3 +202,58 @@ def test_an_edited_report_stops_the_run_before_it_begins(sweep: Path, capsys: An
     assert "error[output-not-ours]" in capsys.readouterr().err
     assert not sweep.with_name("models").exists()
     assert main([*words, "--force"]) == 0
+
+
+# --- on a cluster ----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def cluster() -> Iterator[Any]:
+    """A scheduler and two workers on loopback, each worker a process of its own.
+
+    What hangs is ended after two minutes.
+    """
+    distributed = pytest.importorskip("distributed")
+    import dask
+
+    def too_long(*_: Any) -> None:
+        raise TimeoutError("the cluster does not come to an end")
+
+    signal.signal(signal.SIGALRM, too_long)
+    signal.alarm(120)
+    with (
+        dask.config.set({"distributed.worker.daemon": True}),
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
+        ) as cluster,
+    ):
+        yield cluster
+    signal.alarm(0)
+
+
+def test_a_worker_that_is_killed_loses_and_doubles_nothing(sweep: Path, cluster: Any) -> None:
+    with cluster.get_client() as client:
+        workers = client.run(os.getpid)
+        assert len(workers) == 2
+        outcomes = []
+        for outcome in convert_many([sweep], cluster=cluster.scheduler_address):
+            if not outcomes:  # in mid-run
+                os.kill(next(iter(workers.values())), signal.SIGKILL)
+            outcomes.append(outcome)
+        left = set(client.run(os.getpid).values())
+    assert_all_there(outcomes, sweep.parent)
+    assert not set(workers.values()) <= left
+
+
+def test_a_worker_that_a_robot_kills(sweep: Path, cluster: Any) -> None:
+    deadly(sweep, times=1)
+    outcomes = list(convert_many([sweep], cluster=cluster.scheduler_address))
+    assert_all_there(outcomes, sweep.parent)
+    assert (sweep.parent / "died-0").exists()
+
+
+def test_no_scheduler(sweep: Path, monkeypatch: Any, capsys: Any) -> None:
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("urdf2mbs.many.cluster.PATIENCE", 0.2)
+    assert main(["run", str(sweep), "--cluster", "tcp://127.0.0.1:9"]) == 2
+    assert "error[cluster-unreachable]" in capsys.readouterr().err

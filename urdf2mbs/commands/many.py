@@ -91,7 +91,7 @@ def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome
     """Carry all jobs out, with progress on stderr; the outcomes in the order of the jobs."""
     progress = _Progress(len(jobs), sys.stderr, arguments.quiet)
     done: list[Outcome] = []
-    with closing(run(jobs, arguments.workers)) as outcomes:
+    with closing(run(jobs, workers=arguments.workers, cluster=arguments.cluster)) as outcomes:
         stopping.tell(f": 0 of {counted(len(jobs), 'robot')} done")
         for outcome in outcomes:
             done.append(outcome)

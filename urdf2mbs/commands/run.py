@@ -52,7 +52,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def only_one(arguments: argparse.Namespace) -> None:
     """Refuse the options that are for many robots."""
-    for name in ("workers", "report"):
+    for name in ("workers", "cluster", "report"):
         if getattr(arguments, name) is not None:
             raise ConfigError("usage", f"--{name} is for many robots, and this is one")
 

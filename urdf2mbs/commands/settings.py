@@ -200,6 +200,7 @@ def add_steps(command: argparse.ArgumentParser) -> None:
 def add_many(command: argparse.ArgumentParser) -> None:
     many = command.add_argument_group("many robots")
     many.add_argument("--workers", type=int, metavar="N", help="processes (default: every core)")
+    many.add_argument("--cluster", metavar="ADDRESS", help="of a Dask scheduler to use instead")
     many.add_argument(
         "--report", type=path, metavar="FILE.json",
         help=f"default: {REPORT} in the folder that all outputs are in",

@@ -18,6 +18,7 @@ def convert_many(
     configs: Iterable[str | os.PathLike[str] | Config | Mapping[str, Any]],
     *,
     workers: int | None = None,
+    cluster: str | None = None,
     installed_plugins: bool = True,
     force: bool = False,
 ) -> Iterator[Outcome]:
@@ -25,7 +26,8 @@ def convert_many(
 
     ``configs`` are config files, or each a ``Config`` or a mapping of its fields, whose paths are
     relative to the working folder; a config with a ``sweep`` makes many robots.  ``workers`` is the
-    number of processes (default: one for each core).  ``force`` replaces files that were edited,
+    number of processes (default: one for each core); ``cluster`` is the address of a Dask
+    scheduler, whose workers must see the same files.  ``force`` replaces files that were edited,
     too.
 
     A robot that fails is a result, too.  What is wrong with the configs themselves raises
@@ -36,7 +38,7 @@ def convert_many(
         installed_plugins=installed_plugins,
         force=force,
     )  # before the first result, so that errors come at once
-    return run(jobs, workers)
+    return run(jobs, workers=workers, cluster=cluster)
 
 
 def _read(config: str | os.PathLike[str] | Config | Mapping[str, Any]) -> tuple[Config, Lines]:
@@ -83,13 +85,20 @@ def _place(job: Job) -> str | None:
     return os.path.normpath(job.lines.folder / name)
 
 
-def run(jobs: list[Job], workers: int | None = None) -> Generator[Outcome]:
-    """Carry jobs out; gives each outcome as it comes.
+def run(
+    jobs: list[Job], *, workers: int | None = None, cluster: str | None = None
+) -> Generator[Outcome]:
+    """Carry jobs out, here or elsewhere; gives each outcome as it comes."""
+    if cluster is not None:
+        from urdf2mbs.many.cluster import on_cluster
 
-    A job whose process is ended by the system is tried again when all others are done: then there
-    is more memory.
-    """
-    count = min(len(jobs), cores() if workers is None else workers)
+        return on_cluster(jobs, cluster)
+    return _in_processes(jobs, min(len(jobs), cores() if workers is None else workers))
+
+
+def _in_processes(jobs: list[Job], count: int) -> Generator[Outcome]:
+    """A job whose process is ended by the system is tried again when all others are done: then
+    there is more memory."""
     if count <= 1:
         yield from map(convert_one, jobs)
         return
