@@ -53,7 +53,7 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
     except Exception as error:  # a broken file can make the readers raise anything
         raise MeshError(f"{type(error).__name__}: {error}".rstrip(": ")) from error
     if not any(len(part.triangles) for part in mesh.parts):
-        raise MeshError("it holds no triangles")
+        raise MeshError("; ".join(["it holds no triangles", *mesh.problems]))
     mesh.parts = [_usable(mesh, part) for part in mesh.parts if len(part.triangles)]
     mesh.parts = [part for part in mesh.parts if len(part.triangles)]
     if not mesh.parts:

@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.parsers.expat import ExpatError
 
 from urdf2mbs.disk import standard_input
-from urdf2mbs.disk.files import note
 from urdf2mbs.disk.files import read as read_file
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written, xml
@@ -287,7 +286,6 @@ class _Run:
         """The files that match a pattern."""
         fixed, _, rest = pattern.partition(re.findall(r"[*?[]", pattern)[0])
         self.check_file(str(Path(fixed + "x").parent) if ".." not in rest else "/")
-        note(pattern)
         return glob(pattern)  # noqa: PTH207 just what xacro calls
 
     def load_yaml(self, name: str) -> Any:
