@@ -174,19 +174,19 @@ def test_arguments_packages_and_meshes(here: Path, capsys: Any) -> None:
     assert main(["init", "us/x.urdf.xacro"]) == 1
     assert "the argument 'needed' is not defined" in capsys.readouterr().err
     assert main(["init", "us/x.urdf.xacro", "--arg", "needed:=yes: no"]) == 0
+    assert "1 of 2 meshes found\n  not found: package://them/b.stl\n" in capsys.readouterr().out
     text = (here / "x.yaml").read_text()
     assert "\npackages:\n  us: us\n#   them: DIR   # meshes name it, and it was not found\n" in text
     assert (
         """
 xacro_args:
   needed: 'yes: no'
-#   before: 3   # how many there are
-#   beside: VALUE   # a file; default: $(find us)/x: #y
+#   before: 3
+#   beside: VALUE
 #   plain: 'a: b # c'
 """
         in text
     )
-    assert "# 2 meshes, 1 found. Not found: package://them/b.stl\n" in text
     assert load(here / "x.yaml")[0].xacro_args == {"needed": "yes: no"}
 
 

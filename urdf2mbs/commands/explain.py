@@ -22,8 +22,6 @@ from urdf2mbs.commands.settings import (
     robot_or_config,
 )
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import GROUP, Plugins
-from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import in_words, members
 from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.urdf.reader import read_file
@@ -75,27 +73,14 @@ def carry_out(arguments: argparse.Namespace) -> int:
     for number, step in enumerate(pipeline.passes, start=1):
         pass_ = step.pass_
         print(f"\n{number}. {pass_.name}: {pass_.summary()}")
-        print(f"   from     {origin(step.registered)}{_instead(step, pipeline.plugins)}")
+        swapped = ", by 'swap'" if step.swapped else ""
+        print(f"   from     {origin(step.registered)}{swapped}")
         for rival in pipeline.plugins.passes.get(pass_.name, []):
-            if rival.plugin not in (step.registered.plugin, GROUP):
-                print(
-                    f"   not      {origin(rival)}, which brings a '{pass_.name}' too; "
-                    f"'swap: {{{pass_.name}: {rival.plugin}}}' takes it"
-                )
+            if rival.plugin != step.registered.plugin:
+                print(f"   not      {origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'")
         print(f"   reads    {', '.join(pass_.reads) or '-'}")
         print(f"   writes   {', '.join(pass_.writes) or '-'}")
         options = msgspec.to_builtins(pass_)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
     print(f"\n{METHOD}")
     return 0
-
-
-def _instead(step: Configured, plugins: Plugins) -> str:
-    """What a pass stands in for."""
-    mine = step.registered
-    offered = plugins.passes.get(mine.kind.name, [])
-    others = [registered for registered in offered if registered != mine]
-    if not step.swapped or not others:
-        return ""
-    built_in = any(registered.plugin == GROUP for registered in others)
-    return ", in place of " + ("the built-in pass" if built_in else origin(others[0]))

@@ -137,17 +137,10 @@ class _Progress:
 def _table(outcomes: list[Outcome], report: Path) -> str:
     """A line for each robot, and the counts."""
     done = [outcome for outcome in outcomes if outcome.code == 0]
-    left = len(done) - SHOWN
-    first = done[:SHOWN]
-    listed = [outcome for outcome in outcomes if outcome.code or outcome in first]
-    rows: list[tuple[str, ...]] = [
-        ("robot", "of its own", "links", "bodies", "joints", "mass/kg", "warnings", "")
-    ]
-    rows += [_row(outcome) for outcome in listed]
-    own = any(row[1] for row in rows[1:])
-    lines = _align([row if own else (row[0], *row[2:]) for row in rows])
-    if left > 0:
-        lines.append(f"and {left} more that are done")
+    listed = [outcome for outcome in outcomes if outcome.code] + done[:SHOWN]
+    lines = [_row(outcome) for outcome in sorted(listed, key=lambda outcome: outcome.number)]
+    if len(done) > SHOWN:
+        lines.append(f"and {len(done) - SHOWN} more that are done")
     failures = "; ".join(
         f"{counted(number, 'robot')} {what}"
         for code, what in _FAILURES.items()
@@ -167,32 +160,18 @@ _FAILURES = {
 }
 
 
-def _row(outcome: Outcome) -> tuple[str, ...]:
+def _row(outcome: Outcome) -> str:
     name = near(Path(outcome.source))
-    own = in_words(outcome.values)
+    if outcome.values:
+        name += f" ({in_words(outcome.values)})"
     found = outcome.report
     if found is None:
         error = outcome.error
-        said = f"error[{error.code}]: {error.message.splitlines()[0]}" if error else ""
-        return (name, own, "-", "-", "-", "-", "-", said)
+        return f"{name}: error[{error.code}]: {error.message.splitlines()[0]}" if error else name
     warnings = sum(said.level == "warning" for said in found.diagnostics)
-    verdict = f"{found.verdict}: " if found.proof is None or not found.proof.same else ""
+    verdict = "" if found.proof is not None and found.proof.same else f"{found.verdict}: "
     output = near(Path(outcome.output)) if outcome.output else "nothing is written"
     return (
-        name, own, str(found.links), str(found.bodies), str(found.joints.mbs),
-        f"{found.mass:.6g}", str(warnings), f"{verdict}{output}",
-    )  # fmt: skip
-
-
-def _align(rows: list[tuple[str, ...]]) -> list[str]:
-    """Columns of one width: numbers to the right; the last as it is."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    numbers = len(widths) - 6  # before these are words
-    return [
-        "  ".join(
-            cell.ljust(width) if at < numbers else cell.rjust(width)
-            for at, (cell, width) in enumerate(zip(row[:-1], widths[:-1], strict=True))
-        )
-        + f"  {row[-1]}".rstrip()
-        for row in rows
-    ]
+        f"{name}: {found.links} links -> {found.bodies} bodies, {found.joints.mbs} joints, "
+        f"{found.mass:.6g} kg, {counted(warnings, 'warning')}: {verdict}{output}"
+    )

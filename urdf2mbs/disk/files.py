@@ -109,18 +109,12 @@ def size(path: Path) -> int:
 
 def is_folder(path: Path) -> bool:
     """True if there is such a folder; False for a name that no folder can have."""
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
+    return os.path.isdir(path)  # noqa: PTH112  Path.is_dir may raise
 
 
 def is_file(path: Path) -> bool:
     """True if there is such a file; False for a name that no file can have."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return os.path.isfile(path)  # noqa: PTH113  Path.is_file may raise
 
 
 def absolute(path: Path) -> Path:

@@ -168,27 +168,13 @@ def _check_copies(root: Any) -> None:
     """Raise MeshError for nodes that contain themselves, or copies of copies without number."""
     if next(root.iter("{*}instance_node"), None) is None:
         return
-    nodes = list(root.iter("{*}node"))
-    named = {f"#{node.get('id')}": node for node in nodes}
-    copies: dict[Any, int] = {}
-    begun = set()
-    todo = list(nodes)
+    named = {f"#{node.get('id')}": node for node in root.iter("{*}node")}
+    count = 0
+    todo = list(root.iter("{*}visual_scene"))
     while todo:
-        node = todo[-1]
-        inner = [*node.iterchildren("{*}node")]
-        inner += [
-            named[one.get("url")]
-            for one in node.iterchildren("{*}instance_node")
-            if one.get("url") in named
-        ]
-        missing = [one for one in inner if one not in copies]
-        if node not in begun:
-            begun.add(node)
-            todo += missing
-        elif missing:
-            raise MeshError(f"its node '{node.get('id')}' contains itself")
-        else:
-            copies[node] = 1 + sum(copies[one] for one in inner)
-            todo.pop()
-            if copies[node] > MOST_PARTS:
-                raise MeshError(f"it has more than {MOST_PARTS} nodes, each copy counted")
+        node = todo.pop()
+        copies = (named.get(copy.get("url")) for copy in node.iterchildren("{*}instance_node"))
+        todo += [*node.iterchildren("{*}node"), *(copy for copy in copies if copy is not None)]
+        count += 1
+        if count > MOST_PARTS:
+            raise MeshError(f"it has more than {MOST_PARTS} nodes, each copy counted")

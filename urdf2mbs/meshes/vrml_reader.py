@@ -25,7 +25,8 @@ _BOOLEANS = {b"TRUE": True, b"FALSE": False}
 
 #: What is not drawn, and says so.
 _NOT_DRAWN = (
-    "Box", "Sphere", "Cylinder", "Cone", "ElevationGrid", "Extrusion", "Inline", "Text",
+    "Box", "Sphere", "Cylinder", "Cone", "ElevationGrid", "Extrusion", "Inline", "Switch",
+    "Text",
 )  # fmt: skip
 
 Node = dict[str, Any]
@@ -193,15 +194,10 @@ class _Scene:
                 self.mesh.problems.append(f"its {geometry['']} is not drawn")
         elif kind in _NOT_DRAWN:
             self.mesh.problems.append(f"its {kind} is not drawn")
-        name = {"Switch": "choice", "LOD": "level"}.get(kind, "children")
-        inside = node.get(name) or node["children"]
-        children = inside if isinstance(inside, list) else [inside]
+        children = node["children"]
         if kind == "LOD":
-            children = children[:1]
-        elif kind == "Switch":
-            which = int(node.get("whichChoice", [-1])[0])
-            children = children[which : which + 1] if which >= 0 else []
-        for child in children:
+            children = node.get("level", [])[:1]
+        for child in children if isinstance(children, list) else [children]:
             if isinstance(child, dict):
                 self.draw(child, pose)
 
