@@ -295,8 +295,7 @@ def many(shape: str, count: int) -> Mbs:
 
 
 @pytest.mark.parametrize("shape", PARENTS)
-@pytest.mark.parametrize("style", ["robot", "method"])
-def test_ten_times_the_bodies_take_ten_times_the_work(shape: str, style: str) -> None:
+def test_ten_times_the_bodies_take_ten_times_the_work(shape: str) -> None:
     def work(count: int) -> int:
         mbs = many(shape, count)
         calls = 0
@@ -307,7 +306,7 @@ def test_ten_times_the_bodies_take_ten_times_the_work(shape: str, style: str) ->
 
         sys.setprofile(counted)
         try:
-            arrange(mbs, style)
+            arrange(mbs)
         finally:
             sys.setprofile(None)
         return calls
