@@ -190,18 +190,6 @@ xacro_args:
     assert load(here / "x.yaml")[0].xacro_args == {"needed": "yes: no"}
 
 
-def test_without_the_extra_for_meshes_it_still_runs(
-    here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    mesh = '<visual><geometry><mesh filename="a.stl"/></geometry></visual>'
-    (here / "a.stl").write_text("")
-    (here / "tiny.urdf").write_text(TINY.replace("<inertial>", f"{mesh}<inertial>", 1))
-    monkeypatch.setattr("urdf2mbs.commands.init.find_spec", lambda name: None)
-    assert main(["init", "tiny.urdf"]) == 0
-    text = (here / "tiny.yaml").read_text()
-    assert re.search(r"^output: tiny.mbs +# or \{project: tiny\}, once you have: pip", text, re.M)
-
-
 def test_it_overwrites_nothing(here: Path, capsys: Any) -> None:
     (here / "tiny.urdf").write_text(TINY)
     (here / "tiny.yaml").write_text("mine")
