@@ -6,7 +6,7 @@ import argparse
 
 import msgspec
 
-from urdf2mbs.commands.presets import by_presets, driven_bound
+from urdf2mbs.commands.presets import by_presets
 from urdf2mbs.commands.printing import (
     METHOD,
     describe,
@@ -73,10 +73,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
         if not arguments.cost:
             print_json(passes)
             return 0
-        cost = {
-            name: {**msgspec.structs.asdict(found.joints), "bound": driven_bound(found)}
-            for name, found in _cost(config, lines, pipeline, arguments).items()
-        }
+        costs = _cost(config, lines, pipeline, arguments)
+        cost = {name: found.joints for name, found in costs.items()}
         print_json({"passes": passes, "cost": cost})
         return 0
     settings = pipeline.settings
@@ -106,9 +104,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if arguments.cost:
         print("\ncost")
         for name, found in _cost(config, lines, pipeline, arguments).items():
-            least = driven_bound(found)
-            fewest = "" if least is None else f"; no frames do with fewer than {least} driven"
-            print(f"   {name:13}  {joints_in_words(found.joints)}{fewest}")
+            print(f"   {name:13}  {joints_in_words(found.joints)}")
     return 0
 
 

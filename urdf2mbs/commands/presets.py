@@ -10,7 +10,6 @@ from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.resolve import preset
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.report.summary import Report
 
 
 def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> dict[str, Pipeline]:
@@ -39,9 +38,3 @@ def by_presets(config: Config, lines: Lines, arguments: argparse.Namespace) -> d
         except ConfigError:
             continue  # what the config says does not suit this preset
     return pipelines
-
-
-def driven_bound(found: Report) -> int | None:
-    """How few driven joints there could be, if that is known."""
-    least: int | None = found.passes.get("align-frames", {}).get("bound")
-    return least
