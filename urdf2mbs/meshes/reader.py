@@ -7,6 +7,7 @@ transform applied; where that transform mirrors, the faces are turned back.
 from __future__ import annotations
 
 import warnings
+from importlib import import_module
 from pathlib import Path
 
 import msgspec
@@ -38,12 +39,10 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
     try:
         with warnings.catch_warnings():  # numpy's, of numbers that are not finite
             warnings.simplefilter("ignore")
-            if ending == ".dae":
-                _read_collada(mesh, data, up_axis)
-            elif ending == ".stl" and stl.is_binary(data):
+            if ending == ".stl" and stl.is_binary(data):
                 stl.read(mesh, data)
             else:
-                _read_others(mesh, data, ending)
+                _read_by_library(mesh, data, ending, up_axis)
     except MemoryError:
         raise MeshError("it takes more memory than there is") from None
     except (MeshError, ConfigError):
@@ -60,20 +59,12 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
     return mesh
 
 
-def _read_collada(mesh: Mesh, data: bytes, up_axis: bool) -> None:
+def _read_by_library(mesh: Mesh, data: bytes, ending: str, up_axis: bool) -> None:
     try:
-        from urdf2mbs.meshes.collada import read
+        reader = import_module(f"urdf2mbs.meshes.{'collada' if ending == '.dae' else 'by_trimesh'}")
     except ImportError as error:
         raise missing_extra(error) from None
-    read(mesh, data, up_axis)
-
-
-def _read_others(mesh: Mesh, data: bytes, ending: str) -> None:
-    try:
-        from urdf2mbs.meshes.by_trimesh import read
-    except ImportError as error:
-        raise missing_extra(error) from None
-    read(mesh, data, ending)
+    reader.read(mesh, data, up_axis if ending == ".dae" else ending)
 
 
 def _usable(mesh: Mesh, part: Part) -> Part:
