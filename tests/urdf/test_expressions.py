@@ -7,11 +7,11 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import pytest
+from making import read_robot
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.expressions import Guard
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import read_robot
 from urdf2mbs.urdf.xacro import expand
 
 #: What xacro evaluates to the same value, with trust and without.

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 import xacro
 import yaml
+from making import read_robot
 from xacro import substitution_args
 
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import read_robot
 from urdf2mbs.urdf.xacro import Expansion, expand
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'

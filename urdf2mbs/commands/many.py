@@ -9,12 +9,11 @@ from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 from time import monotonic
-from typing import TextIO
 
 import msgspec
 
-from urdf2mbs.commands.colours import Screen
 from urdf2mbs.commands.printing import near, print_json
+from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import REPORT
 from urdf2mbs.disk.output import check_ours, write_files
 from urdf2mbs.engine.config import Config, Lines, Project
@@ -27,9 +26,6 @@ from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 #: The most converted robots in the table.  All failed robots are in it.
 SHOWN = 40
-
-#: Seconds between two lines of progress, where no terminal rewrites a line.
-PATIENCE = 5.0
 
 
 def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
@@ -89,49 +85,22 @@ def _error(outcome: Outcome) -> str:
 
 def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome]:
     """Carry all jobs out, with progress on stderr; the outcomes in the order of the jobs."""
-    progress = _Progress(len(jobs), sys.stderr, arguments.quiet)
+    count, failed, start = len(jobs), 0, monotonic()
     done: list[Outcome] = []
-    with closing(run(jobs, workers=arguments.workers, cluster=arguments.cluster)) as outcomes:
-        stopping.tell(f": 0 of {counted(len(jobs), 'robot')} done")
+    running = run(jobs, workers=arguments.workers, cluster=arguments.cluster)
+    with Progress(arguments) as progress, closing(running) as outcomes:
+        progress.at = f"0 of {counted(count, 'robot')} done"
+        stopping.tell(f": {progress.at}")
         for outcome in outcomes:
             done.append(outcome)
-            stopping.tell(f": {len(done)} of {counted(len(jobs), 'robot')} done")
-            progress.show(outcome)
-    progress.end()
+            failed += outcome.code != 0
+            rate = len(done) / (monotonic() - start)
+            at = f"{len(done)} of {counted(count, 'robot')} done"
+            stopping.tell(f": {at}")
+            at += f", {failed} failed" if failed else ""
+            progress.at = f"{at}, {rate:.3g} a second, {(count - len(done)) / rate:.0f} s left"
     stopping.tell("")
     return sorted(done, key=lambda outcome: outcome.number)
-
-
-class _Progress:
-    def __init__(self, count: int, stream: TextIO, quiet: bool) -> None:
-        self._count = count
-        self._done = 0
-        self._failed = 0
-        self._stream = stream
-        self._quiet = quiet
-        self._start = self._last = monotonic()
-        self._terminal = stream.isatty()
-
-    def show(self, outcome: Outcome) -> None:
-        self._done += 1
-        self._failed += outcome.code != 0
-        now = monotonic()
-        if self._quiet or now - self._last < (0.1 if self._terminal else PATIENCE):
-            return
-        self._last = now
-        rate = self._done / (now - self._start)
-        left = (self._count - self._done) / rate
-        text = f"{self._done} of {self._count}, {rate:.3g} a second, {left:.0f} s left"
-        if self._failed:
-            text += f", {self._failed} failed"
-        if isinstance(self._stream, Screen) and self._terminal:
-            self._stream.rewrite(text)
-        else:
-            print(f"... {text}", file=self._stream, flush=True)
-
-    def end(self) -> None:
-        if isinstance(self._stream, Screen) and self._terminal:
-            self._stream.rewrite("")
 
 
 def _table(outcomes: list[Outcome], report: Path) -> str:

@@ -39,13 +39,15 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
         with warnings.catch_warnings():  # numpy's, of numbers that are not finite
             warnings.simplefilter("ignore")
             if ending == ".dae":
-                from urdf2mbs.meshes.collada import read
+                from urdf2mbs.meshes import collada
 
-                read(mesh, data, up_axis)
+                collada.read(mesh, data, up_axis)
             elif ending == ".stl" and stl.is_binary(data):
                 stl.read(mesh, data)
             else:
-                _read_others(mesh, data, ending)
+                from urdf2mbs.meshes import by_trimesh
+
+                by_trimesh.read(mesh, data, ending)
     except MemoryError:
         raise MeshError("it takes more memory than there is") from None
     except (MeshError, ConfigError):
@@ -60,18 +62,6 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
         raise MeshError(mesh.problems[-1])
     mesh.problems = list(dict.fromkeys(mesh.problems))
     return mesh
-
-
-def _read_collada(mesh: Mesh, data: bytes, up_axis: bool) -> None:
-    from urdf2mbs.meshes.collada import read
-
-    read(mesh, data, up_axis)
-
-
-def _read_others(mesh: Mesh, data: bytes, ending: str) -> None:
-    from urdf2mbs.meshes.by_trimesh import read
-
-    read(mesh, data, ending)
 
 
 def _usable(mesh: Mesh, part: Part) -> Part:
