@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
-from urdf2mbs.report.summary import Joints, Report
+from urdf2mbs.report.summary import Report
 
 if TYPE_CHECKING:
     from urdf2mbs.proof.verdict import Proof
@@ -32,7 +32,10 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     print(f"  {links} -> {bodies}, mass {found.mass:.6g} kg")
     if any(said.code == "no-mass" for said in conversion.diagnostics):
         print("  NO DYNAMICS: no link has a mass")
-    print(f"  {counted(joints.urdf, 'URDF joint')} -> {joints_in_words(joints)}")
+    print(
+        f"  {counted(joints.urdf, 'URDF joint')} -> {joints}; "
+        f"{joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
+    )
     if "merge" in conversion.facts:
         counts = {does: len(said) for does, said in conversion.facts["merge"]["words"].items()}
         words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
@@ -89,11 +92,6 @@ def proof_in_words(proof: Proof) -> str:
         return f"{compared}: {counted(len(proof.differences), 'difference')}"
     found = ", ".join(f"{kind} {off:.1e}" for kind, off in proof.largest.items())
     return f"{compared}; largest deviations: {found}"
-
-
-def joints_in_words(joints: Joints) -> str:
-    """How many joints there are of each nature."""
-    return f"{joints}; {joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
 
 
 def other_way(names: Sequence[str]) -> str:

@@ -95,7 +95,7 @@ class Pipeline:
                 "plugin-idle",
                 f"plugin '{plugin}' does nothing: none of its passes is in the pipeline "
                 f"({', '.join(brought)})",
-                hint=f"put one in, such as 'after: {{{self._place(brought[0])}: {brought[0]}}}'",
+                hint=f"put one in, by 'pipeline', 'before' or 'after: {{PASS: {brought[0]}}}'",
             )
         config = self.settings.config
         try:
@@ -180,17 +180,6 @@ class Pipeline:
         idle = [file.stem for file in self._files if file.stem not in used]
         brought = [(plugin, self.plugins.only_passes(plugin)) for plugin in idle]
         return [(plugin, passes) for plugin, passes in brought if passes]
-
-    def _place(self, name: str) -> str:
-        """After which pass of the pipeline all that a pass needs is given."""
-        passes = [configured.pass_ for configured in self.passes]
-        first = {
-            section: place
-            for place, pass_ in reversed(list(enumerate(passes)))
-            for section in pass_.writes
-        }
-        reads = self.plugins.passes[name][0].kind.reads
-        return passes[max((first.get(section, 0) for section in reads), default=0)].name
 
     def _call(self, hook: str, conversion: Conversion, **more: Any) -> None:
         """Call a hook of all plugins, and of those who watch; ``more`` it is called with, too."""

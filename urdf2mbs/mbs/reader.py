@@ -363,12 +363,12 @@ class _Reader:
         return tuple(map(self.xy, element.iterchildren("control_point")))
 
     def number(self, element: _Element) -> float:
-        text = element.text
-        value = self.numbers.get(text)
+        value = None if len(element) else self.numbers.get(element.text)
         if value is None:
-            if text is None or not _NUMBER(text) or len(element):
+            text = self.text(element)
+            if not _NUMBER(text):
                 self.fail(
-                    element, "number-invalid", f"'{text or ''}' in <{element.tag}> is no number",
+                    element, "number-invalid", f"'{text}' in <{element.tag}> is no number",
                     "write it as 0.5 or 5e-1",
                 )  # fmt: skip
             value = float(text)
@@ -377,7 +377,7 @@ class _Reader:
                     element, "number-invalid", f"'{text}' in <{element.tag}> is too large",
                     "a double goes up to 1.8e308",
                 )  # fmt: skip
-            self.numbers[text] = value
+            self.numbers[element.text] = value
         return value
 
     def text(self, element: _Element) -> str:

@@ -493,7 +493,7 @@ def _messages(conversion: Conversion) -> str:
                 ],
             )
         )
-    return table(("", "code", "what", "where"), rows)
+    return table(("level", "code", "what", "where"), rows)
 
 
 def _footer(made_from: str, licenses: str, viewer: int, meshes: int) -> str:

@@ -125,17 +125,26 @@ class Robot:
 
     def inverse_dynamics_derivatives(self, q: Any, qd: Any, qdd: Any) -> tuple[Any, Any, Any]:
         """The derivatives of ``inverse_dynamics`` by q, qd and qdd: a row for each force."""
-        by_qdd = self.mass_matrix(q)
-        joints = [joint for body in self.data.mbs.bodies for joint in body.joints]
-        unread = [
-            k for k, joint in enumerate(joints)
-            if joint.symbols is not None and "qdd" not in joint.symbols
-        ]  # fmt: skip
-        by_qdd[:, unread] = 0.0
         self._set(q=q, qd=qd, qdd=qdd)
         shape = self._size, self._size
-        by_q, by_qd = self._fill("derivatives", shape, shape)
+        by_q, by_qd, by_qdd = self._fill("derivatives", shape, shape, shape)
         return by_q, by_qd, by_qdd
+
+    def regressor(self, q: Any, qd: Any, qdd: Any) -> Any:
+        """Y of Y p = tau, for the p of ``parameters``."""
+        self._set(q=q, qd=qd, qdd=qdd)
+        return self._fill("regressor", (self._size, 10 * len(self.bodies) + 1))[0]
+
+    def parameters(self) -> Any:
+        """Ten numbers for each body, in the order of ``bodies``: mass (kg), first moments x, y, z
+        (kg m), inertia xx, xy, xz, yy, yz, zz about the body's origin (kg m^2)."""
+        data, numbers = self.data, [self.data.body_id[body] for body in self.bodies]
+        mass, centre = data.m[numbers], data.l[1:, numbers].T
+        outer = centre[:, :, None] * centre[:, None, :]
+        about = np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3) - outer
+        inertia = data.In[1:, numbers].T + (mass[:, None, None] * about).reshape(-1, 9)
+        first = mass[:, None] * centre
+        return np.column_stack([mass, first, inertia[:, [0, 1, 2, 4, 5, 8]]]).ravel()
 
     def forward_dynamics_derivatives(self, q: Any, qd: Any, tau: Any) -> tuple[Any, Any, Any]:
         """The derivatives of ``forward_dynamics`` by q, qd and tau: a row for each acceleration.

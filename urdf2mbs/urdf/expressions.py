@@ -17,7 +17,6 @@ import re
 from collections.abc import Callable, ItemsView, Iterable, Iterator, KeysView, ValuesView
 from functools import partial, reduce, wraps
 from itertools import islice
-from string import Formatter
 from typing import Any
 
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -54,8 +53,12 @@ _NUMBERS = (int, float, complex)
 #: The kinds of values that have methods and items.
 _DATA = (str, list, tuple, dict, set, frozenset, range, *_NUMBERS)
 _VIEWS = (KeysView, ValuesView, ItemsView)
-#: Functions that xacro offers and that reach beyond values.
-_WITHHELD = ("type", "vars", "issubclass")
+#: Functions that xacro offers and that reach beyond values, or whose arguments do not show their
+#: work.  No robot needs them.
+_WITHHELD = frozenset(
+    ("type", "vars", "issubclass", "isinstance", "prod", "lcm", "factorial", "comb", "perm",
+     "tokenize")
+)  # fmt: skip
 
 
 def refusal(what: str) -> ConversionError:
@@ -81,14 +84,6 @@ class Guard:
             "__operate": self.operate, "__attribute": self.attribute, "__item": self.item,
             "__slice": slice, "__measured": self.measure, "__each": self.each,
         }  # fmt: skip
-        self._own: dict[str, Callable[..., Any]] = {
-            "sum": self._fold(sum, "Add", 0),
-            "prod": self._fold(math.prod, "Mult", 1),
-            "lcm": self._lcm, "isinstance": _isinstance, "tokenize": _tokenize,
-            "round": _bound(round, 1), "factorial": _bound(math.factorial),
-            "comb": _bound(math.comb), "perm": _bound(math.perm),
-        }  # fmt: skip
-        """Functions whose arguments do not show their work, each with a bound."""
 
     def spend(self, work: int) -> None:
         """Count the work of an expression; raises ConversionError where a bound is passed."""
@@ -136,7 +131,8 @@ class Guard:
             elif name in _WITHHELD:
                 dict.__setitem__(names, name, partial(self._withhold, name))
             elif callable(value):
-                dict.__setitem__(names, name, self._watch(self._own.get(name, value)))
+                own = {"round": _round, "sum": self._sum}
+                dict.__setitem__(names, name, self._watch(own.get(name, value)))
 
     # what the tree of an expression calls
 
@@ -249,11 +245,9 @@ class Guard:
         return watched
 
     def _method(self, value: Any, name: str) -> Callable[..., Any]:
+        if name in ("format", "format_map"):
+            raise refusal(f"the method '{name}'")
         method = getattr(value, name)
-        if isinstance(value, str) and name == "format":
-            method = lambda *args, **more: _Format().vformat(value, args, more)  # noqa: E731
-        elif isinstance(value, str) and name == "format_map":
-            method = lambda names: _Format().vformat(value, (), names)  # noqa: E731
 
         def bounded(*args: Any, **more: Any) -> Any:
             size = self._take(value)
@@ -264,54 +258,14 @@ class Guard:
 
         return self._watch(bounded)
 
-    def _fold(self, function: Callable[..., Any], name: str, empty: int) -> Callable[..., Any]:
-        @wraps(function)
-        def fold(items: Iterable[Any], start: Any = empty) -> Any:
-            return reduce(partial(self.operate, name), items, start)
-
-        return fold
-
-    def _lcm(self, *numbers: int) -> int:
-        return reduce(lambda left, right: self.measure(math.lcm(left, right)), numbers, 1)
+    def _sum(self, items: Iterable[Any], start: Any = 0) -> Any:
+        return reduce(partial(self.operate, "Add"), items, start)
 
 
-def _bound(function: Callable[..., Any], first: int = 0) -> Callable[..., Any]:
-    """A function whose arguments from ``first`` on say how many digits the result has."""
-
-    @wraps(function)
-    def bounded(*args: Any, **more: Any) -> Any:
-        for number in (*args[first:], *more.values()):
-            if isinstance(number, int) and abs(number) > MOST_BITS:
-                raise too_large("a number of so many digits")
-        return function(*args, **more)
-
-    return bounded
-
-
-@wraps(isinstance)
-def _isinstance(value: Any, kinds: Any) -> bool:
-    kinds = kinds if isinstance(kinds, tuple) else (kinds,)
-    return isinstance(value, tuple(kind.__wrapped__ for kind in kinds))
-
-
-def _tokenize(s: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
-    if "]" in sep:  # it is a set of letters in a pattern
-        raise refusal("']' among the letters of tokenize")
-    words = re.split(f"[{sep}]", s)
-    return [word for word in words if word] if skip_empty else words
-
-
-class _Format(Formatter):
-    """``str.format`` without attributes."""
-
-    def get_field(self, field_name: str, args: Any, kwargs: Any) -> Any:
-        if "." in field_name:
-            raise refusal("an attribute in a format field")
-        return super().get_field(field_name, args, kwargs)
-
-    def format_field(self, value: Any, format_spec: str) -> Any:
-        _check_widths(format_spec)
-        return super().format_field(value, format_spec)
+def _round(number: Any, digits: int | None = None) -> Any:
+    if digits is not None and abs(digits) > MOST_BITS:
+        raise too_large("a number of so many digits")
+    return round(number, digits)
 
 
 def _check_widths(form: str) -> None:
