@@ -97,6 +97,9 @@ def find_singular(mbs: Mbs, rules: Mapping[str, Rule] = {}) -> list[Singular]:
     ``rules``: the joints that follow others, none of which follows another itself.  Raises
     TooLargeError.
     """
+    if not any(body.mass or body.inertia for body in mbs.bodies):
+        moving = [j.name for j in mbs.joints().values() if j.nature != "driven"]
+        return [Singular(name, "moves-nothing", ()) for name in moving if name not in rules]
     size = _size(mbs)
     whole = {body.name for body in mbs.bodies if _resists_all(body, size)}
     parts: dict[str, list[Body]] = {}
