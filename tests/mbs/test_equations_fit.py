@@ -38,7 +38,7 @@ def test_the_file_may_have_any_encoding_and_unknown_elements(model: bytes) -> No
     for data in (
         text.encode("utf-16"), b"\xef\xbb\xbf" + model,
         text.replace("UTF-8", "GBK").encode("gbk"),
-        text.replace("<inertia>", "<inertia><unit>kg m2</unit>").encode(),
+        text.replace("<inertia>", "<inertia><unit>kg m2</unit><x>t</x>").encode(),
     ):  # fmt: skip
         read(data, "m.mbs")
         assert fingerprint(data, "tree") == plain, data[:60]

@@ -19,6 +19,8 @@ from urdf2mbs import ConversionError, Push, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.engine.config import parse
 from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.writer import write
 from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.runtime import MbsData, MbsDirdyn, Results
 from urdf2mbs.runtime.dirdyn import choose_code, close
@@ -474,6 +476,14 @@ def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConversionError, match="is not the same robot") as caught:
         simulate(TINY_FILE, plugins=[mistake], after={"reframe-inertia": ["wrong"]})
     assert (caught.value.code, caught.value.exit_code) == ("not-the-same", 3)
+
+
+def test_a_new_model_without_bodies_runs(tmp_path: Path, capsys: Any) -> None:
+    """As MBSysPad makes it: the command ended as a mistake of urdf2mbs."""
+    model = tmp_path / "new.mbs"
+    model.write_bytes(write(Mbs("new")))
+    assert main(["simulate", str(model), "--language", "python", "--time", "0.02"]) == 0
+    assert "0.02 s of 0 independent joints" in capsys.readouterr().out
 
 
 def test_dependent_joints_want_user_functions(tmp_path: Path) -> None:

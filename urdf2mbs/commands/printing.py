@@ -101,6 +101,10 @@ def other_way(names: Sequence[str]) -> str:
     )
 
 
+#: Versions of Robotran's programs; docs/beside-robotran.md says what was tried in them.
+TRIED = "tried: MBSysPad 1.8, MBsysC of 2017"
+
+
 def next_steps(conversion: Conversion) -> str:
     """The two lines that say what to do with the files."""
     if conversion.rejected is not None:
@@ -112,7 +116,7 @@ def next_steps(conversion: Conversion) -> str:
     model = near(settings.output)
     if settings.project is None:
         return (
-            f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}\n"
+            f"Next: open {model} in MBSysPad ({TRIED}), or draw it: urdf2mbs diagram {model}\n"
             "      for a whole Robotran project: output: {project: DIR}, or convert -o DIR/"
         )
     if any(one.code == "no-mass" for one in conversion.diagnostics):
@@ -123,7 +127,8 @@ def next_steps(conversion: Conversion) -> str:
     run = f"python {near(main)}" if main in conversion.starters else "build workR by its CMakeLists"
     return (
         f"Next: let it move: urdf2mbs simulate {near(settings.project)}\n"
-        f"      in Robotran: open {model} in MBSysPad; {run} (see docs/first-simulation.md)"
+        f"      in Robotran ({TRIED}): open {model} in MBSysPad; {run} "
+        "(see docs/first-simulation.md)"
     )
 
 

@@ -173,8 +173,9 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     if results.stopped:
         print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
     moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
-    most = int(moved.argmax())
-    print(f"  joint '{results.joints[most]}' moved most: {moved[most]:.3g} rad or m")
+    if moved.size:
+        most = int(moved.argmax())
+        print(f"  joint '{results.joints[most]}' moved most: {moved[most]:.3g} rad or m")
     for file in files:
         if file.suffix in (".csv", ".anim", ".html"):
             print(f"  {near(file)}")

@@ -12,7 +12,7 @@ from math import ceil
 
 import msgspec
 
-from urdf2mbs.mbs.model import Body, Drawing, Joint, Mbs, Point
+from urdf2mbs.mbs.model import XY, Body, Drawing, Joint, Mbs, Point
 
 MARGIN = 20.0
 """Round the whole diagram."""
@@ -393,29 +393,24 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
             todo.append((child, below, (u, v, *along)))
     dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
 
-    for node, drawn, (x, y, ax, ay, bx, by), (x0, y0, x1, y1) in placed:
-        here = (round(x + ax * drawn.origin + dx, 1), round(y + ay * drawn.origin + dy, 1))
-        box = (round(x0 + dx, 1), round(y0 + dy, 1), round(x1 + dx, 1), round(y1 + dy, 1))
-        u, v = here
-        edges = (
-            round(box[0] - u, 1),
-            round(box[1] - v, 1),
-            round(box[2] - u, 1),
-            round(box[3] - v, 1),
-        )
-        drawing = _box(*edges)
+    for node, drawn, (x, y, ax, ay, bx, by), box in placed:
+        way = (x + dx, y + dy, ax, ay, bx, by)
+        here = _place(way, drawn.origin, 0.0)
+        sides = zip(box, (dx, dy, dx, dy), (*here, *here), strict=True)
+        drawing = _box(*[round(round(side + moved, 1) - start, 1) for side, moved, start in sides])
         if node.body is None:
             mbs.base.position, mbs.base.drawing = here, drawing
         else:
             node.body.drawing = drawing
             for joint, (a, b) in zip(node.joints, drawn.joints, strict=True):
-                joint.position = (
-                    round(x + ax * a + bx * b + dx, 1), round(y + ay * a + by * b + dy, 1)
-                )  # fmt: skip
+                joint.position = _place(way, a, b)
         for point, a, b in drawn.points:
-            point.position = (
-                round(x + ax * a + bx * b + dx, 1), round(y + ay * a + by * b + dy, 1)
-            )  # fmt: skip
+            point.position = _place(way, a, b)
+
+
+def _place(way: Way, a: float, b: float) -> XY:
+    x, y, ax, ay, bx, by = way
+    return (round(x + ax * a + bx * b, 1), round(y + ay * a + by * b, 1))
 
 
 def _box(left: float, top: float, right: float, bottom: float) -> Drawing:

@@ -1,14 +1,14 @@
 """The 2D diagram of an .mbs file as an SVG picture, drawn as MBSysPad draws it.
 
 Boxes, dots, arrows, wires and labels stand where the file puts them (pixels, y down); cuts and
-links go round the boxes, where MBSysPad draws them straight.  What
-MBSysPad leaves to a click is in the tooltips: joint and point names, nature, coordinates.
+links go round the boxes, where MBSysPad draws them straight.  What MBSysPad leaves to a click is
+in the tooltips: joint and point names, nature, coordinates.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
+from html import escape as _t
 from math import hypot
 
 from urdf2mbs.diagram.route import Box, along, route
@@ -227,8 +227,9 @@ class _Picture:
 
     def _words(self) -> list[Box]:
         """Where words and dots stand: of joints, points and bodies."""
-        dots = [*self.frames.values(), *self.points.values()]
-        boxes = [(x - 8, y - 8, x + 8, y + 8) for x, y in dots]
+        boxes = [
+            (x - 8, y - 8, x + 8, y + 8) for x, y in (*self.frames.values(), *self.points.values())
+        ]
         for body in self.mbs.bodies:
             before = self._place(body.parent, body.point)
             for after in (_at(joint.position) for joint in body.joints):
@@ -354,13 +355,8 @@ def _about_connection(connection: Connection) -> str:
     return f"{connection.name}\n{connection.kind}{length}"
 
 
-def _text(text: str, at: XY, kind: str = "") -> str:
-    style = f' class="{kind}"' if kind else ""
-    return f'<text{style} x="{_n(at[0])}" y="{_n(at[1])}">{_t(text)}</text>'
-
-
-def _t(text: str) -> str:
-    return escape(text)
+def _text(text: str, at: XY, kind: str) -> str:
+    return f'<text class="{kind}" x="{_n(at[0])}" y="{_n(at[1])}">{_t(text)}</text>'
 
 
 def _n(value: float) -> str:

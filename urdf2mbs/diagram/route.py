@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from heapq import heappop, heappush
-from itertools import pairwise
+from itertools import pairwise, product
 from math import dist
 
 from urdf2mbs.mbs.model import XY
@@ -22,17 +22,16 @@ def route(start: XY, end: XY, boxes: Sequence[Box]) -> list[XY]:
     """The corners of the shortest way that crosses no box, both ends included.
 
     A box that holds an end is not in the way.  The way is straight if nothing stands in it, or
-    if there is no way round.  The boxes count that a way has met so far, so few are looked at.
+    if there is no way round.  A box counts from the time on that a way has met it: these are few.
     """
     boxes = [box for box in boxes if not (_holds(box, start) or _holds(box, end))]
     walls: list[Box] = []
     way = [start, end]
     while met := [box for box in boxes if any(_crosses(a, b, box) for a, b in pairwise(way))]:
         walls += met
-        shortest = _shortest(start, end, walls) if len(walls) <= MOST else []
-        if not shortest:
+        way = _shortest(start, end, walls) if len(walls) <= MOST else []
+        if not way:
             return [start, end]
-        way = shortest
     return way
 
 
@@ -40,9 +39,7 @@ def _shortest(start: XY, end: XY, walls: list[Box]) -> list[XY]:
     """Dijkstra's way from corner to corner; empty if there is none."""
     places = [end]
     for left, top, right, bottom in walls:
-        places += [
-            (x, y) for x in (left - CLEAR, right + CLEAR) for y in (top - CLEAR, bottom + CLEAR)
-        ]
+        places += product((left - CLEAR, right + CLEAR), (top - CLEAR, bottom + CLEAR))
     ways = [(0.0, [start])]
     reached: set[XY] = set()
     while ways:

@@ -19,9 +19,6 @@ from xml.etree.ElementTree import Element, fromstring
 # What a file of equations says of the models that it fits.
 SAYS = re.compile(r"Fits \((.*)\): sha256 ([0-9a-f]{64})")
 
-# The numbers of a vector and of an inertia; other elements beside them are passed over.
-COMPONENT = re.compile(r"([xyz]|I[xyz]{2})$")
-
 # A number this many times smaller than the largest beside it is a rounding of zero.
 ROUNDING = 1e-15
 
@@ -52,7 +49,8 @@ def fingerprint(model: bytes, parts: str) -> str:
 
     def numbers(element: Element, path: str) -> Any:
         found = element.find(path)
-        known = [] if found is None else [child for child in found if COMPONENT.match(child.tag)]
+        tags = re.compile("I.." if path == "inertia" else "[xyz]")
+        known = [] if found is None else [child for child in found if tags.fullmatch(child.tag)]
         values = {child.tag: float(child.text or 0.0) for child in known}
         least = ROUNDING * max(map(abs, values.values()), default=0.0)
         kept = {tag: value for tag, value in values.items() if abs(value) > least}
