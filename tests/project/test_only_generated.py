@@ -188,7 +188,7 @@ def test_a_loop_that_cannot_be_closed_leaves_no_trace(tmp_path: Path, language: 
     with loaded(data):
         code = choose_code(data, language)
         assert close(data, code)
-        y = np.concatenate([data.q[code.free], data.qd[code.free]])
+        y = code.state()
         near = code.accelerate(0.0, y)
         assert np.isfinite(near).all()
         for away in (1.0, 2.0, 3.0, 1e9):

@@ -23,7 +23,8 @@ from urdf2mbs.runtime.results import Recorder, Results
 #: scipy's method that takes explicit steps, and implicit ones where the forces are stiff.
 METHOD = "LSODA"
 #: scipy's methods, and Robotran's names for the same.
-METHODS = (METHOD, "RK45", "DOP853", "RK23", "Radau", "BDF")
+IMPLICIT = (METHOD, "Radau", "BDF")
+METHODS = (*IMPLICIT, "RK45", "DOP853", "RK23")
 ROBOTRAN = {"RK4": "RK45", "Dopri5": "RK45"}
 
 #: The options of MbsDirdyn, by Robotran's names, with the values that they have here.
@@ -124,13 +125,9 @@ def _has_own_python(data: MbsData) -> bool:
 
 def close(data: MbsData, code: PythonCode) -> bool:
     """Solve the constraints at the present position; False if that cannot be done."""
-    closed = bool(np.isfinite(code.accelerate(data.tsim, _state(data, code))).all())
+    closed = bool(np.isfinite(code.accelerate(data.tsim, code.state())).all())
     code.guess[:] = data.q[code.dependent]
     return closed
-
-
-def _state(data: MbsData, code: PythonCode) -> Any:
-    return np.concatenate([data.q[code.free], data.qd[code.free], data.ux[1:]])
 
 
 def integrate(
@@ -144,7 +141,7 @@ def integrate(
     code.call("user_dirdyn_init", dirdyn)
     from scipy.integrate import DOP853, RK23, RK45  # which takes 0.2 s
 
-    recorder, y = Recorder(data, code), _state(data, code)
+    recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
     recorder.add(time, y)
     count = 1
@@ -183,9 +180,10 @@ def _solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str
         )
     from scipy import integrate as scipy_integrate  # which takes 0.2 s
 
+    more = {"jac": code.slopes} if name in IMPLICIT else {}
     return getattr(scipy_integrate, name)(
         code.accelerate, time, y, end, rtol=options["rtoler"], atol=options["atoler"],
-        max_step=options["dt_max"], first_step=min(options["dt0"], end - time),
+        max_step=options["dt_max"], first_step=min(options["dt0"], end - time), **more,
     )  # fmt: skip
 
 
