@@ -16,6 +16,7 @@ from passes.test_time_step import joint, link
 from project.standin import make, user_functions
 
 from urdf2mbs import simulate
+from urdf2mbs.runtime import MbsData, MbsDirdyn
 from urdf2mbs.testing import TINY, convert_text
 
 LANGUAGES = [
@@ -153,3 +154,26 @@ def test_without_bristles_a_warning_says_what_is_left_of_friction(tmp_path: Path
     assert f"in 1 joint: 'axle' {12.0 * 0.1 / speed:.2g} of 12" in said.message
     result = convert_text(text, project=tmp_path / "robot2", base="fixed")
     assert not [d for d in result.diagnostics if d.code == "friction-smoothed"]
+
+
+def test_a_block_slides_to_rest_as_coulomb_says(tmp_path: Path) -> None:
+    """It is thrown at 1 m/s, slides 1 / (2 mu g) far, and lies still."""
+    block = (
+        '<robot name="block"><link name="block"><inertial><mass value="2"/><inertia ixx="0.01" '
+        'iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    points = {"block": [[x, y, 0] for x in (-0.2, 0.2) for y in (-0.2, 0.2)]}
+    project = make(
+        tmp_path, block, base="floating", passes={"contacts": {"points": points, "depth": 1e-4}}
+    )  # fmt: skip
+    data = MbsData(project / "dataR" / "robot.mbs")
+    data.qd[data.joint_id["floating_base_T1"]] = 1.0
+    data.q[data.joint_id["floating_base_T3"]] -= 1e-4  # at rest on the ground
+    dirdyn = MbsDirdyn(data)
+    dirdyn.set_options(tf=1.0, language="python", save2file=0)
+    results = dirdyn.run()
+    moved = results.joint("floating_base_T1")
+    assert moved[-1] == pytest.approx(1.0 / (2 * 0.8 * G), rel=0.01)
+    assert np.abs(results.qd[-1, 1:]).max() < 1e-9
+    pulls = sum(rows[5] for rows in results.external.values())
+    assert pulls[:3] == pytest.approx([-0.8 * pulls[2], 0.0, 2 * G], rel=1e-3, abs=1e-9)
