@@ -74,6 +74,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.commands.progress import Progress
     from urdf2mbs.runtime.project import model_of, simulate
 
     _check(arguments)
@@ -83,10 +84,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
     elif arguments.output is not None and not _is_page(arguments):
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
     begin = perf_counter()
-    results = simulate(
-        model, time=arguments.time, push=arguments.push, method=arguments.method,
-        language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
-    )  # fmt: skip
+    with Progress(arguments) as progress:
+
+        def watch(time: float) -> None:
+            progress.at = f"{time:.3g} of {arguments.time:g} s"
+
+        progress.at = "compiling"
+        results = simulate(
+            model, time=arguments.time, push=arguments.push, method=arguments.method, watch=watch,
+            language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
+        )  # fmt: skip
     seconds = perf_counter() - begin
     files = results.write()
     if _is_page(arguments):

@@ -22,9 +22,10 @@ import numpy as np
 
 from urdf2mbs.equations import FUNCTIONS
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.project.c import STATES
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.equations import cache_folder, equations, keep
-from urdf2mbs.runtime.python_code import PythonCode
+from urdf2mbs.runtime.python_code import NEAR, PythonCode
 
 HERE = Path(__file__).parent
 HEADERS = HERE / "mbsysc"
@@ -152,6 +153,15 @@ class CCode(PythonCode):
         self._check()
         return np.full(len(y), np.nan) if failed else self.f.copy()
 
+    def slopes(self, t: float, y: Any) -> Any:
+        self.y[:] = y
+        found = np.empty((len(y), len(y)))
+        failed = self.library.slopes(
+            self.at, _double(t), *self.buffers, _double(NEAR), found.ctypes.data_as(_row)
+        )
+        self._check()
+        return np.full(found.shape, np.nan) if failed else found.T.copy()
+
     def solve(self) -> bool:
         failed = bool(self.library.mbs_accelred(self.at, _double(self.data.tsim)))
         self._check()
@@ -188,7 +198,7 @@ class CCode(PythonCode):
         """
         numbers = []
         for model in self.data.mbs.user_models if self.in_c else ():
-            for parameter in model.parameters:
+            for parameter in model.parameters if model.name not in STATES else ():
                 if parameter.type != "scalar":
                     raise ConversionError(
                         "user-model-in-c",

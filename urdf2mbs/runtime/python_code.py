@@ -19,6 +19,9 @@ from urdf2mbs.runtime.equations import SimulationError, equations
 
 Function = Callable[..., Any]
 
+#: The difference (rad, m, and their rates) by which a derivative is taken.
+NEAR = 1e-7
+
 #: The user functions, and the files that they are in.
 USER = {
     **{
@@ -137,8 +140,13 @@ class PythonCode:
         self.guess = data.q[self.dependent]
         self.has_loop = data.user_dirdyn_loop is not _nothing
 
+    def state(self) -> Any:
+        """q and qd of the independent joints, and ux."""
+        data = self.data
+        return np.concatenate([data.q[self.free], data.qd[self.free], data.ux[1:]])
+
     def accelerate(self, t: float, y: Any) -> Any:
-        """The derivative of the state: q and qd of the independent joints, and ux.
+        """The derivative of the state.
 
         Not a number where the loops cannot be closed; Newton's method starts from ``guess``.
         """
@@ -151,6 +159,19 @@ class PythonCode:
         if data.Nux:
             data.user_derivatives(data)
         return np.concatenate([data.qd[free], data.qdd[free], data.uxd[1:]])
+
+    def slopes(self, t: float, y: Any) -> Any:
+        """The derivative of ``accelerate`` by the state, by differences: (states, states).
+
+        Implicit integrators that are left to themselves scale their differences by a rate that
+        vanishes in a robot at rest: what they then find is rounding, and their steps stay short.
+        """
+        here, found = self.accelerate(t, y), np.empty((len(y), len(y)))
+        for k in range(len(y)):
+            there = y.copy()
+            there[k] += NEAR * max(1.0, abs(y[k]))
+            found[:, k] = (self.accelerate(t, there) - here) / (there[k] - y[k])
+        return found
 
     def solve(self) -> bool:
         """Set all qdd, and q and qd of dependent joints; True where the loops cannot be closed."""
