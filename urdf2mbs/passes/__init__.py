@@ -19,6 +19,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     from urdf2mbs.passes.assign_names import AssignNames
     from urdf2mbs.passes.certificate import Certificate
     from urdf2mbs.passes.check import Check
+    from urdf2mbs.passes.check_code import CheckCode
     from urdf2mbs.passes.collect_anchors import CollectAnchors
     from urdf2mbs.passes.contacts import Contacts
     from urdf2mbs.passes.convert_meshes import ConvertMeshes
@@ -82,6 +83,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
         Check,
         Equations,  # when given a language
         Project,  # when the output is a project folder
+        CheckCode,  # when the output is a project folder
         Certificate,  # when the output is a project folder, or when told to
     ]
 

@@ -131,7 +131,8 @@ class CCode(PythonCode):
         self.memory = memory = Memory(data)
         self.c, self.at = memory.c, memory.at
         self.c.guess = memory.vector(self.guess)
-        self.c.user_model = memory.vector(self._user_models())
+        self.models = self.user_models()
+        self.c.user_model = memory.vector(self.models)
         # arguments that are made once, since this is called some ten thousand times a second
         self.y, self.f = np.empty((2, 2 * data.nqu + data.Nux))
         self.buffers = memory.vector(self.y), memory.vector(self.f)
@@ -181,7 +182,7 @@ class CCode(PythonCode):
         if self.raised is not None:
             raise self.raised
 
-    def _user_models(self) -> Any:
+    def user_models(self) -> Any:
         """The struct of ``user_model.h``: the numbers one after the other.
 
         Raises ConversionError where it has more than numbers.

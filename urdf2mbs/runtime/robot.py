@@ -24,7 +24,7 @@ TIMED = frozenset(["dirdyna", "invdyna"])
 ZERO = object()
 
 
-class _Sensor(ctypes.Structure):
+class SensorInC(ctypes.Structure):
     """MbsSensor of ``mbsysc/mbs_sensor.h``."""
 
     _fields_ = [
@@ -276,7 +276,7 @@ class Robot:
             sensor.comp_gen_sensor(number)
             origin, axes = sensor.P[1:], sensor.R[1:, 1:]
         else:
-            sensor = _Sensor()
+            sensor = SensorInC()
             sensor.J = (type(row(jac)) * 7)(*map(row, jac))
             self._c("gensensor")(ctypes.byref(sensor), self.memory.at, number)
             origin = np.array(sensor.P[1:])
