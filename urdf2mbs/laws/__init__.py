@@ -8,9 +8,9 @@ writes the code, nor with the passes that prepare it.
 from __future__ import annotations
 
 from urdf2mbs.laws import equations, followers, forces, ground, joints, sensors, start
-from urdf2mbs.laws.case import Case, Code
+from urdf2mbs.laws.case import Case
 
-__all__ = ["Case", "Code", "prove"]
+__all__ = ["Case", "prove"]
 
 
 def prove(case: Case) -> None:

@@ -2,239 +2,175 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cached_property
-from math import floor, isfinite, log10
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.laws.motion import Motion, Place
-from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.proof.coordinates import coordinates
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.urdf_side import urdf_side
 from urdf2mbs.proof.verdict import Difference
-from urdf2mbs.spatial import Vec
+from urdf2mbs.spatial import ZERO, Vec
 
 #: The largest deviation that is no difference, relative to the largest number it is compared with.
 TOLERANCE = 1e-8
-#: A step (s) so short that numbers have given way to make it no shorter (the pass time-step).
-SOFTENED = 2e-5
-
-
-class Code(Protocol):
-    """A project's user functions and equations in one language.  Arrays count from 1."""
-
-    language: str
-    has_equations: bool
-    """True if the project has equations of its own."""
-    start: Any
-    """Positions at start."""
-
-    def set(self, model: str, name: str, value: float) -> None:
-        """Set a number of a user model."""
-
-    def get(self, model: str, name: str) -> float | None: ...
-    def joint_forces(self, q: Any, qd: Any) -> Any: ...
-    def external(self, force: str, at: Any, speed: Any, time: float) -> Any:
-        """Force and torque, and where they act (m, in the body): nine numbers."""
-
-    def spring(self, link: str, length: float, rate: float) -> float: ...
-    def constraints(self, q: Any, qd: Any) -> tuple[Any, Any, Any]:
-        """h, its derivatives by q, and the time derivative of these times qd."""
-
-    def follow(self, q: Any, qd: Any, qdd: Any) -> tuple[Any, Any, Any]: ...
-    def imu(self, name: str, point: str, at: Place) -> Any:
-        """Specific force and angular velocity, of a sensor that moves as ``at``."""
-
-    def force_torque(self, name: str, forces: Any) -> Any | None:
-        """Force and torque, from the forces that hold driven joints."""
-
-    def measure(self, point: str, q: Any, qd: Any, qdd: Any) -> tuple[Any, ...]:
-        """P, V, A, OM, OMP, R and J of a sensor, by the equations."""
-
-    def inverse(self, q: Any, qd: Any, qdd: Any) -> Any:
-        """The forces of the joints, without those that the user functions give joints."""
-
-    def forward(self, q: Any, qd: Any) -> tuple[Any, Any, Any, Any] | None:
-        """q, qd, qdd and Qq with closed loops; None where these cannot be closed."""
 
 
 class Case:
-    """A project's code, the robot that it is of, and the differences of the two."""
+    """A project's code, the robot that it is of, and the differences of the two.
 
-    def __init__(self, conversion: Conversion, mbs: Mbs, code: Code) -> None:
-        self.conversion, self.mbs, self.code = conversion, mbs, code
-        self.simulation, self.asked = conversion.simulation, conversion.asked
-        self.found: list[Difference] = []
+    Arrays of joints count from 1, as Robotran's do.  Vectors are in the axes of the base.
+    """
+
+    has_equations = False
+    """True if the project has equations of motion."""
+
+    def __init__(self, conversion: Conversion, data: Any, code: Any) -> None:
+        """``data`` and ``code``: the runtime's MbsData and PythonCode."""
+        self.conversion, self.data, self.code, self.mbs = conversion, data, code, data.mbs
+        self.simulation = conversion.simulation
+        self.asked: Any = conversion.asked
+        self.gravity = conversion.settings.config.gravity
+        self.found: dict[str, Difference] = {}
         self.unproven: dict[str, str] = {}
         self.robot = robot = conversion.robot.with_flipped(conversion.names.flipped)
         driven = [coupling.follower.name for coupling in self.simulation.driven]
-        names = conversion.names.coordinates
-        known = coordinates(robot, mbs, names, conversion.frozen, {}, driven)
-        self.numbers = mbs.numbers()
-        #: Robotran's number of each coordinate of the URDF that moves.
-        self.moving = {own: self.numbers[name] for own, name in known.names.items()}
-        #: The URDF's joints that move by one coordinate, and their names in the .mbs.
+        names, numbers = conversion.names.coordinates, data.joint_id
+        known = coordinates(robot, self.mbs, names, conversion.frozen, {}, driven)
+        moving = {own: numbers[name] for own, name in known.names.items()}
+        #: Robotran's numbers of the joints that move.
+        self.moving = list(moving.values())
+        #: Robotran's number of each joint of the URDF that moves by one coordinate.
         self.single = {
-            name: names[name][0]
+            name: numbers[names[name][0]]
             for name, joint in robot.joints.items()
             if joint.moves and name not in conversion.frozen and len(names.get(name, ())) == 1
         }
-        joints = mbs.joints()
-        self.natures = {self.numbers[name]: joint.nature for name, joint in joints.items()}
-        self.ours = Motion(urdf_side(robot, known.names, known.held, {}), self.moving, len(joints) + 1)
-        theirs = mbs_side(mbs, set(known.names.values()), framed=joints)
-        self.theirs = Motion(theirs, self.numbers, len(joints) + 1)
-        self._states: dict[int, Any] = {}
+        joints = self.mbs.joints()
+        self.natures = ["", *(joint.nature for joint in joints.values())]
+        theirs = mbs_side(self.mbs, set(known.names.values()), framed=joints)
+        self.ours = Motion(urdf_side(robot, known.names, known.held, {}), moving, len(joints) + 1)
+        self.theirs = Motion(theirs, numbers, len(joints) + 1)
         self.random = np.random.default_rng(20)
+        self._states: dict[int, Any] = {}
+        #: The body and the point of each external force and sensor.
         self.points = {
             thing.name: (body, point)
-            for body, owner in mbs.owners()
+            for body, owner in self.mbs.owners()
             for point in owner.points
             for thing in (point.extforce, point.sensor)
             if thing is not None
         }
 
-    def state(self, reach: float = np.pi) -> tuple[Any, Any, Any]:
-        """Random q, qd and qdd of what moves; what is held stays at its start."""
-        out = np.array([self.code.start, 0.0 * self.code.start, 0.0 * self.code.start])
-        moving = list(self.moving.values())
-        out[:, moving] += self.random.uniform(-1.0, 1.0, (3, len(moving))) * [[reach], [1.0], [1.0]]
-        return out[0], out[1], out[2]
+    # --- states ---
 
-    # --- where things are ---
+    def go(self, state: int) -> tuple[Any, Any, Any]:
+        """Go to one of the states that laws share: 0 is the start, others are random.  Gives q,
+        qd and qdd."""
+        if state not in self._states:
+            out = self.near_start(np.pi) if state else self.near_start(0.0)
+            self.move(*out[:2])
+            self._states[state] = out, self.ours, self.theirs
+        (q, qd, qdd), self.ours, self.theirs = self._states[state]
+        return q, qd, qdd
 
-    def on_link(self, link: str, at: Vec, qdd: Any = None) -> Place:
-        """A place of a link at the present state (m, in its frame), by the URDF."""
-        return self.ours.on(link, at, np.zeros(self.ours.size) if qdd is None else qdd)
-
-    def in_mbs(self, body: str | None, at: Vec, qdd: Any = None) -> Place:
-        """A place of a body at the present state (m, in its frame), by the .mbs."""
-        return self.theirs.on(body, at, np.zeros(self.theirs.size) if qdd is None else qdd)
+    def near_start(self, reach: float) -> tuple[Any, Any, Any]:
+        """Random q, qd and qdd of what moves; the start, if there is no reach (rad, m)."""
+        q, qd, qdd = np.array([self.data.q0, *np.zeros((2, self.ours.size))])
+        out = self.random.uniform(-1.0, 1.0, (3, len(self.moving))) * (reach > 0.0)
+        q[self.moving] += reach * out[0]
+        qd[self.moving], qdd[self.moving] = out[1:]
+        return q, qd, qdd
 
     def move(self, q: Any, qd: Any) -> None:
         self.ours, self.theirs = self.ours.moved(q, qd), self.theirs.moved(q, qd)
 
-    def go(self, state: int) -> tuple[Any, Any, Any]:
-        """Go to a state that laws share: 0 is the start, others are random.  Gives q, qd, qdd."""
-        if state not in self._states:
-            still = np.zeros((3, self.ours.size))
-            still[0] = self.code.start
-            q, qd, qdd = self.state() if state else still
-            self.move(q, qd)
-            self._states[state] = (q, qd, qdd), self.ours, self.theirs
-        motion, self.ours, self.theirs = self._states[state]
-        return motion
+    def on_link(self, link: str, at: Vec = ZERO, qdd: Any = None) -> Place:
+        """A place of a link at the present state (m, in its frame), by the URDF."""
+        return self.ours.on(link, at, qdd)
 
-    def on_its_link(self, thing: str, link: str) -> Any:
-        """Where the point of a force or sensor is on a link (m); None: it does not move with it."""
-        body, point = self.points[thing]
-        found = []
-        for state in (1, 2):
-            self.go(state)
-            at, there = self.on_link(link, (0.0, 0.0, 0.0)), self.in_mbs(body, point.coordinates)
-            found.append(at.axes.T @ (there.at - at.at))
-        return found[0] if self.near(*found, self.size) else None
-
-    def is_there(self, what: str, body: str | None, at: Vec, link: str, meant: Vec) -> None:
-        """A place of a body must be a place of a link."""
-        self.go(1)
-        self.compare(what, self.on_link(link, meant).at, self.in_mbs(body, at).at, self.size, "m")
+    def in_mbs(self, end: tuple[str | None, Any], qdd: Any = None) -> Place:
+        """A body and its point (or the point's name) at the present state, by the .mbs."""
+        body, point = end
+        if isinstance(point, str):
+            point = self.mbs.points()[body, point]
+        return self.theirs.on(body, point.coordinates if point else ZERO, qdd)
 
     @cached_property
     def size(self) -> float:
         """m"""
         return max(group.reach for group in self.ours.side.groups) or 1.0
 
-    @cached_property
-    def reduction(self) -> Any:
-        """The velocities of all joints by those of the independent joints, at the start."""
-        self.go(0)
-        rows = self.constraints()
-        free, bound = (
-            [k for k, nature in self.natures.items() if nature == kind]
-            for kind in ("independent", "dependent")
-        )
-        out = np.zeros((self.ours.size, len(free)))
-        out[free] = np.eye(len(free))
-        if bound:
-            out[bound] = -np.linalg.pinv(rows[:, bound]) @ rows[:, free]
-        return out
+    # --- the code ---
 
-    def constraints(self) -> Any:
-        """The derivatives of all constraints by the joints, at the present state."""
-        from urdf2mbs.laws import equations, followers
+    def get(self, model: str, name: str) -> float:
+        """A number of a user model; 0 if there is none."""
+        return float(self.data.user_model.get(model, {}).get(name, 0.0))
 
-        rows = [row for row, _ in followers.rules(self, "dependent").values()]
-        rows += [row for cut in self.mbs.cuts for row in equations.gap(self, cut)[1]]
-        return np.array(rows).reshape(-1, self.ours.size)
+    def joint_forces(self, q: Any, qd: Any) -> Any:
+        self.data.q[:], self.data.qd[:], self.data.Qq[:] = q, qd, 1e3  # what was there is no part
+        self.data.user_JointForces(self.data, 0.0)
+        return np.array([0.0, *self.data.Qq[1:]])
 
-    @cached_property
-    def inertias(self) -> tuple[Any, Any]:
-        """What each joint carries with all that follows it, and what it feels while all other
-        joints are free (kg m^2, kg), at the start."""
-        turn = self.reduction
-        self.go(0)
-        matrix = turn.T @ self.ours.equations((0.0, 0.0, 0.0))[0] @ turn
-        mobility = ((turn @ np.linalg.pinv(matrix, 1e-13, True)) * turn).sum(axis=1)
-        felt = np.divide(1.0, mobility, where=mobility > 0.0, out=np.zeros(len(turn)))
-        return ((turn @ matrix) * turn).sum(axis=1), felt
+    def external(self, force: str, at: Any, speed: Any, time: float = 0.0) -> Any:
+        """Force and torque, and where they act (m, in the body)."""
+        given = np.array([0.0, *at]), np.eye(4), np.array([0.0, *speed]), *np.zeros((3, 4))
+        number = self.data.extforce_id[force]
+        return np.array(self.data.user_ExtForces(*given, self.data, time, number)[1:10])
+
+    def imu(self, name: str, place: Place) -> Any:
+        """What an IMU reads that is at this place: specific force, and angular velocity."""
+        data, own = self.data, vars(self.data).pop("mbs_sensor", None)
+
+        def fill(sensor: Any, *_: Any) -> None:
+            for kind, value in place._asdict().items():
+                getattr(sensor, kind)[-value.shape[0] :][..., -value.shape[-1] :] = value
+
+        data.mbs_sensor = fill
+        found = sys.modules[f"{data.mbs_name}_robot"].imu(data, name)
+        del data.mbs_sensor
+        if own is not None:
+            data.mbs_sensor = own
+        return found
 
     # --- what is found ---
 
-    def differ(self, what: str, message: str, size: float = 1.0, kind: str = "code") -> None:
-        said = f"{what}: {message}" + f" ({self.code.language})" * (kind == "code")
-        self.found.append(Difference(kind, said, min(size, 1.0)))
+    def differ(self, what: str, message: str, size: float = 1.0) -> None:
+        """Note a difference: of one thing, the largest."""
+        if what not in self.found or self.found[what].size < size:
+            self.found[what] = Difference("code", f"{what}: {message}", min(size, 1.0))
 
-    def near(self, should: Any, value: Any, scale: float = 0.0) -> bool:
-        return self._off(should, value, scale) <= TOLERANCE
-
-    def _off(self, should: Any, value: Any, scale: float) -> float:
-        should, value = np.asarray(should, float), np.asarray(value, float)
-        largest = max(float(np.abs(should).max(initial=0.0)), scale)
-        off = float(np.abs(value - should).max(initial=0.0))
-        off = off / largest if largest else off
-        return off if isfinite(off) else 1.0
-
-    def compare(
-        self, what: str, should: Any, value: Any, scale: float = 0.0, unit: str = "",
-        kind: str = "code",
-    ) -> None:  # fmt: skip
+    def compare(self, what: str, should: Any, value: Any, unit: str, scale: float = 0.0) -> None:
         """Numbers that must be equal, relative to the largest of them and to ``scale``."""
-        off = self._off(should, value, scale)
+        should, value = np.broadcast_arrays(np.array(should, float), np.array(value, float))
+        if not should.size:
+            return
+        apart = np.nan_to_num(np.abs(value - should), nan=np.inf)
+        off = float(apart.max()) / (max(float(np.abs(should).max()), scale) or 1.0)
         if off > TOLERANCE:
-            should, value = np.broadcast_arrays(np.asarray(should, float), np.asarray(value, float))
-            worst = int(np.abs(value - should).argmax())
-            if should.size > 6:
-                should, value = should.ravel()[worst], value.ravel()[worst]
-            said = f"is {_short(value)}, and should be {_short(should)} {unit}".rstrip()
-            self.differ(what, said, off, kind)
+            if should.size > 6:  # the worst of them
+                should, value = should[apart == apart.max()][:1], value[apart == apart.max()][:1]
+            self.differ(what, f"is {_short(value)}, and should be {_short(should)} {unit}", off)
 
-    def compare_joints(
-        self, term: str, should: Any, value: Any, unit: str = "N m or N", scale: Any = None
-    ) -> None:
+    def compare_joints(self, term: str, should: Any, value: Any, scale: Any = 0.0) -> None:
         """A number of each joint."""
-        scale = 1e-6 * np.abs(should).max(initial=0.0) + (np.abs(should) if scale is None else scale)
-        wrong = ~(np.abs(value - should) <= TOLERANCE * scale)
-        for name, number in self.numbers.items():
-            if wrong[number]:
-                what = f"joint '{name}': {term}"
-                self.compare(what, should[number], value[number], scale[number], unit)
+        largest = max(np.abs(should).max(), np.max(scale))
+        scale = np.broadcast_to(scale + 1e-6 * largest, np.shape(should))
+        for name, number in self.data.joint_id.items():
+            what = f"joint '{name}': {term}"
+            if value[number] != should[number]:
+                self.compare(what, should[number], value[number], "N m or N", scale[number])
 
-    def choice(self, what: str, value: float | None, should: float, soft: int = 0) -> None:
-        """A number that urdf2mbs chose, to two digits; ``soft``: 1 if it may be smaller where
-        numbers have given way to the time step, -1 if larger."""
-        if value is None or not (
-            abs(value - should) <= 0.5000001 * 10.0 ** (floor(log10(abs(should) or 1.0)) - 1)
-            or (soft * (should - value) > 0.0 and self.simulation.time_step < SOFTENED)
-        ):
-            said = "is missing" if value is None else f"is {value:.9g}"
-            self.differ(what, f"{said}, and should be {should:.2g}", kind="forces")
+    def compare_place(self, what: str, end: tuple[str | None, Any], link: str, at: Vec) -> None:
+        """A point of a body must be a place of a link (m, in its frame)."""
+        self.go(1)
+        self.compare(what, self.on_link(link, at).P, self.in_mbs(end).P, "m", self.size)
 
 
-def _short(value: Any) -> str:
-    numbers = np.asarray(value, float).ravel()
-    text = ", ".join(f"{number:.6g}" for number in numbers)
-    return text if len(numbers) == 1 else f"({text})"
+def _short(values: Any) -> str:
+    text = ", ".join(f"{number:.6g}" for number in values.ravel())
+    return f"({text})" if values.size > 1 else text

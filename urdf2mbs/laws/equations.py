@@ -1,4 +1,4 @@
-"""The project's own equations of motion, and its loops: M qdd + c = Qq + external + J' lambda."""
+"""Loops, and the project's own equations: M qdd + c = Qq + external + J' lambda."""
 
 from __future__ import annotations
 
@@ -12,121 +12,87 @@ from urdf2mbs.mbs.model import Connection
 
 
 def prove(case: Case) -> None:
-    _prove_cuts(case)
-    if not case.code.has_equations:
+    options, cuts = case.asked.get("loops"), {cut.name: cut for cut in case.mbs.cuts}
+    for name, asked in options.cuts.items() if options else ():
+        if name not in cuts or cuts[name].kind != asked.kind:
+            case.differ(f"cut '{name}'", f"is no {asked.kind} in the .mbs")
+            continue
+        ends = zip((cuts[name].endpoint1, cuts[name].endpoint2), asked.ends, strict=True)
+        for end, meant in ends:
+            case.compare_place(f"an end of cut '{name}'", end, meant.link, meant.at)
+    if case.has_equations:
+        rules = followers.rules(case, "dependent")
+        for _ in range(2):
+            q, qd, _ = case.near_start(0.02 if cuts or rules else np.pi)
+            _prove_motion(case, q, qd, rules)
+
+
+def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
+    """A state, with its accelerations, obeys the equations of motion."""
+    data = case.data
+    data.q[:], data.qd[:], data.qdd[:] = q, qd, 0.0
+    if case.code.solve():
+        case.unproven["accelerations"] = "the loops cannot be closed near the start"
         return
-    tied = bool(case.mbs.cuts or followers.rules(case, "dependent"))
-    for _ in range(2):
-        q, qd, _ = case.state(0.02 if tied else np.pi)
-        moved = case.code.forward(q, qd)
-        if moved is None:
-            case.unproven["accelerations"] = "the loops cannot be closed near the start"
-            return
-        _prove_motion(case, *moved)
-
-
-def _prove_motion(case: Case, q: Any, qd: Any, qdd: Any, forces: Any) -> None:
-    """A state with its accelerations and joint forces obeys the equations of motion."""
+    q, qd, qdd = data.q.copy(), data.qd.copy(), data.qdd.copy()
     case.move(q, qd)
-    matrix, bias = case.ours.equations(case.conversion.settings.config.gravity)
+    matrix, bias = case.ours.equations(case.gravity)
     should = matrix @ qdd + bias - _external(case, qdd)
-    moving = list(case.moving.values())
-    given, own = case.code.inverse(q, qd, qdd), np.zeros(len(q))
-    own[moving] = given[moving]
-    terms = np.abs(matrix) @ np.abs(qdd) + np.abs(bias) + np.abs(should)
-    case.compare_joints("inverse dynamics", should, own, scale=terms)
-    rows, closing, gaps = [], [], []
-    for cut in case.mbs.cuts:
-        gap, lines, rest = _closing(case, cut, qdd)
-        rows += [*lines]
-        gaps += [*gap]
-        closing += [*rest]
-    for own_joint, (row, offset) in followers.rules(case, "dependent").items():
-        rows.append(row)
-        gaps.append(row @ q - offset)
-        closing.append(row @ qdd)
-        case.compare(f"joint '{own_joint}': it follows at speed", 0.0, row @ qd, 1.0)
-    lines = np.array(rows).reshape(-1, len(q))
-    case.compare("loops: what they are open by", np.zeros(len(gaps)), gaps, 10.0, "m")
-    speed = lines @ qd
-    case.compare("loops: the speed with which they open", 0.0 * speed, speed, 1.0, "m/s")
-    scale = float(np.abs(lines * qdd).max(initial=1.0))
-    case.compare("loops: how they accelerate", 0.0 * speed, closing, scale, "m/s^2")
-    free = [k for k in moving if case.natures[k] != "driven"]
-    rest = (should - forces)[free]
+    scale = np.abs(matrix) @ np.abs(qdd) + np.abs(bias) + np.abs(should)
+    given, own = case.code.inverse(), np.zeros(len(q))
+    own[case.moving] = given[case.moving]
+    case.compare_joints("inverse dynamics", should, own, scale)
+    # each constraint: how far it is open, its derivatives, and how it accelerates
+    ties = [closing(case, cut, qdd) for cut in case.mbs.cuts]
+    ties += [(row @ q - offset, row[None], row @ qdd) for row, offset in rules.values()]
+    opens = np.concatenate([np.zeros(0), *(np.atleast_1d(tie[0]) for tie in ties)])
+    rows = np.concatenate([np.zeros((0, len(q))), *(tie[1] for tie in ties)])
+    accelerate = np.concatenate([np.zeros(0), *(np.atleast_1d(tie[2]) for tie in ties)])
+    case.compare("loops, how far they are open", 0.0 * opens, opens, "m, rad", 10.0)
+    case.compare("loops, their speed", 0.0 * opens, rows @ qd, "m/s", 1.0)
+    case.compare("loops, their acceleration", 0.0 * opens, accelerate, "m/s^2",
+                 float(np.abs(rows * qdd).max(initial=1.0)))  # fmt: skip
+    free = [number for number in case.moving if case.natures[number] != "driven"]
+    rest = np.zeros(len(q))
+    rest[free] = (should - data.Qq)[free]
     if len(rows):
-        # what is left is what the constraints do: it does no work
-        _, sizes, ways = np.linalg.svd(lines[:, free])
-        ways = ways[int((sizes > 1e-9 * sizes.max(initial=0.0)).sum()) :]
-        work, scale = ways @ rest, float(np.abs(rest).max(initial=0.0))
-        scale += float(np.abs(matrix @ qdd).max() + np.abs(bias).max())
-        case.compare("accelerations: the work of all forces", 0.0 * work, work, scale, "N m")
+        # what is left is the constraints' own force, which does no work where they stay closed
+        _, sizes, ways = np.linalg.svd(rows[:, free])
+        rank = int((sizes > 1e-9 * sizes.max()).sum())
+        work = ways[rank:] @ rest[free]
+        case.compare("accelerations, work of all forces", 0.0 * work, work, "N m", scale.max())
     else:
-        left = np.zeros(len(q))
-        left[free] = rest
-        case.compare_joints("accelerations", should, should - left, scale=terms)
+        case.compare_joints("accelerations", should, should - rest, scale)
 
 
 def _external(case: Case, qdd: Any) -> Any:
     """What the forces at points and of springs do in the joints, at the present state."""
     total = np.zeros(case.ours.size)
-    for name, (body, point) in case.points.items():
-        if point.extforce is not None and point.extforce.name == name:
-            at = case.in_mbs(body, point.coordinates, qdd)
-            total += case.code.external(name, at.at, at.speed, 0.0)[:6] @ at.jacobian
-    points = case.mbs.points()
+    for name in case.data.extforce_id:
+        at = case.in_mbs(case.points[name], qdd)
+        total += case.external(name, at.P, at.V)[:6] @ at.J
     for link in case.mbs.links:
-        one, two = (case.in_mbs(end[0], points[end].coordinates)
-                    for end in (link.endpoint1, link.endpoint2))  # fmt: skip
-        length = float(np.linalg.norm(two.at - one.at))
-        line = (two.at - one.at) / length
-        pull = case.code.spring(link.name, length, (two.speed - one.speed) @ line)
-        total -= pull * line @ (two.jacobian - one.jacobian)[:3]
+        one, two = case.in_mbs(link.endpoint1), case.in_mbs(link.endpoint2)
+        length = float(np.linalg.norm(two.P - one.P))
+        line = (two.P - one.P) / length
+        number, rate = case.data.link_id[link.name], (two.V - one.V) @ line
+        pull = case.data.user_LinkForces(length, rate, case.data, 0.0, number)
+        total -= pull * line @ (two.J - one.J)[:3]
     return total
 
 
-# --- loops ---
-
-
-def gap(case: Case, cut: Connection) -> tuple[Any, Any]:
-    """How far a cut is open (m, rad), and its derivatives by the joints, at the present state."""
-    return _closing(case, cut, np.zeros(case.theirs.size))[:2]
-
-
-def _closing(case: Case, cut: Connection, qdd: Any) -> tuple[Any, Any, Any]:
-    """The same, and with which acceleration it opens."""
-    points = case.mbs.points()
-    one, two = (
-        case.in_mbs(body, points[body, point].coordinates if point else (0.0, 0.0, 0.0), qdd)
-        for body, point in (cut.endpoint1, cut.endpoint2)
-    )
-    away, rows = two.at - one.at, two.jacobian - one.jacobian
-    speed, opens = two.speed - one.speed, two.acceleration - one.acceleration
+def closing(case: Case, cut: Connection, qdd: Any) -> tuple[Any, Any, Any]:
+    """How far a cut is open (m, rad), its derivatives by the joints, and how it accelerates."""
+    one, two = case.in_mbs(cut.endpoint1, qdd), case.in_mbs(cut.endpoint2, qdd)
+    away, rows = two.P - one.P, two.J - one.J
+    speed, opens = two.V - one.V, two.A - one.A
+    if cut.kind == "ball":
+        return away, rows[:3], opens
     if cut.kind == "rod":
         length = float(np.linalg.norm(away)) or 1.0
         line = away / length
         rate = opens @ line + (speed @ speed - (speed @ line) ** 2) / length
-        return np.array([length - (cut.length or 0.0)]), (line @ rows[:3])[None], np.array([rate])
-    if cut.kind == "ball":
-        return away, rows[:3], opens
-    turn = one.axes.T @ two.axes
-    angles = np.array((turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]))
-    spin = two.spin_rate - one.spin_rate
-    return np.concatenate([away, angles / 2.0]), rows, np.concatenate([opens, spin])
-
-
-def _prove_cuts(case: Case) -> None:
-    """The ends of the cuts that the config gives are where it says."""
-    options, points = case.asked.get("loops"), case.mbs.points()
-    cuts = {cut.name: cut for cut in case.mbs.cuts}
-    for name, asked in options.cuts.items() if options else ():
-        cut = cuts.get(name)
-        if cut is None or cut.kind != asked.kind:
-            said = "is not in the .mbs" if cut is None else f"is a {cut.kind}"
-            case.differ(f"cut '{name}' ({asked.kind})", said, kind="forces")
-            continue
-        for end, meant in zip((cut.endpoint1, cut.endpoint2), asked.ends, strict=True):
-            at = points[end[0], end[1]].coordinates if end[1] else (0.0, 0.0, 0.0)
-            case.is_there(f"cut '{name}': where it ends", end[0], at, meant.link, meant.at)
-        if asked.length is not None:
-            case.compare(f"cut '{name}': its length", asked.length, cut.length, 0.0, "m", "forces")
+        return length - (cut.length or 0.0), (line @ rows[:3])[None], rate
+    apart = (one.R @ two.R.T - np.eye(3))[np.triu_indices(3, 1)]
+    turns = two.OMP - one.OMP
+    return np.concatenate([away, apart]), rows, np.concatenate([opens, turns])

@@ -2,8 +2,8 @@
 
 Kane's form of Newton and Euler, each group by itself: with the Jacobians of its centre (v) and of
 its spin (w), ``M = sum of m v'v + w'I w`` and ``c = sum of m v'(a - g) + w'(I alpha + omega x I
-omega)``, where a and alpha are the accelerations at ``qdd = 0``.  The generated equations go
-another way, and share no line with this one.  Arrays count joints from 1, as Robotran does.
+omega)``, where a and alpha are the accelerations at ``qdd = 0``.  Joints count from 1, as
+Robotran's do; all is in the axes of the base (m, kg, s, rad).
 """
 
 from __future__ import annotations
@@ -15,27 +15,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from urdf2mbs.proof.groups import Side
-from urdf2mbs.proof.rigid import Frame, merge
+from urdf2mbs.proof.rigid import HERE, Frame, merge
 from urdf2mbs.spatial import Vec
 
 
 class Place(NamedTuple):
-    """A frame in a group, and how it moves; all in the axes of the base."""
+    """A frame that moves, by Robotran's names."""
 
-    at: Any
-    """m"""
-    axes: Any
-    """The columns are the axes of the frame."""
-    speed: Any
-    """m/s"""
-    acceleration: Any
-    """m/s^2"""
-    jacobian: Any
-    """(6, n + 1): of the speed, then of the spin."""
-    spin: Any
-    """rad/s"""
-    spin_rate: Any
-    """rad/s^2"""
+    P: Any
+    V: Any
+    A: Any
+    OM: Any
+    OMP: Any
+    R: Any
+    """The rows are the axes of the frame."""
+    J: Any
+    """(6, n + 1): of its speed, then of its spin."""
 
 
 class Motion:
@@ -46,86 +41,63 @@ class Motion:
         than there are joints."""
         self.side, self.size = side, size
         self.numbers = [0, *(numbers[group.coordinate] for group in side.groups[1:])]
-        self.fixed = [_matrix(group.before) for group in side.groups]
         self.inertias = [merge(group.inertias) for group in side.groups]
+        self.places: list[Place] = []
 
     def moved(self, q: Any, qd: Any) -> Motion:
-        """At positions and velocities; ``still`` are the accelerations at ``qdd = 0``."""
-        out = copy(self)
-        out._move(q, qd)
+        """At positions and velocities; accelerations are those at ``qdd = 0``."""
+        out, still = copy(self), np.zeros(3)
+        out.places = [Place(still, still, still, still, still, np.eye(3), np.zeros((6, self.size)))]
+        for number, group in zip(self.numbers[1:], self.side.groups[1:], strict=True):
+            before = out._ahead(out.places[group.parent], group.before)
+            after = out._ahead(before, group.move(q[number]))
+            axis = before.R.T @ group.axis
+            along, spin = (0.0, 1.0) if group.turns else (1.0, 0.0)
+            after.J[:3, number] += along * axis
+            after.J[3:, number] += spin * axis
+            rate = _cross(before.OM, axis) * qd[number]
+            out.places.append(
+                after._replace(
+                    V=after.V + along * axis * qd[number], A=after.A + 2.0 * along * rate,
+                    OM=after.OM + spin * axis * qd[number], OMP=after.OMP + spin * rate,
+                )
+            )  # fmt: skip
         return out
 
-    def _move(self, q: Any, qd: Any) -> None:
-        count = len(self.side.groups)
-        self.axes = np.tile(np.eye(3), (count, 1, 1))
-        self.origins, self.spins, self.speeds, self.still, self.still_spins = np.zeros(
-            (5, count, 3)
-        )
-        self.jacobians = np.zeros((count, 6, self.size))
-        for k, group in enumerate(self.side.groups[1:], start=1):
-            before, number = group.parent, self.numbers[k]
-            (turn, shift), (own_turn, own_shift) = self.fixed[k], _matrix(group.move(q[number]))
-            stands = self.axes[before] @ turn
-            axis = stands @ group.axis
-            arm = self.axes[before] @ shift + stands @ own_shift
-            omega, alpha = self.spins[before], self.still_spins[before]
-            jacobian = self.jacobians[k]
-            jacobian[:] = self.jacobians[before]
-            jacobian[:3] += _lever(arm) @ jacobian[3:]
-            jacobian[3 if group.turns else 0 :, number][:3] += axis
-            self.axes[k], self.origins[k] = stands @ own_turn, self.origins[before] + arm
-            self.spins[k], self.speeds[k] = jacobian[3:] @ qd, jacobian[:3] @ qd
-            coriolis = _cross(omega, axis) * qd[number]
-            self.still[k] = self.still[before] + _cross(alpha, arm) + _cross(
-                omega, _cross(omega, arm)
-            ) + (0.0 if group.turns else 2.0) * coriolis  # fmt: skip
-            self.still_spins[k] = alpha + (1.0 if group.turns else 0.0) * coriolis
+    def _ahead(self, at: Place, frame: Frame) -> Place:
+        """A frame that is seen from another, and fixed to it."""
+        if frame is HERE:
+            return at._replace(J=at.J.copy())
+        x, y, z = arm = at.R.T @ frame[9:]
+        jacobian = at.J.copy()
+        jacobian[:3] += np.array(((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0))) @ at.J[3:]
+        turning = _cross(at.OM, arm)
+        pull = at.A + _cross(at.OMP, arm) + _cross(at.OM, turning)
+        turn = np.reshape(frame[:9], (3, 3)).T @ at.R
+        return Place(at.P + arm, at.V + turning, pull, at.OM, at.OMP, turn, jacobian)
 
-    def place(self, group: int, frame: Frame, qdd: Any) -> Place:
-        """A frame of a group."""
-        turn, shift = _matrix(frame)
-        arm, omega, jacobian = self.axes[group] @ shift, self.spins[group], self.jacobians[group]
-        alpha = self.still_spins[group] + jacobian[3:] @ qdd
-        acceleration = self.still[group] + jacobian[:3] @ qdd
-        jacobian = jacobian.copy()
-        jacobian[:3] += _lever(arm) @ jacobian[3:]
-        return Place(
-            self.origins[group] + arm, self.axes[group] @ turn,
-            self.speeds[group] + _cross(omega, arm),
-            acceleration + _cross(alpha, arm) + _cross(omega, _cross(omega, arm)),
-            jacobian, omega, alpha,
-        )  # fmt: skip
-
-    def on(self, name: str | None, at: Vec, qdd: Any) -> Place:
+    def on(self, name: str | None, at: Vec, qdd: Any = None) -> Place:
         """A place (m) on a link or body, in the axes of this one."""
-        group, (*turn, x, y, z) = self.side.frames[name or ""]
-        shift = np.array((x, y, z)) + np.array(turn).reshape(3, 3) @ at
-        return self.place(group, (*turn, *shift), qdd)  # type: ignore[arg-type]
+        group, frame = self.side.frames[name or ""]
+        return self.fixed(group, frame, at, qdd)
+
+    def fixed(self, group: int, frame: Frame, at: Vec, qdd: Any = None) -> Place:
+        """A place (m) in a frame of a group."""
+        out = self._ahead(self._ahead(self.places[group], frame), (*HERE[:9], *at))
+        if qdd is None:
+            return out
+        return out._replace(A=out.A + out.J[:3] @ qdd, OMP=out.OMP + out.J[3:] @ qdd)
 
     def equations(self, gravity: Vec) -> tuple[Any, Any]:
         """M (kg m^2, kg m, kg) and c (N m, N)."""
         matrix, bias = np.zeros((self.size, self.size)), np.zeros(self.size)
-        for k, (mass, centre, (xx, xy, xz, yy, yz, zz)) in enumerate(self.inertias[1:], start=1):
-            axes, jacobian, omega = self.axes[k], self.jacobians[k], self.spins[k]
-            tensor = axes @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ axes.T
-            arm, alpha = axes @ centre, self.still_spins[k]
-            turns = jacobian[3:]
-            shifts = jacobian[:3] + _lever(arm) @ turns
-            pull = self.still[k] + _cross(alpha, arm) + _cross(omega, _cross(omega, arm)) - gravity
-            matrix += mass * shifts.T @ shifts + turns.T @ tensor @ turns
-            moment = tensor @ alpha + _cross(omega, tensor @ omega)
-            bias += mass * (pull @ shifts) + moment @ turns
+        for group, (mass, centre, (xx, xy, xz, yy, yz, zz)) in enumerate(self.inertias[1:], 1):
+            at = self.fixed(group, HERE, centre)
+            tensor = at.R.T @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ at.R
+            matrix += mass * at.J[:3].T @ at.J[:3] + at.J[3:].T @ tensor @ at.J[3:]
+            moment = tensor @ at.OMP + _cross(at.OM, tensor @ at.OM)
+            bias += mass * ((at.A - gravity) @ at.J[:3]) + moment @ at.J[3:]
         return matrix, bias
-
-
-def _matrix(frame: Frame) -> tuple[Any, Any]:
-    return np.array(frame[:9]).reshape(3, 3), np.array(frame[9:])
-
-
-def _lever(arm: Any) -> Any:
-    """The matrix that gives the speed at the end of an arm, of a spin."""
-    x, y, z = arm
-    return np.array(((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)))
 
 
 def _cross(a: Any, b: Any) -> Any:
