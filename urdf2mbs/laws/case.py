@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.laws.motion import Motion, Place
 from urdf2mbs.proof.coordinates import coordinates
 from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.proof.motion import Motion, Place
 from urdf2mbs.proof.urdf_side import urdf_side
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.spatial import ZERO, Vec
@@ -93,12 +93,10 @@ class Case:
         """A place of a link at the present state (m, in its frame), by the URDF."""
         return self.ours.on(link, at, qdd)
 
-    def in_mbs(self, end: tuple[str | None, Any], qdd: Any = None) -> Place:
-        """A body and its point (or the point's name) at the present state, by the .mbs."""
-        body, point = end
-        if isinstance(point, str):
-            point = self.mbs.points()[body, point]
-        return self.theirs.on(body, point.coordinates if point else ZERO, qdd)
+    def in_mbs(self, thing: str, qdd: Any = None) -> Place:
+        """Where an external force or a sensor is at the present state, by the .mbs."""
+        body, point = self.points[thing]
+        return self.theirs.on(body, point.coordinates, qdd)
 
     @cached_property
     def size(self) -> float:
@@ -166,9 +164,10 @@ class Case:
                 self.compare(what, should[number], value[number], "N m or N", scale[number])
 
     def compare_place(self, what: str, end: tuple[str | None, Any], link: str, at: Vec) -> None:
-        """A point of a body must be a place of a link (m, in its frame)."""
+        """A point of a body, by their names, must be a place of a link (m, in its frame)."""
         self.go(1)
-        self.compare(what, self.on_link(link, at).P, self.in_mbs(end).P, "m", self.size)
+        place = self.theirs.end(self.mbs, end).P
+        self.compare(what, self.on_link(link, at).P, place, "m", self.size)
 
 
 def _short(values: Any) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 
 from urdf2mbs.laws import followers
 from urdf2mbs.laws.case import Case
-from urdf2mbs.mbs.model import Connection
 
 
 def prove(case: Case) -> None:
@@ -43,7 +42,7 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
     own[case.moving] = given[case.moving]
     case.compare_joints("inverse dynamics", should, own, scale)
     # each constraint: how far it is open, its derivatives, and how it accelerates
-    ties = [closing(case, cut, qdd) for cut in case.mbs.cuts]
+    ties = [case.theirs.opening(case.mbs, cut, qdd) for cut in case.mbs.cuts]
     ties += [(row @ q - offset, row[None], row @ qdd) for row, offset in rules.values()]
     opens = np.concatenate([np.zeros(0), *(np.atleast_1d(tie[0]) for tie in ties)])
     rows = np.concatenate([np.zeros((0, len(q))), *(tie[1] for tie in ties)])
@@ -69,30 +68,13 @@ def _external(case: Case, qdd: Any) -> Any:
     """What the forces at points and of springs do in the joints, at the present state."""
     total = np.zeros(case.ours.size)
     for name in case.data.extforce_id:
-        at = case.in_mbs(case.points[name], qdd)
+        at = case.in_mbs(name, qdd)
         total += case.external(name, at.P, at.V)[:6] @ at.J
     for link in case.mbs.links:
-        one, two = case.in_mbs(link.endpoint1), case.in_mbs(link.endpoint2)
+        one, two = (case.theirs.end(case.mbs, end) for end in (link.endpoint1, link.endpoint2))
         length = float(np.linalg.norm(two.P - one.P))
         line = (two.P - one.P) / length
         number, rate = case.data.link_id[link.name], (two.V - one.V) @ line
         pull = case.data.user_LinkForces(length, rate, case.data, 0.0, number)
         total -= pull * line @ (two.J - one.J)[:3]
     return total
-
-
-def closing(case: Case, cut: Connection, qdd: Any) -> tuple[Any, Any, Any]:
-    """How far a cut is open (m, rad), its derivatives by the joints, and how it accelerates."""
-    one, two = case.in_mbs(cut.endpoint1, qdd), case.in_mbs(cut.endpoint2, qdd)
-    away, rows = two.P - one.P, two.J - one.J
-    speed, opens = two.V - one.V, two.A - one.A
-    if cut.kind == "ball":
-        return away, rows[:3], opens
-    if cut.kind == "rod":
-        length = float(np.linalg.norm(away)) or 1.0
-        line = away / length
-        rate = opens @ line + (speed @ speed - (speed @ line) ** 2) / length
-        return length - (cut.length or 0.0), (line @ rows[:3])[None], rate
-    apart = (one.R @ two.R.T - np.eye(3))[np.triu_indices(3, 1)]
-    turns = two.OMP - one.OMP
-    return np.concatenate([away, apart]), rows, np.concatenate([opens, turns])

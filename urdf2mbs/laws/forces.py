@@ -14,7 +14,8 @@ def prove(case: Case) -> None:
     known = {c.point.extforce.name for c in case.simulation.contacts if c.point.extforce}
     for name, wrench in options.wrenches.items() if options else ():
         known.add(own := name if name in points else f"{name}_force")
-        case.compare_place(f"force '{name}'", points[own], wrench.link, wrench.at)
+        place = points[own][0], points[own][1].name
+        case.compare_place(f"force '{name}'", place, wrench.link, wrench.at)
         for time in (wrench.start - 1.0, wrench.start, wrench.stop):
             acts = float(wrench.start <= time < wrench.stop)
             force = acts * np.array([*wrench.force, *wrench.torque])

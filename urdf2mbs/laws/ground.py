@@ -46,13 +46,14 @@ def _prove_places(case: Case, link: str, forces: list[str], meant: Any) -> None:
     for force, at in zip(forces, meant or [None] * len(forces), strict=True):
         what = f"contact '{force}'"
         if at is not None:
-            case.compare_place(what, case.points[force], link, at)
+            body, point = case.points[force]
+            case.compare_place(what, (body, point.name), link, at)
             continue
         places = []
         for state in (1, 2):
             case.go(state)
             here = case.on_link(link)
-            places.append(here.R @ (case.in_mbs(case.points[force]).P - here.P))
+            places.append(here.R @ (case.in_mbs(force).P - here.P))
         case.compare(f"{what}, seen from its link", places[0], places[1], "m", case.size)
 
 

@@ -52,7 +52,7 @@ def _prove_sensor(case: Case, sensor: PointSensor, poses: list[Pose]) -> None:
     what, data = f"sensor '{sensor.name}'", case.data
     signal = str(sensor.point.sensor and sensor.point.sensor.name)
     q, qd, qdd = case.go(1)
-    place = case.in_mbs(case.points[signal], qdd)
+    place = case.in_mbs(signal, qdd)
     poses = [pose for pose in poses if pose != HERE] or poses
     known = [(case.on_link(sensor.link, pose.xyz, qdd), pose.rot) for pose in poses]
     meant, turn = min(known, key=lambda one: float(np.abs(one[0].P - place.P).max()))

@@ -34,5 +34,5 @@ def prove(case: Case) -> None:
     contacts = [c.point.extforce.name for c in case.simulation.contacts if c.point.extforce]
     if case.conversion.inserted is not None and ground and ground.stand and contacts:
         case.go(0)
-        low = min(case.in_mbs(case.points[name]).P @ case.simulation.up for name in contacts)
+        low = min(case.in_mbs(name).P @ case.simulation.up for name in contacts)
         case.compare("the lowest contact at start", ground.ground, low, "m", case.size)

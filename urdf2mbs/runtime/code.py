@@ -92,7 +92,7 @@ def _compare_c(case: Case) -> None:
     read = getattr(code.library, f"{python.mbs_name}_imu")
     for sensor in case.simulation.sensors:
         name = str(sensor.point.sensor and sensor.point.sensor.name)
-        place, measured = case.in_mbs(case.points[name], qdd), SensorInC()
+        place, measured = case.in_mbs(name, qdd), SensorInC()
         for kind in ("P", "V", "A", "OM", "OMP"):
             getattr(measured, kind)[1:4] = getattr(place, kind)
         for k, axis in enumerate(place.R, start=1):

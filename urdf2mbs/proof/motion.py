@@ -14,9 +14,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.proof.groups import Side
 from urdf2mbs.proof.rigid import HERE, Frame, merge
-from urdf2mbs.spatial import Vec
+from urdf2mbs.spatial import ZERO, Vec
 
 
 class Place(NamedTuple):
@@ -87,6 +88,25 @@ class Motion:
         if qdd is None:
             return out
         return out._replace(A=out.A + out.J[:3] @ qdd, OMP=out.OMP + out.J[3:] @ qdd)
+
+    def end(self, mbs: Mbs, end: tuple[str | None, str | None], qdd: Any = None) -> Place:
+        """A point of a body of the .mbs, by their names; no point: the body's own frame."""
+        return self.on(end[0], mbs.points()[end].coordinates if end[1] else ZERO, qdd)
+
+    def opening(self, mbs: Mbs, cut: Connection, qdd: Any = None) -> tuple[Any, Any, Any]:
+        """How far a cut is open (m, rad), its derivatives by the joints, and how it accelerates."""
+        one, two = (self.end(mbs, end, qdd) for end in (cut.endpoint1, cut.endpoint2))
+        away, rows, speed, opens = two.P - one.P, two.J - one.J, two.V - one.V, two.A - one.A
+        if cut.kind == "ball":
+            return away, rows[:3], opens
+        if cut.kind == "rod":
+            length = float(np.linalg.norm(away)) or 1.0
+            line = away / length
+            rate = opens @ line + (speed @ speed - (speed @ line) ** 2) / length
+            gap = np.array([length - (cut.length or 0.0)])
+            return gap, (line @ rows[:3])[None], np.array([rate])
+        apart = (one.R @ two.R.T - np.eye(3))[np.triu_indices(3, 1)]
+        return np.concatenate([away, apart]), rows, np.concatenate([opens, two.OMP - one.OMP])
 
     def equations(self, gravity: Vec) -> tuple[Any, Any]:
         """M (kg m^2, kg m, kg) and c (N m, N)."""
