@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.files import noting
 from urdf2mbs.laws import Case, joints, prove
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.proof.verdict import Difference, Proof
@@ -30,7 +31,8 @@ def prove_code(
     """
     case: Case | None = None
     found: list[Difference] = []
-    with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
+    # the conversion does not depend on the files in this folder
+    with noting(), tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
         try:
             for path, content in files.items():
                 file = Path(folder, path)
