@@ -34,7 +34,7 @@ def _prove_laws(case: Case, known: set[str]) -> None:
     """The laws of plugins at points; where no law is, there is no force."""
     laws = {p.extforce.name: law for law in case.simulation.laws for p in law.points if p.extforce}
     wrenches = {w.point.extforce.name for w in case.simulation.wrenches if w.point.extforce}
-    for name in case.data.extforce_id.keys() - known:
+    for name in [name for name in case.data.extforce_id if name not in known]:
         at, speed = case.random.uniform(-1.0, 1.0, (2, 3))
         given, law = case.external(name, at, speed, 1.0)[:6], laws.get(name)
         if law is not None and law.should is not None:

@@ -33,7 +33,7 @@ def prove(case: Case) -> None:
     switches = [(term, *at) for term, at in SWITCHES.items() if case.get(*at)]
     kinds = {kind for own in numbers.values() for kind in own} if asked else set()
     wanted = {"stops" if kind in ("q_min", "q_max") else kind for kind in kinds} & SWITCHES.keys()
-    for term in wanted - {term for term, _, _ in switches}:
+    for term in sorted(wanted - {term for term, _, _ in switches}):
         if term != "stops" or asked.stops:
             case.differ(term, "the URDF states it, and the code leaves it out")
     _prove_held(case)

@@ -41,7 +41,7 @@ def prove(case: Case) -> None:
         else:
             case.unproven[f"sensor '{own.name}'"] = "of a plugin"
     if not any(said.code == "sensor-left-out" for said in case.conversion.diagnostics):
-        for _, name in poses.keys() - made:
+        for _, name in sorted(poses.keys() - made):
             case.differ(f"sensor '{name}'", "is not there")
     for torque in case.simulation.force_torques:
         _prove_force_torque(case, torque)
