@@ -7,6 +7,9 @@ still change a name, and then the new one is seen here.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import msgspec
 
 from urdf2mbs.mbs.model import Connection, Joint, Mbs, Point, UserModel
@@ -137,6 +140,9 @@ class Law(msgspec.Struct):
     c: str
     joints: list[Joint] = []
     points: list[Point] = []
+    should: Callable[..., Any] | None = None
+    """What it should give, for the proof: ``should(q, qd)`` of a joint, ``should(P, V, t)`` of a
+    point, with P and V from index 0; gives six numbers.  None: the law is named as unproven."""
 
 
 class Simulation(msgspec.Struct):

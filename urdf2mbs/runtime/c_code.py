@@ -78,6 +78,16 @@ class _Motion(ctypes.Structure):
                 ("R", _double * 16)]  # fmt: skip
 
 
+class SensorInC(ctypes.Structure):
+    """MbsSensor of ``mbsysc/mbs_sensor.h``."""
+
+    _fields_ = [
+        *((name, ctypes.c_double * size)
+          for name, size in (("P", 4), ("R", 16), ("V", 4), ("OM", 4), ("A", 4), ("OMP", 4))),
+        ("J", ctypes.POINTER(ctypes.c_double) * 7),
+    ]  # fmt: skip
+
+
 @cache
 def compiler() -> str | None:
     """The C compiler: ``$CC``, else cc, gcc or clang; None where there is none."""
@@ -302,3 +312,14 @@ def _not_compiled(said: str) -> ConversionError:
     if found is None:
         return ConversionError("not-compiled", f"the C compiler says: {said.strip()[-500:]}")
     return ConversionError("not-compiled", found[3], file=found[1], line=int(found[2]))
+
+
+def row(array: Any) -> Any:
+    """An array in C."""
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def rows(array: Any) -> Any:
+    """A table in C."""
+    pointers = [row(values) for values in array]
+    return (type(pointers[0]) * len(pointers))(*pointers)

@@ -79,15 +79,13 @@ def loaded(data: MbsData) -> Iterator[None]:
     Afterwards all is as it was.  Another project may have modules of the same names: those of this
     one are kept in ``data.modules`` meanwhile.
     """
-    from urdf2mbs import runtime
-
     path, before = list(sys.path), dict(sys.modules)
     own = {file.stem for file in data.user_path.glob("*.py")}
     for name in own & before.keys():
         if not _is_in(before[name], data.user_path):
             del sys.modules[name]
     sys.path.insert(0, str(data.user_path))
-    sys.modules.update({**data.modules, "MBsysPy": runtime})
+    sys.modules.update({**data.modules, "MBsysPy": sys.modules["urdf2mbs.runtime"]})
     try:
         yield
     finally:

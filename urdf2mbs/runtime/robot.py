@@ -12,7 +12,7 @@ import numpy as np
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.runtime.c_code import CCode, Memory, compiled, compiler
+from urdf2mbs.runtime.c_code import CCode, Memory, SensorInC, compiled, compiler, row, rows
 from urdf2mbs.runtime.data import MbsData, MbsSensor
 from urdf2mbs.runtime.equations import SimulationError, equations
 from urdf2mbs.runtime.project import project_of
@@ -22,16 +22,6 @@ from urdf2mbs.runtime.python_code import USER, PythonCode, default, loaded
 TIMED = frozenset(["dirdyna", "invdyna"])
 #: Stands for a zero in each joint.
 ZERO = object()
-
-
-class _Sensor(ctypes.Structure):
-    """MbsSensor of ``mbsysc/mbs_sensor.h``."""
-
-    _fields_ = [
-        *((name, ctypes.c_double * size)
-          for name, size in (("P", 4), ("R", 16), ("V", 4), ("OM", 4), ("A", 4), ("OMP", 4))),
-        ("J", ctypes.POINTER(ctypes.c_double) * 7),
-    ]  # fmt: skip
 
 
 def load_equations(
@@ -285,7 +275,7 @@ class Robot:
             sensor.comp_gen_sensor(number)
             origin, axes = sensor.P[1:], sensor.R[1:, 1:]
         else:
-            sensor = _Sensor()
+            sensor = SensorInC()
             sensor.J = (type(row(jac)) * 7)(*map(row, jac))
             self._c("gensensor")(ctypes.byref(sensor), self.memory.at, number)
             origin = np.array(sensor.P[1:])
@@ -315,14 +305,3 @@ class Robot:
             raise ValueError(f"the model has no body and no point '{place}'; its bodies: {known}")
         body, number = found[0]
         return None if body == BASE else body, data.dpt[1:, number].copy()
-
-
-def row(array: Any) -> Any:
-    """An array in C."""
-    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
-
-def rows(array: Any) -> Any:
-    """A table in C."""
-    pointers = [row(values) for values in array]
-    return (type(pointers[0]) * len(pointers))(*pointers)
