@@ -82,7 +82,15 @@ class Seen:
 
 
 #: Passes that change no section: they look, write files, or say how to simulate.
-ONLY_LOOK = {"certificate", "check", "check-code", "equations", "find-singular", "left-out", "project"}
+ONLY_LOOK = {
+    "certificate",
+    "check",
+    "check-code",
+    "equations",
+    "find-singular",
+    "left-out",
+    "project",
+}
 
 
 @pytest.mark.parametrize("preset", PRESETS)

@@ -31,7 +31,10 @@ PLANTED = {
     "the sign of damping": (ROBOT, "Qq[joint] -= damping", "Qq[joint] += damping", "damping"),
     "damping of the next joint": (
         ROBOT, "damping[name] * qd[joint]", "damping[name] * qd[joint - 1]", "damping"),
-    "slow friction": (ROBOT, "qd[joint] / speed", "2 * qd[joint] / speed", "friction"),
+    "slow friction": (ROBOT, "Qq[joint] -= k * pull", "Qq[joint] -= 0.5 * k * pull", "friction"),
+    "a bristle that slips late": (ROBOT, "- (there - kept) / time", "", "rate of its bristle"),
+    "a bristle of the next joint": (
+        ROBOT, "bristle(mbs_data, state, (qd", "bristle(mbs_data, state + 1, (qd", "friction"),
     "the other limit": (ROBOT, '["q_min"][name] - q', '["q_max"][name] - q', "stops"),
     "a stop that pulls": (ROBOT, "max(0.0, stiffness * depth", "(stiffness * depth", "stops"),
     "a stop that is harder on the way out": (
@@ -42,10 +45,12 @@ PLANTED = {
     "a wrench that does not end": (
         ROBOT, '<= tsim < wrench["stop"]', "<= tsim", "force 'wind' at 1.5 s"),
     "a wrench's parts": (ROBOT, '("Fx", "Fy", "Fz",', '("Fx", "Fz", "Fy",', "force 'wind'"),
-    "a ground above": (ROBOT, 'law["ground"] - (ux', '-law["ground"] + (ux', "contact"),
-    "a ground that pulls": (ROBOT, "if normal <= 0.0:", "if False:", "contact"),
-    "no friction": (ROBOT, 'law["friction"] * normal', "0.0 * normal", "contact"),
-    "friction forwards": (ROBOT, "normal * uz - grip * sz", "normal * uz + grip * sz", "contact"),
+    "a ground above": (ROBOT, 'law["ground"] - sum', '-law["ground"] + sum', "contact"),
+    "a ground that pulls": (ROBOT, "depth > 0.0 and normal > 0.0", "True", "contact"),
+    "no friction": (ROBOT, 'law["friction"] * length', "0.0 * length", "contact"),
+    "friction forwards": (ROBOT, "UP[i] - pull[0]", "UP[i] + pull[0]", "contact"),
+    "a bristle in the air": (
+        ROBOT, 'length if touches else 0.0  #', "length  #", "bristle of 'of_ankle"),
     "up": (ROBOT, "UP = (", "UP = (0.1 + ", "contact"),
     "a foot less": (ROBOT, '    "of_ankle_contact_2_force": "of_ankle",\n', "", "contact_2_force'"),
     "a spring's length": (ROBOT, 'Z - model["link_length"][name]', "Z", "spring 'rope'"),
@@ -67,14 +72,17 @@ PLANTED = {
         ROBOT, "def look_up(mbs_data):", "def look_up(mbs_data, more):", "cannot run"),
     "mass in the equations": (
         "symbolicR/mbs_dirdyna_rich.py", "    c[1] = ", "    c[1] = 1.0 + ", "accelerations"),
-    "loops": ("symbolicR/mbs_cons_jdqd_rich.py", "Jdqd[1] = ", "Jdqd[1] = 1.0 + ", "loops, their acc"),
+    "loops": (
+        "symbolicR/mbs_cons_jdqd_rich.py", "Jdqd[1] = ", "Jdqd[1] = 1.0 + ", "loops, their acc"),
     "springs": ("symbolicR/mbs_link_rich.py", "Z[1] =", "Z[1] = 0.5 * ", "inverse dynamics"),
-    "a sensor's motion": ("symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
+    "a sensor's motion": (
+        "symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
 }  # fmt: skip
 IN_C = {
     "the sign of damping": ("Qq[d->joint] -=", "Qq[d->joint] +=", "its force in C"),
     "a stop that pulls": ("fmax(0.0, stiffness * depth", "(stiffness * depth", "its force in C"),
-    "a ground that pulls": ("depth <= 0.0 || normal <= 0.0", "0", "in C"),
+    "a ground that pulls": ("depth > 0.0 && normal > 0.0", "1", "in C"),
+    "a bristle's rate": ("- lost * bent[k] / time", "", "bristles in C"),
     "a wrench's parts": ("w->parts[i - 1]", "w->parts[0]", "force 'wind' in C"),
     "a rule": ("- c->multiplier * q[c->leader]", "+ c->multiplier * q[c->leader]", "in C"),
     "gravity in a sensor": ("A[2] - mbs_data->g[2]", "A[2] + mbs_data->g[2]", "'imu' in C"),

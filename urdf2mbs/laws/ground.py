@@ -1,7 +1,8 @@
 """The ground: a push along the normal that grows with depth and rate, and friction.
 
 The ground pushes with ``stiffness depth (1 + rate / speed)``, never pulls, and rubs against the
-slip with ``friction`` times the push.  Friction and height are those asked for; the other numbers,
+slip with ``friction`` times the push: by a bristle that bends with the slip, or without a bristle
+by the speed of the slip.  Friction and height are those asked for; the other numbers,
 which urdf2mbs chooses, are those of the .mbs.
 """
 
@@ -13,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from urdf2mbs.laws.case import Case
+from urdf2mbs.simulation import CONTACT_STATES
 from urdf2mbs.spatial import ZERO
 
-#: How friction rises with slip, in parts of ``slip_speed``: 1 far above it, and 0 at rest.
+#: How friction without a bristle rises with slip, in parts of ``slip_speed``: 1 far above it, and
+#: 0 at rest.
 RISE = np.tanh
 #: Depth (m), rate and slip, in parts of the law's speeds.
 STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.5), (0.01, -2, 1))
@@ -34,8 +37,9 @@ def prove(case: Case) -> None:
         law = {"ground": options.ground, "friction": options.friction}
         case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
     up = -np.array(case.gravity) if any(case.gravity) else np.array((0.0, 0.0, 1.0))
-    for force in contacts:
-        _prove_law(case, force, up / np.linalg.norm(up))
+    bristles = case.data.user_model.get(CONTACT_STATES, {}).get("slip", [])
+    for k, force in enumerate(contacts):
+        _prove_law(case, force, up / np.linalg.norm(up), bristles[2 * k : 2 * k + 2])
 
 
 def _prove_places(case: Case, link: str, forces: list[str], meant: Any) -> None:
@@ -57,14 +61,47 @@ def _prove_places(case: Case, link: str, forces: list[str], meant: Any) -> None:
         case.compare(f"{what}, seen from its link", places[0], places[1], "m", case.size)
 
 
-def _prove_law(case: Case, force: str, up: Any) -> None:
-    names = ("ground", "stiffness", "speed", "friction", "slip_speed")
-    ground, stiffness, speed, friction, slip = (case.get("contact", name) for name in names)
+def _prove_law(case: Case, force: str, up: Any, bristle: list[int]) -> None:
+    """``bristle``: the places of its two numbers in ux."""
+    names = ("ground", "stiffness", "speed", "friction", "slip_speed", "bristle", "bristle_time")
+    ground, stiffness, speed, friction, slip, length, time = (case.get("contact", n) for n in names)
+    axes = _axes(case, force, up, bristle) if bristle and friction else np.zeros((len(bristle), 3))
+    most = friction * length
     for depth, rate, fast in STATES:
         across = np.cross(case.random.uniform(-1.0, 1.0, 3), up)
-        slips = fast * across / np.linalg.norm(across)
+        way = across / np.linalg.norm(across)
         normal = stiffness * max(depth, 0.0) * max(1.0 + rate, 0.0)
-        rub = friction * normal * RISE(fast) / (fast or 1.0)
-        should = [*(normal * up - rub * slips), *ZERO, *case.points[force][1].coordinates]
-        at, velocity = (ground - depth) * up + across, slip * slips - rate * speed * up
+        if bristle:
+            bent = case.random.uniform(-1.0, 1.0, 2) @ axes * 2.0 * most
+            case.data.ux[bristle] = axes @ bent
+            sliding = fast * most / time * way
+            pull = _shortened(bent + time * sliding, most) / length
+        else:
+            sliding = fast * slip * way
+            pull = friction * RISE(fast) * way
+        should = [*(normal * (up - pull)), *ZERO, *case.points[force][1].coordinates]
+        at, velocity = (ground - depth) * up + across, sliding - rate * speed * up
         case.compare(f"contact '{force}'", should, case.external(force, at, velocity), "N, N m, m")
+        if bristle:
+            kept, moves = (_shortened(bent, most), sliding) if normal else (0.0 * bent, 0.0 * bent)
+            rates = axes @ (moves - (bent - kept) / time)
+            case.compare(f"bristle of '{force}'", rates, case.data.uxd[bristle], "m/s")
+
+
+def _axes(case: Case, force: str, up: Any, bristle: list[int]) -> Any:
+    """(2, 3): the directions of a bristle's two numbers, along the ground."""
+    ground, friction, length = (case.get("contact", n) for n in ("ground", "friction", "bristle"))
+    axes = np.zeros((2, 3))
+    for k in range(2):
+        case.data.ux[bristle] = np.eye(2)[k] * friction * length / 2
+        push = case.external(force, (ground - 0.01) * up, ZERO)[:3]
+        normal = push @ up
+        axes[k] = 2.0 / friction * (up - push / normal) if normal else ZERO
+    together = np.array([up, *axes])
+    case.compare(f"axes of the bristle of '{force}'", np.eye(3), together @ together.T, "")
+    return axes
+
+
+def _shortened(vector: Any, most: float) -> Any:
+    size = np.linalg.norm(vector)
+    return vector * (most / size if size > most else 1.0)

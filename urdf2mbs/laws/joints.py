@@ -14,14 +14,17 @@ import numpy as np
 
 from urdf2mbs.laws.case import Case
 from urdf2mbs.proof.parameters import stated
+from urdf2mbs.simulation import JOINT_STATES
 
 #: By term, the user model and the number there that switches the term on.
 SWITCHES = {
     "damping": ("joint_forces", "damping"), "friction": ("joint_forces", "friction"),
     "stops": ("joint_forces", "stops"), "hold": ("hold", "on"),
 }  # fmt: skip
-#: How friction rises with the speed, in parts of the speed at which it is nearly full.  Far above
-#: this speed it is 1, and at rest 0, whatever the law.
+#: Where the time of all bristles is.
+TIME = ("joint_forces", "friction_time")
+#: How friction without a bristle rises with the speed, in parts of the speed at which it is nearly
+#: full.  Far above this speed it is 1, and at rest 0.
 RISE = np.tanh
 #: Near the start (0), or beyond the upper or lower limit, and how fast.
 STATES = ((0, 0.5), (0, 30.0), (1, 0.5), (1, -3.0), (-1, 0.5), (-1, -3.0))
@@ -51,6 +54,8 @@ def prove(case: Case) -> None:
                 own = numbers.get(number, {})
                 should[number] = _force(case, term, joint, own, q[number], qd[number])
             case.compare_joints(term, should, case.joint_forces(q, qd) - alone)
+            if term == "friction":
+                _prove_bristles(case, numbers, qd)
             model[group][name] = 0.0
             total = total + should
         for _, group, name in switches:
@@ -66,7 +71,9 @@ def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
     for name, number in case.data.joint_id.items():
         rate = case.random.uniform(0.3, 1.0) * fast
         limit = numbers.get(number, {}).get("q_max" if side > 0 else "q_min")
-        qd[number] = rate * (case.get("friction_speed", name) or 0.01)
+        most, _, time, bent = _bristle(case, name, numbers.get(number, {}))
+        case.data.ux[bent] = case.random.uniform(-2.0, 2.0) * most
+        qd[number] = rate * (case.get("friction_speed", name) or most / time or 0.01)
         if side and limit is not None:
             q[number] = limit + side * case.random.uniform(0.1, 0.5)
             qd[number] = side * rate * (case.get("joint_forces", "stop_speed") or 1.0)
@@ -78,6 +85,9 @@ def _force(case: Case, term: str, name: str, own: Any, q: float, qd: float) -> A
     if term == "damping":
         return -own.get("damping", 0.0) * qd
     if term == "friction":
+        most, stiffness, time, bent = _bristle(case, name, own)
+        if stiffness:
+            return -stiffness * np.clip(case.data.ux[bent] + time * qd, -most, most)
         return -own.get("friction", 0.0) * RISE(qd / (case.get("friction_speed", name) or 1.0))
     if term == "stops":
         side = 1.0 if q > own.get("q_max", inf) else -1.0
@@ -88,6 +98,26 @@ def _force(case: Case, term: str, name: str, own: Any, q: float, qd: float) -> A
     push = case.get("hold_stiffness", name) * away - case.get("hold_damping", name) * qd
     most = own.get("effort", 0.0) or inf
     return max(-most, min(most, push))
+
+
+def _bristle(case: Case, name: str, own: Any) -> tuple[float, float, float, int]:
+    """How far the bristle of a joint bends before it slips (rad or m), its stiffness, its time (s),
+    and its place in ux; 0, 0, 1 and 0 for a joint without."""
+    stiffness, time = (case.get(*at) for at in (("friction_stiffness", name), TIME))
+    most = own.get("friction", 0.0) / stiffness if stiffness else 0.0
+    return most, stiffness, time or 1.0, int(case.get(JOINT_STATES, name))
+
+
+def _prove_bristles(case: Case, numbers: Any, qd: Any) -> None:
+    """A bristle bends with its joint; what it cannot bend slips back within its time."""
+    should, value = np.zeros((2, len(qd)))
+    for name, number in case.data.joint_id.items():
+        most, stiffness, time, bent = _bristle(case, name, numbers.get(number, {}))
+        if stiffness:
+            there = case.data.ux[bent]
+            should[number] = qd[number] - (there - np.clip(there, -most, most)) / time
+            value[number] = case.data.uxd[bent]
+    case.compare_joints("the rate of its bristle", should, value)
 
 
 def _laws(case: Case, q: Any, qd: Any, alone: Any) -> Any:

@@ -72,9 +72,10 @@ def _compare_c(case: Case) -> None:
     code = CCode(data)
     for side, fast in joints.STATES:
         q, qd = joints.state(case, side, fast)
-        data.q[:], data.qd[:], data.Qq[:] = q, qd, 1e3
+        data.q[:], data.qd[:], data.Qq[:], data.ux[:] = q, qd, 1e3, python.ux
         code.library.user_JointForces(code.at, user)
         case.compare_joints("its force in C", case.joint_forces(q, qd), [0.0, *data.Qq[1:]])
+        case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
     times = {t for m in python.user_model.values() if "stop" in m for t in (m["start"], m["stop"])}
     # at full speed the ground seldom pushes
     for time, pace in [*((time, 1.0) for time in sorted({0.0, *times})), *[(0.0, 0.01)] * 3]:

@@ -17,6 +17,7 @@ import re
 from collections.abc import Callable, ItemsView, Iterable, Iterator, KeysView, ValuesView
 from functools import partial, reduce, wraps
 from itertools import islice
+from string import Formatter
 from typing import Any
 
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -56,8 +57,7 @@ _VIEWS = (KeysView, ValuesView, ItemsView)
 #: Functions that xacro offers and that reach beyond values, or whose arguments do not show their
 #: work.  No robot needs them.
 _WITHHELD = frozenset(
-    ("type", "vars", "issubclass", "isinstance", "prod", "lcm", "factorial", "comb", "perm",
-     "tokenize")
+    ("type", "vars", "issubclass", "prod", "lcm", "factorial", "comb", "perm")
 )  # fmt: skip
 
 
@@ -131,7 +131,8 @@ class Guard:
             elif name in _WITHHELD:
                 dict.__setitem__(names, name, partial(self._withhold, name))
             elif callable(value):
-                own = {"round": _round, "sum": self._sum}
+                own = {"round": _round, "sum": self._sum, "isinstance": _isinstance,
+                       "tokenize": _tokenize}  # fmt: skip
                 dict.__setitem__(names, name, self._watch(own.get(name, value)))
 
     # what the tree of an expression calls
@@ -245,9 +246,11 @@ class Guard:
         return watched
 
     def _method(self, value: Any, name: str) -> Callable[..., Any]:
-        if name in ("format", "format_map"):
-            raise refusal(f"the method '{name}'")
         method = getattr(value, name)
+        if isinstance(value, str) and name == "format":
+            method = lambda *args, **more: _Format().vformat(value, args, more)  # noqa: E731
+        elif name in ("format", "format_map"):
+            raise refusal(f"the method '{name}'")
 
         def bounded(*args: Any, **more: Any) -> Any:
             size = self._take(value)
@@ -260,6 +263,32 @@ class Guard:
 
     def _sum(self, items: Iterable[Any], start: Any = 0) -> Any:
         return reduce(partial(self.operate, "Add"), items, start)
+
+
+@wraps(isinstance)
+def _isinstance(value: Any, kinds: Any) -> bool:
+    kinds = kinds if isinstance(kinds, tuple) else (kinds,)
+    return isinstance(value, tuple(kind.__wrapped__ for kind in kinds))
+
+
+def _tokenize(s: str, sep: str = ",; ", skip_empty: bool = True) -> list[str]:
+    if "]" in sep:  # it is a set of letters in a pattern
+        raise refusal("']' among the letters of tokenize")
+    words = re.split(f"[{sep}]", s)
+    return [word for word in words if word] if skip_empty else words
+
+
+class _Format(Formatter):
+    """``str.format`` without attributes."""
+
+    def get_field(self, field_name: str, args: Any, kwargs: Any) -> Any:
+        if "." in field_name:
+            raise refusal("an attribute in a format field")
+        return super().get_field(field_name, args, kwargs)
+
+    def format_field(self, value: Any, format_spec: str) -> Any:
+        _check_widths(format_spec)
+        return super().format_field(value, format_spec)
 
 
 def _round(number: Any, digits: int | None = None) -> Any:
