@@ -73,6 +73,7 @@ def _compare_c(case: Case) -> None:
     for side, fast in joints.STATES:
         q, qd = joints.state(case, side, fast)
         data.q[:], data.qd[:], data.Qq[:], data.ux[:] = q, qd, 1e3, python.ux
+        python.uxd[:] = data.uxd[:] = 0.0
         code.library.user_JointForces(code.at, user)
         case.compare_joints("its force in C", case.joint_forces(q, qd), [0.0, *data.Qq[1:]])
         case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
@@ -88,6 +89,7 @@ def _compare_c(case: Case) -> None:
         for name in ("q", "qd", "qdd"):
             values = getattr(python, name), getattr(data, name)
             case.compare_joints(f"its {name} in C", *values, max(1.0, np.abs(values[0]).max()))
+        case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
         for name, number in python.extforce_id.items():
             given = data.SWr[number][1:]
             case.compare(f"force '{name}' in C", python.SWr[number][1:], given, "N, N m, m")

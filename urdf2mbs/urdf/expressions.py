@@ -131,8 +131,10 @@ class Guard:
             elif name in _WITHHELD:
                 dict.__setitem__(names, name, partial(self._withhold, name))
             elif callable(value):
-                own = {"round": _round, "sum": self._sum, "isinstance": _isinstance,
-                       "tokenize": _tokenize}  # fmt: skip
+                own: dict[str, Callable[..., Any]] = {
+                    "round": _round, "sum": self._sum,
+                    "isinstance": _isinstance, "tokenize": _tokenize,
+                }  # fmt: skip
                 dict.__setitem__(names, name, self._watch(own.get(name, value)))
 
     # what the tree of an expression calls
