@@ -194,11 +194,31 @@ def _solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str
         )
     from scipy import integrate as scipy_integrate  # which takes 0.2 s
 
-    more = {"jac": code.slopes} if name in IMPLICIT else {}
+    slopes = _kept_slopes(code) if name == METHOD else code.slopes
+    more = {"jac": slopes} if name in IMPLICIT else {}
     return getattr(scipy_integrate, name)(
         code.accelerate, time, y, end, rtol=options["rtoler"], atol=options["atoler"],
         max_step=options["dt_max"], first_step=min(options["dt0"], end - time), **more,
     )  # fmt: skip
+
+
+def _kept_slopes(code: PythonCode) -> Callable[[float, Any], Any]:
+    """The slopes for LSODA, which asks whenever its step changes, and does with old ones.
+
+    New ones are made where it asks at a time again, for they did not do, and else at every 10th
+    time; VODE (Brown, Byrne, Hindmarsh, SIAM J. Sci. Stat. Comput. 10, 1989) keeps them for 50
+    steps.
+    """
+    last, asked, kept = -np.inf, 0, np.empty(0)
+
+    def slopes(t: float, y: Any) -> Any:
+        nonlocal last, asked, kept
+        if t <= last or asked % 10 == 0:
+            asked, kept = 0, code.slopes(t, y)
+        last, asked = t, asked + 1
+        return kept.copy()
+
+    return slopes
 
 
 def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
