@@ -53,8 +53,8 @@ RICH = (
     + joint("slide", "of_left", "0 0 -1", limit(-9, 9) + '<mimic joint="right" multiplier="0.5" '
             'offset="0.2"/>', "prismatic")
     + link("of_slide")
-    + joint("tail", "trunk", "0 1 0", limit(-9, 9) + '<mimic joint="left" multiplier="0.7" offset="0.3"/>',
-            at="-0.3 0 0")
+    + joint("tail", "trunk", "0 1 0", limit(-9, 9) + '<mimic joint="left" multiplier="0.7" '
+            'offset="0.3"/>', at="-0.3 0 0")
     + link("of_tail")
     + joint("arm", "trunk", "0 0 1", limit(-2, 2) + '<dynamics friction="0.05"/>', at="0.2 0.1 0.3")
     + link("of_arm", 0.4)

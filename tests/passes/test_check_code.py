@@ -67,9 +67,11 @@ PLANTED = {
         ROBOT, "def look_up(mbs_data):", "def look_up(mbs_data, more):", "cannot run"),
     "mass in the equations": (
         "symbolicR/mbs_dirdyna_rich.py", "    c[1] = ", "    c[1] = 1.0 + ", "accelerations"),
-    "loops": ("symbolicR/mbs_cons_jdqd_rich.py", "Jdqd[1] = ", "Jdqd[1] = 1.0 + ", "loops, their acc"),
+    "loops": (
+        "symbolicR/mbs_cons_jdqd_rich.py", "Jdqd[1] = ", "Jdqd[1] = 1.0 + ", "loops, their acc"),
     "springs": ("symbolicR/mbs_link_rich.py", "Z[1] =", "Z[1] = 0.5 * ", "inverse dynamics"),
-    "a sensor's motion": ("symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
+    "a sensor's motion": (
+        "symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
 }  # fmt: skip
 IN_C = {
     "the sign of damping": ("Qq[d->joint] -=", "Qq[d->joint] +=", "its force in C"),
