@@ -255,11 +255,12 @@ def _verify_code(
     from urdf2mbs.runtime.code import prove_code
 
     certificate = Path(paths[1]).with_suffix(".proof.json")
-    asked: dict[str, Any] = {}
+    asked: dict[str, Any] = {"plugins": ()}
     if certificate.is_file():
         asked = msgspec.json.decode(files.read(certificate))["predicate"]["urdf2mbs"]["options"]
     if "plugins" in asked:
-        verdict.not_compared["the generated code"] = "made with plugins"
+        why = "made with plugins" if certificate.is_file() else f"there is no '{certificate.name}'"
+        verdict.not_compared["the generated code"] = why
         return
     settings = {key: value for key, value in asked.items() if key in _OPTIONS} | fields
     in_c = any(project.glob("userfctR/*_robot.c"))
