@@ -169,7 +169,7 @@ def verify(
             f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
             hint=f"such as {TOLERANCE}",
         )
-    project = Path(model) if Path(model, "dataR").is_dir() else None
+    project = Path(model) if files.is_folder(Path(model, "dataR")) else None
     paths = os.fspath(source), os.fspath(model if project is None else model_of(project) or "")
     robots = [not paths[0].lower().endswith(".mbs"), _is_robot(paths[1])]
     if robots == [False, True]:
