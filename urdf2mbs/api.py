@@ -169,7 +169,7 @@ def verify(
             f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
             hint=f"such as {TOLERANCE}",
         )
-    project = Path(model) if Path(model, "dataR").is_dir() else None
+    project = Path(model) if files.is_folder(Path(model, "dataR")) else None
     paths = os.fspath(source), os.fspath(model if project is None else model_of(project) or "")
     robots = [not paths[0].lower().endswith(".mbs"), _is_robot(paths[1])]
     if robots == [False, True]:
@@ -255,11 +255,12 @@ def _verify_code(
     from urdf2mbs.runtime.code import prove_code
 
     certificate = Path(paths[1]).with_suffix(".proof.json")
-    asked: dict[str, Any] = {}
+    asked: dict[str, Any] = {"plugins": ()}
     if certificate.is_file():
         asked = msgspec.json.decode(files.read(certificate))["predicate"]["urdf2mbs"]["options"]
     if "plugins" in asked:
-        verdict.not_compared["the generated code"] = "made with plugins"
+        why = "made with plugins" if certificate.is_file() else f"there is no '{certificate.name}'"
+        verdict.not_compared["the generated code"] = why
         return
     settings = {key: value for key, value in asked.items() if key in _OPTIONS} | fields
     in_c = any(project.glob("userfctR/*_robot.c"))

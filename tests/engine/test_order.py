@@ -83,14 +83,8 @@ class Seen:
 
 #: Passes that change no section: they look, write files, or say how to simulate.
 ONLY_LOOK = {
-    "certificate",
-    "check",
-    "check-code",
-    "equations",
-    "find-singular",
-    "left-out",
-    "project",
-}
+    "certificate", "check", "check-code", "equations", "find-singular", "left-out", "project",
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("preset", PRESETS)

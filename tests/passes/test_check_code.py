@@ -244,6 +244,9 @@ def test_verify_runs_the_code_only_when_asked(tmp_path: Path) -> None:
     gravity = ["--gravity", "0.5", "-0.3", "-9.7"]
     assert main(["verify", str(robot), str(project), "--code", *gravity]) == 3
     assert main(["verify", str(robot), str(project), *gravity]) == 0
+    (project / "dataR" / "rich.proof.json").unlink()
+    verdict = verify(robot, project, code=True, **settings)
+    assert verdict.not_compared["the generated code"] == "there is no 'rich.proof.json'"
 
 
 def test_a_robot_without_joints_that_move(tmp_path: Path) -> None:

@@ -154,14 +154,16 @@ class Case:
                 should, value = should[apart == apart.max()][:1], value[apart == apart.max()][:1]
             self.differ(what, f"is {_short(value)}, and should be {_short(should)} {unit}", off)
 
-    def compare_joints(self, term: str, should: Any, value: Any, scale: Any = 0.0) -> None:
+    def compare_joints(
+        self, term: str, should: Any, value: Any, scale: Any = 0.0, unit: str = "N m or N"
+    ) -> None:
         """A number of each joint."""
         largest = max(np.abs(should).max(), np.max(scale))
         scale = np.broadcast_to(scale + 1e-6 * largest, np.shape(should))
         for name, number in self.data.joint_id.items():
             what = f"joint '{name}': {term}"
             if value[number] != should[number]:
-                self.compare(what, should[number], value[number], "N m or N", scale[number])
+                self.compare(what, should[number], value[number], unit, scale[number])
 
     def compare_place(self, what: str, end: tuple[str | None, Any], link: str, at: Vec) -> None:
         """A point of a body, by their names, must be a place of a link (m, in its frame)."""

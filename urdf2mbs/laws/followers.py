@@ -8,6 +8,9 @@ import numpy as np
 
 from urdf2mbs.laws.case import Case
 
+#: Of q, qd and qdd.
+UNIT = "rad or m, and s"
+
 
 def rules(case: Case, nature: str) -> dict[int, tuple[Any, float]]:
     """The followers of a nature, by Robotran's number: the row of ``row q = offset`` (rad, m)."""
@@ -50,4 +53,6 @@ def prove(case: Case) -> None:
         should = values.copy()
         for number, (row, offset) in rules(case, "driven").items():
             should[number] += rate * offset - row @ values
-        case.compare_joints(f"its {kind}, where it is driven", should, getattr(data, kind))
+        case.compare_joints(
+            f"its {kind}, where it is driven", should, getattr(data, kind), 0.0, UNIT
+        )

@@ -14,7 +14,7 @@ import numpy as np
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import noting
-from urdf2mbs.laws import Case, joints, prove
+from urdf2mbs.laws import Case, followers, joints, prove
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.runtime.c_code import CCode, SensorInC, row
@@ -88,7 +88,8 @@ def _compare_c(case: Case) -> None:
             continue
         for name in ("q", "qd", "qdd"):
             values = getattr(python, name), getattr(data, name)
-            case.compare_joints(f"its {name} in C", *values, max(1.0, np.abs(values[0]).max()))
+            size = max(1.0, np.abs(values[0]).max())
+            case.compare_joints(f"its {name} in C", *values, size, followers.UNIT)
         case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
         for name, number in python.extforce_id.items():
             given = data.SWr[number][1:]
