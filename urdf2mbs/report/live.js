@@ -1,0 +1,285 @@
+"use strict";
+// The robot moves in the page: the forces of userfctR/NAME_robot.py, accelred, and steps in real
+// time.  Arrays count from 1, as in Python; units are m, kg, s, rad.
+
+// A X = B, by Gauss; B becomes X
+function solve(A, B) {
+  const n = A.length, width = n ? B[0].length : 0;
+  for (let k = 0; k < n; k++) {
+    let p = k;
+    for (let i = k + 1; i < n; i++) if (Math.abs(A[i][k]) > Math.abs(A[p][k])) p = i;
+    [A[k], A[p], B[k], B[p]] = [A[p], A[k], B[p], B[k]];
+    for (let i = k + 1; i < n; i++) {
+      const f = A[i][k] / A[k][k];
+      if (f === 0) continue;
+      for (let j = k; j < n; j++) A[i][j] -= f * A[k][j];
+      for (let j = 0; j < width; j++) B[i][j] -= f * B[k][j];
+    }
+  }
+  for (let k = n - 1; k >= 0; k--) {
+    for (let j = 0; j < width; j++) {
+      for (let i = k + 1; i < n; i++) B[k][j] -= A[k][i] * B[i][j];
+      B[k][j] /= A[k][k];
+    }
+  }
+  return B;
+}
+
+// The state s of a model, and its accelerations.
+function makeModel({arrays, model, tables, forces, up: [ux, uy, uz], independent}) {
+  const row = (values) => Float64Array.from(values), {tanh, sqrt, min, max, abs} = Math;
+  const joints = arrays.q.length, zeros = () => new Float64Array(joints);
+  const square = (rows) => Array.from({length: rows}, zeros);
+  // pull: what a visitor adds, [number of a body, force, point], both in the axes of the body
+  const s = {tsim: 0, hold: true, ground: true, friction: true, pull: null, qdd: zeros(), Qq: zeros(),
+    frc: square(4), trq: square(4), SWr: forces.map(({at}) => row([0, 0, 0, 0, 0, 0, 0, ...at]))};
+  for (const [name, values] of Object.entries(arrays)) {
+    s[name] = Array.isArray(values[0]) ? values.map(row) : row(values);
+  }
+
+  // --- the project's forces: a row for each joint, with its numbers in the user models
+  const rows = (name, ...groups) => (tables[name] || []).map(
+    ([joint, about]) => [joint, ...groups.map((group) => (model[group] || {})[about])]);
+  const damping = rows("damping", "damping"), friction = rows("friction", "friction", "friction_speed");
+  const low = rows("low", "q_min", "stop_stiffness"), high = rows("high", "q_max", "stop_stiffness");
+  const held = rows("held", "hold_stiffness", "hold_damping", "effort");
+  const on = model.joint_forces || {}, ground = model.contact, contacts = new Set(tables.contacts);
+  const wrenches = new Map(tables.wrenches), springs = new Map(tables.springs);
+  const stop = (depth, rate, stiffness) =>
+    depth <= 0 ? 0 : max(0, stiffness * depth * (1 + rate / on.stop_speed));
+
+  function jointForces({q, qd, Qq}) {
+    Qq.fill(0);
+    if (on.damping && s.friction) for (const [j, d] of damping) Qq[j] -= d * qd[j];
+    if (on.friction && s.friction) for (const [j, f, v] of friction) Qq[j] -= f * tanh(qd[j] / v);
+    if (on.stops) {
+      for (const [j, end, k] of low) Qq[j] += stop(end - q[j], -qd[j], k);
+      for (const [j, end, k] of high) Qq[j] -= stop(q[j] - end, qd[j], k);
+    }
+    if (!s.hold || !model.hold || !model.hold.on) return;
+    for (const [j, k, d, most] of held) {
+      const push = k * (arrays.q[j] - q[j]) - d * qd[j];
+      Qq[j] += most > 0 ? max(-most, min(most, push)) : push;
+    }
+  }
+  s.user_ExtForces = (P, R, V, OM, A, OMP, _, tsim, number) => {
+    const out = s.SWr[number], wrench = model[wrenches.get(number)];
+    out.fill(0, 1, 7);
+    if (contacts.has(number) && s.ground) groundForce(P, V, out);
+    if (wrench && wrench.start <= tsim && tsim < wrench.stop) {
+      ["Fx", "Fy", "Fz", "Mx", "My", "Mz"].forEach((part, k) => { out[k + 1] = wrench[part]; });
+    }
+    return out;
+  };
+  function groundForce(P, V, out) {
+    const depth = ground.ground - (ux * P[1] + uy * P[2] + uz * P[3]);
+    if (depth <= 0) return;
+    const rise = ux * V[1] + uy * V[2] + uz * V[3];
+    const normal = ground.stiffness * depth * (1 - rise / ground.speed);
+    if (normal <= 0) return;
+    const x = V[1] - rise * ux, y = V[2] - rise * uy, z = V[3] - rise * uz;
+    const slip = sqrt(x * x + y * y + z * z);
+    const grip = slip > 0 ? ground.friction * normal * tanh(slip / ground.slip_speed) / slip : 0;
+    out[1] = normal * ux - grip * x;
+    out[2] = normal * uy - grip * y;
+    out[3] = normal * uz - grip * z;
+  }
+  s.user_LinkForces = (Z, Zd, _, tsim, number) => {
+    const name = springs.get(number);
+    return name === undefined ? 0
+      : model.link_stiffness[name] * (Z - model.link_length[name]) + model.link_damping[name] * Zd;
+  };
+  function setForces() {
+    for (const vector of [...s.frc, ...s.trq]) vector.fill(0);
+    if (equations.link) equations.link(s.frc, s.trq, zeros(), zeros(), zeros(), s, s.tsim);
+    if (equations.extforces) equations.extforces(s.frc, s.trq, s, s.tsim);
+    jointForces(s);
+    if (!s.pull) return;
+    const [body, f, at] = s.pull, arm = at.map((x, k) => x - s.l[k + 1][body]);
+    for (const [k, i, j] of [[0, 1, 2], [1, 2, 0], [2, 0, 1]]) {
+      s.frc[k + 1][body] += f[k];
+      s.trq[k + 1][body] += arm[i] * f[j] - arm[j] * f[i];
+    }
+  }
+
+  // --- accelred
+  const {dependent = [], driven = [], cuts = 0, user = 0} = equations;
+  const {couplings = [], driven: driving = []} = tables, leaders = [...independent, ...driven];
+  const moving = [...independent, ...dependent, ...driving.map(([follower]) => follower)];
+  const h = new Float64Array(cuts + user + 1), Jac = Array.from(h, zeros), M = square(joints), c = zeros();
+  const pick = (columns) => Jac.slice(1).map((line) => columns.map((k) => line[k]));
+  const solveFor = () => solve(pick(dependent), Array.from(h.subarray(1), (value) => [value]));
+  // each joint's rate: [leader, factor] of some leaders; it changes only where there are cuts
+  let share = null;
+  const follow = (rates, k, rest) => share[k].reduce((sum, [i, x]) => sum + x * rates[leaders[i]], rest);
+
+  // set q and qd of the dependent joints; gives what their qdd is beside their share, or null
+  function closeLoops({q, qd}) {
+    for (let turn = 0; ; turn++) {
+      for (const line of Jac) line.fill(0);
+      if (cuts) equations.cons_hJ(h, Jac, s);
+      couplings.forEach(([follower, leader, m, b], k) => {
+        h[cuts + k + 1] = q[follower] - m * q[leader] - b;
+        Jac[cuts + k + 1][follower] = 1;
+        Jac[cuts + k + 1][leader] = -m;
+      });
+      if (h.every((value) => abs(value) < 1e-9)) break;
+      if (turn === 100) return null;
+      solveFor().forEach(([x], i) => { q[dependent[i]] -= x; });
+    }
+    if (cuts || !share) {
+      share = M.map(() => []);
+      leaders.forEach((k, i) => share[k].push([i, 1]));
+      solve(pick(dependent), pick(leaders)).forEach((line, d) => line.forEach((x, i) => {
+        if (x !== 0) share[dependent[d]].push([i, -x]);
+      }));
+    }
+    for (const k of dependent) qd[k] = follow(qd, k, 0);
+    h.fill(0);
+    if (cuts) equations.cons_jdqd(h, s);
+    return solveFor();
+  }
+
+  // false where the loops cannot be closed
+  s.accelerate = () => {
+    const {q, qd, qdd} = s;
+    for (const [follower, leader, m, b] of driving) {
+      q[follower] = m * q[leader] + b;
+      qd[follower] = m * qd[leader];
+      qdd[follower] = m * qdd[leader];
+    }
+    const rest = equations.accelred ? [] : closeLoops(s);
+    if (!rest) return false;
+    setForces();
+    if (equations.accelred) {
+      equations.accelred(s, s.tsim);
+      return true;
+    }
+    for (const line of M) line.fill(0);
+    equations.dirdyna(M, c, s, s.tsim);
+    for (const k of independent) qdd[k] = 0;
+    dependent.forEach((k, d) => { qdd[k] = follow(qdd, k, -rest[d][0]); });
+    const force = zeros();
+    for (const k of moving) {
+      force[k] = s.Qq[k] - c[k];
+      for (const j of moving) force[k] -= M[k][j] * qdd[j];
+    }
+    // let the leaders feel the dependent joints
+    for (const k of dependent) {
+      for (const [i, x] of share[k]) {
+        const to = leaders[i];
+        force[to] += x * force[k];
+        for (const j of moving) M[to][j] += x * M[k][j];
+        for (const j of moving) M[j][to] += x * M[j][k];
+      }
+    }
+    const mass = independent.map((k) => independent.map((j) => M[k][j]));
+    solve(mass, independent.map((k) => [force[k]])).forEach(([x], i) => { qdd[independent[i]] = x; });
+    dependent.forEach((k, d) => { qdd[k] = follow(qdd, k, -rest[d][0]); });
+    return true;
+  };
+
+  // semi-implicit Euler
+  s.advance = (step) => {
+    const found = s.accelerate();
+    for (const k of independent) {
+      s.qd[k] += step * s.qdd[k];
+      s.q[k] += step * s.qd[k];
+    }
+    s.tsim += step;
+    return found;
+  };
+  return s;
+}
+
+// The buttons, and the mouse that pulls.  The argument is what page.js gives.
+function makeLive({THREE, data, byId, q, names, settle, poses, makeArrows, rayOf, hit, camera, canvas, player}) {
+  const {step, up, arrays, forces} = data.live, s = makeModel(data.live), pulled = forces.length;
+  const mass = s.m.reduce((sum, m) => sum + m), weight = mass * (Math.hypot(...s.g) || 9.81);
+  const arrow = makeArrows([...forces.map(() => false), true]);
+  let running = false, before = 0, rate = 1, held = null;
+
+  const write = () => names.forEach((name, k) => q.set(name, s.q[k + 1]));
+  function show(about = `${s.tsim.toFixed(2)} s, ${rate.toFixed(2)} of real time`) {
+    write();
+    settle();
+    const {bodies} = poses(), {body, at, force} = held || {at: [0, 0, 0], force: [0, 0, 0]};
+    forces.forEach((one, k) => k && arrow(k, bodies.get(one.body), one.at, s.SWr[k].subarray(1, 4), weight));
+    arrow(pulled, bodies.get(body), at, force, weight);
+    byId("live-clock").textContent = about;
+  }
+
+  // a spring and a damper between the point that is held and the mouse
+  function pull(time) {
+    write();
+    const pose = poses().bodies.get(held.body), at = new THREE.Vector3(...held.at).applyMatrix4(pose);
+    const force = held.target.clone().sub(at).multiplyScalar(100 * mass).clampLength(0, 3 * weight);
+    if (held.last) force.addScaledVector(at.clone().sub(held.last), -40 * s.m[held.number] / time);
+    Object.assign(held, {last: at, force: force.toArray()});
+    const turn = new THREE.Quaternion().setFromRotationMatrix(pose).invert();
+    s.pull = [held.number, force.applyQuaternion(turn).toArray(), held.at];
+  }
+
+  const every = Math.ceil(1e-3 / step);
+  function tick(now) {
+    if (!running) return;
+    const begin = performance.now(), first = s.tsim, passed = (now - before) / 1000;
+    before = now;
+    let found = true;
+    while (found && s.tsim < first + Math.min(passed, 0.25) && performance.now() - begin < 12 + 500 * passed) {
+      if (held) pull(every * step);
+      for (let k = 0; k < every && found; k++) found = s.advance(step);
+    }
+    if (passed > 0) rate += 0.1 * ((s.tsim - first) / passed - rate);
+    if (found && s.q.every(Number.isFinite)) show();
+    else start(0, "No step was short enough for that: it starts again.");
+    requestAnimationFrame(tick);
+  }
+  function play(on) {
+    running = on;
+    byId("live-run").textContent = on ? "Stop" : "Let it move";
+    if (!on) return;
+    player.play(false);
+    if (names.some((name, k) => q.get(name) !== s.q[k + 1])) {  // a slider was moved
+      names.forEach((name, k) => { s.q[k + 1] = q.get(name); });
+      s.qd.fill(0);
+    }
+    before = performance.now();
+    requestAnimationFrame(tick);
+  }
+
+  // the shifts of a floating base, before it turns
+  const root = data.mbs.bodies[0].joints, turns = root.findIndex(({type}) => type[0] === "R");
+  const lifts = root.slice(0, turns).filter(({nature}) => nature === "independent");
+  function start(height, about) {
+    for (const name of ["q", "qd"]) s[name].set(arrays[name]);
+    s.qdd.fill(0);
+    s.tsim = 0;
+    for (const {name, type} of lifts) s.q[names.indexOf(name) + 1] += height * up[type[1] - 1];
+    show(about);
+  }
+  byId("live-run").onclick = () => play(!running);
+  byId("live-start").onclick = () => start(0);
+  byId("live-drop").hidden = lifts.length < 3;
+  byId("live-drop").onclick = () => { start(data.size / 2); play(true); };
+  byId("live-gravity").oninput = (event) => arrays.g.forEach((g, k) => { s.g[k] = g * event.target.value; });
+  for (const name of ["hold", "ground", "friction"]) {
+    byId(`live-${name}`).onchange = (event) => { s[name] = event.target.checked; };
+  }
+
+  const plane = new THREE.Plane();
+  canvas.addEventListener("pointermove", (event) => held && rayOf(event).ray.intersectPlane(plane, held.target));
+  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => { held = s.pull = null; });
+  // true if the mouse has caught a body of the moving robot
+  const grab = (event) => {
+    const {body, point} = running && hit(event) || {};
+    if (!body) return false;
+    const joint = data.mbs.bodies.find(({name}) => name === body).joints.at(-1).name;
+    const at = point.clone().applyMatrix4(poses().bodies.get(body).clone().invert());
+    held = {body, number: names.indexOf(joint) + 1, at: at.toArray(), target: point.clone(), force: [0, 0, 0]};
+    plane.setFromNormalAndCoplanarPoint(camera.getWorldDirection(new THREE.Vector3()), point);
+    canvas.setPointerCapture(event.pointerId);
+    return true;
+  };
+  return {s, play, start, grab};
+}
