@@ -281,5 +281,5 @@ function makeLive({THREE, data, byId, q, names, settle, poses, makeArrows, rayOf
     canvas.setPointerCapture(event.pointerId);
     return true;
   };
-  return {s, play, start, grab};
+  return {s, play, start, show, grab};
 }
