@@ -143,7 +143,7 @@ def moving(page: Page, work: Path) -> None:
         page.evaluate(DRAWN)
         frame = Image.open(BytesIO(canvas.screenshot())).convert("RGB")
         frames.append(frame.resize((400, round(400 * frame.height / frame.width))))
-    palette = frames[8].quantize(64, dither=Image.Dither.NONE)
+    palette = frames[8].quantize(40, dither=Image.Dither.NONE)
     first, *rest = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in frames)
     first.save(OUT / "moving.gif", save_all=True, append_images=rest, duration=50, loop=0)
 

@@ -26,13 +26,13 @@ function solve(A, B) {
 }
 
 // The state s of a model, and its accelerations.
-function makeModel({arrays, model, tables, forces, up: [ux, uy, uz], independent}) {
+function makeModel({arrays, model, tables, forces, up, independent}) {
   const row = (values) => Float64Array.from(values), {tanh, sqrt, min, max, abs} = Math;
   const joints = arrays.q.length, zeros = () => new Float64Array(joints);
   const square = (rows) => Array.from({length: rows}, zeros);
   // pull: what a visitor adds, [number of a body, force, point], both in the axes of the body
   const s = {tsim: 0, hold: true, ground: true, friction: true, pull: null, qdd: zeros(), Qq: zeros(),
-    frc: square(4), trq: square(4), SWr: forces.map(({at}) => row([0, 0, 0, 0, 0, 0, 0, ...at]))};
+    uxd: row(arrays.ux), frc: square(4), trq: square(4), SWr: forces.map(({at}) => row([0, 0, 0, 0, 0, 0, 0, ...at]))};
   for (const [name, values] of Object.entries(arrays)) {
     s[name] = Array.isArray(values[0]) ? values.map(row) : row(values);
   }
@@ -43,15 +43,32 @@ function makeModel({arrays, model, tables, forces, up: [ux, uy, uz], independent
   const damping = rows("damping", "damping"), friction = rows("friction", "friction", "friction_speed");
   const low = rows("low", "q_min", "stop_stiffness"), high = rows("high", "q_max", "stop_stiffness");
   const held = rows("held", "hold_stiffness", "hold_damping", "effort");
-  const on = model.joint_forces || {}, ground = model.contact, contacts = new Set(tables.contacts);
+  const bristles = (tables.bristles || []).map(([joint, about, state]) =>
+    [joint, state, model.friction_stiffness[about], model.friction[about]]);
+  const on = model.joint_forces || {}, ground = model.contact;
+  const contacts = new Map((tables.contacts || []).map((contact) => [contact, 0].flat()));
   const wrenches = new Map(tables.wrenches), springs = new Map(tables.springs);
   const stop = (depth, rate, stiffness) =>
     depth <= 0 ? 0 : max(0, stiffness * depth * (1 + rate / on.stop_speed));
 
+  // how far a bristle is bent, one number or two; what is more than most slips back within time
+  function bristle(state, rates, most, time) {
+    const bent = rates.map((_, k) => s.ux[state + k]), kept = shorten(bent, most);
+    rates.forEach((rate, k) => { s.uxd[state + k] = rate - (bent[k] - kept[k]) / time; });
+    return shorten(bent.map((there, k) => there + time * rates[k]), most);
+  }
+  function shorten(vector, most) {
+    const size = sqrt(vector.reduce((sum, x) => sum + x * x, 0));
+    return size <= most ? vector : vector.map((x) => x * most / size);
+  }
+
   function jointForces({q, qd, Qq}) {
     Qq.fill(0);
     if (on.damping && s.friction) for (const [j, d] of damping) Qq[j] -= d * qd[j];
-    if (on.friction && s.friction) for (const [j, f, v] of friction) Qq[j] -= f * tanh(qd[j] / v);
+    if (on.friction && s.friction) {
+      for (const [j, f, v] of friction) Qq[j] -= f * tanh(qd[j] / v);
+      for (const [j, state, k, f] of bristles) Qq[j] -= k * bristle(state, [qd[j]], f / k, on.friction_time)[0];
+    }
     if (on.stops) {
       for (const [j, end, k] of low) Qq[j] += stop(end - q[j], -qd[j], k);
       for (const [j, end, k] of high) Qq[j] -= stop(q[j] - end, qd[j], k);
@@ -65,24 +82,35 @@ function makeModel({arrays, model, tables, forces, up: [ux, uy, uz], independent
   s.user_ExtForces = (P, R, V, OM, A, OMP, _, tsim, number) => {
     const out = s.SWr[number], wrench = model[wrenches.get(number)];
     out.fill(0, 1, 7);
-    if (contacts.has(number) && s.ground) groundForce(P, V, out);
+    if (contacts.has(number) && s.ground) groundForce(P, V, out, contacts.get(number));
     if (wrench && wrench.start <= tsim && tsim < wrench.stop) {
       ["Fx", "Fy", "Fz", "Mx", "My", "Mz"].forEach((part, k) => { out[k + 1] = wrench[part]; });
     }
     return out;
   };
-  function groundForce(P, V, out) {
-    const depth = ground.ground - (ux * P[1] + uy * P[2] + uz * P[3]);
-    if (depth <= 0) return;
-    const rise = ux * V[1] + uy * V[2] + uz * V[3];
-    const normal = ground.stiffness * depth * (1 - rise / ground.speed);
-    if (normal <= 0) return;
-    const x = V[1] - rise * ux, y = V[2] - rise * uy, z = V[3] - rise * uz;
-    const slip = sqrt(x * x + y * y + z * z);
-    const grip = slip > 0 ? ground.friction * normal * tanh(slip / ground.slip_speed) / slip : 0;
-    out[1] = normal * ux - grip * x;
-    out[2] = normal * uy - grip * y;
-    out[3] = normal * uz - grip * z;
+  // two directions in the ground, at right angles
+  const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+  const sizes = up.map(abs), least = sizes.indexOf(min(...sizes));
+  const second = cross(up, up.map((_, k) => +(k === least))), length = Math.hypot(...second);
+  const across = [second.map((x) => x / length)];
+  across.unshift(cross(across[0], up));
+  const along = (way, v) => way[0] * v[1] + way[1] * v[2] + way[2] * v[3];
+
+  function groundForce(P, V, out, state) {
+    const depth = ground.ground - along(up, P);
+    const normal = ground.stiffness * depth * (1 - along(up, V) / ground.speed);
+    const touches = depth > 0 && normal > 0, slip = across.map((way) => along(way, V));
+    let pull = [0, 0];
+    if (ground.bristle) {
+      const most = touches ? ground.friction * ground.bristle : 0;
+      pull = bristle(state, touches ? slip : pull, most, ground.bristle_time).map((x) => x / ground.bristle);
+    } else if (touches && (slip[0] || slip[1])) {
+      const speed = sqrt(slip[0] * slip[0] + slip[1] * slip[1]);
+      pull = slip.map((v) => ground.friction * tanh(speed / ground.slip_speed) / speed * v);
+    }
+    for (const k of touches ? [0, 1, 2] : []) {
+      out[k + 1] = normal * (up[k] - pull[0] * across[0][k] - pull[1] * across[1][k]);
+    }
   }
   s.user_LinkForces = (Z, Zd, _, tsim, number) => {
     const name = springs.get(number);
@@ -90,7 +118,7 @@ function makeModel({arrays, model, tables, forces, up: [ux, uy, uz], independent
       : model.link_stiffness[name] * (Z - model.link_length[name]) + model.link_damping[name] * Zd;
   };
   function setForces() {
-    for (const vector of [...s.frc, ...s.trq]) vector.fill(0);
+    for (const vector of [...s.frc, ...s.trq, s.uxd]) vector.fill(0);
     if (equations.link) equations.link(s.frc, s.trq, zeros(), zeros(), zeros(), s, s.tsim);
     if (equations.extforces) equations.extforces(s.frc, s.trq, s, s.tsim);
     jointForces(s);
@@ -123,7 +151,8 @@ function makeModel({arrays, model, tables, forces, up: [ux, uy, uz], independent
         Jac[cuts + k + 1][follower] = 1;
         Jac[cuts + k + 1][leader] = -m;
       });
-      if (h.every((value) => abs(value) < 1e-9)) break;
+      // m of h for each rad of a joint: how large the model is
+      if (Jac.every((line, i) => abs(h[i]) <= 1e-9 * max(...line.map(abs)))) break;
       if (turn === 100) return null;
       solveFor().forEach(([x], i) => { q[dependent[i]] -= x; });
     }
@@ -186,6 +215,7 @@ function makeModel({arrays, model, tables, forces, up: [ux, uy, uz], independent
       s.qd[k] += step * s.qdd[k];
       s.q[k] += step * s.qd[k];
     }
+    for (let k = 1; k < s.ux.length; k++) s.ux[k] += step * s.uxd[k];
     s.tsim += step;
     return found;
   };
@@ -252,7 +282,7 @@ function makeLive({THREE, data, byId, q, names, settle, poses, makeArrows, rayOf
   const root = data.mbs.bodies[0].joints, turns = root.findIndex(({type}) => type[0] === "R");
   const lifts = root.slice(0, turns).filter(({nature}) => nature === "independent");
   function start(height, about) {
-    for (const name of ["q", "qd"]) s[name].set(arrays[name]);
+    for (const name of ["q", "qd", "ux"]) s[name].set(arrays[name]);
     s.qdd.fill(0);
     s.tsim = 0;
     for (const {name, type} of lifts) s.q[names.indexOf(name) + 1] += height * up[type[1] - 1];

@@ -13,8 +13,8 @@ from urdf2mbs.project import starters
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.python_code import load, loaded
 
-#: The arrays that equations read.
-ARRAYS = ("q", "qd", "g", "m", "l", "In", "dpt", "lrod")
+#: The state at the start, and the arrays that equations read.
+ARRAYS = ("q", "qd", "ux", "g", "m", "l", "In", "dpt", "lrod")
 
 
 class NotLive(Exception):  # noqa: N818
@@ -29,8 +29,8 @@ def live(data: MbsData) -> tuple[dict[str, Any], str]:
         data.mbs, data.model, data.mbs_file.name, language="javascript",
         functions=("accelred", "link", "extforces", *loops),
     )  # fmt: skip
-    if made.left_out or data.Nux:
-        raise NotLive(next(iter(made.left_out.values()), "the model has user states"))
+    for why in made.left_out.values():
+        raise NotLive(why)
     forces = [
         {"body": body.name, "at": point.coordinates}
         for body in data.mbs.bodies for point in body.points if point.extforce is not None
