@@ -290,11 +290,19 @@ function makeLive({THREE, data, byId, q, names, settle, poses, makeArrows, rayOf
   }
   byId("live-run").onclick = () => play(!running);
   byId("live-start").onclick = () => start(0);
-  byId("live-drop").hidden = lifts.length < 3;
+  byId("live-drop").hidden = lifts.length !== 3;
   byId("live-drop").onclick = () => { start(data.size / 2); play(true); };
-  byId("live-gravity").oninput = (event) => arrays.g.forEach((g, k) => { s.g[k] = g * event.target.value; });
-  for (const name of ["hold", "ground", "friction"]) {
+  const gravity = byId("live-gravity"), {tables, model: {joint_forces: on = {}, hold}} = data.live;
+  gravity.oninput = () => {
+    arrays.g.forEach((g, k) => { s.g[k] = g * gravity.value; });
+    byId("live-g").textContent = `${Math.hypot(...s.g).toFixed(2)} m/s²`;
+  };
+  const stands = tables.contacts && tables.contacts.length > 0;
+  if (lifts.length === 3 && !stands) gravity.value = 0;  // it would be out of sight in a second
+  gravity.oninput();
+  for (const [name, there] of [["hold", hold], ["ground", stands], ["friction", on.friction || on.damping]]) {
     byId(`live-${name}`).onchange = (event) => { s[name] = event.target.checked; };
+    byId(`live-${name}`).parentNode.hidden = !there;
   }
 
   const plane = new THREE.Plane();
