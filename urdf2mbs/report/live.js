@@ -256,7 +256,7 @@ function makeLive({THREE, data, byId, q, names, settle, poses, makeArrows, rayOf
     const begin = performance.now(), first = s.tsim, passed = (now - before) / 1000;
     before = now;
     let found = true;
-    while (found && s.tsim < first + Math.min(passed, 0.25) && performance.now() - begin < 12 + 500 * passed) {
+    while (found && s.tsim < first + Math.min(passed, 0.5) && performance.now() - begin < 12 + 500 * passed) {
       if (held) pull(every * step);
       for (let k = 0; k < every && found; k++) found = s.advance(step);
     }
@@ -281,7 +281,7 @@ function makeLive({THREE, data, byId, q, names, settle, poses, makeArrows, rayOf
   // the shifts of a floating base, before it turns
   const root = data.mbs.bodies[0].joints, turns = root.findIndex(({type}) => type[0] === "R");
   const lifts = root.slice(0, turns).filter(({nature}) => nature === "independent");
-  function start(height, about) {
+  function start(height = 0, about = undefined) {
     for (const name of ["q", "qd", "ux"]) s[name].set(arrays[name]);
     s.qdd.fill(0);
     s.tsim = 0;
@@ -289,7 +289,7 @@ function makeLive({THREE, data, byId, q, names, settle, poses, makeArrows, rayOf
     show(about);
   }
   byId("live-run").onclick = () => play(!running);
-  byId("live-start").onclick = () => start(0);
+  byId("live-start").onclick = () => start();
   byId("live-drop").hidden = lifts.length !== 3;
   byId("live-drop").onclick = () => { start(data.size / 2); play(true); };
   const gravity = byId("live-gravity"), {tables, model: {joint_forces: on = {}, hold}} = data.live;
