@@ -119,6 +119,35 @@ def gallery(page: Page, work: Path) -> None:
     (OUT / "report.png").write_bytes(compressed([page_of(page, work / "biped.html")], 960))
 
 
+#: The live page computes a thirtieth of a second; for a moment nothing holds the joints.
+ADVANCE = """() => {
+  const {s, show} = urdf2mbs.live(), end = s.tsim + 1 / 30;
+  for (; s.tsim < end; s.advance(1e-4)) s.hold = s.tsim < 0.5 || s.tsim > 0.62;
+  show();
+}"""
+
+
+def moving(page: Page, work: Path) -> None:
+    """The hexapod is dropped, lands, gives way, and jumps: a GIF of the live page."""
+    html = work / "moving.html"
+    run("simulate", ROBOTS["hexapod"], "-o", html, "--time", "0.1")
+    page.goto(html.as_uri())
+    page.evaluate("urdf2mbs.ready")
+    page.uncheck("#show-forces")
+    page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
+    canvas = page.locator("#view canvas")
+    page.evaluate("() => { const {s, start} = urdf2mbs.live(); start(0.2); s.qd[5] = 1.5; }")
+    frames = []
+    for _ in range(42):
+        page.evaluate(ADVANCE)
+        page.evaluate(DRAWN)
+        frame = Image.open(BytesIO(canvas.screenshot())).convert("RGB")
+        frames.append(frame.resize((400, round(400 * frame.height / frame.width))))
+    palette = frames[8].quantize(40, dither=Image.Dither.NONE)
+    first, *rest = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in frames)
+    first.save(OUT / "moving.gif", save_all=True, append_images=rest, duration=50, loop=0)
+
+
 def how_to(page: Page, work: Path) -> None:
     """A picture for each of the pages that say how to do something."""
     # fewer joints: the arm with every link's frame kept; arm.svg is the same in `compact`
@@ -186,6 +215,7 @@ def make() -> None:
         chromium = driver.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
         page = still_page(chromium)
         gallery(page, work)
+        moving(page, work)
         how_to(page, work)
         operations(work)
         chromium.close()

@@ -313,7 +313,8 @@ def test_a_push_that_cannot_be_read_or_placed() -> None:
 
 def test_results_are_robotrans_files(tmp_path: Path) -> None:
     project = make(tmp_path, TINY, passes={"sensors": {"links": ["tool"]}})
-    results = simulate(project, time=0.1, language="python", rate=50.0)
+    push = ["arm:0,0,2@0.03..0.07"]
+    results = simulate(project, time=0.1, language="python", rate=50.0, push=push)
     results.write()
     folder = project / "resultsR"
     for name in ("q", "qd", "qdd", "Qq"):
@@ -325,8 +326,13 @@ def test_results_are_robotrans_files(tmp_path: Path) -> None:
     head, *lines = (folder / "dirdyn.csv").read_text().splitlines()
     assert head.startswith("time,q.")
     assert len(lines) == 6
-    column = head.split(",").index("q.shoulder")
-    assert float(lines[-1].split(",")[column]) == results.joint("shoulder")[-1] != 0.0
+    rows = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    columns = dict(zip(head.split(","), rows.T, strict=True))
+    assert columns["q.shoulder"][-1] == results.joint("shoulder")[-1] != 0.0
+    assert np.array_equal(columns["energy.kinetic"], results.energy()[:, 0])
+    assert np.array_equal(columns["energy.potential"], results.energy()[:, 1])
+    assert columns["push1.arm.Fz"].tolist() == [0.0, 0.0, 2.0, 2.0, 0.0, 0.0]
+    assert columns["push1.arm.dz"].tolist() == [results.data.l[3, results.data.body_id["arm"]]] * 6
     pd = pytest.importorskip("pandas", reason="the table of results is one of pandas")
     table = pd.read_csv(folder / "dirdyn.csv")
     pd.testing.assert_frame_equal(results.table(), table, rtol=1e-14, atol=0)

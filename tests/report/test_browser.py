@@ -1,11 +1,7 @@
-"""The report in a real browser: Debian's Chromium, driven by Playwright.
-
-Wants the Python package ``playwright`` and a Chromium on the PATH; skips without.
-"""
+"""The report in a real browser."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from importlib.util import module_from_spec, spec_from_file_location
@@ -32,28 +28,6 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-CHROMIUM = (
-    shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-)
-#: Quiet, and with WebGL on a machine that has no graphics card.
-FLAGS = [
-    "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
-    "--disable-component-update", "--disable-sync", "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-]  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    if CHROMIUM is None:
-        pytest.skip("no Chromium: apt-get install chromium")
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="no Python package playwright: pip install playwright"
-    )
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield started
-        started.close()
 
 
 @dataclass
@@ -700,9 +674,15 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
     model = read_mbs(data(conversion), "robot.mbs")
     joints = list(model.numbers())
     rows = [[0.02 * k, *(0.3 * k + 0.1 * j for j in range(len(joints)))] for k in range(6)]
-    text = "\n".join(
-        ",".join(map(str, row)) for row in [["time", *(f"q.{j}" for j in joints)], *rows]
-    )
+    pushed = model.bodies[-1].name
+    more = {"energy.kinetic": [2.0] * 6, "energy.potential": [7.0] * 6}
+    more |= {f"push1.{pushed}.F{axis}": [0, 0, 0, 5, 5, 5] for axis in "xyz"}
+    more |= {f"push1.{pushed}.d{axis}": [0.1] * 6 for axis in "xyz"}
+    head = ["time", *(f"q.{j}" for j in joints), *more]
+    lines = [
+        [*row, *cells] for row, cells in zip(rows, zip(*more.values(), strict=True), strict=True)
+    ]
+    text = "\n".join(",".join(map(str, line)) for line in [head, *lines])
     results = tmp_path / "arm" / "resultsR"
     results.mkdir(exist_ok=True)
     (results / "dirdyn.csv").write_text(text + "\n", "utf-8")
@@ -724,6 +704,13 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
             wanted = poses[body.name]
             np.testing.assert_allclose(seen[:3, :3].ravel(), wanted.rot, atol=1e-6)
             np.testing.assert_allclose(seen[:3, 3], wanted.xyz, atol=1e-6)
+        # the push is an arrow from its point
+        at = np.array(poses[pushed].rot).reshape(3, 3) @ np.full(3, 0.1) + poses[pushed].xyz
+        arrows = page.evaluate("urdf2mbs.arrows()")
+        np.testing.assert_allclose(arrows, [at] if row is not rows[1] else [], atol=1e-6)
+    curves = page.locator("#curve option").all_inner_texts()
+    assert curves[:3] == ["Joints", "Forces", "Energy"]
+    assert curves[-1] == f"|push1.{pushed}| (N)"
     page.evaluate("urdf2mbs.player.at(0)")
     page.keyboard.press(" ")
     page.evaluate("""new Promise((done) => {

@@ -110,12 +110,18 @@ def _is_page(arguments: argparse.Namespace) -> bool:
 
 
 def _write_page(model: Path, arguments: argparse.Namespace) -> Path:
-    """The page of the model, which plays the results that were just written."""
-    from urdf2mbs.commands.streams import read_model
+    """The page of the model, which plays the results that were just written, and is live."""
     from urdf2mbs.disk.output import write_files
+    from urdf2mbs.report.live import NotLive, live
     from urdf2mbs.report.page import make_of_model
+    from urdf2mbs.runtime.data import MbsData
 
-    page = make_of_model(read_model(model), model)
+    data, moving = MbsData(model), None
+    try:
+        moving = live(data)
+    except NotLive as error:
+        print(f"the page plays, and computes no motion of its own: {error}", file=sys.stderr)
+    page = make_of_model(data.mbs, model, moving)
     write_files({arguments.output: page.data}, force=arguments.force)
     return Path(arguments.output)
 

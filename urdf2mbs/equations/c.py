@@ -13,12 +13,8 @@ from urdf2mbs.equations.routine import (
     Statement,
     arrays,
 )
-from urdf2mbs.equations.writer import CASES, Writer
+from urdf2mbs.equations.writer import CASES, PIECE, Writer, crossing
 from urdf2mbs.mbs.model import Mbs
-
-#: A longer function is cut into pieces of so many statements: gcc takes several times as long for
-#: all in one function, and of 40, 60, 100, 300 and 1000 those of 60 and 100 run fastest.
-PIECE = 80
 
 #: The parameters of each function.
 _FORCES = "double **frc, double **trq"
@@ -169,12 +165,9 @@ def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
     kinds = {line.variable: "v" if line.pair else "w" for line in lines}
     shared: dict[str, str] = {}
     sizes = {"w": 0, "v": 0}
-    for k, piece in enumerate(pieces):
-        for line in piece:
-            for name in line.uses:
-                if piece_of.get(name, k) != k and name not in shared:
-                    shared[name] = f"{kinds[name]}[{sizes[kinds[name]]}]"
-                    sizes[kinds[name]] += 1
+    for name in crossing(pieces):
+        shared[name] = f"{kinds[name]}[{sizes[kinds[name]]}]"
+        sizes[kinds[name]] += 1
     used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
     types = {array: "pair" if array == "v" else "double" for array in sizes if sizes[array]}
     given = ", ".join([*used, *(f"{kind} *restrict {array}" for array, kind in types.items())])

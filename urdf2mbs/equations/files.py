@@ -14,6 +14,7 @@ from urdf2mbs.equations.derivatives import derivatives
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.energy import first_moment, kinetic
 from urdf2mbs.equations.graph import Expr, Op
+from urdf2mbs.equations.javascript import JavaScriptWriter
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.mirror import find_mirrored
@@ -117,7 +118,8 @@ def generate(
     out.fixed = [] if keep_turns else _fixed(mbs)
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns, reduced=reduced)
     in_c = language == "c"
-    writer = CWriter(mbs, pairs=pairs) if in_c else PythonWriter(mbs)
+    own_kind = JavaScriptWriter if language == "javascript" else PythonWriter
+    writer = CWriter(mbs, pairs=pairs) if in_c else own_kind(mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     more = (*(ENERGY if energy else ()), *(DERIVATIVES if derivatives else ()))

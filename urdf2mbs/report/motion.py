@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from base64 import b64encode
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,11 @@ RATE = 60.0
 
 
 def motion(model: Mbs, project: Path) -> dict[str, Any] | None:
-    """Times (s), joint positions (rad, m) and external forces (N) of the project's last run.
+    """Times (s), joint positions (rad, m), forces (N) and energies (J) of the project's last run.
 
-    Numbers are little-endian float32 in base64, a row for each frame.  A force has the part Fx, Fy,
-    Fz in the axes of the base, and dx, dy, dz (m), its point in the axes of its body.  None if
-    there is no file, or if the file is of a model with other joints.
+    Numbers are little-endian float32 in base64, a row for each frame.  Forces are the external ones
+    and then the pushes, each with Fx, Fy, Fz in the axes of the base, and dx, dy, dz (m), its point
+    in the axes of its body.  None if there is no file, or if the file is of other joints.
     """
     try:
         with (project / "resultsR" / "dirdyn.csv").open(encoding="utf-8", newline="") as file:
@@ -36,19 +37,23 @@ def motion(model: Mbs, project: Path) -> dict[str, Any] | None:
         return None
     table = _thinned(table, head["time"])
     forces = [
-        (body.name, point.extforce.name)
+        (body.name, point.extforce.name, False)
         for body in model.bodies
         for point in body.points
         if point.extforce is not None and f"{point.extforce.name}.Fx" in head
     ]
+    pushes = (re.fullmatch(r"(push\d+\.(.+))\.Fx", name) for name in head)
+    forces += [(push[2], push[1], True) for push in pushes if push]
     parts = ("Fx", "Fy", "Fz", "dx", "dy", "dz")
-    columns = [head[f"{name}.{part}"] for _, name in forces for part in parts]
+    columns = [head[f"{name}.{part}"] for _, name, _ in forces for part in parts]
+    energies = [head[name] for name in ("energy.kinetic", "energy.potential") if name in head]
     return {
         "joints": joints,
         "forces": forces,
         "time": _packed(table[:, [head["time"]]]),
         "q": _packed(table[:, [head[f"q.{name}"] for name in joints]]),
         "F": _packed(table[:, columns]),
+        "E": _packed(table[:, energies]),
     }
 
 

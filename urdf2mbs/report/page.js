@@ -884,9 +884,10 @@ function steer(canvas) {
   };
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("pointerdown", (event) => {
+    moved = 0;
+    if (live && event.button === 0 && !event.shiftKey && live.grab(event)) return;
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, event);
-    moved = 0;
   });
   canvas.addEventListener("pointermove", (event) => {
     const before = fingers.get(event.pointerId);
@@ -930,17 +931,23 @@ for (const body of data.mbs.bodies) {
 const became = new Map(data.joints);
 
 let chosen, chosenJoint;
-function pick(event) {
+function rayOf(event) {
   const box = renderer.domElement.getBoundingClientRect(), ray = new THREE.Raycaster();
   ray.setFromCamera({
     x: 2 * (event.clientX - box.left) / box.width - 1,
     y: 1 - 2 * (event.clientY - box.top) / box.height,
   }, camera);
+  return ray;
+}
+
+// where the ray of the mouse meets a body
+function hit(event) {
   const targets = drawn.filter((one) => one.group.visible && sides[one.side].visible)
     .flatMap((one) => one.objects);
-  const hit = ray.intersectObjects(targets)[0];
-  choose(hit ? bodyOfDrawn(hit.object.userData.drawn) : undefined);
+  const found = rayOf(event).intersectObjects(targets)[0];
+  return found && {point: found.point, body: bodyOfDrawn(found.object.userData.drawn)};
 }
+const pick = (event) => choose((hit(event) || {}).body);
 
 const bodyOfLink = (link) => frames.has(link) ? frames.get(link).body : undefined;
 const chooseJoint = (name) => choose(bodyOfJoint.get(name)[0].name, name);
@@ -1212,20 +1219,41 @@ function tables() {
   document.querySelectorAll(rows).forEach(makeChoosable);
 }
 
+// --- arrows of forces: at a point of a body, in the axes of the base; ``most`` is half the robot ---
+
+function makeArrows(kinds) {
+  const arrows = kinds.map((pushed) => {
+    const arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1,
+      pushed ? MARK.stops : MARK.forces);
+    arrow.visible = false;
+    for (const part of pushed ? [arrow.line, arrow.cone] : []) {
+      part.material.depthTest = false;  // it begins inside the body
+      part.renderOrder = 9;
+    }
+    scene.add(arrow);
+    return arrow;
+  });
+  return (k, pose, at, force, most) => {
+    const length = Math.hypot(...force) / most * size / 2;
+    arrows[k].visible = length > 0.002 * size && byId("show-forces").checked;
+    if (!arrows[k].visible) return;
+    arrows[k].position.set(...at).applyMatrix4(pose);
+    arrows[k].setDirection(new THREE.Vector3(...force).normalize());
+    arrows[k].setLength(length, Math.min(size / 20, length / 2), size / 40);
+  };
+}
+
 // --- the motion of a simulated project --------------------------------------------------------------
 
-const player = {time: 0, playing: false, at: null, play: null};
+let live = null;
+const player = {time: 0, playing: false, at: null, play: () => {}};
 function makePlayer() {
   const {joints, forces, ...packed} = data.motion;
   const floats = (text) => new Float32Array(
     Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
-  const [times, positions, loads] = [packed.time, packed.q, packed.F].map(floats);
+  const [times, positions, loads, energies] = [packed.time, packed.q, packed.F, packed.E].map(floats);
   const last = times.length - 1, scrub = byId("scrub"), button = byId("play");
-  const arrows = forces.map(() => {
-    const arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, MARK.forces);
-    scene.add(arrow);
-    return arrow;
-  });
+  const arrow = makeArrows(forces.map(([, , pushed]) => pushed));
   const force = (k, frame) => loads.subarray(6 * (frame * forces.length + k),
     6 * (frame * forces.length + k) + 6);
   const newton = (k, frame) => Math.hypot(...force(k, frame).subarray(0, 3));
@@ -1263,12 +1291,8 @@ function makePlayer() {
     joints.forEach((name, j) => q.set(name, coordinate(frame, j)));
     settle();
     forces.forEach(([body], k) => {
-      const [x, y, z, ...at] = force(k, frame), length = Math.hypot(x, y, z) / most * size / 2;
-      arrows[k].visible = length > 0.002 * size && byId("show-forces").checked;
-      if (!arrows[k].visible) return;
-      arrows[k].position.set(...at).applyMatrix4(poses.mbs.bodies.get(body));
-      arrows[k].setDirection(new THREE.Vector3(x, y, z).normalize());
-      arrows[k].setLength(length, Math.min(size / 20, length / 2), size / 40);
+      const [x, y, z, ...at] = force(k, frame);
+      arrow(k, poses.mbs.bodies.get(body), at, [x, y, z], most);
     });
     drawTrail();
     scrub.value = player.time;
@@ -1277,31 +1301,37 @@ function makePlayer() {
   };
 
   const canvas = byId("curves"), pen = canvas.getContext("2d"), choice = byId("curve");
-  const names = [...joints, ...forces.map(([, name]) => `|${name}| (N)`)];
-  for (const [value, name] of [["joints", "Joints"], ["forces", "Forces"], ...names.entries()]) {
-    if (value !== "forces" || forces.length) choice.add(new Option(name, value));
-  }
-  const value = (line, frame) => line < joints.length
-    ? coordinate(frame, line) : newton(line - joints.length, frame);
+  // the groups of curves: what each is called, and its value in a frame
+  const groups = {
+    Joints: joints.map((name, j) => [name, (frame) => coordinate(frame, j)]),
+    Forces: forces.map(([, name], k) => [`|${name}| (N)`, (frame) => newton(k, frame)]),
+    Energy: energies.length ? [["kinetic (J)", (frame) => energies[2 * frame]],
+      ["potential (J)", (frame) => energies[2 * frame + 1]],
+      ["sum (J)", (frame) => energies[2 * frame] + energies[2 * frame + 1]]] : [],
+  };
+  const curves = Object.entries(groups).filter(([, lines]) => lines.length);
+  for (const lines of [groups.Joints, groups.Forces]) curves.push(...lines.map((line) => [line[0], [line]]));
+  curves.forEach(([name], k) => choice.add(new Option(name, k)));
   function drawCurves() {
     const width = canvas.width = canvas.clientWidth || 600, height = canvas.height;
-    const lines = [...names.keys()].filter((k) => choice.value === "joints" ? k < joints.length
-      : choice.value === "forces" ? k >= joints.length : k === +choice.value);
+    const lines = curves[choice.value][1];
     const span = times[last] - times[0] || 1;
     let low = Infinity, high = -Infinity;
-    for (const k of lines) {
+    for (const [, value] of lines) {
       for (let i = 0; i <= last; i++) {
-        low = Math.min(low, value(k, i));
-        high = Math.max(high, value(k, i));
+        low = Math.min(low, value(i));
+        high = Math.max(high, value(i));
       }
     }
     const x = (time) => (time - times[0]) / span * width;
     const y = (v) => height - 8 - (v - low) / (high - low || 1) * (height - 16);
-    lines.forEach((k, n) => {
-      pen.strokeStyle = `hsl(${n * 137.5 % 360} 60% 48%)`;
+    const frame = frameAt(player.time);
+    lines.forEach(([name, value], n) => {
+      pen.strokeStyle = pen.fillStyle = `hsl(${n * 137.5 % 360} 60% 48%)`;
       pen.beginPath();
-      times.forEach((time, i) => pen.lineTo(x(time), y(value(k, i))));
+      times.forEach((time, i) => pen.lineTo(x(time), y(value(i))));
       pen.stroke();
+      if (lines.length < 9) pen.fillText(`${name}: ${+value(frame).toPrecision(4)}`, 60, 12 + 12 * n);
     });
     pen.fillStyle = pen.strokeStyle = getComputedStyle(canvas).color;
     pen.fillText(`${+high.toPrecision(4)}`, 4, 12);
@@ -1376,8 +1406,10 @@ window.urdf2mbs = {
   ends: () => lines.map(([line]) => [...line.geometry.attributes.position.array]),
   stops: () => stops.map((one) => ({joint: one.joint.name, low: one.low, high: one.high,
     beyond: beyond(one), hand: pose(one.group.matrix.clone().multiply(one.hand.matrix))})),
+  arrows: () => scene.children.filter((one) => one.cone && one.visible).map((one) => one.position.toArray()),
   picture,
   player,
+  live: () => live,
   blink: () => { blink = !blink; show(); },
   inertiaCorners: (name) => {
     const box = kinds.inertias.find((one) => one.parent === holders.mbs.get(name));
@@ -1407,6 +1439,25 @@ function picture() {
   return renderer.domElement.toDataURL();
 }
 
+// the moving picture, from one press of the button to the next
+let recorder = null;
+function record() {
+  if (recorder) return recorder.stop();
+  const parts = [], type = ["video/webm", "video/mp4"].find((kind) => MediaRecorder.isTypeSupported(kind));
+  scene.background = new THREE.Color(dark ? 0x1b222b : 0xf2f5f9);  // the page's is not in the video
+  recorder = new MediaRecorder(renderer.domElement.captureStream(), {mimeType: type, videoBitsPerSecond: 8e6});
+  recorder.ondataavailable = (event) => parts.push(event.data);
+  recorder.onstop = () => {
+    recorder = scene.background = null;
+    byId("record").textContent = "Record";
+    show();
+    save(URL.createObjectURL(new Blob(parts, {type})), `${data.name}.${type.slice(6)}`);
+  };
+  recorder.start();
+  byId("record").textContent = "Stop recording";
+  show();
+}
+
 async function open() {
   if (data.meshes.length) array = await unpack();
   textures = await Promise.all(data.textures.map(async (url) => {
@@ -1433,12 +1484,18 @@ async function open() {
     steer(renderer.domElement);
     byId("fit").onclick = fit;
     byId("picture").onclick = () => save(picture(), `${data.name}.png`);
+    byId("record").onclick = record;
+    byId("record").hidden = !(data.motion || data.live) || typeof MediaRecorder === "undefined";
     camera.aspect = view.clientWidth / Math.max(view.clientHeight, 1);
     fit();
     frame();
   }
   show();
   if (data.motion) makePlayer();
+  if (!data.live) return;
+  byId("live").hidden = false;
+  live = makeLive({THREE, data, byId, q, names: [...numbers.keys()], settle, poses: () => mbsPoses(q),
+    makeArrows, rayOf, hit, camera, canvas: renderer ? renderer.domElement : view, player});
 }
 window.urdf2mbs.ready = open();
 })();

@@ -109,8 +109,9 @@ def make(conversion: Conversion) -> Page:
     )  # fmt: skip
 
 
-def make_of_model(model: Mbs, file: Path) -> Page:
-    """The page of an .mbs alone, without a URDF; ``file`` is where it lies.
+def make_of_model(model: Mbs, file: Path, live: tuple[dict[str, Any], str] | None = None) -> Page:
+    """The page of an .mbs alone, without a URDF; ``file`` is where it lies, ``live`` the numbers
+    and the script of a robot that moves in the page.
 
     The page plays the motion in the project's resultsR, if there is one.
     ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
@@ -123,10 +124,12 @@ def make_of_model(model: Mbs, file: Path) -> Page:
     data = _data(model, store, drawn) | {
         "marks": around.marks(none, model),
         "motion": motion(model, project),
+        "live": live and live[0],
     }
     return _fill(
         store, data, file.name,
         {
+            **({"live": live[1]} if live else {}),
             "name": escape(model.name),
             "title": escape(model.name),
             "tree": "Bodies",
@@ -158,7 +161,7 @@ def _data(model: Mbs, store: Store, mbs: dict[str, Any]) -> dict[str, Any]:
 
 
 def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, str]) -> Page:
-    """Fill the template; its parts for a conversion are left out where there is no verdict."""
+    """Fill the template; ``{{#name}}...{{/name}}`` is left out where there is no such field."""
     viewer, licenses = _viewer()
     arrays = store.packed()
     meshes = len(arrays) + sum(len(url) for url in store.textures)
@@ -170,8 +173,11 @@ def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, 
         "arrays": arrays,
         "footer": _footer(made_from, licenses, len(viewer), meshes),
     }
-    kept = r"\1" if "verdict" in fields else ""
-    template = re.sub(r"\{\{#urdf\}\}(.*?)\{\{/urdf\}\}", kept, _own("page.html"), flags=re.DOTALL)
+    template = re.sub(
+        r"\{\{#(\w+)\}\}(.*?)\{\{/\1\}\}",
+        lambda part: part[2] if part[1] in fields else "",
+        _own("page.html"), flags=re.DOTALL,
+    )  # fmt: skip
     text = re.sub(r"\{\{(\w+)\}\}", lambda field: fields[field[1]], template)
     page = seal(Path("page.html"), text.encode())
     sizes = {"viewer": len(viewer), "meshes": meshes, "all": len(page)}

@@ -69,6 +69,19 @@ def add_pushes(data: MbsData) -> None:
     data.push, data.user_JointForces = add, user_joint_forces
 
 
+def columns_of_pushes(data: MbsData, time: Any) -> dict[str, Any]:
+    """``push1.BODY.Fx``, ...: the force (N) in each frame, and ``dx``, ... the point (m) where it
+    acts, in the axes of the body."""
+    found: dict[str, Any] = {}
+    for number, push in enumerate(data.pushes, start=1):
+        body, at = _place(data, push.link)
+        acts = (push.start <= time) & (time < push.stop)
+        name = f"push{number}.{body}"
+        found |= {f"{name}.F{axis}": acts * x for axis, x in zip("xyz", push.force, strict=True)}
+        found |= {f"{name}.d{axis}": acts * 0.0 + x for axis, x in zip("xyz", at, strict=True)}
+    return found
+
+
 def _place(data: MbsData, link: str) -> tuple[str, Any]:
     """The body that a link is part of, and the point (m) in its frame that is pushed."""
     for body in data.mbs.bodies:

@@ -12,6 +12,7 @@ import numpy as np
 
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.runtime.data import MbsData, MbsSensor
+from urdf2mbs.runtime.push import columns_of_pushes
 from urdf2mbs.runtime.python_code import loaded
 
 if TYPE_CHECKING:
@@ -104,7 +105,9 @@ class Results:
         for link, number in self.data.link_id.items():
             for name in ("Z", "Zd", "Fl"):
                 found[f"{link}.{name}"] = self.kept[name][:, number]
-        return found
+        energies = self.energy()
+        found |= {"energy.kinetic": energies[:, 0], "energy.potential": energies[:, 1]}
+        return found | columns_of_pushes(self.data, self.time)
 
     def table(self) -> Any:
         """A pandas DataFrame of ``columns``."""
