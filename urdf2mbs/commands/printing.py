@@ -30,8 +30,8 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     joints = found.joints
     links, bodies = counted(found.links, "link"), counted(found.bodies, "body")
     print(f"  {links} -> {bodies}, mass {found.mass:.6g} kg")
-    if any(said.code == "no-mass" for said in conversion.diagnostics):
-        print("  NO DYNAMICS: no link has a mass")
+    if found.no_dynamics:
+        print(f"  {found.no_dynamics}")
     print(f"  {counted(joints.urdf, 'URDF joint')} -> {joints_in_words(joints)}")
     if "merge" in conversion.facts:
         counts = {does: len(said) for does, said in conversion.facts["merge"]["words"].items()}
@@ -103,7 +103,7 @@ def other_way(names: Sequence[str]) -> str:
     )
 
 
-def next_steps(conversion: Conversion) -> str:
+def next_steps(conversion: Conversion, found: Report) -> str:
     """The two lines that say what to do with the files."""
     if conversion.rejected is not None:
         return (
@@ -117,7 +117,7 @@ def next_steps(conversion: Conversion) -> str:
             f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}\n"
             "      for a whole Robotran project: output: {project: DIR}, or convert -o DIR/"
         )
-    if any(one.code == "no-mass" for one in conversion.diagnostics):
+    if found.no_dynamics:
         return (
             f"Next: give the links masses: nothing moves by forces; then open {model} in MBSysPad"
         )

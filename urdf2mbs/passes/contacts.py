@@ -83,7 +83,13 @@ class Contacts(Pass):
         places: list[Vec] = []
         for link, (segment, pose) in _choose_links(conversion, self).items():
             at = compose(placement.bodies[segment.body.name], pose)
-            corners = self.points.get(link) or _lowest_points(conversion, link, at, self.within)
+            corners = self.points.get(link) or lowest_points(conversion, link, at, self.within)
+            if not corners:
+                raise ConfigError(
+                    "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
+                    hint="give them (m, in its frame): "
+                    f"'contacts: {{points: {{{link}: [[x, y, z]]}}}}'",
+                )  # fmt: skip
             for number, corner in enumerate(corners, start=1):
                 name = f"{link}_contact_{number}"
                 point = Point(name, compose(pose, Pose(corner)).xyz)
@@ -203,8 +209,11 @@ def _longest_leg(mbs: Mbs) -> float:
 # --- the lowest points of shapes ---
 
 
-def _lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -> list[Vec]:
-    """In the link's frame (m); ``at`` is where the link is at the start position."""
+def lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -> list[Vec]:
+    """In the link's frame (m); ``at`` is where the link is at the start position.
+
+    A link without shapes that can be read has none.
+    """
     x, y, z = rotate(transpose(at.rot), conversion.simulation.up)
     down = (-x, -y, -z)
     element = conversion.robot.links[link]
@@ -215,12 +224,7 @@ def _lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -
         points = _lowest_of(conversion, link, part.geometry, local)
         if points:
             lowest.append([add(pose.xyz, rotate(pose.rot, point)) for point in points])
-    if not lowest:
-        raise ConfigError(
-            "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
-            hint=f"give them (m, in its frame): 'contacts: {{points: {{{link}: [[x, y, z]]}}}}'",
-        )  # fmt: skip
-    deepest = max(dot(down, point) for points in lowest for point in points)
+    deepest = max((dot(down, point) for points in lowest for point in points), default=0.0)
     return [
         point
         for points in lowest

@@ -106,6 +106,10 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
                 solids[link.name] = solid, means
     if not solids:
         conversion.facts["estimate-inertia"] = {"links": {}}
+        conversion.warn(
+            "nothing-estimated",
+            "no link got an inertia: no link without one has a shape with a volume",
+        )
         return
     density = options.density or _density(conversion, solids, options.total_mass or 0.0)
     links: dict[str, dict[str, Any]] = {}

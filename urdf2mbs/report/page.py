@@ -227,8 +227,8 @@ def _facts(conversion: Conversion) -> str:
         found.base_in_words,
         f"{warnings} warning{'' if warnings == 1 else 's'}",
     ]
-    if any(d.code == "no-mass" for d in conversion.diagnostics):
-        facts.append("<b>NO DYNAMICS: no link has a mass</b>")
+    if found.no_dynamics:
+        facts.append(f"<b>{found.no_dynamics}</b>")
     return " · ".join(facts)
 
 

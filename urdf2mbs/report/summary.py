@@ -79,6 +79,13 @@ class Report(msgspec.Struct):
     """What passes have added, each under its name."""
 
     @property
+    def no_dynamics(self) -> str:
+        """Why no forces can move the robot; empty if they can."""
+        if any(said.code == "no-mass" for said in self.diagnostics):
+            return "NO DYNAMICS: no link has a mass"
+        return f"NO DYNAMICS: the masses add up to {self.mass:.6g} kg" if self.mass < 0 else ""
+
+    @property
     def base_in_words(self) -> str:
         """Whether the base floats, and by whose joint."""
         own = ", ".join(f"'{name}'" for name in self.floating_joints)
