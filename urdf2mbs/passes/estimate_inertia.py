@@ -119,7 +119,7 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
         inertial = Inertial(mass, (xx, xy, xz, yy, yz, zz), Origin(centre))
         conversion.robot.links[name].inertial = inertial
         links[name] = {"from": means, "mass": mass, "centre": centre, "inertia": moments}
-    listed = ", ".join(f"{n} {link['mass']:.4g} kg ({link['from']})" for n, link in links.items())
+    listed = some(f"{n} {link['mass']:.4g} kg ({link['from']})" for n, link in links.items())
     conversion.warn(
         "inertia-estimated",
         f"{counted(len(links), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "

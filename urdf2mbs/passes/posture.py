@@ -28,7 +28,7 @@ from urdf2mbs.conversion import Conversion, Step, choose, fits
 from urdf2mbs.disk import files
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
 from urdf2mbs.ranges import Coordinate
 from urdf2mbs.simulation import Coupling, Held
 from urdf2mbs.xml import lines as xml_lines
@@ -91,6 +91,8 @@ class Posture(Pass):
 FREQUENCY, DAMPING_RATIO = 10.0, 0.3
 #: A joint may be so far beyond its limits (rad or m): numbers in a file are rounded.
 ROUNDING = 1e-9
+#: The start positions of more joints are too long for a message.
+SHOWN = 10
 
 
 def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
@@ -215,12 +217,15 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
         if isfinite(sum(limits[name])) and steps[name].joint.mimic is None
     }
     listed = ", ".join(f"{json.dumps(name)}: {q!r}" for name, q in middle.items())
+    hint = f"the middle of the limits: 'passes: {{posture: {{joints: {{{listed}}}}}}}'"
+    if not middle:
+        hint = "give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'"
+    elif len(middle) > SHOWN:
+        hint = "'urdf2mbs init' writes a config that starts them in the middle of their limits"
     conversion.warn(
         "posture-limit",
-        f"joints that {'would ' if move else ''}start beyond their limits: {'; '.join(texts)}",
-        hint=f"the middle of the limits: 'passes: {{posture: {{joints: {{{listed}}}}}}}'"
-        if middle
-        else "give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'",
+        f"joints that {'would ' if move else ''}start beyond their limits: {some(texts)}",
+        hint=hint,
     )
     conversion.facts["posture-limit"] = {"middle": middle}
 
