@@ -52,7 +52,10 @@ ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
         },
     ),
     # a finger that follows the other
-    "arm": (CONFIGS / "arm.urdf.xacro", {"posture": {"joints": {"elbow": 0.5}}}),
+    "arm": (
+        CONFIGS / "arm.urdf.xacro",
+        {"posture": {"joints": {"elbow": 0.5}}, "snap": {"angle": 1e-4}},
+    ),
 }  # fmt: skip
 
 

@@ -46,10 +46,12 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     from urdf2mbs.passes.prune_massless import PruneMassless
     from urdf2mbs.passes.reframe_inertia import ReframeInertia
     from urdf2mbs.passes.sensors import Sensors
+    from urdf2mbs.passes.snap import Snap
     from urdf2mbs.passes.time_step import TimeStep
 
     return [
         Expand,
+        Snap,  # when given an angle
         EstimateInertia,  # when given a density or a total mass
         InsertBase,
         PruneMassless,
