@@ -30,6 +30,7 @@ ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
             "contacts": {"links": ["*foot*"]},
             "posture": {"joints": {"*_knee": 0.6}, "hold": {"stiffness": 300, "damping": 4}},
             "prune-massless": {"keep": ["*_hip_*"]},
+            "rotors": {"armature": {"*_knee": 0.1}},
             "equations": {"language": "python"},
             "sensors": {"links": ["imu"]},
             "forces": {

@@ -27,10 +27,10 @@ mesh-too-large mesh-unreadable mesh-up-axis mimic mimic-driven mimic-held mimic-
 mimic-left-out mimic-massless misspelt name-blank no-mass nothing-estimated number-commas
 number-left-out package-unresolved plugin-idle point-without-rotation posture-limit posture-state
 project-names-lost project-obsolete project-renamed property-unused robot-unnamed
-safety-controller sensor-left-out sensor-renamed singular singular-at-start snapped stand texture
-time-step time-step-short time-step-softened unknown-attribute unknown-element world-implied
-xacro-left xacro-legacy xacro-macro-unknown xacro-message xacro-unused-arg xacro-warning
-xml-mended xml-namespace
+rotors-left-out safety-controller sensor-left-out sensor-renamed singular singular-at-start snapped
+stand texture time-step time-step-short time-step-softened unknown-attribute unknown-element
+world-implied xacro-left xacro-legacy xacro-macro-unknown xacro-message xacro-unused-arg
+xacro-warning xml-mended xml-namespace
 """
 
 #: The codes whose level a user can change.  docs/diagnostics.md says what each means.

@@ -45,6 +45,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
     from urdf2mbs.passes.project import Project
     from urdf2mbs.passes.prune_massless import PruneMassless
     from urdf2mbs.passes.reframe_inertia import ReframeInertia
+    from urdf2mbs.passes.rotors import Rotors
     from urdf2mbs.passes.sensors import Sensors
     from urdf2mbs.passes.snap import Snap
     from urdf2mbs.passes.time_step import TimeStep
@@ -54,6 +55,7 @@ def urdf2mbs_passes() -> list[type[Pass]]:
         Snap,  # when given an angle
         EstimateInertia,  # when given a density or a total mass
         InsertBase,
+        Rotors,  # when given joints, or told to take those of <transmission>
         PruneMassless,
         ForceTorque,  # when given joints
         LumpFixed,

@@ -73,7 +73,32 @@ def read_extension(reading: Reading, element: Any) -> Extension:
             if (name := joint.get("name"))
             and (tag == "transmission" or joint.find("command_interface") is not None)
         ]
+        for transmission in [element] if tag == "transmission" else element.iter("transmission"):
+            read_rotor(reading, transmission, extension)
     return extension
+
+
+def read_rotor(reading: Reading, element: Any, extension: Extension) -> None:
+    """Add the rotor of a ``<transmission>`` of one joint and one actuator to its extension.
+
+    The joint feels ``motorInertia`` times ``mechanicalReduction`` squared.
+    """
+    joints, actuators = element.findall("joint"), element.findall("actuator")
+    inertia = element.find("actuator/motorInertia")
+    if len(joints) != 1 or len(actuators) != 1 or inertia is None:
+        return
+    reduction = element.find("actuator/mechanicalReduction")
+    if reduction is None:
+        reduction = element.find("joint/mechanicalReduction")
+    try:
+        felt = reading.number(inertia, "the text", text(inertia))
+        if reduction is not None:
+            felt *= reading.number(reduction, "the text", text(reduction)) ** 2
+    except ConversionError as error:
+        reading.warn_of_left_out(inertia, "the inertia of a rotor", error)
+        return
+    if felt > 0.0 and joints[0].get("name"):
+        extension.rotors[joints[0].get("name")] = felt
 
 
 def read_sensor(reading: Reading, element: Any, extension: Extension) -> None:

@@ -235,6 +235,8 @@ class Extension(msgspec.Struct, gc=False):
     joints: list[ClosingJoint] = []
     motors: list[str] = []
     """The joints that have a motor."""
+    rotors: dict[str, float] = {}
+    """The inertia of the motor's rotor as the joint feels it: kg m^2, or kg if it is prismatic."""
 
 
 class Robot(msgspec.Struct):
