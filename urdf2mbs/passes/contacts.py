@@ -65,8 +65,9 @@ class Contacts(Pass):
     speed: Speed | None = None
     """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
     ``damping_ratio``. A smaller speed damps more."""
-    friction: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.8
-    """Coefficient of friction, a ratio."""
+    friction: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+    """Coefficient of friction, a ratio; none: the smallest ``mu1`` that ``<gazebo>`` states of the
+    links, else 0.8."""
     slip_speed: Speed = 0.05
     """Friction is nearly full above this speed of slip (m/s)."""
 
@@ -183,11 +184,21 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
         stiffness = rounded(share * g / depth) or 1000.0
     if speed is None:
         speed = rounded(sqrt(g * depth) / (2 * options.damping_ratio)) or 0.1
+    friction = _stated_friction(conversion) if options.friction is None else options.friction
     law = {
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
-        "friction": options.friction, "slip_speed": options.slip_speed,
+        "friction": friction, "slip_speed": options.slip_speed,
     }  # fmt: skip
     mbs.user_models.append(UserModel.of("contact", law))
+
+
+def _stated_friction(conversion: Conversion) -> float:
+    """The smallest ``mu1`` that ``<gazebo>`` states of a link that touches the ground, or 0.8."""
+    touching = {contact.link for contact in conversion.simulation.contacts}
+    stated = [e for e in conversion.robot.extensions if e.reference in touching]
+    numbers = [e.numbers["mu1"] for e in stated if 0.0 <= e.numbers.get("mu1", -1.0) <= 100.0]
+    conversion.simulation.used += [e for e in stated if "mu1" in e.numbers]
+    return min(numbers, default=0.8)
 
 
 def _longest_leg(mbs: Mbs) -> float:

@@ -1,7 +1,8 @@
 """Posture: the position that a simulation starts from.
 
-Beyond the method, whose models start at zero.  Joints get their initial value from the config
-or from a group state of an SRDF file.  Followers (``<mimic>``) start where their rule says.
+Beyond the method, whose models start at zero.  Joints get their initial value from the config,
+from a group state of an SRDF file, or from ``<ros2_control>``.  Followers (``<mimic>``) start
+where their rule says.
 
 In a project no joint starts beyond its limits: its soft stop would throw the joint back.  Such a
 joint starts at the nearest limit.  A leader also stays within the limits of its followers, if it
@@ -64,13 +65,18 @@ class Posture(Pass):
     """The group state of the SRDF file; ``joints`` overrule it."""
     hold: HoldOptions | None = None
     """A PD controller that holds the start position: ``{frequency: 10, damping_ratio: 0.3}``."""
+    from_urdf: bool = True
+    """Start from the ``initial_value`` of positions in ``<ros2_control>``; the other options
+    overrule them."""
     inside: bool = True
     """In a project, start each joint within its limits."""
 
     def run(self, conversion: Conversion) -> None:
-        asked = self.joints or self.srdf or self.state
+        starts = _starts(conversion) if self.from_urdf else {}
+        asked = starts or self.joints or self.srdf or self.state
         settable, followers = _joints(conversion) if asked else ({}, set())
-        given = _group_state(conversion, self, settable) if self.srdf or self.state else {}
+        given = {name: start for name, start in starts.items() if name in settable}
+        given |= _group_state(conversion, self, settable) if self.srdf or self.state else {}
         for pattern, value in self.joints.items():
             _refuse(conversion, pattern, settable, followers)
             names = choose([pattern], settable, "posture-joint", "posture: no joint")
@@ -112,6 +118,16 @@ def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
             else:
                 settable[name] = joint
     return settable, followers
+
+
+def _starts(conversion: Conversion) -> dict[str, float]:
+    """The positions that ``<ros2_control>`` states, by joint."""
+    starts: dict[str, float] = {}
+    for extension in conversion.robot.extensions:
+        if extension.starts:
+            starts |= extension.starts
+            conversion.simulation.used.append(extension)
+    return starts
 
 
 def _refuse(
