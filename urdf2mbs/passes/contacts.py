@@ -66,8 +66,8 @@ class Contacts(Pass):
     """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
     ``damping_ratio``. A smaller speed damps more."""
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
-    """Coefficient of friction, a ratio; none: the smallest ``mu1`` that ``<gazebo>`` states of the
-    links, else 0.8."""
+    """Coefficient of friction, a ratio; none: the smallest that the URDF states of the links, as
+    ``mu1`` of ``<gazebo>`` or ``<contact><lateral_friction>``, else 0.8."""
     slip_speed: Speed = 0.05
     """Friction is nearly full above this speed of slip (m/s)."""
 
@@ -193,11 +193,10 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
 
 
 def _stated_friction(conversion: Conversion) -> float:
-    """The smallest ``mu1`` that ``<gazebo>`` states of a link that touches the ground, or 0.8."""
+    """The smallest friction that the URDF states of a link that touches the ground, or 0.8."""
     touching = {contact.link for contact in conversion.simulation.contacts}
-    stated = [e for e in conversion.robot.extensions if e.reference in touching]
-    numbers = [e.numbers["mu1"] for e in stated if 0.0 <= e.numbers.get("mu1", -1.0) <= 100.0]
-    conversion.simulation.used += [e for e in stated if "mu1" in e.numbers]
+    stated = [e.numbers for e in conversion.robot.extensions if e.reference in touching]
+    numbers = [of["mu1"] for of in stated if 0.0 <= of.get("mu1", -1.0) <= 100.0]
     return min(numbers, default=0.8)
 
 

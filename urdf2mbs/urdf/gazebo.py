@@ -1,5 +1,5 @@
 """The sensors, joints and motors in ``<gazebo>``, ``<sensor>``, ``<transmission>`` and
-``<ros2_control>``.
+``<ros2_control>``, and the friction in Bullet's ``<contact>``.
 
 SDF says where a sensor or a joint inside ``<gazebo>`` is ("Pose Frame Semantics" of sdformat.org,
 versions 1.4 to 1.12):
@@ -61,6 +61,12 @@ def read_extension(reading: Reading, element: Any) -> Extension:
     tag = plain(element.tag)
     xml = etree.tostring(element, encoding=str, with_tail=False)
     extension = Extension(tag, xml, element.get("reference"), element.sourceline)
+    if tag == "contact":
+        extension.reference = element.getparent().get("name")
+        for friction in element.iterchildren("lateral_friction"):
+            number = read_number(reading, friction, "<lateral_friction>", friction.get("value"))
+            if isfinite(number):
+                extension.numbers["mu1"] = number
     if tag in ("gazebo", "sensor"):
         for sensor in [element] if tag == "sensor" else element.iterchildren("sensor"):
             if sensor.get("type") in (*MOTION, FORCE_TORQUE):

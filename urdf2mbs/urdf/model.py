@@ -240,7 +240,8 @@ class Extension(msgspec.Struct, gc=False):
     starts: dict[str, float] = {}
     """The position (rad or m) that each joint starts from."""
     numbers: dict[str, float] = {}
-    """What ``<gazebo reference="...">`` says of a link or a joint, by the elements' names."""
+    """What ``<gazebo reference="...">`` says of a link or a joint, by the elements' names; the
+    ``lateral_friction`` of Bullet's ``<contact>`` in a link is ``mu1``."""
 
 
 class Robot(msgspec.Struct):
