@@ -70,7 +70,7 @@ def _external(case: Case, qdd: Any) -> Any:
     for name in case.data.extforce_id:
         at = case.in_mbs(name, qdd)
         total += case.external(name, at.P, at.V)[:6] @ at.J
-    for link in case.mbs.links:
+    for link in [link for link in case.mbs.links if link.kind == "link"]:
         one, two = (case.theirs.end(case.mbs, end) for end in (link.endpoint1, link.endpoint2))
         length = float(np.linalg.norm(two.P - one.P))
         line = (two.P - one.P) / length

@@ -33,7 +33,7 @@ def prove(case: Case) -> None:
         forces = [force for force, of in contacts.items() if of == link]
         _prove_places(case, link, forces, options.points.get(link))
     case.unproven |= {f"force '{f}'": "of a plugin" for f, n in contacts.items() if n not in wanted}
-    if wanted:
+    if wanted and "forces" not in case.conversion.plugged:
         friction = options.friction
         if friction is None:  # the URDF's, of the link with the least
             stated = [e.numbers for e in case.robot.extensions if e.reference in wanted]

@@ -11,7 +11,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from urdf2mbs.laws.case import Case
+from urdf2mbs.laws.case import TOLERANCE, Case
 from urdf2mbs.simulation import ForceTorque, PointSensor
 from urdf2mbs.spatial import HERE, ZERO, Pose
 from urdf2mbs.urdf.gazebo import MOTION
@@ -57,10 +57,9 @@ def _prove_sensor(case: Case, sensor: PointSensor, poses: list[Pose]) -> None:
     known = [(case.on_link(sensor.link, pose.xyz, qdd), pose.rot) for pose in poses]
     meant, turn = min(known, key=lambda one: float(np.abs(one[0].P - place.P).max()))
     axes = np.reshape(turn, (3, 3)).T @ meant.R
-    scale = CLOSE / 1e-8
+    scale = CLOSE / TOLERANCE
     case.compare(f"{what}, its place", meant.P, place.P, "m", scale * case.size)
     should = [*(axes @ (meant.A - case.gravity)), *(axes @ meant.OM)]
-
     given = np.concatenate(case.imu(sensor.name, place))
     case.compare(f"{what}, what it reads", should, given, "m/s^2, rad/s", scale)
     if case.has_equations:

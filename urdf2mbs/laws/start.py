@@ -17,8 +17,9 @@ def prove(case: Case) -> None:
         name = list(case.data.joint_id)[number - 1]
         case.compare(f"joint '{name}': its start", offset, row @ q, "(its rule)", 1.0)
     leaders = {k for row, _ in tied.values() for k in row.nonzero()[0]}
-    if options is None or options.srdf is not None or "posture" in case.conversion.plugged:
-        case.unproven["the start"] = "of a plugin, or of an SRDF file"
+    others = {*case.conversion.plugged, *case.conversion.settings.config.alias.values()}
+    if options is None or options.srdf is not None or "posture" in others:
+        case.unproven["the start"] = "of an SRDF file, or of another pass"
         return
     for name, number in case.single.items():
         if number in tied or case.natures[number] != "independent":
