@@ -65,6 +65,9 @@ RICH = (
     + link("of_hand", 0.3)
     + '<gazebo reference="of_hand"><sensor name="imu" type="imu"><pose>0.01 0.02 0.03 0.4 0.5 0.6'
     "</pose></sensor></gazebo>"
+    + joint("eye", "of_arm", "0 1 0", kind="fixed", at="0.2 0 0.1")
+    + '<link name="of_eye"/><gazebo reference="of_eye"><sensor name="gyro" type="imu">'
+    "<pose>0.1 0.2 0.3 0.1 0 0.2</pose></sensor></gazebo>"
     + "".join(
         joint(f"bar{k}", parent, "0 1 0", kind="continuous", at=at) + link(f"of_bar{k}")
         for k, parent, at in ((1, "trunk", "0 0.5 0"), (2, "of_bar1", "0 0 0.3"),
