@@ -196,8 +196,6 @@ def test_a_robot_at_rest_takes_long_steps(tmp_path: Path) -> None:
         found = []
         for language in ("python", "c") if shutil.which("cc") else ("python", "python"):
             code = choose_code(data, language)
-            y = code.state() + 1e-3
-            found.append(code.slopes(0.0, y))
-            assert np.array_equal(code.accelerate(0.0, y)[:1], y[1:2])
+            found.append(code.slopes(0.0, np.full(2 + data.Nux, 1e-3)))
     assert np.abs(found[0]).max() > 1e3
     assert np.allclose(*found, rtol=0, atol=1e-6 * np.abs(found[0]).max())
