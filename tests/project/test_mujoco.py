@@ -26,7 +26,6 @@ ROBOTS = {
     "chain": CHAIN,
     "ur5": SHARED / "robots/ur/expanded/ur5.urdf",
     "solo12": SHARED / "robots/solo12/expanded/solo12.urdf",
-    "T12": SHARED / "robots/t12/T12/urdf/T12.URDF",
 }
 #: MuJoCo is to keep all links, and needs no meshes.
 KEEP = '<mujoco><compiler fusestatic="false" discardvisual="true"/></mujoco>'

@@ -425,16 +425,17 @@ def test_an_absurd_push_ends_in_a_bounded_number_of_steps(
 
 
 def test_numbers_that_make_no_run(tmp_path: Path, capsys: Any) -> None:
+    project = make(tmp_path, TINY)
     for wrong in ({"time": 0.0}, {"time": -1.0}, {"time": float("nan")}, {"time": float("inf")},
                   {"rate": 0.0}, {"rtol": float("nan")}):  # fmt: skip
         with pytest.raises(ConversionError, match="a run from 0 to") as caught:
-            simulate(TINY_FILE, language="python", **wrong)
+            simulate(project, language="python", **wrong)
         assert caught.value.code == "usage"
         name, value = next(iter(wrong.items()))
         option = {"rtol": "tolerance"}.get(name, name)
-        assert main(["simulate", str(TINY_FILE), f"--{option}={value}"]) == 2
+        assert main(["simulate", str(project), f"--{option}={value}"]) == 2
         assert "a number above 0 is wanted" in capsys.readouterr().err
-    data = MbsData(make(tmp_path, TINY) / "dataR" / "robot.mbs")
+    data = MbsData(project / "dataR" / "robot.mbs")
     for values in (data.q, data.qd):
         values[2] = np.nan
         with pytest.raises(ConversionError, match="start position or speed of"):
