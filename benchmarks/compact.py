@@ -1,6 +1,6 @@
 """What `compact` saves: joints, joints a degree of freedom, and the time of the equations.
 
-    pip install -e ".[verify]"
+    pip install -e ".[pinocchio]"
     python benchmarks/compact.py [--large] [FOLDER OF ROBOTS]
 
 Massless links are kept (prune-massless: {keep: ["*"]}), the joints of a floating base are not

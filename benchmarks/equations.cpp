@@ -1,4 +1,4 @@
-// Pinocchio's mass matrix and forces, called as a C++ program would call them.
+// Pinocchio's mass matrix and forces, and derivatives, called as a C++ program would call them.
 #include <chrono>
 #include <fstream>
 #include <string>
@@ -7,13 +7,14 @@
 #include <pinocchio/multibody.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
+#include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/joint-configuration.hpp>
 
 namespace
 {
 pinocchio::Model model;
 pinocchio::Data *data;
-std::vector<Eigen::VectorXd> q, v;
+std::vector<Eigen::VectorXd> q, v, a;
 double sink;
 
 template <typename Joint>
@@ -63,17 +64,23 @@ extern "C" int load(const char *file)
         q.push_back(neutral(model) );
         q.back().tail(model.nq > 7 ? model.nq - 7 : model.nq).setRandom();
         v.push_back(Eigen::VectorXd::Random(model.nv));
+        a.push_back(Eigen::VectorXd::Random(model.nv));
     }
     return model.nv;
 }
 
-/// Seconds for one mass matrix and one vector of forces.
-extern "C" double run(int times, int world)
+/// Seconds for one mass matrix and one vector of forces, or (2) for the derivatives of the forces.
+extern "C" double run(int times, int what)
 {
     using namespace pinocchio;
-    const auto convention = world ? Convention::WORLD : Convention::LOCAL;
+    const auto convention = what == 1 ? Convention::WORLD : Convention::LOCAL;
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < times; ++i) {
+        if (what == 2) {
+            computeRNEADerivatives(model, *data, q[i % 16], v[i % 16], a[i % 16]);
+            sink += data->dtau_dq(0, 0);
+            continue;
+        }
         crba(model, *data, q[i % 16], convention);
         nonLinearEffects(model, *data, q[i % 16], v[i % 16]);
         sink += data->M(0, 0) + data->nle[0];

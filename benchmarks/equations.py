@@ -1,17 +1,18 @@
 """The generated equations beside Pinocchio: operations, compile time, microseconds.
 
-    python benchmarks/equations.py [--counts | --generation | --speed] [--headers] [ROBOT ...]
+    python benchmarks/equations.py [--counts] [--generation] [--speed] [--derivatives] [ROBOT ...]
 
-Without the first options all three: the operations of every robot of ``../shared/robots``, as
-in ``docs/how-equations-are-made.md``; how long the equations take to generate, which needs nothing
-else; and how fast they are.
+Without options all: the operations of every robot of ``../shared/robots``, as in
+``docs/how-equations-are-made.md``; how long the equations take to generate, which needs nothing
+else; how fast they are, and how fast their derivatives.
 
 For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus
-``nonLinearEffects``, called from C++ on the same robot, floating, in turn in one run; of each the
-least of many short runs counts, so that a busy machine does not.  Needs gcc, g++, Eigen's headers
-(libeigen3-dev) and ``pin``, whose wheel brings its own headers.  Pinocchio is its library's
-instances of both, which its Python uses too; with ``--headers`` also both compiled here, with
-``-O3 -march=native``, which takes minutes.
+``nonLinearEffects``, and the three tables of ``derivatives`` against ``computeRNEADerivatives``,
+called from C++ on the same robot, arms fixed and all others floating, in turn in one run; of each
+the least of many short runs counts, so that a busy machine does not.  Needs gcc, g++, Eigen's
+headers (libeigen3-dev), ``pin``, whose wheel brings its own headers, and for derivatives
+``casadi``.  Pinocchio is its library's instances, which its Python uses too; with ``--headers``
+also compiled here, with ``-O3 -march=native``, which takes minutes.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from __future__ import annotations
 import argparse
 import ctypes
 import importlib.util
+import os
 import resource
 import subprocess
 import sys
@@ -30,7 +32,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from robots import real
+from robots import ARMS, REAL, real
 
 from urdf2mbs.equations import Equations, generate
 from urdf2mbs.equations.files import Maker
@@ -48,14 +50,17 @@ RUN = """
 #include <time.h>
 #include "mbs_data.h"
 void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
-double run(double **M, double *c, MbsData *s, double *q, double *qd, int n, int times)
+void mbs_derivatives(double **A, double **B, double **M, MbsData *s);
+double run(double **M, double **A, double **B, double *c, MbsData *s, double *q, double *qd,
+           double *qdd, int n, int times)
 {
     struct timespec a, b;
     clock_gettime(CLOCK_MONOTONIC, &a);
     for (int i = 0; i < times; i++) {
         s->q = q + (i % 16) * n;
         s->qd = qd + (i % 16) * n;
-        mbs_dirdyna(M, c, s, 0.0);
+        s->qdd = qdd + (i % 16) * n;
+        CALL;
     }
     clock_gettime(CLOCK_MONOTONIC, &b);
     return ((b.tv_sec - a.tv_sec) + 1e-9 * (b.tv_nsec - a.tv_nsec)) / times;
@@ -63,6 +68,22 @@ double run(double **M, double *c, MbsData *s, double *q, double *qd, int n, int 
 """
 ROW = ctypes.POINTER(ctypes.c_double)
 
+
+#: What is timed.
+CALLS = {"dirdyna": "mbs_dirdyna(M, c, s, 0.0)", "derivatives": "mbs_derivatives(A, B, M, s)"}
+
+#: CasADi's C function as one of ours.
+CASADI = """
+#include "mbs_data.h"
+int theirs(const double **arg, double **res, long long *iw, double *w, int mem);
+void mbs_derivatives(double **A, double **B, double **M, MbsData *s)
+{
+    static double out[3][SIZE], w[WORK];
+    const double *arg[] = {s->q + 1, s->qd + 1, s->qdd + 1};
+    double *res[] = {out[0], out[1], out[2]};
+    theirs(arg, res, 0, w, 0);
+}
+"""
 
 #: Pinocchio: its library, and its headers compiled here.
 BUILDS = {
@@ -103,16 +124,17 @@ def pointers(table: np.ndarray) -> Any:
     return (ROW * len(table))(*(row.ctypes.data_as(ROW) for row in table))
 
 
-def compiled(made: Equations, mbs: Mbs, flags: list[str], folder: Path) -> tuple[Any, float]:
+def compiled(made: Equations, function: str, flags: list[str], folder: Path) -> tuple[Any, float]:
     """The library, and the seconds that the compiler took for itself."""
     folder.mkdir()
-    name = f"mbs_dirdyna_{mbs.name}.c"
+    ((name, text),) = made.files.items()
     (folder / "mbs_data.h").write_text(HEADER)
     (folder / "run.c").write_text(RUN)
-    (folder / name).write_bytes(made.files[name])
+    (folder / name).write_bytes(text)
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     subprocess.run(
-        ["gcc", *flags, "-shared", "-fPIC", "-I.", "-o", "run.so", "run.c", name, "-lm"],
+        ["gcc", *flags, f"-DCALL={CALLS[function]}", "-shared", "-fPIC", "-I.", "-o", "run.so",
+         "run.c", name, "-lm"],
         cwd=folder, check=True,
     )  # fmt: skip
     took = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
@@ -132,25 +154,25 @@ def runner(library: Any, mbs: Mbs) -> Callable[[], float]:
         ]
 
     rng, s = np.random.default_rng(0), Data(mbs)
-    states = [random_state(mbs, rng) for _ in range(16)]
-    q, qd = np.array([one.q for one in states]), np.array([one.qd for one in states])
+    drawn = [random_state(mbs, rng) for _ in range(16)]
+    states = [np.array([getattr(one, name) for one in drawn]) for name in ("q", "qd", "qdd")]
     n = s.njoint + 1
-    m, c, struct = np.zeros((n, n)), np.zeros(n), Struct()
+    tables, c, struct = np.zeros((3, n, n)), np.zeros(n), Struct()
     for name in VECTORS:
         setattr(struct, name, getattr(s, name).ctypes.data_as(ROW))
     for name in TABLES:
         setattr(struct, name, pointers(getattr(s, name)))
-    rows = pointers(m)
+    given = [*map(pointers, tables), c.ctypes.data_as(ROW), ctypes.byref(struct)]
+    given += [array.ctypes.data_as(ROW) for array in states]
 
     def run() -> float:
-        arguments = (c.ctypes.data_as(ROW), ctypes.byref(struct), q.ctypes.data_as(ROW))
-        return float(library.run(rows, *arguments, qd.ctypes.data_as(ROW), n, 100))
+        return float(library.run(*given, n, 100))
 
-    run.keep = (s, m)  # type: ignore[attr-defined]
+    run.keep = (s, tables, c, states)  # type: ignore[attr-defined]
     return run
 
 
-def speed(names: list[str]) -> None:
+def speed(names: list[str], function: str = "dirdyna") -> None:
     """Microseconds of the mass matrix and the bias, beside Pinocchio."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
@@ -159,13 +181,48 @@ def speed(names: list[str]) -> None:
             for build, flags in BUILDS.items()
             if build == "library" or "--headers" in sys.argv
         }
-        for name, text in real().items():
+        for name, text in real(REAL | ARMS).items():
             if not names or name in names:
-                _one(name, text.decode(), libraries, folder)
+                _one(name, text.decode(), function, libraries, folder)
 
 
-def _one(name: str, text: str, libraries: dict[str, bytes], folder: Path) -> None:
-    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+def derivatives(names: list[str]) -> None:
+    """Microseconds of the derivatives of the joint forces, beside Pinocchio and CasADi."""
+    speed(names, "derivatives")
+
+
+def casadis(data: bytes, folder: Path) -> tuple[Equations, int]:
+    """CasADi's derivatives of our inverse dynamics, whose constants are numbers, and how many
+    operations they are."""
+    import casadi as cs
+
+    from urdf2mbs import load_equations
+
+    folder.mkdir()
+    (folder / "robot.mbs").write_bytes(data)
+    robot = load_equations(folder / "robot.mbs", math=cs)
+    n = len(robot.joints)
+    q, qd, qdd = (cs.SX.sym(name, n) for name in ("q", "qd", "qdd"))
+    tau = cs.vertcat(*robot.inverse_dynamics(q, qd, qdd))
+    tables = [cs.jacobian(tau, x) for x in (q, qd, qdd)]
+    function = cs.Function("theirs", [q, qd, qdd], tables, {"cse": True})
+    no_work = (cs.OP_INPUT, cs.OP_OUTPUT, cs.OP_CONST)
+    kinds = [function.instruction_id(i) for i in range(function.n_instructions())]
+    cwd = Path.cwd()
+    os.chdir(folder)
+    function.generate("theirs.c")
+    os.chdir(cwd)
+    shim = CASADI.replace("SIZE", str(n * n)).replace("WORK", str(function.sz_w()))
+    text = f"{shim}\n{(folder / 'theirs.c').read_text()}"
+    return Equations({"theirs.c": text.encode()}), sum(kind not in no_work for kind in kinds)
+
+
+def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folder: Path) -> None:
+    base = "fixed" if name in ARMS else "floating"
+    if base == "fixed":
+        model = pin.buildModelFromXML(text)
+    else:
+        model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
     described(model, folder / "model.txt")
     theirs: dict[str, Any] = {}
     for number, (build, library) in enumerate(libraries.items()):
@@ -174,23 +231,31 @@ def _one(name: str, text: str, libraries: dict[str, bytes], folder: Path) -> Non
         theirs[build] = ctypes.CDLL(str(own))
         theirs[build].run.restype = ctypes.c_double
         assert theirs[build].load(str(folder / "model.txt").encode()) == model.nv
-    data = convert_text(text, base="floating", pipeline="compact").data
+    data = convert_text(text, base=base, pipeline="compact").data
     mbs = read(data, name, mechanics_only=True)
     runs: dict[str, Callable[[], float]] = {}
     told: dict[str, str] = {}
     for fold in (False, True):
-        made = generate(mbs, data, name, language="c", fold=fold)
+        made = generate(mbs, data, name, language="c", fold=fold, functions=[function])
         for flag, flags in FLAGS.items():
             label = f"{flag}{', folded' if fold else ''}"
-            built, took = compiled(made, mbs, flags, folder / f"{name} {label}")
+            built, took = compiled(made, function, flags, folder / f"{name} {label}")
             runs[label] = runner(built, mbs)
-            count = made.counts["dirdyna"].operations
+            count = made.counts[function].operations
+            told[label] = f"{count} operations, compiled in {took:.1f} s"
+    if function == "derivatives":
+        made, count = casadis(data, folder / f"{name} CasADi")
+        for flag, flags in FLAGS.items():
+            label = f"{flag}, CasADi"
+            built, took = compiled(made, function, flags, folder / f"{name} {label}")
+            runs[label] = runner(built, mbs)
             told[label] = f"{count} operations, compiled in {took:.1f} s"
     best = dict.fromkeys(runs, 1.0)
     others = dict.fromkeys(theirs, 1.0)
+    ways = (2,) if function == "derivatives" else (0, 1)
     for _ in range(400):
         for build, other in theirs.items():
-            others[build] = min(others[build], other.run(100, 0), other.run(100, 1))
+            others[build] = min(others[build], *(other.run(100, way) for way in ways), 1.0)
         for label, run in runs.items():
             best[label] = min(best[label], run())
     print(f"{name}: {len(mbs.numbers())} joints")
@@ -250,13 +315,15 @@ def counts(names: list[str]) -> None:
         print(f"| {', '.join(robots)} |{row}", flush=True)
 
 
+PARTS = (counts, generation, speed, derivatives)
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    for part in (counts, generation, speed):
+    for part in PARTS:
         parser.add_argument(f"--{part.__name__}", action="store_true", help=part.__doc__)
     parser.add_argument("--headers", action="store_true", help="compile Pinocchio here, too")
     parser.add_argument("robots", nargs="*", help="only these")
     arguments = parser.parse_args()
-    asked = [one for one in (counts, generation, speed) if getattr(arguments, one.__name__)]
-    for part in asked or (counts, generation, speed):
+    asked = [one for one in PARTS if getattr(arguments, one.__name__)]
+    for part in asked or PARTS:
         part(arguments.robots)

@@ -1,6 +1,6 @@
 """A sweep of our biped: robots a second on one core, on two, and on a local Dask cluster.
 
-    pip install -e ".[batch]"
+    pip install -e ".[cluster]"
     python benchmarks/many.py [--robots 1000]
 
 Every robot is expanded, converted, proven and written.

@@ -1,6 +1,6 @@
 """How fast meshes become .wrl: triangles a second, beside trimesh that loads the same file.
 
-    pip install -e ".[meshes]"
+    pip install -e .
     python benchmarks/meshes.py [--subdivisions 6] [--repetitions 5]
 
 A rough sphere is written in each format, read, and written as VRML97 in one process; the least
@@ -21,7 +21,6 @@ import trimesh
 
 from urdf2mbs import convert
 from urdf2mbs.meshes.reader import read
-from urdf2mbs.passes import convert_meshes
 from urdf2mbs.passes.convert_meshes import ConvertMeshes, Job, Look, make
 
 FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
@@ -73,7 +72,7 @@ def rates(subdivisions: int, repetitions: int) -> None:
 
 
 def robot(subdivisions: int) -> None:
-    """Seconds on the clock for a robot with twelve meshes, on one core and on all."""
+    """Seconds on the clock for a robot with twelve meshes."""
     data = sphere(subdivisions).export(file_type="stl")
     with tempfile.TemporaryDirectory() as folder:
         links = ['<link name="base"/>']
@@ -88,12 +87,10 @@ def robot(subdivisions: int) -> None:
             )
         source = Path(folder) / "robot.urdf"
         source.write_text(f'<robot name="r">{"".join(links)}</robot>')
-        print(f"\n12 meshes of {len(data) / 1e6:.0f} MB, seconds on the clock:")
-        worth = convert_meshes.WORTH
-        for name, convert_meshes.WORTH in (("in one process", 2**60), ("on all cores", worth)):
-            start = perf_counter()
-            convert(source, project=Path(folder) / "project")
-            print(f"{name}: {perf_counter() - start:.1f}")
+        start = perf_counter()
+        convert(source, project=Path(folder) / "project")
+        seconds = perf_counter() - start
+        print(f"\n12 meshes of {len(data) / 1e6:.0f} MB: {seconds:.1f} s on the clock")
 
 
 def main() -> None:

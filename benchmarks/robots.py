@@ -15,6 +15,8 @@ REAL = {
     "walkman": "walkman/robotran_edu_2017/bigman.urdf",
     "icub": "icub/iCub/robots/iCubGazeboV2_5/model.urdf",
 }
+#: Arms on a fixed base.
+ARMS = {"fr3": "franka/expanded/fr3_nohand.urdf", "ur5": "ur/expanded/ur5.urdf"}
 
 LINK = """\
   <link name="link_{i}">
@@ -72,7 +74,7 @@ def without_meshes(source: Path) -> bytes:
     return etree.tostring(root, xml_declaration=True, encoding="utf-8")
 
 
-def real() -> dict[str, bytes]:
+def real(robots: dict[str, str] = REAL) -> dict[str, bytes]:
     """By name; those that are here."""
-    paths = {name: ROBOTS / path for name, path in REAL.items()}
+    paths = {name: ROBOTS / path for name, path in robots.items()}
     return {name: without_meshes(path) for name, path in paths.items() if path.is_file()}

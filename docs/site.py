@@ -13,18 +13,10 @@ import re
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
-from urdf2mbs import Push, Results, simulate, testing
-from urdf2mbs.api import Result, Verdict, convert, verify
 from urdf2mbs.commands import module_of, parser
 from urdf2mbs.commands.schema import schema
-from urdf2mbs.conversion import Conversion, Names, Segment, Step
 from urdf2mbs.engine import hookspecs
-from urdf2mbs.engine.config import field_docs
 from urdf2mbs.engine.plugins import Plugins
-from urdf2mbs.mbs.model import LinkFrame
-from urdf2mbs.report.summary import Joints, Report
 
 DOCS = Path(__file__).resolve().parent
 CODE = "```"
@@ -77,7 +69,6 @@ def pages() -> dict[str, str]:
         "reference/config.md": _config(),
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
-        "reference/api.md": _api(),
     }
 
 
@@ -138,31 +129,7 @@ def _hooks() -> str:
     return "\n".join(lines)
 
 
-def _api() -> str:
-    lines = ["# Python API", "", "Units are m, kg, rad."]
-    lines += ["", f"{CODE}python", "from urdf2mbs import convert, simulate, verify", CODE, ""]
-    for function in (convert, verify, simulate):
-        lines += _function(f"{function.__module__}.{function.__name__}", function)
-    kinds = (Result, Verdict, Results, Push)
-    for kind in (*kinds, Report, Joints, Conversion, Segment, Step, Names, LinkFrame):
-        lines += [f"## {kind.__module__}.{kind.__name__}", "", inspect.getdoc(kind) or "", ""]
-        docs = field_docs(kind) if issubclass(kind, msgspec.Struct) else {}
-        fields = getattr(kind, "__struct_fields__", ())
-        rows = {field: docs.get(field, "") for field in fields}
-        for name, one in vars(kind).items():
-            if not name.startswith("_") and (isinstance(one, property) or inspect.isfunction(one)):
-                rows[name] = " ".join((inspect.getdoc(one) or "").split())
-        lines += ["| | |", "|---|---|"]
-        lines += [f"| `{name}` | {_cell(text)} |" for name, text in rows.items()]
-        lines.append("")
-    lines += ["## For tests of passes: urdf2mbs.testing", ""]
-    for name, one in vars(testing).items():
-        if inspect.isfunction(one) and one.__module__ == testing.__name__ and name[0] != "_":
-            lines += _function(name, one, "###")
-    return "\n".join(lines)
-
-
-def _function(name: str, function: Any, level: str = "##") -> list[str]:
+def _function(name: str, function: Any) -> list[str]:
     parameters = [
         re.sub(r": '([^']*)'", r": \1", str(one))  # an annotation is a text there
         for one in inspect.signature(function).parameters.values()
@@ -171,8 +138,4 @@ def _function(name: str, function: Any, level: str = "##") -> list[str]:
     called = f"{function.__name__}(\n    {words},\n)" if words else f"{function.__name__}()"
     text = inspect.getdoc(function) or ""
     text = re.sub(r":raises (\w+):", r"Raises \1:", text)
-    return [f"{level} {name}", "", f"{CODE}python", called, CODE, "", text.replace("``", "`"), ""]
-
-
-def _cell(text: str) -> str:
-    return text.replace("``", "`").replace("|", "\\|")
+    return [f"## {name}", "", f"{CODE}python", called, CODE, "", text.replace("``", "`"), ""]

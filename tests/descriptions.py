@@ -24,7 +24,6 @@ def stand_in(
 
     Where the network is asked for all the same, git finds none.
     """
-    pytest.importorskip("robot_descriptions", reason="the extra 'robots' is not installed")
     if shutil.which("git") is None:
         pytest.skip("git is not installed")
     from robot_descriptions._repositories import REPOSITORIES

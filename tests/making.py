@@ -1,8 +1,9 @@
-"""A pass made of a function, for the plugins that tests write as text."""
+"""A pass made of a function, for the plugins that tests write as text; a robot of a file."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -10,9 +11,20 @@ import msgspec
 from urdf2mbs.engine import resolve
 from urdf2mbs.engine.config import Lines
 from urdf2mbs.engine.plugins import Plugins
+from urdf2mbs.messages.diagnostics import Diagnostic
 from urdf2mbs.plugin import Pass, hookimpl
+from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.packages import Packages
+from urdf2mbs.urdf.reader import expanded, read_text
 
-__all__ = ["hookimpl", "make", "passes_of"]
+__all__ = ["hookimpl", "make", "passes_of", "read_robot"]
+
+
+def read_robot(
+    source: Path, packages: Packages, xacro_args: Mapping[str, str]
+) -> tuple[Robot, list[Diagnostic]]:
+    """Read a robot; a file with xacro in it is expanded first."""
+    return read_text(source, *expanded(source, packages, xacro_args), xacro_args)
 
 
 def passes_of(preset: str) -> list[str]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-pin = pytest.importorskip("pinocchio", reason="the extra 'verify' is not installed")
+pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
 VECTORS = ("q", "qd", "qdd", "Qq", "m", "g", "lrod", "Z", "Zd", "Fl")
 TABLES = ("l", "In", "dpt", "frc", "trq")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import time
 from typing import TYPE_CHECKING
@@ -15,8 +14,7 @@ from reference import Urdf
 from robots import CONVERTIBLE, RealRobot
 from strategies import LINK_NAMES, robots, snapped
 
-from urdf2mbs.cli import main
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -171,40 +169,3 @@ def test_time_is_linear_in_the_number_of_links(shape: str, kind: str, rpy: str) 
     seconds(few, "warm")
     # four times as many take four times as long, not sixteen
     assert min(seconds(many, "many") for _ in "12") < 9 * min(seconds(few, "few") for _ in "123")
-
-
-def test_explain_says_what_each_preset_costs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    config = tmp_path / "tiny.yaml"
-    # an option of a pass that only the one preset has, and a pass that only the other has
-    config.write_text(
-        "source: tiny.urdf\npipeline: compact\nafter: {lump-fixed: foot}\nplugins: [foot.py]\n"
-        "passes: {align-frames: {axes: z}, foot: {size: 2}, prune-massless: {keep: ['*']}}\n"
-    )
-    (tmp_path / "foot.py").write_text(
-        "from urdf2mbs.plugin import Pass, hookimpl\n"
-        "class Foot(Pass):\n    size: int = 1\n    def run(self, conversion):\n        pass\n"
-        "@hookimpl\ndef urdf2mbs_passes():\n    yield Foot\n"
-    )
-
-    assert main(["explain", "--cost", "tiny.yaml"]) == 0
-    out = capsys.readouterr().out
-    assert main(["explain", "--cost", "--json", "tiny.yaml"]) == 0
-    told = json.loads(capsys.readouterr().out)
-
-    compact, faithful = told["cost"]["this config"], told["cost"]["faithful"]
-    assert list(told["cost"]) == ["this config", "faithful"]
-    assert compact["independent"] == faithful["independent"] == 9
-    assert 9 < compact["mbs"] < faithful["mbs"]
-    assert compact["per_degree_of_freedom"] == pytest.approx(compact["mbs"] / 9)
-    lines = out.partition("\ncost\n")[2].splitlines()
-    assert f"{compact['mbs']} joints: 9 independent" in lines[0]
-    assert f"{compact['per_degree_of_freedom']:.2f} joints for each degree of freedom" in lines[0]
-    assert f"{faithful['mbs']} joints: 9 independent" in lines[1]
-    # nothing is written
-    assert {file.name for file in tmp_path.iterdir() if file.is_file()} == {
-        "tiny.urdf", "tiny.yaml", "foot.py",
-    }  # fmt: skip

@@ -12,7 +12,7 @@ from evaluator import Evaluator, Inertia, lump, rotation, translation
 if TYPE_CHECKING:
     from pathlib import Path
 
-pin = pytest.importorskip("pinocchio", reason="the extra 'verify' is not installed")
+pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
 #: A floating body; on it a slide along a driven-turned y; on that a turn, with a second body
 #: beside it that turns about x. All inertias are full, and nothing is aligned by chance.

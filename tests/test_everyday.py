@@ -209,29 +209,21 @@ def test_a_robot_in_place_of_a_config(command: str, here: Path, capsys: Any) -> 
 
 
 def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    share = tmp_path / "share" / "us"
-    share.mkdir(parents=True)
-    (share / "package.xml").write_text("<package><name>us</name></package>")
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
-    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "nowhere"))
     assert main(["doctor", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["urdf2mbs"]["lxml"] == version("lxml")
-    assert found["ROS packages"][str(tmp_path)] == "1 packages, of AMENT_PREFIX_PATH"
-    assert "NO SUCH FOLDER" in found["ROS packages"][str(tmp_path / "nowhere")]
+    assert found["ROS packages"]["AMENT_PREFIX_PATH"] == str(tmp_path)
     monkeypatch.setattr("urdf2mbs.commands.doctor.version_of", lambda name: "")
     monkeypatch.setattr("urdf2mbs.commands.doctor.version", lambda name: "0")
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out
-    assert re.search(
-        r"^  meshes +not installed, for .*: pip install 'urdf2mbs\[meshes\]'", said, re.M
-    )
+    assert re.search(r"^  pinocchio +not installed, for .*: pip install pin$", said, re.M)
     assert re.search(r"^  lxml +MISSING$", said, re.M)
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
-    pytest.importorskip("shtab", reason="the extra 'completion' is not installed")
     assert main(["completion", shell]) == 0
     script = capsys.readouterr().out
     for word in ("new-pass", "doctor", "engine", "pinocchio"):
@@ -256,7 +248,6 @@ def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
 )
 def test_completion_in_a_shell(words: str, found: str, here: Path, capsys: Any) -> None:
     """In bash, which every Linux has; zsh and fish were tried by hand."""
-    pytest.importorskip("shtab", reason="the extra 'completion' is not installed")
     (here / "dump").mkdir()
     assert main(["completion", "bash"]) == 0
     typed = ["urdf2mbs", *words.split(" ")]
@@ -484,3 +475,14 @@ def test_a_robot_without_mass_is_not_sent_to_the_simulation(here: Path, capsys: 
     assert "NO DYNAMICS" in out
     assert "Next: give the links masses" in out
     assert "main.py" not in out
+
+
+def test_a_missing_extra_says_what_to_install(
+    here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["convert", "tiny.urdf"]) == 0
+    monkeypatch.setitem(sys.modules, "pinocchio", None)
+    assert main(["verify", "tiny.urdf", "tiny.mbs", "--engine", "pinocchio"]) == 2
+    said = capsys.readouterr().err
+    assert "error[extra-missing]" in said
+    assert "pip install pin\n" in said

@@ -11,12 +11,13 @@ from typing import Any
 
 import pytest
 from lxml import etree
+from making import read_robot
 
 from urdf2mbs import Result, convert, verify
 from urdf2mbs.mbs import reader
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import parse, read_robot
+from urdf2mbs.urdf.reader import parse
 from urdf2mbs.urdf.values import _says_the_same
 
 LINK = """\

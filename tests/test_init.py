@@ -174,32 +174,20 @@ def test_arguments_packages_and_meshes(here: Path, capsys: Any) -> None:
     assert main(["init", "us/x.urdf.xacro"]) == 1
     assert "the argument 'needed' is not defined" in capsys.readouterr().err
     assert main(["init", "us/x.urdf.xacro", "--arg", "needed:=yes: no"]) == 0
+    assert "1 of 2 meshes found\n  not found: package://them/b.stl\n" in capsys.readouterr().out
     text = (here / "x.yaml").read_text()
     assert "\npackages:\n  us: us\n#   them: DIR   # meshes name it, and it was not found\n" in text
     assert (
         """
 xacro_args:
   needed: 'yes: no'
-#   before: 3   # how many there are
-#   beside: VALUE   # a file; default: $(find us)/x: #y
+#   before: 3
+#   beside: VALUE
 #   plain: 'a: b # c'
 """
         in text
     )
-    assert "# 2 meshes, 1 found. Not found: package://them/b.stl\n" in text
     assert load(here / "x.yaml")[0].xacro_args == {"needed": "yes: no"}
-
-
-def test_without_the_extra_for_meshes_it_still_runs(
-    here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    mesh = '<visual><geometry><mesh filename="a.stl"/></geometry></visual>'
-    (here / "a.stl").write_text("")
-    (here / "tiny.urdf").write_text(TINY.replace("<inertial>", f"{mesh}<inertial>", 1))
-    monkeypatch.setattr("urdf2mbs.commands.init.find_spec", lambda name: None)
-    assert main(["init", "tiny.urdf"]) == 0
-    text = (here / "tiny.yaml").read_text()
-    assert re.search(r"^output: tiny.mbs +# or \{project: tiny\}, once you have: pip", text, re.M)
 
 
 def test_it_overwrites_nothing(here: Path, capsys: Any) -> None:

@@ -269,7 +269,7 @@ OWN: dict[str, tuple[str, int, str | None, str]] = {
     ),
     "arguments": (
         arm(head=XACRO, joint='<origin xyz="$(arg x) $(arg y) 0"/>'),
-        1, "xacro-arg", "'x', 'y' are not defined",
+        1, "xacro-arg", "'x' is not defined",
     ),
     "package of an include": (
         arm(head=XACRO).replace(

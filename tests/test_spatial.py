@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from urdf2mbs import spatial
 from urdf2mbs.spatial import IDENTITY, ZERO, Pose, direction, lump, unit
 
-pin = pytest.importorskip("pinocchio", reason="the extra 'verify' is not installed")
+pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
 reproducible = settings(max_examples=200, derandomize=True, deadline=None, database=None)
 

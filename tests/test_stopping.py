@@ -116,12 +116,12 @@ def test_a_sweep(number: signal.Signals, workers: int, tmp_path: Path) -> None:
     done = run(words, tmp_path)
     assert (done.returncode, done.stdout) == (128 + number, "")
     assert done.stderr.startswith(f"stopped by {number.name}")
-    assert done.stderr.endswith("of 5 robots done\n"), "what a plugin made is made anew"
+    assert done.stderr.endswith("of 5 robots done\n")
     assert len(done.stderr.splitlines()) == 1
     if workers == 1:
         assert "2 of 5" in done.stderr
     for file in (tmp_path / "models").iterdir():
-        assert file.name == "urdf2mbs-report.json.part" or file.suffix in (".mbs", ".base")
+        assert file.suffix in (".mbs", ".base")
         assert file.suffix != ".mbs" or intact(file.read_bytes())
     assert not (tmp_path / "models" / "0.9.mbs").exists()
     for file in tmp_path.glob("worker-*"):

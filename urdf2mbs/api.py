@@ -23,6 +23,7 @@ from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.report.summary import Report, report
+from urdf2mbs.runtime.project import model_of
 from urdf2mbs.urdf.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import read_file
@@ -143,10 +144,15 @@ def verify(
     *,
     engine: str = "own",
     frames: bool = False,
+    code: bool = False,
     tolerance: float = TOLERANCE,
     **fields: Any,
 ) -> Verdict:
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
+
+    The .mbs may be given as its project's folder.  ``code`` then runs the project's generated code
+    and compares it, too, with what the options in the project's certificate ask for: it is code
+    with all your rights.
 
     Joints are matched by name.  ``engine`` is ``own`` or ``pinocchio``, which compares the
     equations of motion too.  ``frames``: a link's frame that is elsewhere in the .mbs is a
@@ -163,7 +169,8 @@ def verify(
             f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
             hint=f"such as {TOLERANCE}",
         )
-    paths = os.fspath(source), os.fspath(model)
+    project = Path(model) if files.is_folder(Path(model, "dataR")) else None
+    paths = os.fspath(source), os.fspath(model if project is None else model_of(project) or "")
     robots = [not paths[0].lower().endswith(".mbs"), _is_robot(paths[1])]
     if robots == [False, True]:
         paths, robots = (paths[1], paths[0]), [True, False]
@@ -176,6 +183,12 @@ def verify(
         verdict = verify_two(*paths, tolerance, fields)
     else:
         verdict = _verify(*paths, engine, frames, tolerance, fields)
+    if project is not None and code:
+        _verify_code(verdict, paths, project, fields)
+    elif project is not None:
+        verdict.not_compared["the generated code"] = "'--code' runs and compares it"
+    elif code:
+        raise ConfigError("usage", "'--code' is for a project's folder", hint="name the folder")
     if frames:
         verdict.count_frames()
     else:  # of matched names: where a model has its frames is its own choice
@@ -229,6 +242,45 @@ def _verify(
         flipped=found.flipped,
         diagnostics=conversion.diagnostics,
     )
+
+
+def _verify_code(
+    verdict: Verdict, paths: tuple[str, str], project: Path, fields: dict[str, Any]
+) -> None:
+    """Run a project's generated code, and compare it with what is asked for.
+
+    Only what urdf2mbs generates is run: of user functions, those that it writes, not the user's.
+    """
+    from urdf2mbs.passes.check_code import code_of
+    from urdf2mbs.runtime.code import prove_code
+
+    certificate = Path(paths[1]).with_suffix(".proof.json")
+    asked: dict[str, Any] = {"plugins": ()}
+    if certificate.is_file():
+        asked = msgspec.json.decode(files.read(certificate))["predicate"]["urdf2mbs"]["options"]
+    if "plugins" in asked:
+        why = "made with plugins" if certificate.is_file() else f"there is no '{certificate.name}'"
+        verdict.not_compared["the generated code"] = why
+        return
+    settings = {key: value for key, value in asked.items() if key in _OPTIONS} | fields
+    in_c = any(project.glob("userfctR/*_robot.c"))
+    output = {"project": str(project), "language": ["python", *["c"] * in_c]}
+    config = from_values({"source": paths[0], "output": output}, **settings)
+    conversion = Pipeline(*config, installed_plugins=False).run(stop_after="project")
+    code = code_of(conversion, ".py", *[".c", ".h"] * in_c)
+    for name, ours in code.items():
+        there = project / name
+        own = project / name in conversion.starters
+        data = files.read(there) if there.is_file() else None
+        if own and data not in (ours, None):
+            verdict.not_compared[f"user function '{there.name}'"] = "changed by its user"
+        elif data is not None and not own:
+            code[name] = data
+    prove_code(conversion, verdict, code, in_c=in_c)
+
+
+#: What of the options in a certificate says how the code was made, and runs nothing.
+_OPTIONS = ("base", "gravity", "xacro_args", "pipeline", "without", "passes")
 
 
 def _verify_models(first: str, second: str, tolerance: float, _: dict[str, Any]) -> Verdict:

@@ -7,16 +7,35 @@ still change a name, and then the new one is seen here.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import msgspec
 
-from urdf2mbs.mbs.model import Connection, Joint, Point, UserModel
-from urdf2mbs.spatial import IDENTITY, Rot, Vec
+from urdf2mbs.mbs.model import Connection, Joint, Mbs, Point, UserModel
+from urdf2mbs.spatial import IDENTITY, Rot, Vec, cross, unit
 from urdf2mbs.urdf.model import Extension
 
 
 def rounded(value: float, digits: int = 2) -> float:
     """A number that urdf2mbs chooses, to so many digits: the robot does not state the number."""
     return float(f"{value:.{digits}g}")
+
+
+#: The user models of the states of friction: one of each joint that rubs, two of each contact.
+JOINT_STATES, CONTACT_STATES = "friction_state", "contact_state"
+
+
+def state_numbers(mbs: Mbs, kind: str) -> dict[str, int]:
+    """The index in ``ux`` of the first value of each parameter of the user model ``kind``."""
+    found, number = {}, 1
+    for model in mbs.user_models:
+        for parameter in model.parameters:
+            if parameter.type == "state":
+                if model.name == kind:
+                    found[parameter.name] = number
+                number += len(parameter.values)
+    return found
 
 
 class Coupling(msgspec.Struct):
@@ -121,6 +140,9 @@ class Law(msgspec.Struct):
     c: str
     joints: list[Joint] = []
     points: list[Point] = []
+    should: Callable[..., Any] | None = None
+    """What it should give, for the proof: ``should(q, qd)`` of a joint, ``should(P, V, t)`` of a
+    point, with P and V from index 0; gives six numbers.  None: the law is named as unproven."""
 
 
 class Simulation(msgspec.Struct):
@@ -147,3 +169,11 @@ class Simulation(msgspec.Struct):
     """The elements of other programs in which a pass has found something."""
     kept: dict[str, set[str]] = {}
     """Code of a note that ``emit`` would give: the joints whose property has found a place."""
+
+    @property
+    def across(self) -> tuple[Vec, Vec]:
+        """Two directions in the ground, at right angles."""
+        least = min(range(3), key=lambda k: abs(self.up[k]))
+        x, y, z = (float(k == least) for k in range(3))
+        second = unit(cross(self.up, (x, y, z)))
+        return cross(second, self.up), second

@@ -115,15 +115,6 @@ def test_a_preset_of_a_plugin(tmp_path: Path) -> None:
         convert_text(plugins=[file], pipeline="bear")
 
 
-def test_a_preset_of_a_plugin_is_compared_with_the_others(tmp_path: Path, capsys: Any) -> None:
-    more = '"prune-massless", "decompose-joints", "collect-anchors", "assign-names"],'
-    write(tmp_path, PRESET.replace('"prune-massless"],', more))
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "c.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
-    assert main(["explain", str(tmp_path / "c.yaml"), "--cost", "--json"]) == 0
-    assert set(json.loads(capsys.readouterr().out)["cost"]) == {"this config", "compact", "bare"}
-
-
 @pytest.mark.parametrize(
     ("preset", "said"),
     [
@@ -205,15 +196,3 @@ def test_an_alias_on_the_command_line_of_explain(tmp_path: Path, capsys: Any) ->
     assert main(["explain", str(config), "--json"]) == 0
     assert "twice" in [one["name"] for one in json.loads(capsys.readouterr().out)]
     assert main(["explain", str(config)]) == 0
-
-
-@pytest.mark.parametrize("more", ["without: [merge-massless]", "before: {align-frames: scale}"])
-def test_what_is_said_of_one_preset_only_does_not_stop_the_other(
-    more: str, tmp_path: Path, capsys: Any
-) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    write(tmp_path, SCALE.replace('    writes = ("robot",)\n', "").replace("*= self.by", "*= 1"))
-    config = tmp_path / "tiny.yaml"
-    config.write_text(f"source: tiny.urdf\nplugins: [lab.py]\npipeline: compact\n{more}\n")
-    assert main(["explain", str(config), "--cost"]) == 0
-    assert "faithful" in capsys.readouterr().out

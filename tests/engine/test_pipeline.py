@@ -343,5 +343,3 @@ def test_a_wrong_order_by_after_names_its_line(tmp_path: Path) -> None:
         pipeline_of(tmp_path, "plugins: late.py\nafter: {expand: late}\n")
     assert (caught.value.code, caught.value.line) == ("wrong-order", 3)
     assert "after: {decompose-joints: late}" in (caught.value.hint or "")
-    idle = pipeline_of(tmp_path, "plugins: late.py\n").run().diagnostics[0]
-    assert "after: {decompose-joints: late}" in (idle.hint or "")

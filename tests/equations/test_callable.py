@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import cmath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from conftest import SHARED
+from equations.test_derivatives import pinocchios_regressor
 from robots import CONVERTIBLE
 from runtime import Truth, error, pin, random_state
 
@@ -45,6 +45,8 @@ def compare(robot: Robot, mbs: Mbs) -> None:
         (robot.mass_matrix(q), truth.matrix(s)),
         (robot.bias(q, qd), truth.forces(s, accelerated=False)),
         (robot.inverse_dynamics(q, qd, qdd), truth.forces(s, accelerated=True)),
+        (robot.regressor(q, qd, qdd), pinocchios_regressor(truth, s)),
+        (robot.regressor(q, qd, qdd) @ robot.parameters(), truth.forces(s, accelerated=True)),
         (robot.energy(q, qd), [pin.computeKineticEnergy(model, data, v, w),
                                pin.computePotentialEnergy(model, data, v)]),
         (robot.centre_of_mass(q), pin.centerOfMass(model, data, v)),
@@ -97,64 +99,6 @@ def test_loops_are_closed() -> None:
     assert error(turn.T @ needed, turn.T @ tau) <= TOLERANCE
     with pytest.raises(ValueError, match="dependent joints"):
         robot.forward_dynamics_derivatives(q, qd, tau)
-
-
-def pinocchios(truth: Truth, tables: Any) -> list[Any]:
-    """Derivatives of pinocchio, by joint number."""
-    at = np.ix_(truth.column, truth.column)
-    return [np.asarray(table)[at] for table in tables]
-
-
-@pytest.mark.parametrize("language", ["c", "python"])
-@pytest.mark.parametrize("source", [pytest.param(robot, id=robot.name) for robot in ROBOTS])
-def test_derivatives(source: Any, language: str, tmp_path: Path) -> None:
-    data = source.convert(pipeline="compact").data
-    mbs, robot = loaded(tmp_path / "robot.mbs", data, language)
-    truth, s = Truth(mbs), random_state(mbs, np.random.default_rng(6), loads=False)
-    joints = [joint for body in mbs.bodies for joint in body.joints]
-    moving = np.array([joint.nature != "driven" for joint in joints])
-    s.qdd[1:][~moving] = 0.0
-    state = [truth.vector(x) for x in (s.q, s.qd, s.qdd)]
-    given = [x[1:].copy() for x in (s.q, s.qd, s.qdd)]
-    model, free = truth.model, np.ix_(moving, moving)
-    found = robot.inverse_dynamics_derivatives(*given)
-    by_q, by_qd, _ = pin.computeRNEADerivatives(model, truth.data, *state)
-    wanted = pinocchios(truth, (by_q, by_qd))
-    for a, b in zip(found, [*wanted, truth.matrix(s)], strict=True):
-        assert error(a[free], b[free]) <= 1e-9
-    tau = truth.forces(s, accelerated=True)
-    found = robot.forward_dynamics_derivatives(*given[:2], tau)
-    if moving.all():
-        force = np.zeros(model.nv)
-        force[truth.column] = tau
-        tables = pin.computeABADerivatives(model, truth.data, *state[:2], force)
-        inverse = np.triu(tables[2]) + np.triu(tables[2], 1).T
-        for a, b in zip(found, pinocchios(truth, (*tables[:2], inverse)), strict=True):
-            assert error(a, b) <= 1e-9
-    for a, b in zip(found, wanted, strict=False):
-        assert error((truth.matrix(s) @ a)[free], -b[free]) <= 1e-9
-
-
-class Complex:
-    """Functions for complex numbers."""
-
-    sin, cos, sqrt = staticmethod(cmath.sin), staticmethod(cmath.cos), staticmethod(cmath.sqrt)
-
-
-def test_derivatives_by_complex_steps(tmp_path: Path) -> None:
-    path = SHARED / "mbs-samples" / "minimal.mbs"
-    if not path.is_file():
-        pytest.skip("../shared is not here")
-    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
-    stepped = load_equations(tmp_path / "minimal.mbs", math=Complex)
-    state = np.random.default_rng(4).uniform(-1, 1, (3, len(robot.joints)))
-    found = robot.inverse_dynamics_derivatives(*state)
-    for which in range(3):
-        for k in range(len(robot.joints)):
-            moved = state.astype(complex)
-            moved[which, k] += 1e-30j
-            by_step = np.array(stepped.inverse_dynamics(*moved), complex).imag / 1e-30
-            assert error(found[which][:, k], by_step) <= 1e-12
 
 
 @pytest.mark.parametrize("language", ["c", "python"])

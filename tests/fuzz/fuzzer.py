@@ -127,7 +127,7 @@ passes:
     springs: {s: {ends: [{link: hand}, {link: body, at: [0, 0, 1]}], stiffness: 10}}
   loops: {cuts: {c: {ends: [{link: hand}, {link: body}], kind: rod, length: 1}}}
   sensors: {links: [hand]}
-  layout: {style: method}
+  layout: {style: tree}
   align-frames: {}
   joint-parameters: {}
 diagnostics: {mesh-missing: ignore, base: warning}
@@ -433,7 +433,7 @@ ROBOT_COMMANDS = (
     "convert fuzzed.robot -o out.mbs", "report fuzzed.robot -o out.html",
     "init fuzzed.robot -o new.yaml", "verify fuzzed.robot tiny.mbs",
     "convert fuzzed.robot -o out/ --pipeline compact -v",
-    "convert fuzzed.robot -o out/ --set layout.style=method --json",
+    "convert fuzzed.robot -o out/ --set layout.style=tree --json",
 )  # fmt: skip
 MODEL_COMMANDS = (
     "equations fuzzed.robot -o out/",

@@ -61,7 +61,7 @@ BAD = [*CONTENTS, *NAMES, *(["/dev/null"] if Path("/dev/null").exists() else [])
 READING = (
     "simulate X",
     "run X", "run X tiny.yaml", "convert X -o out.mbs", "report X", "verify X tiny.mbs",
-    "verify tiny.urdf X", "diagram X", "equations X", "explain X", "explain X --cost", "init X",
+    "verify tiny.urdf X", "diagram X", "equations X", "explain X", "init X",
     "passes --plugin X", "schema --plugin X", "convert tiny.urdf --plugin X",
     "convert tiny.urdf --set posture.srdf=X --set posture.state=home",
 )  # fmt: skip

@@ -87,7 +87,6 @@ def _written(text: str, here: Path) -> None:
     Path(file).write_text(text)
     written.element("link", "a", [file])
     written.arguments([file])
-    written.macro("a", [here])
     written.locate(["a", "b"], [file])
 
 

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import sys
-import tempfile
-from errno import EACCES, EDEADLK
+from errno import EACCES
 from pathlib import Path, PureWindowsPath
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -45,41 +43,6 @@ def test_names_that_windows_has_not(
 )
 def test_names_that_every_system_has(name: str) -> None:
     assert is_portable(name)
-
-
-class Windows(SimpleNamespace):
-    """A stand-in for msvcrt: who has locked the first byte of which file."""
-
-    LK_LOCK = 1
-
-    def __init__(self, waits: int) -> None:
-        super().__init__()
-        self.waits = waits
-        self.calls: list[tuple[int, int, int]] = []
-
-    def locking(self, descriptor: int, mode: int, count: int) -> None:
-        self.calls.append((descriptor, mode, count))
-        if len(self.calls) <= self.waits:
-            raise OSError(EDEADLK, "Resource deadlock avoided")
-
-
-def test_a_folder_is_locked_on_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    windows = Windows(waits=2)
-    (tmp_path / "temp").mkdir()
-    monkeypatch.setattr(output, "WINDOWS", True)
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temp"))
-    monkeypatch.setitem(sys.modules, "msvcrt", windows)
-    monkeypatch.setitem(sys.modules, "fcntl", None)
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / ".a.mbs.abcd1234.part").touch()
-    write_files({out / "a.mbs": b"<x/>"})
-    assert len(windows.calls) == 3, "it waits until the lock is free"
-    assert {mode for _, mode, _ in windows.calls} == {Windows.LK_LOCK}
-    assert [file.name for file in out.iterdir()] == ["a.mbs"], "the litter of a killed run is gone"
-    assert len(list((tmp_path / "temp").glob("urdf2mbs-*.lock"))) == 1
-    write_files({out / "b.mbs": b"<x/>"})
-    assert len(list((tmp_path / "temp").iterdir())) == 1, "one file for one folder"
 
 
 def test_where_nothing_can_be_locked_files_are_written_still(

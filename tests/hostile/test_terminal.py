@@ -12,7 +12,6 @@ import pytest
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.commands.colours import Screen, screens
 from urdf2mbs.messages.diagnostics import ConversionError, printable
 from urdf2mbs.testing import TINY
 
@@ -84,15 +83,6 @@ def test_an_error_as_text_from_python(here: Path) -> None:
         convert(here / "odd.urdf")
     assert not ACTS.search(str(caught.value))
     assert r"\x9b2J\x85\u202e\r\nerror[fake]" in str(caught.value)
-
-
-def test_the_progress_line_is_ours(capsys: Any) -> None:
-    import sys
-
-    with screens():
-        assert isinstance(sys.stderr, Screen)
-        sys.stderr.rewrite(NASTY)
-    assert capsys.readouterr().err == "\r\x1b[K" + printable(NASTY)
 
 
 def test_what_is_no_control_character_stays() -> None:

@@ -42,7 +42,6 @@ COMMANDS = (
     "verify r.xacro tiny.mbs",
     "verify r.xacro tiny.mbs --engine pinocchio",
     "init r.xacro",
-    "explain r.yaml --cost",
 )
 
 

@@ -8,7 +8,6 @@ import re
 import shutil
 import signal
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,7 @@ import pytest
 
 from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
-from urdf2mbs.disk import files
-from urdf2mbs.many import convert as many
-from urdf2mbs.many import job as job_module
-from urdf2mbs.many.job import Job, Outcome
+from urdf2mbs.many.job import Outcome
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
@@ -58,15 +54,6 @@ def urdf2mbs_passes():
 
 #: What two files of one robot differ in: the name of the model, and so the seal.
 _NAME = re.compile(rb"<mbsname>.*?</mbsname>|<!-- sealed by .* -->")
-
-
-@pytest.fixture(autouse=True)
-def _one_environment() -> Iterator[None]:
-    """pytest writes into a variable what it is at; the first look at them holds for a process."""
-    job_module._machine.cache_clear()
-    job_module._machine()
-    yield
-    job_module._machine.cache_clear()
 
 
 @pytest.fixture
@@ -207,162 +194,14 @@ def test_explain_shows_the_first(sweep: Path, capsys: Any) -> None:
     assert "6 robots; this is the first: height=0.7" in capsys.readouterr().out
 
 
-# --- interrupted -----------------------------------------------------------------------------
-
-
-def interrupt(sweep: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run a sweep that Ctrl-C ends after three robots."""
-    plain = many.run
-
-    def run(jobs: list[Job], **more: Any) -> Iterator[Outcome]:
-        for done, outcome in enumerate(plain(jobs, **more)):
-            if done == 3:
-                raise KeyboardInterrupt
-            yield outcome
-
-    with monkeypatch.context() as patch:
-        patch.setattr("urdf2mbs.commands.many.run", run)
-        assert main(["run", str(sweep), "--workers", "1"]) == 130
-
-
-@pytest.fixture
-def interrupted(sweep: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Path:
-    interrupt(sweep, monkeypatch)
-    said = capsys.readouterr().err
-    assert said == "stopped by SIGINT: 3 of 6 robots done; the same command goes on\n"
-    return sweep
-
-
-@pytest.fixture
-def interrupted_srdf(sweep: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> Path:
-    """The start posture of its robots is in a file of its own."""
-    joint = convert("biped.urdf.xacro").names.joints
-    name = next(name for name in joint if "knee" in name)
-    (sweep.parent / "biped.srdf").write_text(
-        f'<robot name="biped"><group_state name="stand" group="legs">'
-        f'<joint name="{name}" value="0.1"/></group_state></robot>'
-    )
-    sweep.write_text(f"{SWEEP}passes: {{posture: {{srdf: biped.srdf, state: stand}}}}\n")
-    interrupt(sweep, monkeypatch)
-    capsys.readouterr()
-    return sweep
-
-
-def again(sweep: Path, capsys: Any, kept: int) -> dict[str, Any]:
-    assert main(["run", str(sweep), "--workers", "1"]) == 0
-    said = capsys.readouterr()
-    assert "6 robots done" in said.out
-    assert (f"({kept} of them before)" in said.out) == (kept > 0)
-    report: dict[str, Any] = json.loads(
-        (sweep.parent / "models" / "urdf2mbs-report.json").read_text()
-    )
-    assert [one["values"]["height"] for one in report["robots"]] == [
-        "0.7", "0.8", "0.9", "1.0", "1.1", "1.2",
-    ]  # fmt: skip
-    assert not list((sweep.parent / "models").glob("*.part"))
-    return report
-
-
-def test_it_goes_on_where_it_was(interrupted: Path, capsys: Any) -> None:
-    gone_on = again(interrupted, capsys, kept=3)
-    assert gone_on == again(interrupted, capsys, kept=0), "a whole run begins anew"
-
-
-def test_what_changed_since_is_made_anew(interrupted: Path, capsys: Any) -> None:
-    robot = interrupted.with_name("biped.urdf.xacro")
-    robot.write_text(robot.read_text().replace('default="12.0"', 'default="13.0"'))
-    report = again(interrupted, capsys, kept=0)
-    masses = {one["report"]["mass"] for one in report["robots"]}
-    assert len(masses) == 1
-    assert masses.pop() > 13.0
-
-
-def test_an_output_that_is_gone_is_made_anew(interrupted: Path, capsys: Any) -> None:
-    (interrupted.parent / "models" / "0.8.mbs").unlink()
-    again(interrupted, capsys, kept=2)
-    assert (interrupted.parent / "models" / "0.8.mbs").is_file()
-
-
-def test_another_config_is_made_anew(interrupted: Path, capsys: Any) -> None:
-    interrupted.write_text(f"{SWEEP}gravity: [0, 0, -1.62]\n")
-    report = again(interrupted, capsys, kept=0)
-    assert all(one["report"]["gravity"][2] == -1.62 for one in report["robots"])
-
-
-def test_a_journal_that_was_cut_off(interrupted: Path, capsys: Any) -> None:
-    journal = interrupted.parent / "models" / "urdf2mbs-report.json.part"
-    journal.write_bytes(journal.read_bytes()[:-100])
-    again(interrupted, capsys, kept=2)
-
-
-def test_another_environment_is_made_anew(
-    interrupted: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The robot may ask for any variable: ``$(env NAME)``."""
-    monkeypatch.setenv("LEG_MASS", "3")
-    job_module._machine.cache_clear()
-    again(interrupted, capsys, kept=0)
-
-
-@pytest.mark.parametrize(("angle", "kept"), [("0.1", 3), ("0.2", 0)])
-def test_a_file_that_a_pass_reads_is_known(
-    angle: str, kept: int, interrupted_srdf: Path, capsys: Any
-) -> None:
-    srdf = interrupted_srdf.with_name("biped.srdf")
-    srdf.write_text(srdf.read_text().replace("0.1", angle))
-    again(interrupted_srdf, capsys, kept=kept)
-
-
-def test_what_a_plugin_made_is_made_anew(sweep: Path, capsys: Any, monkeypatch: Any) -> None:
-    """It may depend on a helper, or on any other file."""
-    (sweep.parent / "idle.py").write_text(DEADLY.format(times=0))
-    sweep.write_text(f"{SWEEP}plugins: [idle.py]\nafter: {{expand: deadly}}\n")
-    interrupt(sweep, monkeypatch)
-    assert capsys.readouterr().err == "stopped by SIGINT: 3 of 6 robots done\n"
-    again(sweep, capsys, kept=0)
-
-
-@pytest.mark.parametrize(("name", "kept"), [("other.stl", 3), ("foot.stl", 0)])
-def test_a_file_that_was_not_there_is_known(
-    name: str, kept: int, sweep: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    robot = sweep.with_name("biped.urdf.xacro")
-    mesh = '<visual><geometry><mesh filename="foot.stl"/></geometry></visual></link>'
-    robot.write_text(robot.read_text().replace("</link>", mesh, 1))
-    sweep.write_text(
-        SWEEP.replace("output: models/{height}.mbs", "output: {project: 'models/{height}'}")
-    )
-    interrupt(sweep, monkeypatch)
-    capsys.readouterr()
-    sweep.with_name(name).write_bytes(bytes(84))
-    again(sweep, capsys, kept=kept)
-
-
-@pytest.mark.parametrize("there", [False, True])
-def test_a_file_that_is_saved_while_it_is_used(there: bool, tmp_path: Path) -> None:
-    """What was read is known, and not what is there afterwards."""
-    file = tmp_path / "part.xacro"
-    if there:
-        file.write_text("old")
-    with files.noting() as noted, suppress(OSError):
-        files.read(file)
-    file.write_text("new")
-    assert noted.keys() == {str(file)}
-    assert noted[str(file)] != files.digest(str(file))
-    with files.noting() as noted:
-        files.read(file)
-        file.write_text("newer")
-        files.read(file)
-    assert noted == {str(file): "changed"}
-
-
-def test_which_files_match_a_pattern_is_known(tmp_path: Path) -> None:
-    pattern = str(tmp_path / "*.xacro")
-    with files.noting() as noted:
-        files.note(pattern)
-    assert noted[pattern] == files.digest(pattern)
-    (tmp_path / "new.xacro").touch()
-    assert noted[pattern] != files.digest(pattern)
+def test_an_edited_report_stops_the_run_before_it_begins(sweep: Path, capsys: Any) -> None:
+    report = sweep.with_name("r.json")
+    report.write_text("mine")
+    words = ["run", str(sweep), "--workers", "1", "--report", str(report)]
+    assert main(words) == 2
+    assert "error[output-not-ours]" in capsys.readouterr().err
+    assert not sweep.with_name("models").exists()
+    assert main([*words, "--force"]) == 0
 
 
 # --- on a cluster ----------------------------------------------------------------------------

@@ -33,6 +33,17 @@ def test_equations_fit_the_model_that_they_were_made_of(
     assert fits(b"# of another program", model) is None
 
 
+def test_the_file_may_have_any_encoding_and_unknown_elements(model: bytes) -> None:
+    plain, text = fingerprint(model, "tree"), model.decode()
+    for data in (
+        text.encode("utf-16"), b"\xef\xbb\xbf" + model,
+        text.replace("UTF-8", "GBK").encode("gbk"),
+        text.replace("<inertia>", "<inertia><unit>kg m2</unit><x>t</x>").encode(),
+    ):  # fmt: skip
+        read(data, "m.mbs")
+        assert fingerprint(data, "tree") == plain, data[:60]
+
+
 def test_whatever_changes_the_equations_changes_the_checksum(model: bytes) -> None:
     """Each number of the model in turn, made zero and made another."""
     plain, head = code(model)

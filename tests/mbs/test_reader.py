@@ -235,7 +235,8 @@ def test_an_empty_file(data: bytes) -> None:
          "<joint><type>T2</type><jointname>k</jointname>", "mbs-not-first", 19, "<type>"),
         ("<point><pointname>p</pointname>", "<point><sensor name='s'/><pointname>p</pointname>",
          "mbs-not-first", 14, "<sensor>"),
-        (" +.5e1 ", "5<!-- kg -->0", "number-invalid", 13, "<mass>"),
+        (" +.5e1 ", "5<!-- kg -->0", "mbs-not-plain", 13, "<mass>"),
+        (" +.5e1 ", "0<!-- kg -->.5", "mbs-not-plain", 13, "<mass>"),  # a 0 was read before
         ("<jointname>k", "<jointname>k<!-- -->l", "mbs-not-plain", 19, "<jointname>"),
         ("</coordinates></point>", '</coordinates><extforce name="s" Pos="1"/></point>',
          "value-unknown", 14, "Pos"),

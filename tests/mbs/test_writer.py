@@ -389,7 +389,7 @@ def test_minus_zero_is_written_as_zero() -> None:
         (lambda mbs: setattr(mbs.bodies[1].joints[0], "q", -inf), "joint 'shoulder_origin_R2'"),
         (
             lambda mbs: setattr(mbs.bodies[1].points[0], "coordinates", (inf, 0.0, 0.0)),
-            "body 'arm'",
+            "point 'hand'",
         ),
         (
             lambda mbs: mbs.user_models.append(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 from pathlib import Path
 
 import numpy as np
@@ -86,41 +85,9 @@ def test_what_is_no_vrml_is_an_error(text: bytes) -> None:
         read(text)
 
 
-OLD = b"#VRML V1.0 ascii\n"
-FACES = b"IndexedFaceSet { coordIndex [0, 1, 2, -1, 0, 2, 3, -1] "
-POINTS = b"Coordinate3 { point [0 0 0, 1 0 0, 1 1 0, 0 1 0] } "
-
-
-def test_vrml_1_sets_what_the_next_faces_wear() -> None:
-    text = OLD + b"""Separator { ShapeHints { shapeType SOLID }
-      %s Material { diffuseColor 1 0 0 transparency 0.5 }
-      Separator { Translation { translation 0 0 2 } %s } }
-      DEF Again Separator { Material { diffuseColor 0 1 0 } %s } }
-      USE Again }""" % (POINTS, FACES, FACES)  # fmt: skip
-    raised, flat, again = read(text)
-    assert raised.material.diffuse == (1, 0, 0)
-    assert raised.material.transparency == 0.5
-    assert raised.points[:, 2].tolist() == [2, 2, 2, 2]
-    assert flat.material.diffuse == again.material.diffuse == (0, 1, 0)
-    assert flat.points[:, 2].tolist() == [0, 0, 0, 0]
-
-
-def test_vrml_1_colours_faces_by_their_materials() -> None:
-    look = b"Material { diffuseColor [1 0 0, 0 0 1] } MaterialBinding { value PER_FACE_INDEXED } "
-    (part,) = read(OLD + POINTS + look + FACES + b"materialIndex [1, 0] }")
-    assert part.colors is not None
-    assert part.colors.tolist() == [[0, 0, 255], [255, 0, 0]]
-
-
 def test_a_comment_may_end_the_file() -> None:
     for end in (b"# sealed by x: sha256 12 } {\n", b"# no line end"):
         assert len(read(of(SQUARE) + end)) == 1
-
-
-def test_vrml_1_matrix_and_scale() -> None:
-    move = b"MatrixTransform { matrix 1 0 0 0 0 1 0 0 0 0 1 0 5 6 7 1 } Scale { scaleFactor 2 2 2 }"
-    (part,) = read(OLD + POINTS + move + FACES + b"}")
-    np.testing.assert_allclose(part.points[2], [7, 8, 7])
 
 
 def test_a_transform_about_a_centre() -> None:
@@ -131,22 +98,6 @@ def test_a_transform_about_a_centre() -> None:
     # from the centre, y is doubled (x of the scale's own axes), then all is turned by 180 degrees
     np.testing.assert_allclose(part.points[2], [1, -2, 0], atol=1e-12)
     np.testing.assert_allclose(part.points[0], [2, 0, 0], atol=1e-12)
-
-
-def test_boxes_spheres_cylinders_and_cones() -> None:
-    pytest.importorskip("trimesh")
-    for solid, low, high in (
-        (b"Box { size 1 2 3 }", [-0.5, -1, -1.5], [0.5, 1, 1.5]),
-        (b"Sphere { radius 2 }", [-2, -2, -2], [2, 2, 2]),
-        (b"Cylinder { radius 1 height 6 }", [-1, -3, -1], [1, 3, 1]),
-        (b"Cone { bottomRadius 1 height 4 }", [-1, -2, -1], [1, 2, 1]),
-    ):
-        (part,) = read(HEAD + b"Shape { geometry " + solid + b" }")
-        np.testing.assert_allclose(part.points.min(0), low, atol=0.02)
-        np.testing.assert_allclose(part.points.max(0), high, atol=0.02)
-        assert part.points[part.points[:, 1].argmax()][1] == pytest.approx(high[1])
-    apex = part.points[part.points[:, 1] > 1.9]
-    np.testing.assert_allclose(apex[:, [0, 2]], 0, atol=1e-9)
 
 
 def test_what_draws_nothing_is_passed_and_what_is_left_out_is_named() -> None:
@@ -165,19 +116,15 @@ def test_what_draws_nothing_is_passed_and_what_is_left_out_is_named() -> None:
     assert mesh.problems == ["its Inline is not drawn"]
 
 
-def test_switch_and_level_of_detail() -> None:
+def test_level_of_detail() -> None:
     shape = b"Shape { geometry IndexedFaceSet { %s } }" % SQUARE
     assert len(read(HEAD + b"LOD { level [ %s %s ] }" % (shape, shape))) == 1
-    assert len(read(HEAD + b"Switch { whichChoice 1 choice [ %s %s ] }" % (shape, shape))) == 1
-    with pytest.raises(MeshError):
-        read(HEAD + b"Switch { choice [ %s ] }" % shape)
+    with pytest.raises(MeshError, match="its Switch is not drawn"):
+        read(HEAD + b"Switch { whichChoice 0 choice [ %s ] }" % shape)
 
 
-def test_gzip_and_a_byte_order_mark() -> None:
-    text = of(SQUARE)
-    assert len(read(gzip.compress(text))) == len(read(b"\xef\xbb\xbf" + text)) == 1
-    with pytest.raises(MeshError):
-        read(gzip.compress(text)[:40])
+def test_a_byte_order_mark() -> None:
+    assert len(read(b"\xef\xbb\xbf" + of(SQUARE))) == 1
 
 
 def test_copies_of_copies_are_bounded() -> None:
@@ -189,7 +136,6 @@ def test_copies_of_copies_are_bounded() -> None:
 
 
 def test_what_is_written_comes_back(tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
     source = tmp_path / "tetra.obj"
     source.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
     parts = reader.read(source).parts

@@ -66,7 +66,8 @@ def test_up_is_against_gravity(tmp_path: Path, gravity: tuple[float, float, floa
 
 
 def test_the_contact_law(tmp_path: Path) -> None:
-    options = {"links": ["*_foot"], "depth": 0.001, "speed": 0.1, "slip_speed": 0.02}
+    options = {"links": ["*_foot"], "depth": 0.001, "speed": 0.1, "slip_speed": 0.02,
+               "bristles": False}  # fmt: skip
     project = make(tmp_path, BIPED, passes={"contacts": options})
     data = MbsData(project / "dataR" / "robot.mbs")
     law = data.user_model["contact"]

@@ -30,7 +30,6 @@ from meshes.samples import (
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.meshes.model import MeshError
-from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.passes.convert_meshes import ConvertMeshes
 
 
@@ -333,26 +332,6 @@ def test_the_same_bytes_every_time(tmp_path: Path) -> None:
         )  # fmt: skip
     assert len(outputs) == 1
     assert outputs.pop().count("\n") > len(SAMPLES)
-
-
-@pytest.mark.parametrize(
-    ("package", "name"), [("trimesh", "a.stl"), ("collada", "a.dae"), ("PIL", "a.stl")]
-)
-def test_a_missing_extra_is_one_error_that_says_what_to_do(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str, name: str
-) -> None:
-    for loaded in list(sys.modules):
-        if loaded.partition(".")[0] == package:
-            monkeypatch.setitem(sys.modules, loaded, None)
-    monkeypatch.setitem(sys.modules, package, None)
-    for ours in ("by_trimesh", "collada"):
-        monkeypatch.delitem(sys.modules, f"urdf2mbs.meshes.{ours}", raising=False)
-    (tmp_path / name).write_text("never looked at")
-    with pytest.raises(ConversionError) as error:
-        convert(tmp_path, [visual(name)])
-    assert error.value.code == "extra-missing"
-    assert error.value.hint == "pip install 'urdf2mbs[meshes]'"
-    assert error.value.exit_code == 2
 
 
 def test_a_robot_without_meshes_needs_no_extra(

@@ -227,7 +227,6 @@ def stl(path: Path, triangles: Array) -> Path:
 
 
 def of_mesh(folder: Path, triangles: Array, scale: str = "1 1 1") -> tuple[Inertia, str]:
-    pytest.importorskip("trimesh", reason="the extra 'meshes' is not installed")
     stl(folder / "part.stl", triangles)
     source = folder / "robot.urdf"
     mesh = f'<mesh filename="part.stl" scale="{scale}"/>'
@@ -293,7 +292,6 @@ def test_two_bodies_in_one_mesh(tmp_path: Path) -> None:
 
 
 def test_a_mesh_with_a_hole_counts_as_its_convex_hull(tmp_path: Path) -> None:
-    pytest.importorskip("scipy", reason="the extra 'meshes' is not installed")
     found, means = of_mesh(tmp_path, box_triangles((0.2, 0.3, 0.5), (0.5, -0.25, 1.0))[:-1])
     assert_near(found, BOX, SINGLE)
     assert means == "convex hull of part.stl"
@@ -302,7 +300,6 @@ def test_a_mesh_with_a_hole_counts_as_its_convex_hull(tmp_path: Path) -> None:
 @pytest.mark.parametrize("faces", [slice(None), slice(8, 10), slice(0, 2)])
 def test_a_flat_mesh_gives_no_volume(tmp_path: Path, faces: slice) -> None:
     """Closed, open, and nothing but edges."""
-    pytest.importorskip("scipy", reason="the extra 'meshes' is not installed")
     _, means = of_mesh(tmp_path, box_triangles((1, 1, 0), (0, 0, 0))[faces])
     assert means == "a ball: part.stl gives no volume"
 

@@ -149,3 +149,11 @@ def least(result: Result) -> tuple[float, float]:
         regular = scale.min() > 0
         found.append(np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0] if regular else 0.0)
     return float(max(found[1:])), float(found[0])
+
+
+def test_a_chain_that_is_too_long_is_not_tested() -> None:
+    parts = [link("l0")]
+    for number in range(1, 502):
+        parts += [link(f"l{number}", POINT), joint(f"l{number - 1}", f"l{number}")]
+    [note] = [d for d in convert_text(robot(*parts)).diagnostics if "singular" in d.code]
+    assert (note.level, note.code) == ("note", "singular-not-tested")

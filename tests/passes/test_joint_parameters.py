@@ -28,7 +28,7 @@ def joint_forces(project: Path, user: Any, state: dict[str, tuple[float, float]]
 
 
 def test_damping_friction_and_stops(tmp_path: Path) -> None:
-    project = make(tmp_path, FRICTION)
+    project = make(tmp_path, FRICTION, passes={"joint-parameters": {"bristles": False}})
     with user_functions(project) as user:
         found = joint_forces(project, user, {"shoulder": (0.3, 0.05)})
         model = found["data"].user_model

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import SHARED
+from making import read_robot
 from project.standin import MbsData, from1, make, user_functions, without_meshes
 
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import read_robot
 
 
 def link(name: str) -> str:

@@ -160,7 +160,7 @@ def run_main(project: Path, start: str, more: str = "") -> subprocess.CompletedP
         ("partition", "there is no partition, so the loops would be open: two, three cannot"),
         ("nan", "at 0.25 s the position or speed of joint two is not a number"),
         ("stopped", "the run stopped at 0.25 s"),
-        ("raises", "Robotran stopped at 0 s: Cholesky failed"),
+        ("raises", "the run stopped at 0 s: Cholesky failed"),
     ],
 )
 def test_main_stops_where_robotran_cannot_go_on(tmp_path: Path, failure: str, says: str) -> None:

@@ -121,7 +121,7 @@ def test_the_step_is_that_of_the_derivatives_of_the_accelerations(tmp_path: Path
     data = MbsData(project / "dataR" / "robot.mbs")
     with loaded(data):
         code, tiny = PythonCode(data), 1e-7
-        y = np.concatenate([data.q[code.free], data.qd[code.free]])
+        y = code.state()
         still = code.accelerate(0.0, y)
         ways = np.eye(len(y))
         system = np.array([(code.accelerate(0.0, y + tiny * w) - still) / tiny for w in ways]).T

@@ -77,7 +77,7 @@ class RungeKutta:
     def __init__(self, code: PythonCode) -> None:
         self.code, self.data, self.time = code, code.data, 0.0
         assert close(code.data, code)
-        self.y = np.concatenate([code.data.q[code.free], code.data.qd[code.free]])
+        self.y = code.state()
 
     def run(self, seconds: float, step: float) -> None:
         """Steps of about this length."""

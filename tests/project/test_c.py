@@ -96,11 +96,11 @@ class InC:
         self.data = data
         self.keep: list[Any] = []
         c = self.c = Data(njoint=data.njoint)
-        self.Qq = np.zeros(data.njoint + 1)
+        self.Qq, self.uxd = np.zeros(data.njoint + 1), np.zeros(data.Nux + 1)
         self.SWr = np.zeros(data.SWr.shape)
-        for name in ("q", "qd", "qdd", "q0", "Qc"):
+        for name in ("q", "qd", "qdd", "q0", "Qc", "ux"):
             setattr(c, name, doubles(getattr(data, name)))
-        c.Qq = doubles(self.Qq)
+        c.Qq, c.uxd = doubles(self.Qq), doubles(self.uxd)
         c.dpt = (Doubles * 4)(*(doubles(np.asarray(data.dpt)[k]) for k in range(4)))
         points = np.asarray(data.xfidpt).astype(np.int32)
         c.xfidpt = points.ctypes.data_as(POINTER(c_int))
@@ -153,6 +153,7 @@ def states(data: MbsData, count: int) -> Any:
     for _ in range(count):
         for name in ("q", "qd", "qdd"):
             np.asarray(getattr(data, name))[1:] = random.normal(size=data.njoint)
+        data.ux[1:] = 1e-3 * random.normal(size=data.Nux)
         yield random
 
 
@@ -186,6 +187,7 @@ def compare(project: Path, kind: str) -> None:
                 )
                 ours = native.external(number, P, V, t)
                 assert np.allclose(ours, np.asarray(row)[1:], rtol=1e-13, atol=1e-13)
+            assert np.allclose(native.uxd, data.uxd, rtol=1e-13, atol=1e-13)
             for number in data.link_id.values():
                 z, zd = random.normal(size=2)
                 wanted = user["user_LinkForces"].user_LinkForces(z, zd, data, 0.0, number)

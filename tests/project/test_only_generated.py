@@ -19,9 +19,12 @@ from urdf2mbs import ConversionError, Push, simulate
 from urdf2mbs.cli import main
 from urdf2mbs.engine.config import parse
 from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.writer import write
 from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.runtime import MbsData, MbsDirdyn, Results
 from urdf2mbs.runtime.dirdyn import choose_code, close
+from urdf2mbs.runtime.push import parse as parse_push
 from urdf2mbs.runtime.python_code import loaded
 from urdf2mbs.testing import TINY
 
@@ -188,7 +191,7 @@ def test_a_loop_that_cannot_be_closed_leaves_no_trace(tmp_path: Path, language: 
     with loaded(data):
         code = choose_code(data, language)
         assert close(data, code)
-        y = np.concatenate([data.q[code.free], data.qd[code.free]])
+        y = code.state()
         near = code.accelerate(0.0, y)
         assert np.isfinite(near).all()
         for away in (1.0, 2.0, 3.0, 1e9):
@@ -294,7 +297,10 @@ def test_a_short_push_is_not_stepped_over() -> None:
 
 
 def test_a_push_that_cannot_be_read_or_placed() -> None:
-    for text in ("arm", "arm:1,2", "arm:1,2,x@0..1", "arm:1,2,3@0.5"):
+    assert parse_push("arm:1,2,3@0.5..") == Push("arm", (1.0, 2.0, 3.0), 0.5)
+    assert parse_push("arm:1,-2e1,.3@...5") == Push("arm", (1.0, -20.0, 0.3), 0.0, 0.5)
+    for text in ("arm", "arm:1,2", "arm:1,2,x@0..1", "arm:1,2,3@0.5", "arm:1,2,nan@0..1",
+                 "arm:1,2,3@0.5..0.5"):  # fmt: skip
         with pytest.raises(ConversionError, match=r"it reads LINK:FX,FY,FZ@START\.\.STOP"):
             simulate(TINY_FILE, push=[text])
     with pytest.raises(ConversionError, match="no body and no point 'amr'") as caught:
@@ -327,6 +333,9 @@ def test_results_are_robotrans_files(tmp_path: Path) -> None:
     assert np.array_equal(columns["energy.potential"], results.energy()[:, 1])
     assert columns["push1.arm.Fz"].tolist() == [0.0, 0.0, 2.0, 2.0, 0.0, 0.0]
     assert columns["push1.arm.dz"].tolist() == [results.data.l[3, results.data.body_id["arm"]]] * 6
+    pd = pytest.importorskip("pandas", reason="the table of results is one of pandas")
+    table = pd.read_csv(folder / "dirdyn.csv")
+    pd.testing.assert_frame_equal(results.table(), table, rtol=1e-14, atol=0)
     # a sensor against Pinocchio
     truth, sensor = Truth(results.data), results.sensor("tool_sensor")
     frame = truth.model.getFrameId("hand/tool")
@@ -399,6 +408,38 @@ def test_a_step_that_cannot_be_taken(tmp_path: Path, method: str) -> None:
     with pytest.raises(ConversionError, match=said) as caught:
         simulate(project, time=0.1, language="python", method=method)
     assert caught.value.code == "step-failed"
+
+
+def test_an_absurd_push_ends_in_a_bounded_number_of_steps(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """1e9 N on the biped ran for 425 s without a word."""
+    monkeypatch.setattr("urdf2mbs.runtime.dirdyn.STEPS", 50)
+    times: list[float] = []
+    with pytest.raises(ConversionError, match=r"50 steps lead from 0\.\S+ s to 0\.\S+ s only: "
+                       r"joint '\w+' has .*the push on 'arm' is 1e\+09 N") as caught:  # fmt: skip
+        simulate(TINY_FILE, push=["arm:0,1e9,0@0.01.."], language="python", watch=times.append)
+    assert caught.value.code == "step-failed"
+    assert len(times) < 2000
+    assert times == sorted(times)
+
+
+def test_numbers_that_make_no_run(tmp_path: Path, capsys: Any) -> None:
+    for wrong in ({"time": 0.0}, {"time": -1.0}, {"time": float("nan")}, {"time": float("inf")},
+                  {"rate": 0.0}, {"rtol": float("nan")}):  # fmt: skip
+        with pytest.raises(ConversionError, match="a run from 0 to") as caught:
+            simulate(TINY_FILE, language="python", **wrong)
+        assert caught.value.code == "usage"
+        name, value = next(iter(wrong.items()))
+        option = {"rtol": "tolerance"}.get(name, name)
+        assert main(["simulate", str(TINY_FILE), f"--{option}={value}"]) == 2
+        assert "a number above 0 is wanted" in capsys.readouterr().err
+    data = MbsData(make(tmp_path, TINY) / "dataR" / "robot.mbs")
+    for values in (data.q, data.qd):
+        values[2] = np.nan
+        with pytest.raises(ConversionError, match="start position or speed of"):
+            run(data, 0.1, "python")
+        values[2] = 0.0
 
 
 @needs_gcc
@@ -480,6 +521,14 @@ def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
     with pytest.raises(ConversionError, match="is not the same robot") as caught:
         simulate(TINY_FILE, plugins=[mistake], after={"reframe-inertia": ["wrong"]})
     assert (caught.value.code, caught.value.exit_code) == ("not-the-same", 3)
+
+
+def test_a_new_model_without_bodies_runs(tmp_path: Path, capsys: Any) -> None:
+    """As MBSysPad makes it: the command ended as a mistake of urdf2mbs."""
+    model = tmp_path / "new.mbs"
+    model.write_bytes(write(Mbs("new")))
+    assert main(["simulate", str(model), "--language", "python", "--time", "0.02"]) == 0
+    assert "0.02 s of 0 independent joints" in capsys.readouterr().out
 
 
 def test_dependent_joints_want_user_functions(tmp_path: Path) -> None:

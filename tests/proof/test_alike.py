@@ -133,6 +133,11 @@ def test_the_compact_model_is_the_faithful_one(folder: Path, capsys: Any) -> Non
     assert capsys.readouterr().out.endswith("the same robot\n")
 
 
+PENDULUM = """<robot name="pendulum"><link name="world"/>
+<link name="ball"><inertial><mass value="1"/></inertial></link>
+<joint name="swing" type="continuous"><parent link="world"/><child link="ball"/></joint></robot>"""
+
+
 def test_two_urdfs(folder: Path) -> None:
     def against(old: str, new: str, **options: Any) -> Verdict:
         assert old in TINY
@@ -149,6 +154,7 @@ def test_two_urdfs(folder: Path) -> None:
     assert [d.kind for d in against('name="shoulder"', 'name="elbow"').differences] == [
         "type", "joint-extra"
     ]  # fmt: skip
+    assert not against(TINY, PENDULUM).same  # no group in common
     tool = ('<origin xyz="0 0 0.1" rpy="0 1.5708 0"/>', '<origin xyz="0 0 0.2"/>')
     assert against(*tool).same
     assert len(against(*tool).frames) == 1

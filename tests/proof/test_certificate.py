@@ -24,7 +24,7 @@ from urdf2mbs.proof import certificate as checker
 CHECKER = Path(checker.__file__)
 ALWAYS = {"certificate": {"write": "always"}}
 #: Lines of code, without docstrings, comments and empty lines.
-LONGEST = 225
+LONGEST = 240
 FILES = ("robot.urdf", "model.mbs", "model.proof.json")
 Texts = tuple[bytes, bytes, dict[str, Any]]
 
@@ -198,3 +198,35 @@ def test_what_cannot_be_read(biped: Texts, tmp_path: Path) -> None:
 def test_a_number_that_is_none(biped: Texts, tmp_path: Path) -> None:
     urdf, mbs, said = biped
     assert replay((urdf, mbs.replace(b"<mass>0.36<", b"<mass>nan<"), said), tmp_path) == 3
+
+
+def test_what_people_edited_is_named_and_all_else_is_compared(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source, model = tmp_path / "tiny.urdf", tmp_path / "p" / "dataR" / "p.mbs"
+    damped = TINY.replace("<limit ", '<dynamics damping="0.5"/><limit ')
+    source.write_text(damped)
+    convert(source, project=tmp_path / "p").write()
+    mbs = read(model.read_bytes(), "p.mbs")
+    body, damping = mbs.bodies[-1], next(m for m in mbs.user_models if m.name == "damping")
+    body.mass, damping.parameters[0].values = 7.0, ("0.25",)
+    model.write_bytes(write(mbs))
+    result = convert(source, project=tmp_path / "p")
+    assert result.report.verdict.startswith("the same robot, but for ")
+    result.write()
+    files = [str(file) for file in (source, model, model.with_suffix(".proof.json"))]
+    capsys.readouterr()
+    assert checker.replay(*files) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("the same robot: ")
+    assert "mass is 7 in the .mbs, and should be" in said
+    assert said.count("(as edited in p.mbs)") >= 2
+    for change in (
+        lambda mbs: setattr(mbs.bodies[-1], "mass", 7.5),
+        lambda mbs: setattr(mbs.bodies[0], "mass", 7.5),
+        lambda mbs: setattr(mbs.user_models[1].parameters[0], "values", ("0.75",)),
+    ):
+        edited = read(model.read_bytes(), "p.mbs")
+        change(edited)
+        texts = damped.encode(), write(edited), json.loads(Path(files[2]).read_text())
+        assert replay(texts, tmp_path) == 3

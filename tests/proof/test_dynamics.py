@@ -12,7 +12,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
 
-pytest.importorskip("pinocchio", reason="Pinocchio comes with urdf2mbs[verify]")
+pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
 
 def test_bodies_that_are_not_depth_first(tmp_path: Path) -> None:

@@ -135,6 +135,15 @@ def test_opens_without_a_word_and_without_the_network(report: Opened) -> None:
     assert report.said == []
 
 
+def test_readable_by_keyboard_and_screen_reader(report: Opened) -> None:
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="no Python package axe-playwright-python"
+    )
+    found = axe.Axe().run(report.page).response["violations"]
+    grave = [each["id"] for each in found if each["impact"] in ("serious", "critical")]
+    assert not grave
+
+
 def test_sliders_move_everything_where_the_file_says(report: Opened) -> None:
     evaluator = Evaluator(data(report.conversion))
     report.ask("document.getElementById('mimic').checked = false")

@@ -86,7 +86,6 @@ def test_what_is_no_picture_is_not_put_into_the_page(tmp_path: Path) -> None:
 
 
 def test_other_mesh_formats(tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
     (tmp_path / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     shape = Shape("inline", "s", url="PRJPATH/t.obj")
     page = make_of_model(slider(shape), tmp_path / "m.mbs")
@@ -111,7 +110,6 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 def test_the_meshes_of_a_bare_urdf_are_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("trimesh")
     (tmp_path / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     visual = '<visual><geometry><mesh filename="t.obj"/></geometry></visual>'
     source = tmp_path / "tiny.urdf"

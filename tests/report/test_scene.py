@@ -16,7 +16,6 @@ from report.shown import data, shown
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.meshes import reader as meshes
 from urdf2mbs.meshes import vrml_reader
-from urdf2mbs.meshes.model import Mesh, missing_extra
 from urdf2mbs.report.scene import Store, lookup, mbs_side, urdf_side
 from urdf2mbs.urdf.packages import Packages
 
@@ -67,7 +66,6 @@ def test_a_file_is_read_once() -> None:
 @pytest.mark.parametrize("name", ["leo", "r2d2", "atlas"])
 def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, name: str) -> None:
     """Stored once, because both sides give the very same arrays."""
-    pytest.importorskip("trimesh")
     conversion = shown(name, tmp_path)
     store = Store()
     model = read(data(conversion), "m.mbs")
@@ -83,7 +81,6 @@ def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, nam
 
 
 def test_the_urdf_side_is_drawn_as_rviz_does(tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
     mesh = dae_y_up_centimetres(tmp_path)
     store = Store()
     number = store.source(mesh.name, mesh)
@@ -94,15 +91,3 @@ def test_the_urdf_side_is_drawn_as_rviz_does(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         points[unpack(store, part["triangles"])].max(0), unturned.points.max(0)
     )
-
-
-def test_without_the_extra_the_place_is_shown_and_why(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def no_trimesh(path: Path, *, up_axis: bool = True) -> Mesh:
-        raise missing_extra(ImportError("no", name="trimesh"))
-
-    monkeypatch.setattr(meshes, "read", no_trimesh)
-    store = Store()
-    assert store.source("a.stl", tmp_path / "a.stl") is None
-    assert "pip install" in store.missing["a.stl"]

@@ -16,8 +16,6 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 from urdf2mbs.urdf import descriptions
 
-pytest.importorskip("robot_descriptions", reason="the extra 'robots' is not installed")
-
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 XACRO = """<robot name="tiny" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="ur_type" default=""/>
@@ -76,14 +74,6 @@ def test_no_such_robot(
         convert(f"robot_descriptions:{name}")
     assert caught.value.code == code
     assert hint in (caught.value.hint or "")
-
-
-def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(ConfigError) as caught:
-        convert("robot_descriptions:cassie_description")
-    assert caught.value.code == "extra-missing"
-    assert "urdf2mbs[robots]" in (caught.value.hint or "")
 
 
 #: Config: repository, the robot's file there, the file here that stands for it.

@@ -7,11 +7,11 @@ from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import pytest
+from making import read_robot
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.expressions import Guard
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import read_robot
 from urdf2mbs.urdf.xacro import expand
 
 #: What xacro evaluates to the same value, with trust and without.
@@ -43,16 +43,15 @@ HARMLESS = (
     "list(map(str, [1, 2]))",
     "python.isinstance(1, python.int)",
     "python.isinstance([1], (python.str, python.list))",
+    "'{}_{:.2f}'.format('left', 1.5)",
+    "xacro.tokenize('a,b; c')",
     "python.any([x > 1 for x in [1, 2]])",
     "[*[1, 2], *(3, 4)]",
     "dict(**dict(a=1))",
     "max(*[1, 2])",
     "python.enumerate(['a']) and 1",
     "[i for i, (a, *b) in python.list(python.enumerate([(1, 2, 3)]))]",
-    "xacro.tokenize('a,b; c')",
     "python.set([1, 2, 2]) == python.set([2, 1])",
-    "math.factorial(5) + math.comb(5, 2)",
-    "math.prod([1.5, 2]) + math.lcm(4, 6) + math.perm(4, 2)",
     "1.5.is_integer()",
     "(1 + 2j).real",
     "int('7') + float('1e3') + len('abc') + bool('')",
@@ -110,6 +109,13 @@ REFUSED = (
     "__import__('os')",
     "python.type('X', (), dict())",
     "python.vars()",
+    "math.factorial(10**7)",
+    "math.comb(10**7, 10**6)",
+    "math.perm(10**7)",
+    "math.prod([10**2000] * 9999)",
+    "math.lcm(*[10**2000 + i for i in python.range(999)])",
+    "'{0.real}'.format(1)",
+    "'{x}'.format_map(dict(x=1))",
     "python.vars(math)",
     "sin.real",
     "str.join",
@@ -141,11 +147,6 @@ TOO_LARGE = (
     "[l == l for l in [[]] if l.append(l) is None]",
     "[[*l] for l in [[1] * 9999] for x in l]",
     "[l[:] for l in [[1] * 9999] for x in l]",
-    "math.factorial(10**7)",
-    "math.comb(10**7, 10**6)",
-    "math.perm(10**7)",
-    "math.prod([10**2000] * 9999)",
-    "math.lcm(*[10**2000 + i for i in python.range(999)])",
     "round(5, -10**9)",
     "'a'.ljust(10**10)",
     "'\\t'.expandtabs(10**10)",
@@ -194,19 +195,8 @@ def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, express
     assert here == there
 
 
-@pytest.mark.parametrize("call", ["round(1, 2, 3)", "sum([1], 2, 3)", "factorial()", "prod()"])
-def test_wrong_arguments_are_those_of_the_function_that_was_called(
-    tmp_path: Path, call: str
-) -> None:
-    message = failure(tmp_path, link(call.replace("sum", "python.sum"))).message
-    assert f"{call.partition('(')[0]}() " in message
-    assert "Guard" not in message
-    assert "fold" not in message
-
-
-def test_a_format_and_a_mapping() -> None:
+def test_a_mapping() -> None:
     names = {"x": 1.5}
-    assert Guard().evaluate("'{0[1]} {a:>5} {0}'.format([1, 2], a='b')", names) == "2     b [1, 2]"
     assert Guard().evaluate("{'a': x, **{'b': 2}}", names) == {"a": 1.5, "b": 2}
     assert Guard().evaluate("{k: v for k, v in {'a': x}.items()}", names) == {"a": 1.5}
 

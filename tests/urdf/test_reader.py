@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from codes import DEFAULTS
+from making import read_robot
 
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.urdf.model import (
@@ -29,7 +30,7 @@ from urdf2mbs.urdf.model import (
     Visual,
 )
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import has_xacro, parse, read_robot
+from urdf2mbs.urdf.reader import has_xacro, parse
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
 

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from making import read_robot
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import parse, read_robot
+from urdf2mbs.urdf.reader import parse
 
 ROBOTS = Path(__file__).resolve().parents[3] / "shared" / "robots"
 MANIFEST = ROBOTS / "manifest.json"

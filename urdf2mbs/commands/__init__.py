@@ -127,7 +127,8 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.ArgumentParser:
     """All commands in the order of the help, those that are ``named`` with their options.
 
-    Only the files of the named commands are imported.  Without ``texts`` the help is not whole.
+    Only the files of the named commands are imported.  Without ``texts`` there is no help, and no
+    other command.
     """
     whole = argparse.ArgumentParser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
@@ -136,6 +137,8 @@ def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.A
     whole.add_argument("--version", action=_Version, help="show the version and exit")
     commands = whole.add_subparsers(title="commands", required=True, metavar="COMMAND")
     for name, does in COMMANDS.items():
+        if not texts and name not in named:
+            continue
         command = commands.add_parser(
             name, help=does, formatter_class=argparse.RawDescriptionHelpFormatter
         )

@@ -33,11 +33,6 @@ class Screen:
     def write(self, text: str) -> int:
         return len(text) if self._silent else self._stream.write(self._clean(text))
 
-    def rewrite(self, text: str) -> None:
-        """Put a text in the place of the terminal's last line."""
-        self._stream.write(f"\r\033[K{self._clean(text)}")
-        self._stream.flush()
-
     def _clean(self, text: str) -> str:
         text = printable(text)
         if not self._coloured:

@@ -6,7 +6,6 @@ import argparse
 import re
 
 from urdf2mbs.commands import parser
-from urdf2mbs.messages.diagnostics import ConfigError
 
 EXAMPLES = (
     "urdf2mbs completion bash > ~/.local/share/bash-completion/completions/urdf2mbs",
@@ -20,14 +19,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
-    try:
-        import shtab
-    except ImportError:
-        raise ConfigError(
-            "extra-missing",
-            "completion needs the package 'shtab', which is not installed",
-            hint="pip install 'urdf2mbs[completion]'",
-        ) from None
+    import shtab
+
     words = parser()
     for command in _commands(words):
         for action in command._actions:

@@ -8,7 +8,6 @@ import platform
 import re
 import shutil
 import sys
-from collections.abc import Mapping
 from importlib.metadata import requires, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -43,10 +42,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 #: What an extra is for.  Extras for developers are left out.
 EXTRAS = {
-    "meshes": "meshes of a project",
-    "verify": "verify --engine pinocchio",
-    "robots": "robot_descriptions:NAME",
-    "completion": "urdf2mbs completion",
+    "pinocchio": "verify --engine pinocchio",
+    "cluster": "run --cluster",
 }
 
 
@@ -56,7 +53,7 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
         "urdf2mbs": _versions(),
         "extras": {name: _extra(name, use) for name, use in EXTRAS.items()},
         "plugins": _plugins(installed_plugins),
-        "ROS packages": _packages(os.environ),
+        "ROS packages": _packages(),
         "Robotran": _robotran(),
     }
 
@@ -89,7 +86,7 @@ def _extra(extra: str, use: str) -> str:
     there = {name: version_of(name) for name in _requirements(extra)}
     missing = [name for name, found in there.items() if not found]
     if missing:
-        return f"not installed, for {use}: pip install 'urdf2mbs[{extra}]' ({', '.join(missing)})"
+        return f"not installed, for {use}: pip install {' '.join(missing)}"
     return ", ".join(f"{name} {found}" for name, found in there.items())
 
 
@@ -105,32 +102,19 @@ def _plugins(installed: bool) -> dict[str, str]:
     return {**lines, **broken} or {"none": "no package with an entry point 'urdf2mbs'"}
 
 
-def _packages(environment: Mapping[str, str]) -> dict[str, str]:
+def _packages() -> dict[str, str]:
     """Where ROS says that packages are; those around a robot's file are found without it."""
-    lines = {}
-    for variable, below in (("ROS_PACKAGE_PATH", ""), ("AMENT_PREFIX_PATH", "share")):
-        entries = [entry for entry in environment.get(variable, "").split(os.pathsep) if entry]
-        if not entries:
-            lines[variable] = "not set (packages around the robot's file are found without it)"
-            continue
-        for entry in entries:
-            folder = Path(entry, below)
-            lines[entry] = (
-                f"{sum(1 for _ in folder.glob('*/package.xml'))} packages, of {variable}"
-                if folder.is_dir()
-                else f"NO SUCH FOLDER, of {variable}"
-            )
-    return lines
+    names = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
+    return {name: os.environ.get(name) or "not set" for name in names}
 
 
 def _robotran() -> dict[str, str]:
     mbsyspy = find_spec("MBsysPy")
     editor = shutil.which("MBsysPad") or shutil.which("mbsyspad") or shutil.which("MBSysPad")
-    compiler = shutil.which("cmake")
     return {
         "MBsysPy": f"{version_of('MBsysPy')} {mbsyspy.origin}".strip()
         if mbsyspy
         else "not installed: simulations in Python want it (https://www.robotran.eu)",
         "MBSysPad": editor or "not on the PATH: it shows and edits .mbs files",
-        "cmake": compiler or "not on the PATH: projects in C want it",
+        "cmake": shutil.which("cmake") or "not on the PATH: projects in C want it",
     }

@@ -38,7 +38,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "--energy", action="store_true", help="also write energy, momentum and centre of mass"
     )
     command.add_argument(
-        "--derivatives", action="store_true", help="also write the derivatives of invdyna"
+        "--derivatives", action="store_true", help="also write derivatives and regressor of invdyna"
     )
     command.add_argument(
         "--standalone", action="store_true",

@@ -6,16 +6,13 @@ import argparse
 
 import msgspec
 
-from urdf2mbs.commands.presets import by_presets, driven_bound
 from urdf2mbs.commands.printing import (
     METHOD,
     describe,
-    joints_in_words,
     origin,
     print_json,
     warn_of,
 )
-from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import (
     ALONE,
     add_fields,
@@ -24,18 +21,14 @@ from urdf2mbs.commands.settings import (
     path,
     robot_or_config,
 )
-from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import GROUP, Plugins
-from urdf2mbs.engine.resolve import Configured
 from urdf2mbs.many.sweep import in_words, members
-from urdf2mbs.messages.diagnostics import ConversionError, counted
-from urdf2mbs.report.summary import Report, report
+from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.urdf.reader import read_file
 
 EXAMPLES = (
     "urdf2mbs explain robot.yaml",
-    "urdf2mbs explain robot.yaml --cost",
+    "urdf2mbs explain robot.urdf --pipeline compact",
 )
 
 
@@ -43,10 +36,6 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "config", type=path, metavar="CONFIG.yaml",
         help="or a .urdf or .xacro file, with the options below",
-    )  # fmt: skip
-    command.add_argument(
-        "--cost", action="store_true",
-        help="convert after all, by each preset too, to count the joints; nothing is written",
     )  # fmt: skip
     add_json(command)
     add_running(command)
@@ -70,14 +59,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
             }
             for step in pipeline.passes
         ]
-        if not arguments.cost:
-            print_json(passes)
-            return 0
-        cost = {
-            name: {**msgspec.structs.asdict(found.joints), "bound": driven_bound(found)}
-            for name, found in _cost(config, lines, pipeline, arguments).items()
-        }
-        print_json({"passes": passes, "cost": cost})
+        print_json(passes)
         return 0
     settings = pipeline.settings
     if others:
@@ -91,52 +73,14 @@ def carry_out(arguments: argparse.Namespace) -> int:
     for number, step in enumerate(pipeline.passes, start=1):
         pass_ = step.pass_
         print(f"\n{number}. {pass_.name}: {pass_.summary()}")
-        print(f"   from     {origin(step.registered)}{_instead(step, pipeline.plugins)}")
+        swapped = ", by 'swap'" if step.swapped else ""
+        print(f"   from     {origin(step.registered)}{swapped}")
         for rival in pipeline.plugins.passes.get(pass_.name, []):
-            if rival.plugin not in (step.registered.plugin, GROUP):
-                print(
-                    f"   not      {origin(rival)}, which brings a '{pass_.name}' too; "
-                    f"'swap: {{{pass_.name}: {rival.plugin}}}' takes it"
-                )
+            if rival.plugin != step.registered.plugin:
+                print(f"   not      {origin(rival)}: 'swap: {{{pass_.name}: {rival.plugin}}}'")
         print(f"   reads    {', '.join(pass_.reads) or '-'}")
         print(f"   writes   {', '.join(pass_.writes) or '-'}")
         options = msgspec.to_builtins(pass_)
         print(f"   options  {', '.join(f'{k}: {v!r}' for k, v in options.items()) or '-'}")
     print(f"\n{METHOD}")
-    if arguments.cost:
-        print("\ncost")
-        for name, found in _cost(config, lines, pipeline, arguments).items():
-            least = driven_bound(found)
-            fewest = "" if least is None else f"; no frames do with fewer than {least} driven"
-            print(f"   {name:13}  {joints_in_words(found.joints)}{fewest}")
     return 0
-
-
-def _cost(
-    config: Config, lines: Lines, pipeline: Pipeline, arguments: argparse.Namespace
-) -> dict[str, Report]:
-    """What becomes of the joints by the config as it is, and of it by each other preset."""
-    pipelines = {"this config": pipeline, **by_presets(config, lines, arguments)}
-    with Progress(arguments) as progress:
-        for each_pipeline in pipelines.values():
-            each_pipeline.watch(progress)
-        costs = {}
-        for name, other in pipelines.items():
-            try:
-                costs[name] = report(other.run())
-            except ConversionError:
-                if other is pipeline:
-                    raise
-                # a preset for which this robot is not made
-        return costs
-
-
-def _instead(step: Configured, plugins: Plugins) -> str:
-    """What a pass stands in for."""
-    mine = step.registered
-    offered = plugins.passes.get(mine.kind.name, [])
-    others = [registered for registered in offered if registered != mine]
-    if not step.swapped or not others:
-        return ""
-    built_in = any(registered.plugin == GROUP for registered in others)
-    return ", in place of " + ("the built-in pass" if built_in else origin(others[0]))

@@ -6,7 +6,6 @@ import argparse
 import os
 import re
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,11 +20,10 @@ from urdf2mbs.disk import files
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, counted
+from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some
 from urdf2mbs.report.summary import report
 from urdf2mbs.spatial import Pose, compose
 from urdf2mbs.urdf import descriptions
-from urdf2mbs.urdf.gazebo import MOTION
 from urdf2mbs.urdf.model import Link, Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import expanded, read_text, stem
@@ -58,13 +56,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
         **choose_fields(arguments),
     )
     if arguments.json:
-        more = {key: value for key, value in found._asdict().items() if key != "robot"}
-        declared = [argument._asdict() for argument in found.arguments]
         packages = {name: str(folder) for name, folder in found.packages.items()}
-        print_json(
-            {"config": str(config), "robot": found.robot.name, "links": len(found.robot.links),
-             **more, "packages": packages, "arguments": declared}
-        )  # fmt: skip
+        whole = {**found._asdict(), "robot": found.robot.name, "packages": packages}
+        print_json({"config": str(config), "links": len(found.robot.links), **whole})
     else:
         print(in_words(config, found))
     return 0
@@ -72,17 +66,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 #: How far a foot may be above the lowest link, as a part of the robot's height.
 LOW = 0.1
-#: The longest default or description of an argument that is shown, in characters.
-SHOWN = 60
-
-
-class Argument(NamedTuple):
-    """An ``<xacro:arg>`` as its file declares it."""
-
-    name: str
-    default: str
-    """As it is written, perhaps with ``$(...)``."""
-    description: str
 
 
 class Findings(NamedTuple):
@@ -93,11 +76,11 @@ class Findings(NamedTuple):
     """The packages whose files the robot uses."""
     packages_missing: list[str]
     """The packages that meshes name, and that were not found."""
-    arguments: list[Argument]
+    arguments: dict[str, str]
+    """The arguments that its xacro files declare, and their defaults as they are written."""
     meshes: int
     meshes_missing: list[str]
     feet: list[str]
-    sensors: list[str]
 
 
 def init(
@@ -154,46 +137,22 @@ def find(conversion: Conversion) -> Findings:
         _arguments(expansion.files if expansion else []),
         len(meshes), missing,
         _feet(robot) if conversion.floating or conversion.base_reason == "own joint" else [],
-        list(dict.fromkeys(
-            sensor.name
-            for extension in robot.extensions
-            for sensor in extension.sensors
-            if sensor.type in MOTION
-        )),
     )  # fmt: skip
 
 
-def _arguments(names: list[str]) -> list[Argument]:
-    """The arguments that xacro files declare; the comment before or beside one describes it."""
-    found: dict[str, Argument] = {}
+def _arguments(names: list[str]) -> dict[str, str]:
+    """The arguments that xacro files declare, and their defaults."""
+    found: dict[str, str] = {}
     for file in names:
         try:
             root = etree.fromstring(files.read(Path(file)), xml_lines.parser(recover=True))
         except (OSError, etree.XMLSyntaxError):
             continue
         for element in () if root is None else root.iter("{*}arg"):
-            name = element.get("name")
-            if name and "xacro" in str(etree.QName(element).namespace):
-                default = element.get("default") or ""
-                found.setdefault(name, Argument(name, default, _comment_of(element)))
-    return list(found.values())
-
-
-def _comment_of(element: etree._Element) -> str:
-    """The comment in the line of an element, else the one in the line before."""
-    after, before = element.getnext(), element.getprevious()
-    if isinstance(after, etree._Comment) and "\n" not in (element.tail or ""):
-        return _line(after.text)
-    if isinstance(before, etree._Comment) and (before.tail or "").count("\n") <= 1:
-        above = before.getprevious()
-        if above is None or "\n" in (above.tail or ""):  # else the comment describes ``above``
-            return _line(before.text)
-    return ""
-
-
-def _line(text: str | None) -> str:
-    words = " ".join((text or "").split())
-    return words if len(words) <= SHOWN else f"{words[:SHOWN].rsplit(' ', 1)[0]} ..."
+            if "xacro" in str(etree.QName(element).namespace):
+                found.setdefault(element.get("name") or "", element.get("default") or "")
+    found.pop("", None)
+    return found
 
 
 def _feet(robot: Robot) -> list[str]:
@@ -245,13 +204,12 @@ def _text(
     base = "floating" if conversion.floating else "fixed"
     own = conversion.inserted is None and conversion.base_reason == "own joint"
     holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
+    named = source.startswith(descriptions.PREFIX)
     folder = f"{config.stem}_robotran" if holds_source else config.stem
     project, file = _flow({"project": folder}), _flow(f"{config.stem}.mbs")
     output = (project, f"a whole Robotran project; or only the file: {file}")
-    if found.meshes > len(found.meshes_missing) and find_spec("trimesh") is None:
-        output = (file, f"or {project}, once you have: pip install 'urdf2mbs[meshes]'")
     settings = [
-        ("source", _source(source, config), ""),
+        ("source", _flow(source if named else _relative(Path(source), config)), ""),
         ("output", *output),
         ("base", "auto" if own else base, _why(conversion)),
         ("pipeline", "compact", "the fewest joints; or faithful: every link's frame is a body's"),
@@ -260,7 +218,7 @@ def _text(
         settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
     width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
     lines = [
-        f"# {_line(robot.name)}: {counted(len(robot.links), 'link')}, "
+        f"# {printable(robot.name)}: {counted(len(robot.links), 'link')}, "
         f"{counted(moving, 'moving joint')}, "
         f"{report(conversion).mass:.4g} kg. Paths are relative to this file.",
         f"#   urdf2mbs run {config.name}       convert it",
@@ -271,14 +229,8 @@ def _text(
         lines.append(f"{line:{width}}  # {comment}" if comment else line)
     lines += _packages(config, found)
     lines += _args(found, given)
-    lines += _meshes(found)
     lines += _passes(found, conversion)
     return "\n".join(lines) + "\n"
-
-
-def _source(source: str, config: Path) -> str:
-    named = source.startswith(descriptions.PREFIX)
-    return _flow(source if named else _relative(Path(source), config))
 
 
 def _relative(path: Path, config: Path) -> str:
@@ -321,21 +273,13 @@ def _packages(config: Path, found: Findings) -> list[str]:
 def _args(found: Findings, given: Mapping[str, str]) -> list[str]:
     if not found.arguments and not given:
         return []
-    described = {argument.name: argument.description for argument in found.arguments}
     lines = ["", "xacro_args:" if given else "# xacro_args:   # and their defaults"]
-    for name, value in given.items():
-        about = described.get(name)
-        line = f"  {_flow(name)}: {_argument(value)}"
-        lines.append(f"{line}   # {about}" if about else line)
-    for name, written, description in found.arguments:
-        if name not in given:
-            notes = [description] if description else []
-            default = _argument(written)
-            if "$(" in written:  # xacro knows the value only in the file that declares it
-                notes.append(f"default: {_line(written)}")
-                default = "VALUE"
-            lines.append(f"#   {_flow(name)}: {default}" + "   # " * bool(notes) + "; ".join(notes))
-    return lines
+    lines += [f"  {_flow(name)}: {_argument(value)}" for name, value in given.items()]
+    return lines + [  # a default with $(...) has a value only in the file that declares it
+        f"#   {_flow(name)}: {'VALUE' if '$(' in default else _argument(default)}"
+        for name, default in found.arguments.items()
+        if name not in given
+    ]
 
 
 def _argument(value: str) -> str:
@@ -343,25 +287,9 @@ def _argument(value: str) -> str:
     return value if re.fullmatch(r"[\w.+-]*\w", value) else _flow(value)
 
 
-def _meshes(found: Findings) -> list[str]:
-    if not found.meshes:
-        return []
-    there = found.meshes - len(found.meshes_missing)
-    lines = ["", f"# {counted(found.meshes, 'mesh')}, {there} found."]
-    if found.meshes_missing:
-        lines[-1] += f" Not found: {_line(', '.join(found.meshes_missing))}"
-    return lines
-
-
 def _passes(found: Findings, conversion: Conversion) -> list[str]:
     """A start position within the limits, and the passes of a first simulation, as comments."""
     lines: list[str] = []
-    if found.sensors:
-        lines += [
-            "",
-            f"# {counted(len(found.sensors), 'sensor')} of the URDF, taken as they are: "
-            f"{_line(', '.join(found.sensors))}",
-        ]
     middle = conversion.facts.get("posture-limit", {}).get("middle")
     contacts = f"#   contacts: {{links: {_flow(found.feet)}}}"
     hold = "{frequency: 10, damping_ratio: 0.3}"
@@ -393,20 +321,12 @@ def _passes(found: Findings, conversion: Conversion) -> list[str]:
 
 def in_words(config: Path, found: Findings) -> str:
     """What was found and written, and what to do next."""
+    there = found.meshes - len(found.meshes_missing)
     text = f"wrote {config}: {counted(len(found.robot.links), 'link')}"
-    if found.packages:
-        text += f", {counted(len(found.packages), 'package')}"
-    if found.arguments:
-        text += f", {counted(len(found.arguments), 'xacro argument')}"
-    if found.meshes:
-        there = found.meshes - len(found.meshes_missing)
-        text += f", {there} of {counted(found.meshes, 'mesh')} found"
-    if found.feet:
-        text += f"\n  feet: {', '.join(found.feet)}"
-    if found.sensors:
-        text += f"\n  sensors: {_line(', '.join(found.sensors))}"
-    if found.packages_missing:
-        text += (
-            f"\n  not found: {', '.join(found.packages_missing)} (the config says where to put it)"
-        )
+    text += f", {counted(len(found.packages), 'package')}" * bool(found.packages)
+    text += f", {counted(len(found.arguments), 'xacro argument')}" * bool(found.arguments)
+    text += f", {there} of {counted(found.meshes, 'mesh')} found" * bool(found.meshes)
+    text += f"\n  feet: {', '.join(found.feet)}" * bool(found.feet)
+    if found.meshes_missing:
+        text += f"\n  not found: {some(found.meshes_missing, 3)}"
     return f"{text}\n\nNext: urdf2mbs run {config}\n      urdf2mbs report {config}"

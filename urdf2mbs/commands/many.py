@@ -9,24 +9,23 @@ from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 from time import monotonic
-from typing import TextIO
 
-from urdf2mbs.commands.colours import Screen
+import msgspec
+
 from urdf2mbs.commands.printing import near, print_json
+from urdf2mbs.commands.progress import Progress
 from urdf2mbs.commands.settings import REPORT
+from urdf2mbs.disk.output import check_ours, write_files
 from urdf2mbs.engine.config import Config, Lines, Project
+from urdf2mbs.engine.plugins import version_of
 from urdf2mbs.machine import stopping
 from urdf2mbs.many.convert import jobs_of, run
 from urdf2mbs.many.job import Job, Outcome
-from urdf2mbs.many.journal import Journal, to_report, worst
 from urdf2mbs.many.sweep import in_words
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 #: The most converted robots in the table.  All failed robots are in it.
 SHOWN = 40
-
-#: Seconds between two lines of progress, where no terminal rewrites a line.
-PATIENCE = 5.0
 
 
 def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
@@ -39,17 +38,31 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
         raise ConfigError("usage", f"--workers {arguments.workers}: give 1 or more")
     jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
     report = arguments.report or _folder(jobs) / REPORT
-    outcomes = _convert_all(jobs, report, arguments)
+    if not arguments.force:
+        check_ours({report: b""})
+    outcomes = _convert_all(jobs, arguments)
+    code = max((outcome.code for outcome in outcomes), default=0)
+    robots = [_to_report(outcome) for outcome in outcomes]
+    whole = {"urdf2mbs": version_of("urdf2mbs"), "code": code, "robots": robots}
+    text = msgspec.json.format(msgspec.json.encode(whole), indent=1)
+    write_files({report: text + b"\n"}, force=arguments.force)
     if arguments.json:
-        print_json(
-            {"code": worst(outcomes), "robots": [to_report(outcome) for outcome in outcomes]}
-        )
+        print_json({"code": code, "robots": robots})
     else:
         for outcome in outcomes:
             if outcome.error is not None:
                 print(_error(outcome), file=sys.stderr)
         print(_table(outcomes, report))
-    return worst(outcomes)
+    return code
+
+
+def _to_report(outcome: Outcome) -> dict[str, object]:
+    """The part of the report on a robot.  It is the same each time."""
+    return {
+        "source": outcome.source, "output": outcome.output, "values": outcome.values,
+        "code": outcome.code, "error": outcome.error, "diagnostics": outcome.diagnostics,
+        "report": outcome.report,
+    }  # fmt: skip
 
 
 def _folder(jobs: list[Job]) -> Path:
@@ -70,80 +83,39 @@ def _error(outcome: Outcome) -> str:
     return f"{near(Path(outcome.source))}{own}:\n{outcome.error}"
 
 
-def _convert_all(jobs: list[Job], report: Path, arguments: argparse.Namespace) -> list[Outcome]:
-    """Carry all jobs out, with progress on stderr, and write the report."""
-    with Journal(report, jobs, force=arguments.force) as journal:
-        if journal.outcomes and not arguments.quiet:
-            print(f"{len(journal.outcomes)} of {len(jobs)} were done before", file=sys.stderr)
-        progress = _Progress(len(jobs), len(journal.outcomes), sys.stderr, arguments.quiet)
-        outcomes = run(journal.todo, workers=arguments.workers, cluster=arguments.cluster)
-        stopping.tell(journal.state())
-        with closing(outcomes):
-            for outcome in outcomes:
-                journal.add(outcome)
-                stopping.tell(journal.state())
-                progress.show(outcome)
-        progress.end()
-        stopping.tell("")
-        journal.finish()
-        return [journal.outcomes[job.number] for job in jobs]
-
-
-class _Progress:
-    def __init__(self, count: int, before: int, stream: TextIO, quiet: bool = False) -> None:
-        self._count = count
-        self._before = before
-        self._done = before
-        self._failed = 0
-        self._stream = stream
-        self._quiet = quiet
-        self._start = self._last = monotonic()
-        self._terminal = stream.isatty()
-
-    def show(self, outcome: Outcome) -> None:
-        self._done += 1
-        self._failed += outcome.code != 0
-        now = monotonic()
-        if self._quiet or now - self._last < (0.1 if self._terminal else PATIENCE):
-            return
-        self._last = now
-        rate = (self._done - self._before) / (now - self._start)
-        left = (self._count - self._done) / rate
-        text = f"{self._done} of {self._count}, {rate:.3g} a second, {left:.0f} s left"
-        if self._failed:
-            text += f", {self._failed} failed"
-        if isinstance(self._stream, Screen) and self._terminal:
-            self._stream.rewrite(text)
-        else:
-            print(f"... {text}", file=self._stream, flush=True)
-
-    def end(self) -> None:
-        if isinstance(self._stream, Screen) and self._terminal:
-            self._stream.rewrite("")
+def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome]:
+    """Carry all jobs out, with progress on stderr; the outcomes in the order of the jobs."""
+    count, failed, start = len(jobs), 0, monotonic()
+    done: list[Outcome] = []
+    running = run(jobs, workers=arguments.workers, cluster=arguments.cluster)
+    with Progress(arguments) as progress, closing(running) as outcomes:
+        progress.at = f"0 of {counted(count, 'robot')} done"
+        stopping.tell(f": {progress.at}")
+        for outcome in outcomes:
+            done.append(outcome)
+            failed += outcome.code != 0
+            rate = len(done) / (monotonic() - start)
+            at = f"{len(done)} of {counted(count, 'robot')} done"
+            stopping.tell(f": {at}")
+            at += f", {failed} failed" if failed else ""
+            progress.at = f"{at}, {rate:.3g} a second, {(count - len(done)) / rate:.0f} s left"
+    stopping.tell("")
+    return sorted(done, key=lambda outcome: outcome.number)
 
 
 def _table(outcomes: list[Outcome], report: Path) -> str:
     """A line for each robot, and the counts."""
     done = [outcome for outcome in outcomes if outcome.code == 0]
-    left = len(done) - SHOWN
-    first = done[:SHOWN]
-    listed = [outcome for outcome in outcomes if outcome.code or outcome in first]
-    rows: list[tuple[str, ...]] = [
-        ("robot", "of its own", "links", "bodies", "joints", "mass/kg", "warnings", "")
-    ]
-    rows += [_row(outcome) for outcome in listed]
-    own = any(row[1] for row in rows[1:])
-    lines = _align([row if own else (row[0], *row[2:]) for row in rows])
-    if left > 0:
-        lines.append(f"and {left} more that are done")
-    kept = sum(outcome.kept for outcome in done)
-    before = f" ({kept} of them before)" if kept else ""
+    listed = [outcome for outcome in outcomes if outcome.code] + done[:SHOWN]
+    lines = [_row(outcome) for outcome in sorted(listed, key=lambda outcome: outcome.number)]
+    if len(done) > SHOWN:
+        lines.append(f"and {len(done) - SHOWN} more that are done")
     failures = "; ".join(
         f"{counted(number, 'robot')} {what}"
         for code, what in _FAILURES.items()
         if (number := sum(outcome.code == code for outcome in outcomes))
     )
-    lines.append(f"{counted(len(done), 'robot')} done{before}" + (failures and f"; {failures}"))
+    lines.append(f"{counted(len(done), 'robot')} done" + (failures and f"; {failures}"))
     lines.append(f"report: {near(report)}")
     lines.append("Next: open a model in MBSysPad, or look at one: urdf2mbs diagram MODEL.mbs")
     lines.append("      what is wrong with a robot: run or convert it by itself, with -v")
@@ -157,32 +129,18 @@ _FAILURES = {
 }
 
 
-def _row(outcome: Outcome) -> tuple[str, ...]:
+def _row(outcome: Outcome) -> str:
     name = near(Path(outcome.source))
-    own = in_words(outcome.values)
+    if outcome.values:
+        name += f" ({in_words(outcome.values)})"
     found = outcome.report
     if found is None:
         error = outcome.error
-        said = f"error[{error.code}]: {error.message.splitlines()[0]}" if error else ""
-        return (name, own, "-", "-", "-", "-", "-", said)
+        return f"{name}: error[{error.code}]: {error.message.splitlines()[0]}" if error else name
     warnings = sum(said.level == "warning" for said in found.diagnostics)
-    verdict = f"{found.verdict}: " if found.proof is None or not found.proof.same else ""
+    verdict = "" if found.proof is not None and found.proof.same else f"{found.verdict}: "
     output = near(Path(outcome.output)) if outcome.output else "nothing is written"
     return (
-        name, own, str(found.links), str(found.bodies), str(found.joints.mbs),
-        f"{found.mass:.6g}", str(warnings), f"{verdict}{output}",
-    )  # fmt: skip
-
-
-def _align(rows: list[tuple[str, ...]]) -> list[str]:
-    """Columns of one width: numbers to the right; the last as it is."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    numbers = len(widths) - 6  # before these are words
-    return [
-        "  ".join(
-            cell.ljust(width) if at < numbers else cell.rjust(width)
-            for at, (cell, width) in enumerate(zip(row[:-1], widths[:-1], strict=True))
-        )
-        + f"  {row[-1]}".rstrip()
-        for row in rows
-    ]
+        f"{name}: {found.links} links -> {found.bodies} bodies, {found.joints.mbs} joints, "
+        f"{found.mass:.6g} kg, {counted(warnings, 'warning')}: {verdict}{output}"
+    )

@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Plugins, Registered
 from urdf2mbs.messages.diagnostics import Diagnostic, counted
-from urdf2mbs.report.summary import Joints, Report
+from urdf2mbs.report.summary import Report
 
 if TYPE_CHECKING:
     from urdf2mbs.proof.verdict import Proof
@@ -32,7 +32,10 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     print(f"  {links} -> {bodies}, mass {found.mass:.6g} kg")
     if any(said.code == "no-mass" for said in conversion.diagnostics):
         print("  NO DYNAMICS: no link has a mass")
-    print(f"  {counted(joints.urdf, 'URDF joint')} -> {joints_in_words(joints)}")
+    print(
+        f"  {counted(joints.urdf, 'URDF joint')} -> {joints}; "
+        f"{joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
+    )
     if "merge" in conversion.facts:
         counts = {does: len(said) for does, said in conversion.facts["merge"]["words"].items()}
         words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
@@ -91,16 +94,15 @@ def proof_in_words(proof: Proof) -> str:
     return f"{compared}; largest deviations: {found}"
 
 
-def joints_in_words(joints: Joints) -> str:
-    """How many joints there are of each nature."""
-    return f"{joints}; {joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
-
-
 def other_way(names: Sequence[str]) -> str:
     """The joints that count the other way round."""
     return (
         f"{counted(len(names), 'joint')} the other way round (minus the URDF's): {', '.join(names)}"
     )
+
+
+#: Versions of Robotran's programs; docs/beside-robotran.md says what was tried in them.
+TRIED = "tried: MBSysPad 1.8, MBsysC of 2017"
 
 
 def next_steps(conversion: Conversion) -> str:
@@ -114,7 +116,7 @@ def next_steps(conversion: Conversion) -> str:
     model = near(settings.output)
     if settings.project is None:
         return (
-            f"Next: open {model} in MBSysPad, or draw it: urdf2mbs diagram {model}\n"
+            f"Next: open {model} in MBSysPad ({TRIED}), or draw it: urdf2mbs diagram {model}\n"
             "      for a whole Robotran project: output: {project: DIR}, or convert -o DIR/"
         )
     if any(one.code == "no-mass" for one in conversion.diagnostics):
@@ -125,7 +127,8 @@ def next_steps(conversion: Conversion) -> str:
     run = f"python {near(main)}" if main in conversion.starters else "build workR by its CMakeLists"
     return (
         f"Next: let it move: urdf2mbs simulate {near(settings.project)}\n"
-        f"      in Robotran: open {model} in MBSysPad; {run} (see docs/first-simulation.md)"
+        f"      in Robotran ({TRIED}): open {model} in MBSysPad; {run} "
+        "(see docs/first-simulation.md)"
     )
 
 

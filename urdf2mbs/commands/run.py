@@ -19,8 +19,7 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import plan, write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, printable, some
-from urdf2mbs.passes.left_out import JOINTS
+from urdf2mbs.messages.diagnostics import ConfigError, printable, some
 from urdf2mbs.report.summary import Report, report
 
 EXAMPLES = (
@@ -89,9 +88,6 @@ def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -
         print_json(found)
     else:
         _summarise(conversion, found, arguments)
-        fewer = _fewer(conversion, config, lines, arguments)
-        if fewer:
-            print(f"  {fewer}")
         if conversion.files:
             print(next_steps(conversion))
     return 0 if conversion.rejected is None else 3
@@ -129,24 +125,3 @@ def _summarise(conversion: Conversion, found: Report, arguments: argparse.Namesp
     else:
         print(f"stopped after '{arguments.stop_after}': nothing is written")
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
-
-
-def _fewer(
-    conversion: Conversion, config: Config, lines: Lines, arguments: argparse.Namespace
-) -> str:
-    """How many joints the other presets make, where Robotran's generator minds."""
-    if all(said.code != "generator-limits" for said in conversion.diagnostics):
-        return ""
-    joints = [joint for body in conversion.mbs.bodies for joint in body.joints]
-    if sum(joint.nature != "driven" for joint in joints) > JOINTS:
-        return ""  # what moves is too much already, and every preset keeps it
-    from urdf2mbs.commands.presets import by_presets
-
-    others = []
-    for name, other in by_presets(config, lines, arguments).items():
-        try:
-            made = other.run(stop_after="decompose-joints").mbs.numbers()
-        except ConversionError:
-            continue  # this is not what was asked for
-        others.append(f"the preset '{name}' makes {counted(len(made), 'joint')}")
-    return "; ".join(others)

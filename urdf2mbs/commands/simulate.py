@@ -74,6 +74,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
+    from urdf2mbs.commands.progress import Progress
     from urdf2mbs.runtime.project import model_of, simulate
 
     _check(arguments)
@@ -83,10 +84,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
     elif arguments.output is not None and not _is_page(arguments):
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
     begin = perf_counter()
-    results = simulate(
-        model, time=arguments.time, push=arguments.push, method=arguments.method,
-        language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
-    )  # fmt: skip
+    with Progress(arguments) as progress:
+
+        def watch(time: float) -> None:
+            progress.at = f"{time:.3g} of {arguments.time:g} s"
+
+        progress.at = "compiling"
+        results = simulate(
+            model, time=arguments.time, push=arguments.push, method=arguments.method, watch=watch,
+            language=arguments.language, rate=arguments.rate, rtol=arguments.tolerance,
+        )  # fmt: skip
     seconds = perf_counter() - begin
     files = results.write()
     if _is_page(arguments):
@@ -179,8 +186,9 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     if results.stopped:
         print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
     moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
-    most = int(moved.argmax())
-    print(f"  joint '{results.joints[most]}' moved most: {moved[most]:.3g} rad or m")
+    if moved.size:
+        most = int(moved.argmax())
+        print(f"  joint '{results.joints[most]}' moved most: {moved[most]:.3g} rad or m")
     for file in files:
         if file.suffix in (".csv", ".anim", ".html"):
             print(f"  {near(file)}")

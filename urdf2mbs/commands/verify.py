@@ -29,6 +29,7 @@ EXAMPLES = (
     "urdf2mbs verify robot.urdf robot.mbs",
     "urdf2mbs verify robot.urdf robot.mbs --engine pinocchio",
     "urdf2mbs verify robot.xacro robot.urdf",
+    "urdf2mbs verify robot.urdf PROJECT --code",
     "urdf2mbs verify before.mbs after.mbs",
     "urdf2mbs verify robot.urdf robot.mbs --ci --sarif urdf2mbs.sarif",
 )
@@ -41,7 +42,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument(
         "model", type=path, metavar="MODEL.mbs",
-        help="of urdf2mbs, or drawn by hand; or a .urdf or .xacro file beside another",
+        help="of urdf2mbs, or drawn by hand; a project's folder; or a .urdf beside another",
     )  # fmt: skip
     add_printing(command, writes=False)
     add_verbose(command)
@@ -57,6 +58,10 @@ def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--frames", action="store_true",
         help="a link's frame that is elsewhere in the .mbs is a difference, too",
+    )  # fmt: skip
+    command.add_argument(
+        "--code", action="store_true",
+        help="run a project's generated code, C too, and compare it: only of projects you trust",
     )  # fmt: skip
     command.add_argument(
         "--ci", action="store_true", help="print a line for each finding, with file and line"
@@ -75,6 +80,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
             arguments.model,
             engine=arguments.engine,
             frames=arguments.frames,
+            code=arguments.code,
             gravity=tuple(arguments.gravity),
             tolerance=arguments.tolerance,
             **choose_fields(arguments),

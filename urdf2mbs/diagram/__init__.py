@@ -1,4 +1,4 @@
-"""Where everything stands in MBSysPad's 2D diagram: three styles, and how large things are."""
+"""Where everything stands in MBSysPad's 2D diagram: two styles, and how large things are."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from urdf2mbs.diagram.boxes import nodes
 from urdf2mbs.diagram.shape import look
 from urdf2mbs.mbs.model import Mbs
 
-STYLES = ("robot", "tree", "method")
-
 
 def arrange(mbs: Mbs, style: str = "robot") -> str:
     """Give the base, the bodies, their joints and points their places (px, y down).
@@ -16,11 +14,6 @@ def arrange(mbs: Mbs, style: str = "robot") -> str:
     Returns the style that was used: ``robot`` falls back to ``tree`` where there is no shape
     worth following.
     """
-    if style == "method":
-        from urdf2mbs.diagram import method
-
-        method.arrange(mbs)
-        return style
     order = nodes(mbs)
     shape = look(order)
     bones = robot.spine(order, shape) if style == "robot" else None

@@ -12,7 +12,7 @@ from math import ceil
 
 import msgspec
 
-from urdf2mbs.mbs.model import Body, Drawing, Joint, Mbs, Point
+from urdf2mbs.mbs.model import XY, Body, Drawing, Joint, Mbs, Point
 
 MARGIN = 20.0
 """Round the whole diagram."""
@@ -20,6 +20,8 @@ JOINT = 40.0
 """From joint to joint down a chain: the least that leaves room for a label."""
 JOINT_ACROSS = 50.0
 """The same for a chain that runs to the left or to the right: labels are wider than high."""
+FOLD = 62.0
+"""From one column of a folded chain to the other: labels keep off one another."""
 LEAD = 45.0
 """From a point on the edge of a box to the first joint of the child."""
 CHARACTER = {"ijl": 4.2, "frtI": 6.0, "_": 6.1, "mwMW": 13.4, "DGHNOQU": 10.3}
@@ -41,7 +43,7 @@ FRAME = 16.0
 """From one to the next of the points that are only frames, inside the box."""
 ROW, COLUMN = 8, 16
 """So many of them stand in a row across the chain at most, and so many along the chain."""
-RAY, SLOPE = 110.0, 0.2
+RAY, SLOPE = 110.0, 0.16
 """Where a second column of them begins, and how far it goes aside for each pixel ahead: so its
 arrows lie on one ray, clear of the first column."""
 EDGE = 15.0
@@ -92,8 +94,8 @@ class Plan(msgspec.Struct):
     """A body and all below it, in the body's own frame."""
 
     vertical: bool
-    joints: list[float]
-    """``a`` of each joint; ``b`` is 0."""
+    joints: list[tuple[float, float]]
+    """``a`` and ``b`` of each joint."""
     origin: float
     """``a`` of the body's frame: the last joint, or where the base's symbol stands."""
     box: tuple[float, float, float, float]
@@ -180,47 +182,50 @@ def plan(
     if fork is not None:
         inside = long - fork  # beyond the name, so that no arrow crosses it
     own = len(node.joints)
-    end, joints = inside, []
+    # the name keeps off the side where children leave
+    mirror = -1 if plus and not minus else 1
+    end, joints, folded = inside, [], vertical and fork is None
     if own:
+        places = _chain(own, folded)
+        rows = places[-1][0]
         pitch = (JOINT if vertical else JOINT_ACROSS) + spread
         first = (LEAD if vertical else JOINT_ACROSS) + spread
-        end = natural = first + pitch * (own - 1)
-        if node.alike is not None and len(node.alike.joints) > own:
-            end = first + pitch * (len(node.alike.joints) - 1)
-        most = own * ((FAR if vertical else FAR_ACROSS) + spread)
+        end = natural = first + pitch * (rows - 1)
+        if node.alike is not None and node.alike.joints:
+            end = max(end, first + pitch * (_chain(len(node.alike.joints), folded)[-1][0] - 1))
+        most = rows * ((FAR if vertical else FAR_ACROSS) + spread)
         if fork is not None:
             end = max(end, inside + LEAD)
         elif end > most:
             long += end - most  # rather a longer box than longer wires
             end = most
         if end > natural:
-            pitch = end // own
-            first = end - pitch * (own - 1)
-        joints = [first + pitch * k for k in range(own)]
+            pitch = end // rows
+            first = end - pitch * (rows - 1)
+        joints = [(first + pitch * (row - 1), mirror * FOLD * column) for row, column in places]
     a0 = end - inside
     a1 = a0 + long
 
     limbs: list[tuple[Node, Plan, float, float, int, int]] = []
-    # the name keeps off the side where children leave
-    mirror = -1 if plus and not minus else 1
     points = [
         (point, end + a, mirror * b)
         for point, (a, b) in zip(node.frames, _frames(node, vertical, fork), strict=False)
     ]
     b0, b1 = -low, low + 2 * aside
-    rows, length = _lanes(ahead, vertical)
+    front, length = _lanes(ahead, vertical)
     centre = 0.0
-    if rows:
-        centre = rows[0][1]
+    if front:
+        centre = front[0][1]
         if in_front:
-            centre = next(start for point, start, _, _ in rows if point is None)
+            centre = next(start for point, start, _, _ in front if point is None)
         elif fork is not None:
-            centre = (rows[0][1] + rows[-1][1]) / 2 - aside
-        b0 = min(b0, rows[0][1] - centre - EDGE)
-        b1 = max(b1, rows[-1][1] - centre + EDGE, 2 * aside - b0)
+            centre = (front[0][1] + front[-1][1]) / 2 - aside
+        b0 = min(b0, front[0][1] - centre - EDGE)
+        b1 = max(b1, front[-1][1] - centre + EDGE, 2 * aside - b0)
     if mirror < 0:
         b0, b1 = -b1, -b0
-    low, high = min(b0, -centre), max(b1, length - centre)
+    turns = [b + mirror * EDGE for _, b in joints if b]
+    low, high = min(b0, -centre, *turns), max(b1, length - centre, *turns)
 
     far = a1
     sides: list[tuple[int, list[_Lane], float]] = []
@@ -250,13 +255,26 @@ def plan(
                 low, high = min(low, tip), max(high, tip)
                 far = max(far, lane + move + drawn.extent[3])
     far = max(far, a1)
-    for point, start, fan, group in rows:
+    for point, start, fan, group in front:
         if point is not None:
             points.append((point, a1, start - centre))
         for child, drawn, lane in group:
             limbs.append((child, drawn, a1 + fan, lane - centre, AHEAD, 1))
             far = max(far, a1 + fan + drawn.extent[1])
     return Plan(vertical, joints, end, (a0, a1, b0, b1), points, limbs, (0.0, far, low, high))
+
+
+def _chain(count: int, folded: bool) -> list[tuple[int, int]]:
+    """Row (from 1) and column of each joint of a chain; the last joint stands in column 0.
+
+    Five joints or more are folded: four stand in two rows, there and back.
+    """
+    places: list[tuple[int, int]] = []
+    while folded and count - len(places) > 4:
+        row = len(places) // 2 + 1
+        places += [(row, 0), (row, 1), (row + 1, 1), (row + 1, 0)]
+    row = places[-1][0] if places else 0
+    return places + [(row + k, 0) for k in range(1, count - len(places) + 1)]
 
 
 _Lane = tuple[Point | None, float, float, list[tuple[Node, "Plan", float]]]
@@ -375,27 +393,24 @@ def put(mbs: Mbs, base: Node, way: Way, whole: Plan) -> None:
             todo.append((child, below, (u, v, *along)))
     dx, dy = round(MARGIN - left, 0), round(MARGIN - top, 0)
 
-    for node, drawn, (x, y, ax, ay, bx, by), (x0, y0, x1, y1) in placed:
-        here = (round(x + ax * drawn.origin + dx, 1), round(y + ay * drawn.origin + dy, 1))
-        box = (round(x0 + dx, 1), round(y0 + dy, 1), round(x1 + dx, 1), round(y1 + dy, 1))
-        u, v = here
-        edges = (
-            round(box[0] - u, 1),
-            round(box[1] - v, 1),
-            round(box[2] - u, 1),
-            round(box[3] - v, 1),
-        )
-        drawing = _box(*edges)
+    for node, drawn, (x, y, ax, ay, bx, by), box in placed:
+        way = (x + dx, y + dy, ax, ay, bx, by)
+        here = _place(way, drawn.origin, 0.0)
+        sides = zip(box, (dx, dy, dx, dy), (*here, *here), strict=True)
+        drawing = _box(*[round(round(side + moved, 1) - start, 1) for side, moved, start in sides])
         if node.body is None:
             mbs.base.position, mbs.base.drawing = here, drawing
         else:
             node.body.drawing = drawing
-            for joint, a in zip(node.joints, drawn.joints, strict=True):
-                joint.position = (round(x + ax * a + dx, 1), round(y + ay * a + dy, 1))
+            for joint, (a, b) in zip(node.joints, drawn.joints, strict=True):
+                joint.position = _place(way, a, b)
         for point, a, b in drawn.points:
-            point.position = (
-                round(x + ax * a + bx * b + dx, 1), round(y + ay * a + by * b + dy, 1)
-            )  # fmt: skip
+            point.position = _place(way, a, b)
+
+
+def _place(way: Way, a: float, b: float) -> XY:
+    x, y, ax, ay, bx, by = way
+    return (round(x + ax * a + bx * b, 1), round(y + ay * a + by * b, 1))
 
 
 def _box(left: float, top: float, right: float, bottom: float) -> Drawing:

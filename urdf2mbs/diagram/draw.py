@@ -1,15 +1,17 @@
 """The 2D diagram of an .mbs file as an SVG picture, drawn as MBSysPad draws it.
 
-Boxes, dots, arrows, wires and labels stand where the file puts them (pixels, y down).  What
-MBSysPad leaves to a click is in the tooltips: joint and point names, nature, coordinates.
+Boxes, dots, arrows, wires and labels stand where the file puts them (pixels, y down); cuts and
+links go round the boxes, where MBSysPad draws them straight.  What MBSysPad leaves to a click is
+in the tooltips: joint and point names, nature, coordinates.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from html import escape
+from html import escape as _t
 from math import hypot
 
+from urdf2mbs.diagram.route import Box, along, route
 from urdf2mbs.mbs.model import CUTS, ORIGIN, XY, Body, Connection, Drawing, Joint, Mbs, Point
 from urdf2mbs.messages.diagnostics import ConversionError
 
@@ -21,9 +23,6 @@ ASIDE, MOST_ASIDE = 0.2, 40.0
 
 #: Where on its line the label of a cut or link may stand, the best place first.
 SHARES = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8)
-
-#: Left, top, right, bottom.
-Box = tuple[float, float, float, float]
 
 #: The base where the file does not say how it is drawn, as in a new model of MBSysPad.
 BASE = Drawing(position=(-60.0, -28.0), size=(120.0, 56.0))
@@ -104,9 +103,8 @@ class _Picture:
         corners += [(x + dx, y) for x, y in self.points.values() for dx in (-8, 8)]
         corners += [_at(joint.position) for body in self.mbs.bodies for joint in body.joints]
         for name, drawing in self._drawings():
-            (left, top), (width, height) = _bounds(drawing)
-            x, y = self.frames[name]
-            corners += [(x + left, y + top), (x + left + width, y + top + height)]
+            left, top, right, bottom = self._box(name, drawing)
+            corners += [(left, top), (right, bottom)]
         xs, ys = zip(*corners, strict=True)
         return min(xs), min(ys), max(xs), max(ys)
 
@@ -116,18 +114,22 @@ class _Picture:
             if body.drawing is not None:
                 yield body.name, body.drawing
 
-    def _name_at(self, name: str | None, drawing: Drawing) -> XY:
+    def _box(self, name: str | None, drawing: Drawing) -> Box:
         x, y = self.frames[name]
         (left, top), (width, height) = _bounds(drawing)
+        return (x + left, y + top, x + left + width, y + top + height)
+
+    def _name_at(self, name: str | None, drawing: Drawing) -> XY:
+        left, top, right, bottom = self._box(name, drawing)
         dx, dy = drawing.name_pos
-        return (x + left + width / 2 + dx, y + top + height / 2 - 6 + dy)
+        return ((left + right) / 2 + dx, (top + bottom) / 2 - 6 + dy)
 
     def boxes(self) -> Iterator[str]:
         bodies = {body.name: body for body in self.mbs.bodies}
         for name, drawing in self._drawings():
             x, y = self.frames[name]
-            (left, top), (width, height) = _bounds(drawing)
-            left, top = x + left, y + top
+            left, top, right, bottom = self._box(name, drawing)
+            width, height = right - left, bottom - top
             if drawing.shape in ("circle", "ellipse"):
                 cx, cy, rx, ry = left + width / 2, top + height / 2, width / 2, height / 2
                 shape = (
@@ -197,26 +199,27 @@ class _Picture:
                 before = after
 
     def connections(self) -> Iterator[str]:
-        """The cuts, then the links, each labelled where its line is clear of other words."""
+        """The cuts, then the links, round the boxes; labels stand clear of other words."""
         taken = self._words()
+        boxes = [self._box(name, drawing) for name, drawing in self._drawings()]
         for connection in (*self.mbs.cuts, *self.mbs.links):
             if connection.is_draft:
                 continue
             kind = "cut" if connection.kind in CUTS else "link"
             a, b = self._place(*connection.endpoint1), self._place(*connection.endpoint2)
             half = 3.5 * max(len(connection.name), len(connection.kind)) + 2
-            spots = [
-                (a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])) for share in SHARES
-            ]
-            boxes = [(x - half, y - 14, x + half, y + 16) for x, y in spots]
-            crowd = [sum(_overlap(box, word) for word in taken) for box in boxes]
+            way = route(a, b, boxes)
+            spots = [along(way, share) for share in SHARES]
+            labels = [(x - half, y - 14, x + half, y + 16) for x, y in spots]
+            crowd = [sum(_overlap(label, word) for word in taken) for label in labels]
             best = crowd.index(min(crowd))
-            taken.append(boxes[best])
+            taken.append(labels[best])
             x, y = spots[best]
             about = _about_connection(connection)
+            corners = " L".join(_p(*corner) for corner in way)
             yield (
                 f'<g class="connection" data-name="{_t(connection.name)}">'
-                f'<title>{_t(about)}</title><path class="{kind}" d="M{_p(*a)} L{_p(*b)}"/>'
+                f'<title>{_t(about)}</title><path class="{kind}" d="M{corners}"/>'
                 + _text(connection.kind, (x, y - 3), "label")
                 + _text(connection.name, (x, y + 12), "label")
                 + "</g>"
@@ -224,8 +227,9 @@ class _Picture:
 
     def _words(self) -> list[Box]:
         """Where words and dots stand: of joints, points and bodies."""
-        dots = [*self.frames.values(), *self.points.values()]
-        boxes = [(x - 8, y - 8, x + 8, y + 8) for x, y in dots]
+        boxes = [
+            (x - 8, y - 8, x + 8, y + 8) for x, y in (*self.frames.values(), *self.points.values())
+        ]
         for body in self.mbs.bodies:
             before = self._place(body.parent, body.point)
             for after in (_at(joint.position) for joint in body.joints):
@@ -351,13 +355,8 @@ def _about_connection(connection: Connection) -> str:
     return f"{connection.name}\n{connection.kind}{length}"
 
 
-def _text(text: str, at: XY, kind: str = "") -> str:
-    style = f' class="{kind}"' if kind else ""
-    return f'<text{style} x="{_n(at[0])}" y="{_n(at[1])}">{_t(text)}</text>'
-
-
-def _t(text: str) -> str:
-    return escape(text)
+def _text(text: str, at: XY, kind: str) -> str:
+    return f'<text class="{kind}" x="{_n(at[0])}" y="{_n(at[1])}">{_t(text)}</text>'
 
 
 def _n(value: float) -> str:

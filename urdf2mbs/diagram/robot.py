@@ -35,11 +35,10 @@ MIDDLE = 0.04
 LIMBS = 24
 """With more limbs than this at its spine, nobody would recognise a robot."""
 MOST = 40.0
-"""It may be so much longer at most; rather the last box gets longer."""
+"""A wire that runs out may be so much longer (px); rather one more body runs out, or the last
+box gets longer."""
 SHORT = 2
 """A limb of so few bodies one after the other does not turn down."""
-SPREAD = 25.0
-"""A wire may be so much longer (px) before one more body runs out."""
 
 Box = tuple[float, float, float, float]
 """Inner, outer, bottom, top (px): x counted outwards from the spine, both sides as one, so that
@@ -375,9 +374,9 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
             short = max(0.0, max(beside) + GAP - inner) if beside else 0.0
             spread = float(ceil(short / _wires(limb, length)))
             reach = max(0.0, spread - MOST) * _wires(limb, length)
-            spread = min(spread, MOST)
-            if spread > SPREAD and length < len(row):
+            if reach and length < len(row):
                 continue
+            spread = min(spread, MOST)
             if spread:
                 boxes = _run(limb, length, edge, lane, spread, reach)
         a0, a1, _, _ = row[length - 1].plan[False].box

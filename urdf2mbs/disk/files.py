@@ -22,14 +22,14 @@ DEVICES = frozenset(
     ["con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))]
 )
 
-#: The files that this thread has read or looked for since ``noting`` began; None: nobody asks.
-_noted: ContextVar[dict[str, str] | None] = ContextVar("noted", default=None)
+#: The files that this thread has read since ``noting`` began; None: nobody asks.
+_noted: ContextVar[dict[str, None] | None] = ContextVar("noted", default=None)
 
 
 @contextmanager
-def noting() -> Iterator[dict[str, str]]:
-    """Gives the files that are read or looked for within it, and the ``digest`` of each."""
-    noted: dict[str, str] = {}
+def noting() -> Iterator[dict[str, None]]:
+    """Gives the files that are read within it."""
+    noted: dict[str, None] = {}
     token = _noted.set(noted)
     try:
         yield noted
@@ -37,54 +37,19 @@ def noting() -> Iterator[dict[str, str]]:
         _noted.reset(token)
 
 
-def note(path: Path | str, known: str | None = None) -> None:
-    """Something depends on this file, or on which files match this pattern.
-
-    ``known`` is the sha256 of what was read.
-    """
-    noted = _noted.get()
-    if noted is not None:
-        now = _matching(path) if known is None else known
-        if noted.setdefault(os.path.abspath(path), now) != now:  # noqa: PTH100
-            noted[os.path.abspath(path)] = "changed"  # noqa: PTH100  while it was used
-
-
-def digest(path: str) -> str:
-    """The sha256 of a file; where it cannot be read, the files that match its name."""
-    try:
-        return _sha256(read(Path(path)))
-    except OSError:
-        return _matching(path)
-
-
-def _matching(path: Path | str) -> str:
-    from glob import glob
-
-    return " ".join(sorted(glob(str(path))))  # noqa: PTH207
-
-
-def _sha256(data: bytes) -> str:
-    from hashlib import sha256
-
-    return sha256(data).hexdigest()
-
-
 def read(path: Path, most: int | None = None) -> bytes:
     """The bytes of a file, a pipe or a device.
 
     Raises OSError; for more than ``most`` bytes (default: ``MOST``) it says the bound.
     """
+    noted = _noted.get()
+    if noted is not None:
+        noted[os.path.abspath(path)] = None  # noqa: PTH100
     try:
         with path.open("rb", buffering=0) as file:
-            data = read_stream(file, str(path), most, os.fstat(file.fileno()).st_size)
-    except OSError:
-        note(path)
-        raise
+            return read_stream(file, str(path), most, os.fstat(file.fileno()).st_size)
     except ValueError as error:  # a name with a NUL
         raise OSError(0, str(error), str(path)) from None
-    if _noted.get() is not None:
-        note(path, _sha256(data))
-    return data
 
 
 def read_stream(stream: IO[bytes], name: str, most: int | None = None, size: int = 0) -> bytes:
@@ -144,18 +109,12 @@ def size(path: Path) -> int:
 
 def is_folder(path: Path) -> bool:
     """True if there is such a folder; False for a name that no folder can have."""
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
+    return os.path.isdir(path)  # noqa: PTH112  Path.is_dir may raise
 
 
 def is_file(path: Path) -> bool:
     """True if there is such a file; False for a name that no file can have."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return os.path.isfile(path)  # noqa: PTH113  Path.is_file may raise
 
 
 def absolute(path: Path) -> Path:

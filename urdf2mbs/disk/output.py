@@ -4,7 +4,8 @@ Each file is written and synced beside its place, with the mode of the one that 
 all are renamed into place.  Where a rename fails, those before it are undone, and so are the
 folders.  So there is never half a file, and after a crash of the machine each file is the old or
 the new one.  Only a process that is killed between two renames leaves some files new and some old;
-what it leaves beside them goes at the next run.  Two runs into one folder wait for each other.
+what it leaves beside them goes at the next run.  Two runs into one folder wait for each other,
+except on Windows.
 """
 
 from __future__ import annotations
@@ -13,11 +14,10 @@ import os
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
-from errno import EACCES, EDEADLK, EINVAL, EISDIR
+from errno import EACCES, EINVAL, EISDIR
 from pathlib import Path
 from stat import S_IMODE
 from types import MappingProxyType
-from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_portable, read
@@ -263,44 +263,21 @@ def _make_folder(folder: Path, made: list[Path]) -> None:
 
 
 def _lock(folder: Path, locks: ExitStack) -> bool:
-    """Wait until no other run writes into a folder; False where folders cannot be locked.
+    """Wait until no other run writes into a folder; False where folders cannot be locked, as on
+    Windows.
 
     The system lets go of the lock when the process ends, however it ends.  The package ``filelock``
     takes 75 ms to import, and leaves a file in each folder.
     """
     try:
-        if WINDOWS:
-            _lock_on_windows(folder, locks)
-        else:
-            from fcntl import LOCK_EX, flock
+        from fcntl import LOCK_EX, flock
 
-            descriptor = os.open(folder, os.O_RDONLY)
-            locks.callback(os.close, descriptor)
-            flock(descriptor, LOCK_EX)
+        descriptor = os.open(folder, os.O_RDONLY)
+        locks.callback(os.close, descriptor)
+        flock(descriptor, LOCK_EX)
     except (OSError, ImportError):
         return False
     return True
-
-
-def _lock_on_windows(folder: Path, locks: ExitStack) -> None:
-    """Windows locks bytes of files, and no folders: an empty file of the user stands for one."""
-    import msvcrt
-    from hashlib import sha256
-    from tempfile import gettempdir
-
-    windows: Any = msvcrt  # a type checker on another system does not know its names
-    known = sha256(os.path.normcase(os.path.realpath(folder)).encode("utf-8", "surrogatepass"))
-    place = Path(gettempdir(), f"urdf2mbs-{known.hexdigest()[:16]}.lock")
-    descriptor = os.open(place, os.O_RDWR | os.O_CREAT)
-    locks.callback(os.close, descriptor)
-    while True:
-        try:
-            windows.locking(descriptor, windows.LK_LOCK, 1)
-        except OSError as error:
-            if error.errno != EDEADLK:  # it has waited for ten seconds
-                raise
-        else:
-            return
 
 
 def _sweep(folder: Path, names: Sequence[str]) -> None:

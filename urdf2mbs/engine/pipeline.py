@@ -89,13 +89,18 @@ class Pipeline:
             )  # fmt: skip
         conversion = Conversion(self.settings)
         conversion.progress = self._progress
+        ours = {False: list[Configured](), True: list[Configured]()}
+        for configured in self.passes:
+            ours[configured.registered.plugin == GROUP].append(configured)
+        conversion.asked = {found.pass_.name: found.pass_ for found in ours[True]}
+        conversion.plugged = frozenset(s for found in ours[False] for s in found.pass_.writes)
         conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(
                 "plugin-idle",
                 f"plugin '{plugin}' does nothing: none of its passes is in the pipeline "
                 f"({', '.join(brought)})",
-                hint=f"put one in, such as 'after: {{{self._place(brought[0])}: {brought[0]}}}'",
+                hint=f"put one in, by 'pipeline', 'before' or 'after: {{PASS: {brought[0]}}}'",
             )
         config = self.settings.config
         try:
@@ -180,17 +185,6 @@ class Pipeline:
         idle = [file.stem for file in self._files if file.stem not in used]
         brought = [(plugin, self.plugins.only_passes(plugin)) for plugin in idle]
         return [(plugin, passes) for plugin, passes in brought if passes]
-
-    def _place(self, name: str) -> str:
-        """After which pass of the pipeline all that a pass needs is given."""
-        passes = [configured.pass_ for configured in self.passes]
-        first = {
-            section: place
-            for place, pass_ in reversed(list(enumerate(passes)))
-            for section in pass_.writes
-        }
-        reads = self.plugins.passes[name][0].kind.reads
-        return passes[max((first.get(section, 0) for section in reads), default=0)].name
 
     def _call(self, hook: str, conversion: Conversion, **more: Any) -> None:
         """Call a hook of all plugins, and of those who watch; ``more`` it is called with, too."""

@@ -19,7 +19,7 @@ from urdf2mbs.disk.files import is_file
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import Lines, Preset, typed
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -254,7 +254,10 @@ class Plugins:
             self._manager.check_pending()
         except (pluggy.PluginValidationError, ValueError) as error:
             self._manager.unregister(name=name)
-            raise _bad_hook(plugin, name, file, error) from error
+            raise ConfigError(
+                "plugin-broken", f"plugin '{name}': {' '.join(str(error).split())}", file=file,
+                hint=f"the hooks are: {', '.join(_HOOKS)}",
+            ) from error  # fmt: skip
         if not self._manager.get_hookcallers(plugin):
             raise ConfigError(
                 "plugin-empty",
@@ -325,30 +328,12 @@ _LIST = "return a list of the classes of your passes, such as [MyPass]"
 _PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}"
 
 
-def _bad_hook(plugin: Any, name: str, file: str, error: Exception) -> ConfigError:
-    """What pluggy found wrong with a plugin's hooks, in our words."""
-    known = {
-        hook: list(inspect.signature(spec).parameters)
-        for hook, spec in vars(hookspecs).items()
-        if hook.startswith("urdf2mbs_")
-    }
-    for hook, function in inspect.getmembers(plugin, callable):
-        if not hasattr(function, f"{GROUP}_impl"):
-            continue
-        fault = hint = ""
-        wrong = [p for p in inspect.signature(function).parameters if p not in known.get(hook, p)]
-        if hook not in known:
-            fault = f"there is no hook '{hook}'"
-            hint = nearest(hook, known) or f"the hooks are: {', '.join(known)}"
-        elif wrong:
-            fault = f"hook '{hook}' has no argument '{wrong[0]}'"
-            hint = f"it may have: {', '.join(known[hook]) or 'none'}, by these names"
-        if fault:
-            line = getattr(getattr(function, "__code__", None), "co_firstlineno", None)
-            return ConfigError(
-                "plugin-broken", f"plugin '{name}': {fault}", file=file, line=line, hint=hint
-            )
-    return ConfigError("plugin-broken", f"plugin '{name}': {error}", file=file)
+#: Each hook, and the arguments that it may have.
+_HOOKS = [
+    f"{hook}({', '.join(inspect.signature(spec).parameters)})"
+    for hook, spec in vars(hookspecs).items()
+    if hook.startswith("urdf2mbs_")
+]
 
 
 def _fault(kind: type[Pass]) -> tuple[str, str]:

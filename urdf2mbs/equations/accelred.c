@@ -199,15 +199,19 @@ static void set_leaders(void)
 static int close_loops(MbsData *s, double tsim)
 {
     for (int turn = 0;; turn++) {
-        double largest = 0.0;
+        int closed = 1;
         set_constraints(s, tsim);
         for (int i = 1; i <= DEPENDENT; i++) {
-            largest = fabs(h[i]) <= largest ? largest : fabs(h[i]);
+            double size = 0.0; /* m of h for each rad: how large the model is */
+            for (int j = 1; j <= JOINTS; j++)
+                if (fabs(Jac[i][j]) > size)
+                    size = fabs(Jac[i][j]);
+            closed &= fabs(h[i]) < 1e-9 * size;
             B[i][0] = -h[i];
         }
         if (factor())
             return -1;
-        if (largest < 1e-9)
+        if (closed)
             break;
         if (turn == 100)
             return -1;

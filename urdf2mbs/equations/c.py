@@ -32,7 +32,8 @@ PARAMETERS = {
     "energy": "double *E, MbsData *s",
     "momentum": "double *P, double *L, MbsData *s",
     "com": "double *P, MbsData *s",
-    "derivatives": "double **Dq, double **Dqd, MbsData *s",
+    "derivatives": "double **Dq, double **Dqd, double **Dqdd, MbsData *s",
+    "regressor": "double **Y, MbsData *s",
     "gensensor": "MbsSensor *sens, MbsData *s, int isens",
 }
 

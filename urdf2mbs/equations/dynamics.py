@@ -8,6 +8,7 @@ composite bodies (Walker and Orin, 1982; both in Featherstone, Rigid Body Dynami
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import dataclass
 
 from urdf2mbs.equations.columns import Columns
 from urdf2mbs.equations.graph import Expr
@@ -23,29 +24,59 @@ from urdf2mbs.equations.tree import (
 )
 
 
+@dataclass
+class Moving:
+    """How a frame moves, in its own axes."""
+
+    spin: Vector
+    """(rad/s)"""
+    spin_rate: Vector
+    pull: Vector
+    """The acceleration of the origin, less gravity (m/s^2)."""
+    field: Matrix
+    """The matrix A with A r = spin_rate x r + spin x (spin x r) (1/s^2)."""
+
+
 def joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
     """The joint forces (N or Nm) by joint number (index 0 is 0), for q, qd and the qdd of some
     joints.
 
-    All vectors of a frame are in its own axes: spin (rad/s) and its rate, the acceleration of its
-    origin less gravity (``pull``, m/s^2), the matrix A of ``_field``, and the force and torque
-    about its origin that all further out needs.
+    Inwards go the force and the torque about a frame's origin that all further out needs.
     """
-    graph, frames = tree.graph, tree.frames
-    add, mul = graph.add, graph.mul
+    frames = tree.frames
     slide(tree, columns=False)
+    moving = motions(tree, accelerated)
+    out = [0] * len(frames)
+    moments = _second_moments(tree)
+    force: list[Vector] = [NONE] * len(frames)
+    torque: list[Vector] = [NONE] * len(frames)
+    for frame in reversed(frames[1:]):
+        k = frame.number
+        f, n = force[k], torque[k]
+        if frame.body is not None:
+            own, moment = _body(tree, frame, moving[k], moments[k])
+            f, n = tree.plus(own, f), tree.plus(moment, n)
+        out[k] = n[frame.axis] if frame.turns else f[frame.axis]
+        f, n = tree.inward(frame, f), tree.inward(frame, n)
+        n = tree.plus(n, tree.cross(frame.offset, f))
+        force[frame.parent] = tree.plus(force[frame.parent], f)
+        torque[frame.parent] = tree.plus(torque[frame.parent], n)
+    return out
+
+
+def motions(tree: Tree, accelerated: Collection[int]) -> list[Moving]:
+    """How each frame moves for q, qd and the qdd of some joints."""
+    graph = tree.graph
+    add, mul = graph.add, graph.mul
     gravity = tree.gravity()
-    spin: list[Vector] = [NONE]
-    spin_rate: list[Vector] = [NONE]
-    pull: list[Vector] = [(-gravity[0], -gravity[1], -gravity[2])]
-    field: list[Matrix] = [[[0, 0, 0], [0, 0, 0], [0, 0, 0]]]
-    for frame in frames[1:]:
-        parent, axis = frame.parent, frame.axis
+    out = [Moving(NONE, NONE, (-gravity[0], -gravity[1], -gravity[2]), [[0] * 3 for _ in "xyz"])]
+    for frame in tree.frames[1:]:
+        before, axis = out[frame.parent], frame.axis
         qdd = frame.qdd if frame.number in accelerated else 0
-        a = tree.plus(pull[parent], multiply(tree, field[parent], frame.offset))
+        a = tree.plus(before.pull, multiply(tree, before.field, frame.offset))
         if frame.turns:
-            w = tree.outward(frame, spin[parent])
-            rate = tree.outward(frame, spin_rate[parent])
+            w = tree.outward(frame, before.spin)
+            rate = tree.outward(frame, before.spin_rate)
             i, j = (axis + 1) % 3, (axis + 2) % 3
             turned = list(rate)
             # w x (axis qd)
@@ -55,32 +86,13 @@ def joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
             w = tree.plus(w, along(axis, frame.qd))
             rate = (turned[0], turned[1], turned[2])
             a = tree.outward(frame, a)
-            matrix = _field(tree, w, rate)
+            field = _field(tree, w, rate)
         else:
-            w, rate = tree.behind(frame, spin[parent]), tree.behind(frame, spin_rate[parent])
-            a, matrix = tree.behind(frame, a), relabel_matrix(field[parent], frame.change)
+            w, rate = tree.behind(frame, before.spin), tree.behind(frame, before.spin_rate)
+            a, field = tree.behind(frame, a), relabel_matrix(before.field, frame.change)
             coriolis = tree.cross(w, along(axis, mul(graph.constant(2.0), frame.qd)))
             a = tree.plus(a, tree.plus(coriolis, along(axis, qdd)))
-        spin.append(w)
-        spin_rate.append(rate)
-        pull.append(a)
-        field.append(matrix)
-
-    out = [0] * len(frames)
-    moments = _second_moments(tree)
-    force: list[Vector] = [NONE] * len(frames)
-    torque: list[Vector] = [NONE] * len(frames)
-    for frame in reversed(frames[1:]):
-        k = frame.number
-        f, n = force[k], torque[k]
-        if frame.body is not None:
-            own, moment = _body(tree, frame, pull[k], field[k], moments[k])
-            f, n = tree.plus(own, f), tree.plus(moment, n)
-        out[k] = n[frame.axis] if frame.turns else f[frame.axis]
-        f, n = tree.inward(frame, f), tree.inward(frame, n)
-        n = tree.plus(n, tree.cross(frame.offset, f))
-        force[frame.parent] = tree.plus(force[frame.parent], f)
-        torque[frame.parent] = tree.plus(torque[frame.parent], n)
+        out.append(Moving(w, rate, a, field))
     return out
 
 
@@ -117,7 +129,7 @@ def _second_moments(tree: Tree) -> list[Matrix]:
             before[there][there] = add(before[there][there], own[axis][axis])
             own[axis][axis] = 0
         else:
-            out[frame.parent] = _sum(tree, before, relabel_matrix(own, frame.back))
+            out[frame.parent] = add_matrices(tree, before, relabel_matrix(own, frame.back))
             out[frame.number] = [[0] * 3 for _ in "xyz"]
     return out
 
@@ -133,42 +145,41 @@ def _second_moment(tree: Tree, frame: Frame) -> Matrix:
     ]
 
 
-def _body(
-    tree: Tree, frame: Frame, a: Vector, field: Matrix, moments: Matrix
-) -> tuple[Vector, Vector]:
-    """Force and moment about the frame's origin that a body needs, less what acts on it.
-
-    All is in the frame's axes: ``a`` is the acceleration of its origin less gravity."""
-    add, mul = tree.graph.add, tree.graph.mul
+def _body(tree: Tree, frame: Frame, moving: Moving, moments: Matrix) -> tuple[Vector, Vector]:
+    """Force and moment about the frame's origin that a body needs, less what acts on it."""
     mass, centre = tree.mass(frame), tree.centre(frame)
     frc, trq = tree.loads(frame)
-    f = tree.times(mass, tree.plus(a, multiply(tree, field, centre)))
+    f = tree.times(mass, tree.plus(moving.pull, multiply(tree, moving.field, centre)))
     f = tree.minus(f, frc)
+    n = turning(tree, moving.field, moments)
+    return f, tree.minus(tree.plus(n, tree.cross(centre, f)), trq)
+
+
+def turning(tree: Tree, field: Matrix, moments: Matrix) -> Vector:
+    """The sum of dm x x A x, by the elements of A and of the second moments."""
+    add, mul = tree.graph.add, tree.graph.mul
     n = []
     for x in range(3):
         y, z = (x + 1) % 3, (x + 2) % 3
-        # the sum of dm x x A x, by the elements of A and of the second moments
         term = add(mul(field[z][y], moments[y][y]), -mul(field[y][z], moments[z][z]))
         term = add(term, mul(moments[y][z], add(field[z][z], -field[y][y])))
         term = add(term, mul(moments[x][y], field[z][x]))
         n.append(add(term, -mul(moments[x][z], field[y][x])))
-    moment = tree.minus(tree.plus((n[0], n[1], n[2]), tree.cross(centre, f)), trq)
-    return f, moment
+    return n[0], n[1], n[2]
 
 
 def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
     """The elements of the mass matrix with row <= column, by joint number, zeros left out."""
-    graph, frames = tree.graph, tree.frames
-    add, mul = graph.add, graph.mul
+    add, frames = tree.graph.add, tree.frames
     slide(tree, columns=True)
-    mass, first, second = _matter(tree)
+    mass, first, second = matter(tree)
     columns = Columns(tree)
     matrix: dict[tuple[int, int], Expr] = {}
     for frame in reversed(frames[1:]):
         k, axis = frame.number, frame.axis
         m, h, s = mass[k], first[k], second[k]
         if frame.turns:
-            h, s = tree.turn(axis, frame.cos, frame.sin, h), _turn_moments(tree, frame, s)
+            h, s = tree.turn(axis, frame.cos, frame.sin, h), turn_moments(tree, frame, s)
             i, j = (axis + 1) % 3, (axis + 2) % 3
             f = tree.cross(along(axis, 1), h)
             moment = [0, 0, 0]
@@ -183,15 +194,14 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
         h, s = tree.before(frame, h), relabel_matrix(s, frame.back)
         columns.carry(frame, tree.before(frame, f), tree.before(frame, n), matrix)
         parent, offset = frame.parent, frame.offset
-        moved = tree.times(mul(graph.constant(0.5), m), offset)
-        middle = tree.plus(h, moved)
+        h, s = shift_moments(tree, m, h, s, offset)
         mass[parent] = add(mass[parent], m)
-        first[parent] = tree.plus(first[parent], tree.plus(middle, moved))
-        second[parent] = _sum(tree, second[parent], _shift_moments(tree, s, middle, offset))
+        first[parent] = tree.plus(first[parent], h)
+        second[parent] = add_matrices(tree, second[parent], s)
     return {key: value for key, value in matrix.items() if value}
 
 
-def _matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
+def matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
     """Mass, first and second moments of each body about its frame's origin, in its axes.
 
     With constants folded, what lies on the axis of a turn is counted in the frame before it:
@@ -218,20 +228,24 @@ def _matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
         moment = tree.plus(tree.times(m, p), tree.times(line, e))
         first[parent] = tree.plus(first[parent], moment)
         for v, w in ((p, moment), (e, tree.plus(tree.times(line, p), tree.times(own, e)))):
-            product = [[mul(x, y) for y in w] for x in v]
-            second[parent] = _sum(tree, second[parent], product)
+            second[parent] = add_matrices(tree, second[parent], outer(tree, v, w))
         mass[k] = 0
         first[k] = tree.minus(first[k], tree.times(line, own_axis))
         second[k][frame.axis][frame.axis] = 0
     return mass, first, second
 
 
-def _sum(tree: Tree, a: Matrix, b: Matrix) -> Matrix:
+def add_matrices(tree: Tree, a: Matrix, b: Matrix) -> Matrix:
     add = tree.graph.add
     return [[add(x, y) for x, y in zip(r, s, strict=True)] for r, s in zip(a, b, strict=True)]
 
 
-def _turn_moments(tree: Tree, frame: Frame, second: Matrix) -> Matrix:
+def outer(tree: Tree, v: Vector, w: Vector) -> Matrix:
+    """The matrix v w^T."""
+    return [[tree.graph.mul(x, y) for y in w] for x in v]
+
+
+def turn_moments(tree: Tree, frame: Frame, second: Matrix) -> Matrix:
     """Second moments given in the frame behind a turn, in the axes of the frame before it."""
     add, mul = tree.graph.add, tree.graph.mul
     s, c, k = frame.sin, frame.cos, frame.axis
@@ -250,12 +264,14 @@ def _turn_moments(tree: Tree, frame: Frame, second: Matrix) -> Matrix:
     return out
 
 
-def _shift_moments(tree: Tree, second: Matrix, middle: Vector, offset: Vector) -> Matrix:
-    """Second moments about a frame's origin, about the origin of the frame before it, whose axes
-    all here have.
-
-    ``middle`` is the first moment about the point half way between the two."""
+def shift_moments(
+    tree: Tree, mass: Expr, first: Vector, second: Matrix, offset: Vector
+) -> tuple[Vector, Matrix]:
+    """First and second moments about a frame's origin, about the origin of the frame before it,
+    whose axes all here have."""
     add, mul = tree.graph.add, tree.graph.mul
+    moved = tree.times(mul(tree.graph.constant(0.5), mass), offset)
+    middle = tree.plus(first, moved)
     out = [row[:] for row in second]
     twice = tree.times(tree.graph.constant(2.0), offset)
     for i in range(3):
@@ -263,4 +279,4 @@ def _shift_moments(tree: Tree, second: Matrix, middle: Vector, offset: Vector) -
         out[i][i] = add(second[i][i], mul(twice[i], middle[i]))
         mixed = add(mul(offset[i], middle[j]), mul(offset[j], middle[i]))
         out[i][j] = out[j][i] = add(second[i][j], mixed)
-    return out
+    return tree.plus(middle, moved), out

@@ -10,15 +10,16 @@ from pathlib import Path
 from urdf2mbs.equations.accelerations import Massless, accelerations
 from urdf2mbs.equations.c import CWriter
 from urdf2mbs.equations.constraints import constant_gaps, constraints
-from urdf2mbs.equations.derivatives import jacobian
+from urdf2mbs.equations.derivatives import derivatives
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.energy import first_moment, kinetic
-from urdf2mbs.equations.graph import Expr
+from urdf2mbs.equations.graph import Expr, Op
 from urdf2mbs.equations.javascript import JavaScriptWriter
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.python import PythonWriter
+from urdf2mbs.equations.regressor import regressor
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
 from urdf2mbs.equations.standalone import headers
 from urdf2mbs.equations.tree import NONE, Tree, is_fixed
@@ -40,8 +41,11 @@ ENERGY = {
 }
 #: The same for derivatives.
 DERIVATIVES = {
-    "derivatives": "Dq[i][k] and Dqd[i][k] are the derivatives of phi[i] of invdyna by q[k] and "
-    "qd[k].",
+    "derivatives": "Dq[i][k], Dqd[i][k] and Dqdd[i][k] are the derivatives of phi[i] of invdyna by "
+    "q[k], qd[k] and qdd[k].",
+    "regressor": "The sum of Y[i][k] times parameter k is phi[i] of invdyna, without frc and trq. "
+    "Each body has ten, in the order of the .mbs: mass, first moments x, y, z (kg m), inertia xx, "
+    "xy, xz, yy, yz, zz about its origin (kg m^2).",
 }
 #: All that Robotran has not.
 OWN = {**ENERGY, **DERIVATIVES}
@@ -95,7 +99,7 @@ def generate(
     compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
     functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that are wanted.
     ``reduced``: accelred calls dirdyna, whatever the model.  ``derivatives`` adds the derivatives
-    of invdyna, ``standalone`` headers for C that stand for Robotran's.
+    of invdyna and its regressor, ``standalone`` headers for C that stand for Robotran's.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -214,11 +218,8 @@ class Maker:
         c = joint_forces(tree, ())
         matrix = mass_matrix(self.tree(graph=tree.graph, labels=labels))
         routine = Routine(tree.graph)
-        for i, k in _order(matrix, twin):
-            routine.store(f"M[{i}][{k}]", matrix[i, k], *([f"M[{k}][{i}]"] * (i != k)))
-            mirrored_place = twin.get(i, i), twin.get(k, k)
-            if k < mirrored_place[1] and mirrored_place in matrix:
-                routine.alike.append((matrix[i, k], matrix[mirrored_place]))
+        table = {("M", i, k): value for (i, k), value in matrix.items()}
+        _store_tables(routine, table, twin, symmetric=True)
         self._store_forces(routine, "c", c, twin)
         return routine
 
@@ -231,16 +232,21 @@ class Maker:
         return routine
 
     def derivatives(self) -> Routine:
-        tree = self.tree()
-        frames = tree.frames
-        phi = joint_forces(tree, range(len(frames)))
+        twin, labels = find_mirrored(self.tree())
+        tree = self.tree(labels=labels)
         routine = Routine(tree.graph)
-        for name in ("q", "qd"):
-            variables = [getattr(frame, name) for frame in frames[1:]]
-            for k, column in enumerate(jacobian(tree.graph, phi, variables), start=1):
-                for i, value in enumerate(column):
-                    if value:
-                        routine.store(f"D{name}[{i}][{k}]", value)
+        read = {
+            (f"D{by}", row, column): value
+            for (by, row, column), value in derivatives(tree).items()
+            if tree.graph.op[abs(getattr(tree.frames[column], by))] == Op.SYMBOL
+        }
+        _store_tables(routine, read, twin)
+        return routine
+
+    def regressor(self) -> Routine:
+        tree = self.tree()
+        routine = Routine(tree.graph)
+        _store_tables(routine, {("Y", *key): value for key, value in regressor(tree).items()}, {})
         return routine
 
     def _store_forces(
@@ -354,19 +360,21 @@ class Maker:
         )
 
 
-def _order(matrix: Iterable[tuple[int, int]], twin: dict[int, int]) -> list[tuple[int, int]]:
-    """The elements of a mass matrix, the last columns first, twins next to each other."""
-    rows: dict[int, list[int]] = {}
-    for i, k in matrix:
-        rows.setdefault(k, []).append(i)
-    out: dict[tuple[int, int], None] = {}
-    for k in sorted(rows, reverse=True):
-        for i in rows[k]:
-            out[i, k] = None
-            row, column = twin.get(i, i), twin.get(k, k)
-            if row in rows.get(column, ()):
-                out[row, column] = None
-    return list(out)
+def _store_tables(
+    routine: Routine,
+    values: dict[tuple[str, int, int], Expr],
+    twin: dict[int, int],
+    *,
+    symmetric: bool = False,
+) -> None:
+    """Store elements of tables by name, row and column, twins next to each other."""
+    twins = {(name, i, k): (name, twin.get(i, i), twin.get(k, k)) for name, i, k in values}
+    for key in dict.fromkeys(key for pair in twins.items() for key in pair if key in values):
+        name, i, k = key
+        more = [f"{name}[{k}][{i}]"] if symmetric and i != k else []
+        routine.store(f"{name}[{i}][{k}]", values[key], *more)
+        if twins[key] in values and (k, i) < twins[key][:0:-1]:
+            routine.alike.append((values[key], values[twins[key]]))
 
 
 def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:

@@ -27,7 +27,8 @@ FUNCTIONS = {
     "sensor": ("sens, s, isens", "Fill sens with the motion of one sensor."),
     "energy": ("E, s", "Fill E with the kinetic and the potential energy."),
     "momentum": ("P, L, s", "Fill the momentum P and the angular momentum L."),
-    "derivatives": ("Dq, Dqd, s", "Fill the derivatives of the joint forces by q and by qd."),
+    "derivatives": ("Dq, Dqd, Dqdd, s", "Fill the derivatives of the joint forces."),
+    "regressor": ("Y, s", "Fill the joint forces' derivatives by all inertial parameters."),
     "com": ("P, s", "Fill the position P of the centre of mass."),
     "gensensor": ("sens, s, isens", "Fill sens with the motion of the frame behind one joint."),
 }

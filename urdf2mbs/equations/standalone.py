@@ -16,7 +16,8 @@ void mbs_gensensor(MbsSensor *sens, MbsData *s, int isens);
 void mbs_energy(double *E, MbsData *s);
 void mbs_momentum(double *P, double *L, MbsData *s);
 void mbs_com(double *P, MbsData *s);
-void mbs_derivatives(double **Dq, double **Dqd, MbsData *s);
+void mbs_derivatives(double **Dq, double **Dqd, double **Dqdd, MbsData *s);
+void mbs_regressor(double **Y, MbsData *s);
 """
 
 

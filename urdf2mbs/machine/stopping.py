@@ -69,9 +69,7 @@ class Unfinished:
 def end(number: int) -> None:
     """End the process here: the handlers of ``atexit`` and ``finally`` could take long."""
     if _State.speaks:
-        # the line of progress on a terminal is not at its end
-        start = "\r\033[K" if os.isatty(2) else ""
-        os.write(2, f"{start}{line(number)}\n".encode())
+        os.write(2, f"{line(number)}\n".encode())
     os._exit(128 + number)
 
 

@@ -23,7 +23,7 @@ def on_cluster(jobs: list[Job], address: str) -> Generator[Outcome]:
     except ImportError as error:
         raise ConfigError(
             "extra-missing", f"a cluster needs the package '{error.name or 'distributed'}'",
-            hint="pip install 'urdf2mbs[batch]'",
+            hint="pip install distributed",
         ) from None  # fmt: skip
     dask: Any = distributed  # whose functions have no types
     try:

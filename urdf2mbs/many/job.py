@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import sys
-from functools import cache
-from hashlib import sha256
 from time import perf_counter
 from typing import Any
 
 import msgspec
 
-from urdf2mbs.disk.files import noting
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.engine.plugins import GROUP
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, render
 from urdf2mbs.report.summary import Report, report
 
@@ -36,13 +30,6 @@ class Job(msgspec.Struct, frozen=True):
     @property
     def source(self) -> str:
         return str(self.lines.folder / self.config.source)
-
-    @property
-    def key(self) -> str:
-        """A digest of all that the robot depends on but files: the config, the environment's
-        variables, and what is installed."""
-        asked = [str(self.lines.folder), self.config, self.installed_plugins, _machine()]
-        return sha256(msgspec.json.encode(asked, order="sorted")).hexdigest()
 
 
 class Failure(msgspec.Struct):
@@ -75,12 +62,6 @@ class Outcome(msgspec.Struct):
     diagnostics: list[Diagnostic] = []
     """What was said before the error."""
     seconds: float = 0.0
-    kept: bool = False
-    """It was done before an interruption."""
-    key: str = ""
-    """The key of its job; empty: a plugin had a part in the robot, and may have read any file."""
-    files: dict[str, str] = {}
-    """The sha256 of every file that was read or written."""
 
     def __str__(self) -> str:
         return f"{self.source}: {self.error.message if self.error else self.output}"
@@ -90,11 +71,9 @@ def convert_one(job: Job) -> Outcome:
     """Carry one job out and write its files; what goes wrong is in the outcome."""
     start = perf_counter()
     try:
-        with noting() as read:
-            pipeline = Pipeline(
-                job.config, job.lines, installed_plugins=job.installed_plugins, fresh=job.force
-            )
-            conversion = pipeline.run()
+        conversion = Pipeline(
+            job.config, job.lines, installed_plugins=job.installed_plugins, fresh=job.force
+        ).run()
         write(conversion, force=job.force)
     except ConversionError as error:
         outcome = failed(job, error.code, error.message, error.exit_code)
@@ -103,12 +82,10 @@ def convert_one(job: Job) -> Outcome:
         outcome.seconds = perf_counter() - start
         return outcome
     output = conversion.rejected or conversion.settings.output
-    known = pipeline.plugins.names() == [GROUP]
-    files = read | {str(file): sha256(data).hexdigest() for file, data in conversion.files.items()}
     return Outcome(
         job.number, job.source, str(output) if output in conversion.files else None, job.values,
         0 if conversion.rejected is None else 3, report(conversion),
-        seconds=perf_counter() - start, key=job.key if known else "", files=files,
+        seconds=perf_counter() - start,
     )  # fmt: skip
 
 
@@ -126,15 +103,3 @@ def died(job: Job) -> Outcome:
         f"the process that converts '{job.source}' was ended twice by the system: it may need "
         "more memory than there is",
     )  # fmt: skip
-
-
-@cache
-def _machine() -> list[Any]:
-    """The environment's variables, and the names and versions of what is installed."""
-    installed = [
-        name
-        for place in sys.path
-        for name in (os.listdir(place) if os.path.isdir(place) else ())  # noqa: PTH112, PTH208
-        if name.endswith((".dist-info", ".egg-info"))
-    ]
-    return [sys.version, dict(os.environ), sorted(installed)]

@@ -32,7 +32,7 @@ def fits(equations: bytes, model: bytes) -> bool | None:
 def fingerprint(model: bytes, parts: str) -> str:
     """A checksum of what equations rely on: the tree; with 'fixed' in parts also where joints are
     that never move, with 'numbers' all numbers."""
-    root = fromstring(model)
+    root = fromstring(_decoded(model))
     exact = "numbers" in parts
     bodies = {_text(body, "bodyname"): n for n, body in enumerate(root.iterfind("bodytree/body"))}
     owners = [*root.iterfind("base"), *root.iterfind("bodytree/body")]
@@ -49,7 +49,9 @@ def fingerprint(model: bytes, parts: str) -> str:
 
     def numbers(element: Element, path: str) -> Any:
         found = element.find(path)
-        values = {} if found is None else {child.tag: float(child.text or 0.0) for child in found}
+        tags = re.compile("I.." if path == "inertia" else "[xyz]")
+        known = [] if found is None else [child for child in found if tags.fullmatch(child.tag)]
+        values = {child.tag: float(child.text or 0.0) for child in known}
         least = ROUNDING * max(map(abs, values.values()), default=0.0)
         kept = {tag: value for tag, value in values.items() if abs(value) > least}
         return sorted(kept.items()) if exact else sorted(kept)
@@ -83,6 +85,14 @@ def fingerprint(model: bytes, parts: str) -> str:
         ends = place(element, "endpoint1"), place(element, "endpoint2")
         rows += [element.tag, ends, number(element, "length")]
     return sha256(repr(rows).encode()).hexdigest()
+
+
+def _decoded(model: bytes) -> str:
+    """The text of an .mbs, in any encoding that Python has (ElementTree reads few of them)."""
+    says = re.match(rb"""\s*<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)""", model)
+    if model[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return model.decode("utf-16")
+    return model.decode(says[1].decode() if says else "utf-8-sig")
 
 
 def _text(element: Element, path: str) -> str:

@@ -35,7 +35,6 @@ from urdf2mbs.mbs.model import (
     Joint,
     Mbs,
     Origin,
-    Part,
     Point,
     Sensor,
     UserConstraint,
@@ -139,21 +138,17 @@ class _Reader:
     def mbs(self, root: _Element) -> Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
-        return self.filled(Mbs("", "", origin=self.origin(root)), root, MBS, "the file")
+        kids = self.children(root, MBS, "the file")
+        # what is referred to comes first
+        kids = {tag: kids[tag] for tag in MBS if tag in kids}
+        return self.fill(Mbs("", "", origin=self.origin(root)), kids, MBS)
 
     def base(self, element: _Element) -> Base:
         self.points[None] = set()
-        base = self.filled(Base(BASE), element, BASE_TABLE, "the base")
+        base = self.fill(Base(""), self.children(element, BASE_TABLE, "the base"), BASE_TABLE)
         base.name = base.name or BASE
         self.names.setdefault(("body", base.name), "the base")
         return base
-
-    def filled(self, thing: Thing, element: _Element, table: Table, who: str = "") -> Thing:
-        """An object with the values of its element; ``who``: how messages call the element."""
-        kids = self.children(element, table)
-        self.require(element, kids, who)
-        self.fill(thing, kids, table)
-        return thing
 
     def part(self, element: _Element) -> Any:
         """The object of an element, with all that stands in it."""
@@ -164,22 +159,21 @@ class _Reader:
             tag = next(iter(table))
             part.name = self.name(element, kids, tag, what)
             del kids[tag]
-            if element.tag in _REQUIRED:
-                self.require(element, kids, f"{what} '{part.name}'")
+            self.require(element, kids, f"{what} '{part.name}'")
         part.origin = self.origin(element)
-        if isinstance(part, Body):
+        if what == "body":
             self.owner = part.name
         self.fill(part, kids, table)
-        check = _CHECKS.get(type(part))
+        check = _CHECKS.get(what)
         if check is not None:
             check(self, part, element)
         return part
 
-    def fill(self, thing: Any, kids: Children, table: Table) -> None:
+    def fill(self, thing: Thing, kids: Children, table: Table) -> Thing:
         """Give an object, or what belongs to it, the values of its elements."""
-        for tag, entry in table.items():
-            found = kids.get(tag)
-            if found is None or entry is None or (self.mechanics_only and tag in _GRAPHICS):
+        for tag, found in kids.items():
+            entry = table.get(tag)
+            if entry is None or (self.mechanics_only and tag in _GRAPHICS):
                 continue
             if not isinstance(entry, tuple):
                 self.fill(thing, self.children(found[0], entry), entry)
@@ -197,6 +191,7 @@ class _Reader:
             elif isinstance(kind, frozenset):
                 parts = [self.part(child) for child in found[0] if child.tag in kind]
                 setattr(thing, field, parts)
+        return thing
 
     # --- objects ---
 
@@ -368,12 +363,12 @@ class _Reader:
         return tuple(map(self.xy, element.iterchildren("control_point")))
 
     def number(self, element: _Element) -> float:
-        text = element.text
-        value = self.numbers.get(text)
+        value = None if len(element) else self.numbers.get(element.text)
         if value is None:
-            if text is None or not _NUMBER(text) or len(element):
+            text = self.text(element)
+            if not _NUMBER(text):
                 self.fail(
-                    element, "number-invalid", f"'{text or ''}' in <{element.tag}> is no number",
+                    element, "number-invalid", f"'{text}' in <{element.tag}> is no number",
                     "write it as 0.5 or 5e-1",
                 )  # fmt: skip
             value = float(text)
@@ -382,7 +377,7 @@ class _Reader:
                     element, "number-invalid", f"'{text}' in <{element.tag}> is too large",
                     "a double goes up to 1.8e308",
                 )  # fmt: skip
-            self.numbers[text] = value
+            self.numbers[element.text] = value
         return value
 
     def text(self, element: _Element) -> str:
@@ -434,8 +429,9 @@ class _Reader:
                 f"<{child.tag}> must be the first",
             )  # fmt: skip
 
-    def children(self, element: _Element, known: Table) -> Children:
-        """The children by tag; two of a known tag are an error, unless they belong to a list."""
+    def children(self, element: _Element, known: Table, who: str = "") -> Children:
+        """The children by tag.  Two of a known tag are an error, unless they belong to a list; and
+        so is the lack of one that ``who`` must have."""
         kids: Children = {}
         # A slice is twice as fast as list().
         children: list[_Element] = element[:]  # type: ignore[index,assignment]
@@ -447,6 +443,8 @@ class _Reader:
                 repeated = entry is None or (isinstance(entry, tuple) and entry[1] in REPEATED)
                 if len(found) > 1 and not repeated:
                     self.fail(found[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
+        if who:
+            self.require(element, kids, who)
         return kids
 
     def require(self, element: _Element, kids: Children, who: str) -> None:
@@ -467,11 +465,11 @@ def _where(body: str | None) -> str:
 
 _XYZ = ["x", "y", "z"]
 #: What must hold for an object that is read.
-_CHECKS: dict[type[Part], Callable[[_Reader, Any, _Element], None]] = {
-    Body: _Reader.check_body,
-    Joint: _Reader.check_joint,
-    Point: _Reader.check_point,
-    UserConstraint: _Reader.check_constraint,
+_CHECKS: dict[str, Callable[[_Reader, Any, _Element], None]] = {
+    "body": _Reader.check_body,
+    "joint": _Reader.check_joint,
+    "point": _Reader.check_point,
+    "user constraint": _Reader.check_constraint,
 }
 #: What reads each kind of value.
 _KINDS: dict[object, Callable[[_Reader, _Element], Any]] = {
@@ -490,7 +488,7 @@ _KINDS: dict[object, Callable[[_Reader, _Element], Any]] = {
     "sensor": _Reader.sensor,
     "base": _Reader.base,
     "drawing": lambda reader, element: (
-        reader.filled(Drawing(), element, DRAWING) if len(element) else None
+        reader.fill(Drawing(), reader.children(element, DRAWING), DRAWING) if len(element) else None
     ),
-    "view": lambda reader, element: reader.filled(View(), element, VIEW),
+    "view": lambda reader, element: reader.fill(View(), reader.children(element, VIEW), VIEW),
 }

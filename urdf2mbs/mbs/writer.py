@@ -32,16 +32,17 @@ if TYPE_CHECKING:
     from lxml.etree import _Element
 
 
+class _NotFiniteError(ValueError):
+    """A number that no .mbs file can hold."""
+
+
 class _Numbers(dict[float, str]):
     """Each number as text, to its last digit; minus zero is zero."""
-
-    where = ""
-    """The element that is being written."""
 
     def __missing__(self, value: float) -> str:
         number = float(value)
         if not isfinite(number):
-            raise ValueError(f"{self.where} has the number {number}, which no .mbs file can hold")
+            raise _NotFiniteError(f"has the number {number}, which no .mbs file can hold")
         text = self[value] = repr(number + 0.0)
         return text
 
@@ -72,7 +73,7 @@ _ESCAPED = str.maketrans(
 )
 _PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
 #: As Python reads it.
-_NOT_FINITE = r"(?i)\s*[+-]?(inf|infinity|nan)\s*"
+_NOT_FINITE = ("inf", "infinity", "nan")
 _NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
 
 
@@ -160,19 +161,28 @@ def _root() -> Write:
 def _part(tag: str, pad: str) -> Write:
     """Writes the element of an object."""
     _, table, what = OBJECTS[tag]
-    drawn = _elements(table, f"{pad}  ")
-    bare = _elements({tag: table[tag] for tag in table if tag != "graphics"}, f"{pad}  ")
+    drawn = bare = _elements(table, f"{pad}  ")
+    if tag == "point":
+        bare = _elements({tag: table[tag] for tag in table if tag != "graphics"}, f"{pad}  ")
 
     def write(writer: _Writer, part: Any) -> str:
-        above = writer.number.where
-        if what and tag != "point":
-            writer.number.where = f"{what} '{part.name}'"
         # a body's own frame is not drawn
-        inner = (bare if tag == "point" and part.name == ORIGIN else drawn)(writer, part)
-        writer.number.where = above
-        return f"{pad}<{tag}{writer.at(part)}>\n{inner}{pad}</{tag}>\n"
+        inside = bare if what == "point" and part.name == ORIGIN else drawn
+        return f"{pad}<{tag}{writer.at(part)}>\n{inside(writer, part)}{pad}</{tag}>\n"
 
-    return write
+    return _named(lambda part: f"{what} '{part.name}'", write) if what else write
+
+
+def _named(name: Callable[[Any], str], write: Write) -> Write:
+    """Says in which object a number is not finite."""
+
+    def named(writer: _Writer, part: Any) -> str:
+        try:
+            return write(writer, part)
+        except _NotFiniteError as error:
+            raise ValueError(f"{name(part)} {error}") from None
+
+    return named
 
 
 def _elements(table: Table, pad: str) -> Write:
@@ -186,12 +196,12 @@ def _elements(table: Table, pad: str) -> Write:
             entries.append(("", _around(tag, inside, pad, kept=entry is MARK or tag in KEPT)))
 
     def write(writer: _Writer, thing: Any) -> str:
-        out: list[str] = []
+        text = ""
         for field, write_value in entries:
             value = getattr(thing, field) if field else thing
             if value is not None:
-                out.append(write_value(writer, value))
-        return "".join(out)
+                text += write_value(writer, value)
+        return text
 
     return write
 
@@ -211,27 +221,17 @@ def _each(write: Write) -> Write:
 
 def _around(tag: str, inside: Write, pad: str, *, kept: bool = True) -> Write:
     """Writes an element around others; without others only if it is ``kept``."""
+    before, after, empty = f"{pad}<{tag}>\n", f"{pad}</{tag}>\n", f"{pad}<{tag}/>\n" * kept
 
     def write(writer: _Writer, value: Any) -> str:
         inner = inside(writer, value)
-        if inner:
-            return f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
-        return f"{pad}<{tag}/>\n" if kept else ""
+        return before + inner + after if inner else empty
 
     return write
 
 
-def _nested(kind: str, where: str = "") -> Callable[[str, str], Write]:
-    def entry(tag: str, pad: str) -> Write:
-        elements = _elements(INSIDE[kind], f"{pad}  ")
-
-        def inside(writer: _Writer, value: Any) -> str:
-            writer.number.where = where or writer.number.where
-            return elements(writer, value)
-
-        return _around(tag, inside, pad)
-
-    return entry
+def _nested(kind: str) -> Callable[[str, str], Write]:
+    return lambda tag, pad: _around(tag, _elements(INSIDE[kind], f"{pad}  "), pad)
 
 
 def _text(tag: str, pad: str) -> Write:
@@ -287,9 +287,9 @@ _KINDS: dict[str, Callable[[str, str], Write]] = {
     "sensor": _sensor,
     "texts": lambda tag, pad: _each(_text(tag, pad)),
     "parts": lambda tag, pad: _each(_part(tag, pad)),
-    "base": _nested("base", "the base"),
+    "base": lambda tag, pad: _named(lambda _: "the base", _nested("base")(tag, pad)),
     "drawing": _nested("drawing"),
-    "view": _nested("view", "the 3D view"),
+    "view": lambda tag, pad: _named(lambda _: "the 3D view", _nested("view")(tag, pad)),
 }
 
 
@@ -328,7 +328,7 @@ def _check(mbs: Mbs) -> None:
     for model in mbs.user_models:
         for parameter in model.parameters:
             for value in parameter.values if parameter.type != "structure" else ():
-                if re.fullmatch(_NOT_FINITE, value):
+                if value.strip().lstrip("+-").lower() in _NOT_FINITE:
                     raise ValueError(
                         f"parameter '{parameter.name}' of user model '{model.name}' has the number "
                         f"{float(value)}, which no .mbs file can hold"

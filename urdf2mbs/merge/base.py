@@ -12,9 +12,7 @@ from urdf2mbs.disk import files, standard_input
 from urdf2mbs.disk.seal import checksum, intact, unseal
 
 _LINE = "<!-- the base of the next merge, made of robot '{}' in {}, sha256 {}; edits {} -->\n"
-_MADE_OF = re.compile(
-    r"<!-- the base of .*, made of robot '(.*)' in (.*), sha256 \w+; edits (\w+) -->\n\Z"
-)
+_MADE_OF = r"<!-- the base of .*, made of robot '(.*)' in (.*), sha256 \w+; edits (\w+) -->\n\Z"
 
 
 def path(output: Path) -> Path:
@@ -41,14 +39,14 @@ def read(output: Path) -> bytes | None:
 
 def is_of(base: bytes, robot: str, source: Path) -> bool:
     """Whether a base was made of this robot, or of this file."""
-    made_of = _MADE_OF.search(base.decode("utf-8", "replace"))
+    made_of = re.search(_MADE_OF, base.decode("utf-8", "replace"))
     names = [text.replace("--", "- -") for text in (robot, source.name)]
     return made_of is not None and (made_of[1] == names[0] or made_of[2] == names[1])
 
 
 def applied(base: bytes, overlay: bytes) -> bytes:
     """The documents of a file of edits with which a base was made, empty if with none of it."""
-    made_of = _MADE_OF.search(base.decode("utf-8", "replace"))
+    made_of = re.search(_MADE_OF, base.decode("utf-8", "replace"))
     overlay = unseal(overlay)
     ends = [found.start() for found in re.finditer(rb"(?m)^---$", overlay)][1:]
     parts = [overlay[:end] for end in (*ends, len(overlay))]

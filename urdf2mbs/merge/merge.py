@@ -13,7 +13,7 @@ from urdf2mbs.diagram.keep import keep
 from urdf2mbs.diff.changes import Change, Differences, changed_things, differences, plain_values
 from urdf2mbs.diff.matching import Matching, Thing, things
 from urdf2mbs.diff.words import in_words, line
-from urdf2mbs.mbs.model import Base, Body, Mbs, Point
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read, read_again
 from urdf2mbs.mbs.unknown import unknown
 from urdf2mbs.mbs.writer import write
@@ -242,27 +242,10 @@ def _keep_places(now: dict[Thing, Thing | None], edited: Mbs, new: Mbs) -> None:
     if new.base.position is None or not all(body.drawing for body in new.bodies):
         return  # without a layout
     names = {id(old.part): thing.name for old, thing in now.items() if thing}
-
-    def called(part: Any) -> str:
-        return names.get(id(part), str(part.name))
-
-    def placed(points: list[Point]) -> list[Point]:
-        return [Point(called(point), position=point.position) for point in points]
-
-    base = edited.base
-    drawn = Mbs(
-        edited.name,
-        base=Base(points=placed(base.points), position=base.position, drawing=base.drawing),
-        bodies=[
-            Body(
-                called(body), drawing=deepcopy(body.drawing), points=placed(body.points),
-                joints=[
-                    msgspec.structs.replace(joint, name=called(joint)) for joint in body.joints
-                ],
-            )
-            for body in edited.bodies
-        ],
-    )  # fmt: skip
+    drawn = deepcopy(edited)
+    for old, copy in zip(things(edited), things(drawn), strict=True):
+        if id(old.part) in names and old.kind != "view":
+            copy.part.name = names[id(old.part)]
     keep(new, drawn)
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import PIL.Image  # noqa: F401  (without it trimesh drops textures in silence)
 import trimesh
 
-from urdf2mbs.meshes import gltf, obj
-from urdf2mbs.meshes.model import UP_AXES, Material, Mesh, MeshError, add
+from urdf2mbs.meshes import gltf
+from urdf2mbs.meshes.model import UP_AXES, Material, Mesh, add
 from urdf2mbs.messages.diagnostics import ConfigError
 
 # What is wrong with a file is said by us; without a handler its log goes to standard error.
@@ -32,26 +32,13 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
             content = mesh.fetch(name)
             if content is None:
                 raise FileNotFoundError(name)
-            return obj.utf8(content) if name.lower().endswith(".mtl") else content
+            return _utf_8(content) if name.lower().endswith(".mtl") else content
 
-    def load(data: bytes) -> Any:
-        return trimesh.load_scene(
-            io.BytesIO(data), file_type=ending[1:], resolver=Resolver(str(mesh.path)), process=False
-        )
-
-    try:
-        scenes = [load(obj.utf8(data) if ending == ".obj" else data)]
-        if not len(scenes[0].graph.nodes_geometry):
-            raise MeshError("it holds no triangles")
-    except Exception as error:  # the points and faces may be good, and something else broken
-        if ending == ".obj":
-            scenes = [load(obj.plain(data))]
-        elif ending in (".glb", ".gltf"):
-            scenes = gltf.load_plain(load, data)
-        else:
-            raise
-        mesh.problems.append(f"of what it holds only points and faces can be read ({error})")
-    for scene, node in ((s, node) for s in scenes for node in s.graph.nodes_geometry):
+    scene = trimesh.load_scene(
+        io.BytesIO(_utf_8(data) if ending == ".obj" else data),
+        file_type=ending[1:], resolver=Resolver(str(mesh.path)), process=False,
+    )  # fmt: skip
+    for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         geometry = scene.geometry[name]
         if not isinstance(geometry, trimesh.Trimesh):
@@ -67,6 +54,11 @@ def read(mesh: Mesh, data: bytes, ending: str) -> None:
             mesh, frame @ matrix, geometry.vertices, geometry.faces,
             material=look, smooth=ending != ".stl", colors=colors, uv=uv,
         )  # fmt: skip
+
+
+def _utf_8(text: bytes) -> bytes:
+    """A text that is not in UTF-8, as comments and names often are, made readable."""
+    return text.decode("utf-8", "replace").encode()
 
 
 def _look(mesh: Mesh, geometry: Any) -> tuple[Material, Any, Any]:

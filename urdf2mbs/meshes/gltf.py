@@ -1,11 +1,9 @@
-"""glTF files (.glb, .gltf): checked before trimesh reads them, or cut down where it cannot."""
+"""glTF files (.glb, .gltf), checked before trimesh reads them."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import PureWindowsPath
-from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from urdf2mbs.meshes.model import MOST_PARTS, MOST_TRIANGLES, MeshError, TooLargeError
@@ -56,64 +54,8 @@ def _is_elsewhere(uri: str) -> bool:
     return bool(path.anchor or ".." in path.parts or urlsplit(plain).scheme)
 
 
-def load_plain(load: Callable[[bytes], Any], data: bytes) -> list[Any]:
-    """A scene for each primitive of a glTF file, with only its points, its faces and its place.
-
-    A primitive that cannot be read even so is left out.
-    """
-    document = json.loads(_text(data))
-    shapes = [primitive for shape in document["meshes"] for primitive in shape["primitives"]]
-    for key in ("materials", "textures", "images", "samplers", "animations", "skins", "cameras"):
-        document.pop(key, None)
-    for part in (document, *document["nodes"], *document["meshes"], *shapes):
-        for key in ("camera", "skin", "material", "targets", "extensions", "extensionsUsed"):
-            part.pop(key, None)
-
-    def alone(shape: dict[str, Any]) -> bytes:
-        """The file with this primitive only.  trimesh would also read what nothing uses."""
-        used = {shape["attributes"]["POSITION"], shape.get("indices")} - {None}
-        accessors = [document["accessors"][i] for i in sorted(used)]
-        views = {accessor.get("bufferView") for accessor in accessors} - {None}
-        out = document | {
-            "accessors": _with_copies(document["accessors"], used),
-            "bufferViews": _with_copies(document["bufferViews"], views),
-            "meshes": [
-                mesh | {"primitives": [p for p in mesh["primitives"] if p is shape]}
-                for mesh in document["meshes"]
-            ],
-        }
-        return _with_text(data, json.dumps(out).encode())
-
-    for shape in shapes:
-        shape["attributes"] = {"POSITION": shape["attributes"].get("POSITION")}
-    scenes = []
-    for shape in shapes:
-        try:
-            scenes.append(load(alone(shape)))
-        except Exception:
-            continue  # the caller tells what is wrong
-    if not scenes:
-        raise MeshError("no part of it can be read")
-    return scenes
-
-
-def _with_copies(all_: list[Any], used: set[Any]) -> list[Any]:
-    """The list with each unused item replaced by a used one: so the numbers stay valid."""
-    return [one if i in used else all_[min(used)] for i, one in enumerate(all_)]
-
-
 def _text(data: bytes) -> bytes:
     """The JSON part of a .gltf or .glb."""
     if data[:4] != b"glTF":
         return data
     return data[20 : 20 + int.from_bytes(data[12:16], "little")]
-
-
-def _with_text(data: bytes, text: bytes) -> bytes:
-    """The file with another JSON part."""
-    if data[:4] != b"glTF":
-        return text
-    rest = data[20 + int.from_bytes(data[12:16], "little") :]
-    text += b" " * (-len(text) % 4)
-    size = (20 + len(text) + len(rest)).to_bytes(4, "little")
-    return data[:8] + size + len(text).to_bytes(4, "little") + data[16:20] + text + rest

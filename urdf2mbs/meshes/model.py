@@ -11,7 +11,6 @@ from urllib.parse import unquote, urlsplit
 import msgspec
 
 from urdf2mbs.disk import files
-from urdf2mbs.messages.diagnostics import ConfigError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -109,10 +108,8 @@ class Mesh:
 
     def texture(self, data: bytes, name: str) -> str | None:
         """Keep an image under a name of its own, as PNG where VRML97 cannot show its format."""
-        try:
-            from PIL import Image
-        except ImportError as error:
-            raise missing_extra(error) from None
+        from PIL import Image
+
         try:
             with Image.open(io.BytesIO(data)) as image:
                 if image.width * image.height > MOST_PIXELS:
@@ -154,15 +151,6 @@ def read_beside(path: Path, name: str, most: int | None = None) -> bytes | None:
         except (OSError, ValueError):
             continue
     return None
-
-
-def missing_extra(error: ImportError) -> ConfigError:
-    """The error where a package that reads meshes is not installed."""
-    return ConfigError(
-        "extra-missing",
-        f"converting meshes needs the package '{error.name}', which is not installed",
-        hint="pip install 'urdf2mbs[meshes]'",
-    )
 
 
 def add(mesh: Mesh, matrix: NDArray[np.float64], points: Any, triangles: Any, **rest: Any) -> None:

@@ -13,7 +13,7 @@ import msgspec
 
 from urdf2mbs.disk import files
 from urdf2mbs.meshes import stl
-from urdf2mbs.meshes.model import Mesh, MeshError, Part, missing_extra
+from urdf2mbs.meshes.model import Mesh, MeshError, Part
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What can be read, by the end of the file's name in small letters.
@@ -39,11 +39,15 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
         with warnings.catch_warnings():  # numpy's, of numbers that are not finite
             warnings.simplefilter("ignore")
             if ending == ".dae":
-                _read_collada(mesh, data, up_axis)
+                from urdf2mbs.meshes import collada
+
+                collada.read(mesh, data, up_axis)
             elif ending == ".stl" and stl.is_binary(data):
                 stl.read(mesh, data)
             else:
-                _read_others(mesh, data, ending)
+                from urdf2mbs.meshes import by_trimesh
+
+                by_trimesh.read(mesh, data, ending)
     except MemoryError:
         raise MeshError("it takes more memory than there is") from None
     except (MeshError, ConfigError):
@@ -51,29 +55,13 @@ def read(path: Path, *, up_axis: bool = True) -> Mesh:
     except Exception as error:  # a broken file can make the readers raise anything
         raise MeshError(f"{type(error).__name__}: {error}".rstrip(": ")) from error
     if not any(len(part.triangles) for part in mesh.parts):
-        raise MeshError("it holds no triangles")
+        raise MeshError("; ".join(["it holds no triangles", *mesh.problems]))
     mesh.parts = [_usable(mesh, part) for part in mesh.parts if len(part.triangles)]
     mesh.parts = [part for part in mesh.parts if len(part.triangles)]
     if not mesh.parts:
         raise MeshError(mesh.problems[-1])
     mesh.problems = list(dict.fromkeys(mesh.problems))
     return mesh
-
-
-def _read_collada(mesh: Mesh, data: bytes, up_axis: bool) -> None:
-    try:
-        from urdf2mbs.meshes.collada import read
-    except ImportError as error:
-        raise missing_extra(error) from None
-    read(mesh, data, up_axis)
-
-
-def _read_others(mesh: Mesh, data: bytes, ending: str) -> None:
-    try:
-        from urdf2mbs.meshes.by_trimesh import read
-    except ImportError as error:
-        raise missing_extra(error) from None
-    read(mesh, data, ending)
 
 
 def _usable(mesh: Mesh, part: Part) -> Part:

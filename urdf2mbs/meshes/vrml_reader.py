@@ -1,18 +1,15 @@
-"""VRML97 (ISO/IEC 14772-1) and VRML 1.0 read into triangles.
+"""VRML97 (ISO/IEC 14772-1) read into triangles.
 
-Faces, boxes, spheres, cylinders and cones are read, in groups and transforms, with their colours
-and textures.  Lines, lights, scripts and prototypes draw nothing.
+Faces are read, in groups and transforms, with their colours and textures.  Lines, lights, scripts
+and prototypes draw nothing.
 """
 
 from __future__ import annotations
 
-import gzip
 import re
-from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from urdf2mbs.disk import files
 from urdf2mbs.meshes.model import MOST_PARTS, Material, Mesh, MeshError, TooLargeError, add
 
 if TYPE_CHECKING:
@@ -26,13 +23,11 @@ _NUMBER = re.compile(rb"[+-]?(\d|\.\d)")
 _NUMBERS = re.compile(rb"(?:[^\]#]|#[^\n]*)*")
 _BOOLEANS = {b"TRUE": True, b"FALSE": False}
 
-#: The nodes that keep to themselves what VRML 1.0 sets inside; all nodes of VRML97 do.
-_SEPARATORS = ("Separator", "TransformSeparator", "WWWAnchor", "LOD", "Switch")
-_MOVES = ("Transform", "Translation", "Rotation", "Scale", "MatrixTransform")
-#: What VRML 1.0 sets for the faces that follow.
-_SET = ("Material", "MaterialBinding", "Coordinate3", "Texture2", "TextureCoordinate2")
-_PRIMITIVES = ("Box", "Cube", "Sphere", "Cylinder", "Cone")
-_NOT_DRAWN = ("ElevationGrid", "Extrusion", "Inline", "WWWInline", "AsciiText", "Text")
+#: What is not drawn, and says so.
+_NOT_DRAWN = (
+    "Box", "Sphere", "Cylinder", "Cone", "ElevationGrid", "Extrusion", "Inline", "Switch",
+    "Text",
+)  # fmt: skip
 
 Node = dict[str, Any]
 """The node's fields; its type stands under ``""``, the nodes inside it under ``children``."""
@@ -43,18 +38,13 @@ def read(data: bytes) -> Mesh:
 
     Raises MeshError for a file that is no VRML or holds no triangles.
     """
-    if data.startswith(b"\x1f\x8b"):
-        try:
-            data = gzip.GzipFile(fileobj=BytesIO(data)).read(files.MOST)
-        except (OSError, EOFError) as error:
-            raise MeshError(f"it is a broken gzip file ({error})") from None
     data = data.removeprefix(b"\xef\xbb\xbf").lstrip()
-    if not data.startswith((b"#VRML V2.0", b"#VRML V1.0")):
-        raise MeshError("it is not VRML97, nor VRML 1.0")
+    if not data.startswith(b"#VRML V2.0"):
+        raise MeshError("it is not VRML97")
     try:
-        scene = _Scene(data.startswith(b"#VRML V1.0"))
+        scene = _Scene()
         for node in _Text(data).scene():
-            scene.draw(node, scene.start)
+            scene.draw(node)
     except (ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
         raise MeshError(f"it is not VRML as far as we can read it ({error})") from None
     if not scene.mesh.parts:
@@ -127,7 +117,7 @@ class _Text:
                     self.skip()
                     self.skip()
             elif word in (b"DEF", b"USE", b"ROUTE", b"PROTO") or self.peek() == b"{":
-                self.add_node(word, node["children"])  # VRML 1.0 has no field for them
+                self.add_node(word, node["children"])
             else:
                 node[word.decode("ascii", "replace")] = self.value()
         return node
@@ -138,9 +128,9 @@ class _Text:
             return self.list()
         if not _NUMBER.match(word):
             return self.single(word)
-        numbers = [_number(word)]
+        numbers = [float(word)]
         while _NUMBER.match(self.peek() or b""):
-            numbers.append(_number(self.next()))
+            numbers.append(float(self.next()))
         return numbers
 
     def single(self, word: bytes) -> Any:
@@ -178,101 +168,43 @@ class _Text:
         return values
 
 
-def _number(word: bytes) -> float:
-    return float(int(word, 16)) if word[:2] in (b"0x", b"0X") else float(word)
-
-
 class _Scene:
     """What the nodes draw."""
 
-    def __init__(self, old: bool) -> None:
-        import numpy as np
-
-        self.old = old
-        """True for VRML 1.0."""
+    def __init__(self) -> None:
         self.mesh = Mesh(Path("mesh.wrl"))
         self.visits = 0
-        self.start: Node = {"pose": np.eye(4)}
 
-    def draw(self, node: Node, state: Node) -> None:
-        """Add what a node draws.  ``state`` has the pose, and the nodes that say the looks."""
+    def draw(self, node: Node, pose: NDArray[np.float64] | None = None) -> None:
+        """Add what a node draws at a pose (4 x 4)."""
+        import numpy as np
+
         self.visits += 1
         if self.visits > MOST_PARTS:
             raise TooLargeError(f"it has more than {MOST_PARTS:,} nodes, each copy counted")
         kind = node[""]
-        if not self.old or kind in _SEPARATORS:
-            state = dict(state)
-        if kind in _MOVES:
-            state["pose"] = state["pose"] @ _transform(node)
-        elif kind in _SET:
-            state[kind] = node
-        elif kind == "Shape":
-            geometry, appearance = node.get("geometry"), node.get("appearance") or {}
-            if isinstance(geometry, dict):
-                state |= {
-                    "Material": appearance.get("material"),
-                    "Texture2": appearance.get("texture"),
-                    "Coordinate3": geometry.get("coord"),
-                    "TextureCoordinate2": geometry.get("texCoord"),
-                }
-                self.draw(geometry, state)
-        elif kind == "IndexedFaceSet":
-            self._add_faces(node, state)
-        elif kind in _PRIMITIVES:
-            self._add_primitive(node, state)
+        pose = np.eye(4) if pose is None else pose
+        if kind == "Transform":
+            pose = pose @ _transform(node)
+        elif kind == "Shape" and isinstance(node.get("geometry"), dict):
+            geometry = node["geometry"]
+            if geometry[""] == "IndexedFaceSet":
+                self._add_faces(geometry, node.get("appearance") or {}, pose)
+            elif geometry[""] in _NOT_DRAWN:
+                self.mesh.problems.append(f"its {geometry['']} is not drawn")
         elif kind in _NOT_DRAWN:
             self.mesh.problems.append(f"its {kind} is not drawn")
-        for child in self._shown(node):
-            self.draw(child, state)
+        children = node["children"]
+        if kind == "LOD":
+            children = node.get("level", [])[:1]
+        for child in children if isinstance(children, list) else [children]:
+            if isinstance(child, dict):
+                self.draw(child, pose)
 
-    def _shown(self, node: Node) -> list[Node]:
-        """The nodes inside a node that are drawn."""
-        name = {"Switch": "choice", "LOD": "level"}.get(node[""], "children")
-        inside = node.get(name) or node["children"]
-        children = inside if isinstance(inside, list) else [inside]
-        if node[""] == "LOD":
-            children = children[:1]
-        elif node[""] == "Switch":
-            which = int(node.get("whichChild" if self.old else "whichChoice", [-1])[0])
-            if not (self.old and which == -3):  # which is all
-                children = children[which : which + 1] if which >= 0 else []
-        return [child for child in children if isinstance(child, dict)]
-
-    def _add_primitive(self, node: Node, state: Node) -> None:
+    def _add_faces(self, node: Node, appearance: Node, pose: NDArray[np.float64]) -> None:
         import numpy as np
 
-        try:
-            from trimesh import creation
-        except ImportError:
-            raise MeshError("boxes, spheres and cylinders need 'urdf2mbs[meshes]'") from None
-
-        def size(name: str, default: float) -> float:
-            return float(node.get(name, [default])[0])
-
-        match node[""]:
-            case "Sphere":
-                solid = creation.uv_sphere(radius=size("radius", 1.0))
-            case "Cylinder":
-                solid = creation.cylinder(radius=size("radius", 1.0), height=size("height", 2.0))
-            case "Cone":
-                height = size("height", 2.0)
-                solid = creation.cone(radius=size("bottomRadius", 1.0), height=height)
-                solid.apply_translation((0.0, 0.0, -height / 2))
-            case _:
-                sides = [size(name, 2.0) for name in ("width", "depth", "height")]
-                if "size" in node:
-                    sides = [node["size"][axis] for axis in (0, 2, 1)]
-                solid = creation.box(sides)
-        upright = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]])  # from axis z to axis y
-        add(
-            self.mesh, state["pose"], solid.vertices @ upright, solid.faces,
-            material=_material(state), smooth=node[""] not in ("Box", "Cube"),
-        )  # fmt: skip
-
-    def _add_faces(self, node: Node, state: Node) -> None:
-        import numpy as np
-
-        coordinates, texture = state.get("Coordinate3"), state.get("TextureCoordinate2")
+        coordinates, texture = node.get("coord"), node.get("texCoord")
         if not coordinates or not len(node.get("coordIndex", ())):
             return
         points = np.asarray(coordinates.get("point", ()), float).reshape(-1, 3)
@@ -289,17 +221,17 @@ class _Scene:
             usable = given is not None and len(given) > int(corners.max(initial=0))
             return np.asarray(given if usable else index).astype(np.int64)[corners]
 
-        material, uv = _material(state), None
+        material, uv = _material(appearance), None
         if material.texture and texture:
             uv = np.asarray(texture["point"], float).reshape(-1, 2)[by_corner("texCoordIndex")]
-        palette, by_point, name = _palette(node, state)
         colors = None
-        if palette is not None:
-            order = node.get(name)
+        if node.get("color"):
+            palette = np.asarray(node["color"]["color"], float).reshape(-1, 3)
+            order = node.get("colorIndex")
             if len(palette) == 1:
                 chosen = np.zeros(len(face), np.int64)
-            elif by_point:
-                chosen = by_corner(name)
+            elif node.get("colorPerVertex", True):
+                chosen = by_corner("colorIndex")
             else:
                 chosen = face if order is None else np.asarray(order).astype(np.int64)[face]
             if 0 <= chosen.min(initial=0) <= chosen.max(initial=0) < len(palette):
@@ -308,53 +240,33 @@ class _Scene:
                 self.mesh.problems.append("its faces name colours that are not there")
         crease = float(node.get("creaseAngle", [0.0])[0])
         add(
-            self.mesh, state["pose"], points, triangles,
+            self.mesh, pose, points, triangles,
             material=material, smooth=crease > 0.0, colors=colors, uv=uv,
         )  # fmt: skip
 
 
-def _palette(node: Node, state: Node) -> tuple[NDArray[np.float64] | None, bool, str]:
-    """The colours of faces or points; True for points; the field that says which has which."""
-    import numpy as np
-
-    if node.get("color"):
-        given, by_point = node["color"]["color"], bool(node.get("colorPerVertex", True))
-        return np.asarray(given, float).reshape(-1, 3), by_point, "colorIndex"
-    binding = str((state.get("MaterialBinding") or {}).get("value", ""))
-    colors = (state.get("Material") or {}).get("diffuseColor", ())
-    if not binding.startswith("PER_") or len(colors) <= 3:
-        return None, False, ""
-    name = "materialIndex" if binding.endswith("INDEXED") else ""
-    return np.asarray(colors, float).reshape(-1, 3), "VERTEX" in binding, name
-
-
-def _material(state: Node) -> Material:
-    look, picture = state.get("Material") or {}, state.get("Texture2") or {}
-    texture = picture.get("url") or picture.get("filename")
-    if isinstance(texture, list):
-        texture = texture[0] if texture else None
+def _material(appearance: Node) -> Material:
+    look, texture = appearance.get("material") or {}, appearance.get("texture") or {}
+    url = texture.get("url")
+    if isinstance(url, list):
+        url = url[0] if url else None
     red, green, blue = (float(c) for c in look.get("diffuseColor", (0.8, 0.8, 0.8))[:3])
     clear = look.get("transparency", ())
     return Material(
-        diffuse=(red, green, blue),
-        transparency=float(clear[0]) if len(clear) else 0.0,
-        texture=texture,
+        diffuse=(red, green, blue), transparency=float(clear[0]) if len(clear) else 0.0, texture=url
     )
 
 
 def _transform(node: Node) -> NDArray[np.float64]:
-    """T C R SR S -SR -C (ISO/IEC 14772-1, 6.52), or the matrix of VRML 1.0, by rows."""
+    """T C R SR S -SR -C (ISO/IEC 14772-1, 6.52)."""
     import numpy as np
-
-    if node[""] == "MatrixTransform":
-        return np.asarray(node.get("matrix", np.eye(4)), float).reshape(4, 4).T
 
     def shift(xyz: Any) -> NDArray[np.float64]:
         pose = np.eye(4)
         pose[:3, 3] = xyz
         return pose
 
-    scale: Any = node.get("scale", node.get("scaleFactor", (1.0, 1.0, 1.0)))
+    scale: Any = node.get("scale", (1.0, 1.0, 1.0))
     stretched = np.diag(np.append(scale, 1.0))
     centre = np.asarray(node.get("center", (0.0, 0.0, 0.0)), float)
     turned = _turn(node.get("scaleOrientation"))

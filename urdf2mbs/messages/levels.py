@@ -15,7 +15,7 @@ from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 
 _CODES = """
 actuator-unknown axis-aligned base base-guessed calibration collision color-range contacts-balance
-contacts-mesh doubled-element edit-left-out equations-stale extension force-torque
+contacts-mesh doubled-element edit-left-out equations-stale extension force-torque friction-smoothed
 generator-limits geometry-size geometry-unknown ground-mass inertia-estimated inertia-incomplete
 inertia-indefinite inertia-repaired inertia-triangle inertia-without-mass inertial-incomplete
 joint-ball joint-dynamics joint-dynamics-lost joint-limit-missing joint-renamed
@@ -27,10 +27,10 @@ mesh-too-large mesh-unreadable mesh-up-axis mimic mimic-driven mimic-held mimic-
 mimic-left-out mimic-massless misspelt name-blank no-mass number-commas number-left-out
 package-unresolved plugin-idle point-without-rotation posture-limit posture-state
 project-names-lost project-obsolete project-renamed property-unused robot-unnamed
-safety-controller sensor-left-out sensor-renamed singular singular-at-start stand texture
-time-step time-step-short time-step-softened unknown-attribute unknown-element world-implied
-xacro-left xacro-legacy xacro-macro-unknown xacro-message xacro-unused-arg xacro-warning
-xml-mended xml-namespace
+safety-controller sensor-left-out sensor-renamed singular singular-at-start singular-not-tested
+stand texture time-step time-step-short time-step-softened unknown-attribute unknown-element
+world-implied xacro-left xacro-legacy xacro-macro-unknown xacro-message xacro-unused-arg
+xacro-warning xml-mended xml-namespace
 """
 
 #: The codes whose level a user can change.  docs/diagnostics.md says what each means.

@@ -84,8 +84,7 @@ class AlignFrames(Pass):
         conversion.facts["align-frames"] = {
             "driven": sum(
                 len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves
-            ),
-            "bound": _Bound(self).fewest(nodes) if search.any else None,
+            )
         }
 
         after: dict[int, Rot] = {}
@@ -397,115 +396,6 @@ def _note_axis_off(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> 
             "axis or plane of its body, and is taken to lie on it",
             joint=step.joint.name,
         )
-
-
-# --- a lower bound: how few turns there could be ---
-
-
-#: The bound looks at the best frames of a joint behind only if they are no more than this.
-MOST_FRAMES = 150
-#: The bound counts no turns at a body that carries more joints than this: no robot has one.
-MOST_JOINTS = 40
-
-
-class _Bound:
-    """The number of turns that every choice of frames needs.
-
-    A joint with the direction u in the frame before it needs ``least(u)`` turns.  One turn more,
-    about u, gives the frame behind the joint any angle about u.  So the turns behind a frame are
-    at least the sum, over the joints that its body carries, of
-
-        least(u) + best + missed.
-
-    Here best is the same sum for the joint's own frame at its best angle.  missed is 1 if
-    ``least(u)`` turns do not reach a best angle, else 0.  The sum changes only at a few angles of
-    the frame: a joint's u, or an axis of a best frame behind, comes to a coordinate axis or plane.
-    The bound looks at these angles, and at one angle for all others.
-
-    missed counts as 0 if most angles are best, or if the best angles are too many to follow.  The
-    bound does not count the turns before a floating or planar joint that is not on the ground.  So
-    the bound may be too low, but never too high.
-    """
-
-    def __init__(self, options: AlignFrames) -> None:
-        self._search = _Search(options)
-        # a frame made from two directions that are nearly parallel has more rounding
-        self._coarse = _Search(options)
-        self._coarse.small *= 10
-        self._best: dict[_Node, int] = {}
-        self._where: dict[_Node, list[Rot]] = {}
-        """The best frames of each node, if they are few."""
-
-    def fewest(self, nodes: list[_Node]) -> int:
-        """The bound for a tree, parents first."""
-        for node in reversed(nodes):
-            if node.turns_freely:
-                self._best[node], self._where[node] = self._about(node, node.axis)
-            elif node.kind == "floating":
-                self._best[node] = self._floating(node)
-            else:
-                self._best[node] = self._behind(node, node.frames[0])
-        return self._best[nodes[0]]
-
-    def _behind(self, node: _Node, frame: Rot) -> int:
-        """The fewest turns behind a node, if its frame is this one."""
-        back = transpose(frame)
-        count = self._further(node)
-        for child in node.children:
-            if child.turns_freely:
-                least = self._search.least(rotate(back, child.along))
-                count += least
-                if self._where[child]:
-                    before = multiply(back, child.rot)
-                    turns = (self._coarse.turns(multiply(before, f)) for f in self._where[child])
-                    count += all(number > least for number in turns)
-        return count
-
-    def _further(self, node: _Node) -> int:
-        """The fewest turns behind the joints that a node's body carries."""
-        return sum(self._best[child] for child in node.children)
-
-    def _about(self, node: _Node, axis: Vec) -> tuple[int, list[Rot]]:
-        """The fewest turns behind a node, over all its frames with this axis, and the frames that
-        need no more turns.  The list is empty if almost every frame is best, or if there are many.
-        """
-        if not node.children or len(node.children) > MOST_JOINTS:
-            return self._further(node), []
-        small = self._search.small
-        directions = _Directions(axis, small)
-        for child in node.children:
-            if child.turns_freely:
-                directions.add(child.along)
-                for frame in self._where[child]:
-                    for i in range(3):
-                        directions.add(rotate(child.rot, (frame[i], frame[i + 3], frame[i + 6])))
-        elsewhere = _across((0.3716, -0.7411, 0.5309), axis, small)
-        assert elsewhere is not None
-        best = most = self._behind(node, self._search.frames(axis, elsewhere)[0])
-        where: list[Rot] = []
-        for across in directions.vectors:
-            for frame in self._search.frames(axis, across):
-                count = self._behind(node, frame)
-                if count < best:
-                    best, where = count, []
-                if count == best < most:
-                    where.append(frame)
-        return best, where if len(where) <= MOST_FRAMES else []
-
-    def _floating(self, node: _Node) -> int:
-        """The same for a floating joint.  After this joint there is no turn, one turn about an
-        axis, or more.  Two turns bring some joint's direction onto an axis; else each joint needs
-        a turn of its own."""
-        own = [child.along for child in node.children if child.turns_freely]
-        best, further = self._behind(node, IDENTITY), self._further(node)
-        if len(own) > MOST_JOINTS:
-            return min(best, 1 + further)
-        if best > 1 + further:
-            best = min(best, *(1 + self._about(node, axis)[0] for axis in AXES))
-        if best > 2 + further:
-            lines = dict.fromkeys(own)
-            best = min(best, 2 + len(own) + further, *(2 + self._about(node, u)[0] for u in lines))
-        return best
 
 
 class _Directions:

@@ -19,7 +19,7 @@ from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import UserConstraint, UserModel
-from urdf2mbs.proof.verdict import Proof
+from urdf2mbs.proof.verdict import Compared, Proof
 
 STATEMENT = "https://in-toto.io/Statement/v1"
 PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
@@ -132,17 +132,22 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
         "flipped": conversion.names.flipped,
         "held": conversion.frozen,
         "but_for": proof.but_for,
+        "by_code": proof.by_code,
         "not_compared": proof.not_compared,
         "declared": [thing.name for thing in others],
-        "groups": [
-            {
-                **msgspec.structs.asdict(group),
-                "place": [[*group.place[3 * k : 3 * k + 3], group.place[9 + k]] for k in range(3)],
-                "deviation": float(f"{group.deviation:.1e}"),  # the rest of its digits is noise
-            }
-            for group in proof.compared
-        ],
+        "groups": [_group(group) for group in proof.compared],
     }
+
+
+def _group(group: Compared) -> dict[str, Any]:
+    """What was compared; of what people have edited, also what is in the .mbs."""
+    numbers = msgspec.structs.asdict(group)
+    numbers["deviation"] = float(f"{group.deviation:.1e}")  # the rest of its digits is noise
+    found = numbers.pop("found")
+    for values in (numbers, found) if found else (numbers,):
+        frame = values["place"]  # as three rows: of rotation, and origin (m)
+        values["place"] = [[*frame[3 * k : 3 * k + 3], frame[9 + k]] for k in range(3)]
+    return numbers | {"found": found} if found else numbers
 
 
 def _options(config: Config) -> dict[str, Any]:

@@ -4,13 +4,16 @@ Beyond the method.  At the start position the lowest points of a link's collisio
 ones where there are none) become anchor points with an ``extforce``: the corners of the lowest
 face of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a
 cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
-``stiffness depth (1 + rate / speed)``, never pulls, and rubs with ``friction tanh(slip /
-slip_speed)`` times that.
+``stiffness depth (1 + rate / speed)``, never pulls, and rubs by a bristle, as in the pass
+``joint-parameters``: with ``(z + bristle_time slip) / bristle`` times the push, at most
+``friction`` times.  Without bristles it rubs with ``friction tanh(slip / slip_speed)`` times the
+push.
 
 Stiffness and damping follow from the mass m that each contact point carries: the robot's mass
 over the number of points.  The robot stands at the depth ``d = sink * leg``, so that ``stiffness =
 m g / d``.  At this depth the law damps by ``stiffness d / speed = m g / speed``.  The damping is
-``2 damping_ratio (m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.
+``2 damping_ratio (m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.  The
+bristle is as stiff, ``bristle = d``, and damps m critically: ``bristle_time = 2 (d / g)^(1/2)``.
 
 The pass raises or lowers a floating base, so that the robot stands on the lowest of these points:
 a robot at zero has its feet below the ground.  A robot falls if its centre of mass is not over the
@@ -67,8 +70,10 @@ class Contacts(Pass):
     ``damping_ratio``. A smaller speed damps more."""
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.8
     """Coefficient of friction, a ratio."""
+    bristles: bool = True
+    """Friction in a project has a state, and lets a foot rest; else it is a law of the speed."""
     slip_speed: Speed = 0.05
-    """Friction is nearly full above this speed of slip (m/s)."""
+    """Without bristles: friction is nearly full above this speed of slip (m/s)."""
 
     def run(self, conversion: Conversion) -> None:
         if not self.links and not self.points:
@@ -179,8 +184,13 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
         speed = rounded(sqrt(g * depth) / (2 * options.damping_ratio)) or 0.1
     law = {
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
-        "friction": options.friction, "slip_speed": options.slip_speed,
+        "friction": options.friction,
     }  # fmt: skip
+    if options.bristles and conversion.settings.project is not None:
+        law["bristle"] = rounded(depth) or 0.001
+        law["bristle_time"] = rounded(2.0 * sqrt(law["bristle"] / (g or 9.81)))
+    else:
+        law["slip_speed"] = options.slip_speed
     mbs.user_models.append(UserModel.of("contact", law))
 
 

@@ -13,8 +13,7 @@ colour of the same mesh.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -32,8 +31,6 @@ from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.urdf import model as urdf
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
-    from concurrent.futures import Future
-
     from urdf2mbs.meshes.model import Mesh
 
 #: Each .wrl holds this number; with a new number, all files are written again.
@@ -41,10 +38,6 @@ VERSION = 3
 
 #: Each .wrl begins so; then comes ``Made``.
 BEGIN = b"#VRML V2.0 utf8\n# "
-
-#: So many bytes of mesh files are worth a process.  They take a second or two, as the start of a
-#: process does on a busy machine.
-WORTH = 48 * 2**20
 
 
 class ConvertMeshes(Pass):
@@ -102,9 +95,6 @@ class ConvertMeshes(Pass):
                     shown[filename] = target.made
                 elif mesh is not None and use.path is not None:
                     shown[filename], content = mesh.looks[target.look]
-                    for name, digest in shown[filename].sources.items():
-                        # another process may have read the file
-                        files.note(use.path.parent / name, digest)
                     conversion.files[target.path] = content
                     counts["converted"] += 1
                     counts["bytes"] += len(content)
@@ -244,10 +234,7 @@ def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[
 
 
 def _start_conversion(uses: dict[str, Use], options: ConvertMeshes) -> Callable[[Use], Converted]:
-    """A function that converts a mesh, or raises MeshError; to be called in the order of ``uses``.
-
-    Each file is read once, and on all cores where that pays.
-    """
+    """A function that converts a mesh, or raises MeshError; it reads each file once."""
     due = [use for use in uses.values() if use.path is not None and use.due]
     looks: dict[tuple[str, str], dict[Look, None]] = {}
     for use in due:
@@ -257,40 +244,14 @@ def _start_conversion(uses: dict[str, Use], options: ConvertMeshes) -> Callable[
         for use in reversed(due)
         if use.path is not None
     }
-    results = zip(looks, _results([jobs[file] for file in looks]), strict=True)
     converted: dict[tuple[str, str], Converted] = {}
 
     def ask(use: Use) -> Converted:
         if use.file not in converted:
-            # meshes that are left out, as they are too large, are never asked for
-            result = next((result for file, result in results if file == use.file), None)
-            converted[use.file] = make(jobs[use.file]) if result is None else result()
+            converted[use.file] = make(jobs[use.file])
         return converted[use.file]
 
     return ask
-
-
-def _results(jobs: list[Job]) -> Iterator[Callable[[], Converted]]:
-    """For each job in turn a function that gives its meshes, or raises MeshError."""
-    from urdf2mbs.machine.processes import cores, each
-
-    count = min(len(jobs), sum(files.size(job.path) for job in jobs) // WORTH)
-    if count < 2 or (count := min(count, cores())) < 2:
-        yield from (partial(make, job) for job in jobs)
-        return
-    for job, future in each(make, jobs, count, in_order=True):
-        yield partial(_result, job, future)
-
-
-def _result(job: Job, future: Future[Converted]) -> Converted:
-    from urdf2mbs.meshes.model import MeshError
-
-    try:
-        return future.result()
-    except MeshError:
-        raise
-    except Exception:  # this process can say what is wrong, or has more memory
-        return make(job)
 
 
 def make(job: Job) -> Converted:

@@ -36,7 +36,7 @@ class Equations(Pass):
     """Also write functions for energy, momentum and centre of mass, which Robotran has not."""
 
     derivatives: bool = False
-    """Also write the derivatives of invdyna by q and by qd."""
+    """Also write the derivatives of invdyna by q, qd and qdd, and its regressor."""
 
     def run(self, conversion: Conversion) -> None:
         output = conversion.settings.output

@@ -223,13 +223,8 @@ def _of_mesh(path: Path, scale: Vec) -> tuple[Solid, str | None] | None:
 def _convex_hull(points: Any) -> Any:
     """The triangles (n, 3, 3) round points (n, 3), outward; None where all lie in a plane."""
     import numpy as np
+    from scipy.spatial import ConvexHull, QhullError
 
-    try:
-        from scipy.spatial import ConvexHull, QhullError
-    except ImportError as error:
-        from urdf2mbs.meshes.model import missing_extra
-
-        raise missing_extra(error) from None
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):

@@ -13,7 +13,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.singular import Rule, Singular, find_singular
+from urdf2mbs.mbs.singular import LARGEST, Rule, Singular, TooLargeError, find_singular
 from urdf2mbs.urdf.model import Robot
 
 #: A message names so many joints; the report has all.
@@ -29,9 +29,17 @@ class FindSingular(Pass):
             coupling.follower.name: Rule(coupling.leader.name, coupling.multiplier, coupling.offset)
             for coupling in conversion.simulation.couplings
         }
-        singular = find_singular(conversion.mbs, rules)
+        try:
+            singular = find_singular(conversion.mbs, rules)
+        except TooLargeError:
+            conversion.note(
+                "singular-not-tested",
+                f"nobody knows if the mass matrix is singular: more than {LARGEST} bodies, one "
+                "after another, have no mass or no inertia about some axis",
+            )
+            return
+        conversion.facts["singular"] = []
         if not singular:
-            conversion.facts["singular"] = []
             return
         owner = {
             name: joint for joint, names in conversion.names.coordinates.items() for name in names

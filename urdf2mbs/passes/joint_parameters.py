@@ -10,8 +10,14 @@ at the start position, with all joints further out locked:
 
 * a stop is a spring of stiffness ``I (2 pi f)^2``: a limb of length l sinks into the stop under its
   own weight by about ``g / (l (2 pi f)^2)``, however heavy the limb is;
-* friction rises as ``tanh(qd / speed)``: ``speed`` is large enough that the slope at rest,
-  ``friction / speed``, does not ask for a very short time step.
+* friction is a bristle that bends by z and slips where it would pull with more than F, the URDF's
+  friction: it pulls with ``k (z + T qd)``, at most F, and ``dz/dt = qd - (|z| - F / k) sgn(z) / T``
+  where ``|z| > F / k``, else ``qd``.  So friction is F in motion, and a joint that is pulled by
+  less comes to rest.  ``k = I (FASTEST)^2``, and T damps the bristle: a slider of Coulomb, of
+  Perzyna's viscoplastic kind, in series with a spring and a damper.
+
+Without bristles, and in a plain .mbs, friction rises as ``tanh(qd / speed)``: ``speed`` is large
+enough that the slope at rest, ``friction / speed``, does not ask for a very short time step.
 """
 
 from __future__ import annotations
@@ -44,8 +50,11 @@ from urdf2mbs.spatial import (
 )
 from urdf2mbs.urdf.model import Joint
 
-#: The slope of friction at rest is at most this times the inertia (1/s).
+#: The slope of friction at rest is at most this times the inertia, and a bristle swings as fast
+#: (1/s).
 FASTEST = 300.0
+#: ``T`` of a bristle (s): it damps by 2 D I FASTEST, with D = 0.75.
+TIME = 1.5 / FASTEST
 
 
 class JointParameters(Pass):
@@ -57,9 +66,11 @@ class JointParameters(Pass):
     stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
     """Stiffness of the stops, as a frequency (Hz): the moved inertia would swing on the stop so
     fast."""
+    bristles: bool = True
+    """Friction in a project has a state, and lets a joint rest; else it is a law of the speed."""
     friction_speed: Speed = 0.01
-    """Friction is nearly constant above this speed (rad/s or m/s); a joint that moves little
-    inertia has a higher speed."""
+    """Without bristles: friction is nearly constant above this speed (rad/s or m/s); a joint
+    that moves little inertia has a higher speed."""
 
     def run(self, conversion: Conversion) -> None:
         # the limits of a joint that counts the other way round have changed places and signs
@@ -78,12 +89,19 @@ class JointParameters(Pass):
             switches["damping"] = 1.0
         if "friction" in models:
             switches["friction"] = 1.0
-            models["friction_speed"] = {
-                name: rounded(max(self.friction_speed, value / (FASTEST * inertias[name])))
-                if inertias[name] > 0.0
-                else self.friction_speed
-                for name, value in models["friction"].items()
-            }
+            if self.bristles and conversion.settings.project is not None:
+                switches["friction_time"] = TIME
+                models["friction_stiffness"] = {
+                    name: rounded((inertias[name] or 1.0) * FASTEST**2)
+                    for name in models["friction"]
+                }
+            else:
+                models["friction_speed"] = {
+                    name: rounded(max(self.friction_speed, value / (FASTEST * inertias[name])))
+                    if inertias[name] > 0.0
+                    else self.friction_speed
+                    for name, value in models["friction"].items()
+                }
         stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
         if stopped and self.stops:
             switches |= {"stops": 1.0, "stop_speed": 1.0}

@@ -1,7 +1,7 @@
 """Layout: the method's step 5, "Give 2D graphical properties to each MBS element".
 
 The diagram shows the robot as it stands before you (``style: robot``), else a tidy tree
-(``tree``), or the grid of the method's Figure A.5 (``method``).
+(``tree``).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ class Layout(Pass):
     reads = ("joints", "anchors", "forces", "names")
     writes = ("layout",)
 
-    style: Literal["robot", "tree", "method"] = "robot"
+    style: Literal["robot", "tree"] = "robot"
     """``robot`` draws a ``tree`` where the robot has no shape worth following."""
 
     def run(self, conversion: Conversion) -> None:

@@ -16,7 +16,6 @@ position given.
 
 from __future__ import annotations
 
-import json
 from math import inf, isfinite, pi
 from typing import Annotated
 
@@ -214,7 +213,8 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
         for name in beyond
         if isfinite(sum(limits[name])) and steps[name].joint.mimic is None
     }
-    listed = ", ".join(f"{json.dumps(name)}: {q!r}" for name, q in middle.items())
+    names = {name: msgspec.json.encode(name).decode() for name in middle}
+    listed = ", ".join(f"{names[name]}: {q!r}" for name, q in middle.items())
     conversion.warn(
         "posture-limit",
         f"joints that {'would ' if move else ''}start beyond their limits: {'; '.join(texts)}",

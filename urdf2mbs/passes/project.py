@@ -78,8 +78,9 @@ def _check_laws(conversion: Conversion) -> None:
                 )
         conversion.note(
             "law-unknown",
-            f"the law '{law.name}' is a plugin's: nothing proves it, and TIME_STEP knows nothing "
-            "of it",
+            f"the law '{law.name}' is a plugin's: "
+            + ("nothing proves it, and " if law.should is None else "")
+            + "TIME_STEP knows nothing of it",
         )
 
 

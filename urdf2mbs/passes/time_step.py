@@ -2,9 +2,10 @@
 
 Beyond the method.  At the start position the model is linearised: the mass matrix M of all joints,
 reduced by mimic rules, loops and driven joints, and the slopes of all forces that a project
-applies.  A joint has its damping, its friction (``friction / friction_speed``, at rest), its stop
-(hit at ``stop_speed``, where the stop pushes twice as hard) and its ``hold``.  A foot carries its
-share of the weight, and has the ground's stiffness and damping and the slope of friction at rest.
+applies.  A joint has its damping, the bristle of its friction (without bristles: ``friction /
+friction_speed``, at rest), its stop (hit at ``stop_speed``, where the stop pushes twice as hard)
+and its ``hold``.  A foot carries its share of the weight, and has the ground's stiffness and
+damping and those of its bristle (without bristles: the slope of friction at rest).
 A spring has its own stiffness and damping.  The eigenvalues say how long a stable step may be
 (``urdf2mbs.project.stability``).  ``TIME_STEP`` is the part ``PART`` of the longest stable step:
 the robot moves away from the start, and a step must be accurate, too.
@@ -12,6 +13,8 @@ the robot moves away from the start, and a step must be accurate, too.
 The step must not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give
 way one by one, first the number that makes the fastest mode.  A warning names each of them.  The
 robot's own numbers (damping) never give way.
+
+The bristles of friction get their states here, in user models behind all others.
 
 The gains of ``hold`` follow from the inertia I that each joint carries, which is known only here.
 I is the inertia about the joint's axis of all that hangs on the joint and on its followers.  For a
@@ -24,14 +27,15 @@ while all other joints are free: so a light foot below a heavy robot asks for no
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import floor, hypot, log10, pi, sqrt
+from math import floor, hypot, log10, pi, sqrt, tanh
 from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import floating
-from urdf2mbs.mbs.model import UserModel
-from urdf2mbs.simulation import Simulation, rounded
+from urdf2mbs.mbs.model import Parameter, UserModel
+from urdf2mbs.messages.diagnostics import counted, some
+from urdf2mbs.simulation import CONTACT_STATES, JOINT_STATES, Simulation, rounded
 
 if TYPE_CHECKING:
     from urdf2mbs.mbs.mass import Array, Mass
@@ -41,21 +45,24 @@ if TYPE_CHECKING:
 PART = 0.4
 #: The longest step (s), and the one below which numbers give way.
 LONGEST, SHORTEST = 5e-4, 1e-5
+#: A joint that moves so (rad/s or m/s) should have its friction.
+SLOW = 0.1
 #: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
 FASTEST = 3000.0
 #: The user models that the forces of a project depend on.
 NUMBERS = (
-    "joint_forces", "damping", "friction", "friction_speed", "stop_stiffness", "hold_stiffness",
-    "hold_damping", "contact", "link_stiffness", "link_damping",
+    "joint_forces", "damping", "friction", "friction_speed", "friction_stiffness",
+    "stop_stiffness", "hold_stiffness", "hold_damping", "contact", "link_stiffness",
+    "link_damping",
 )  # fmt: skip
 #: By kind of slope, the user models (of contacts: the parameters of ``contact``) that give way,
 #: and the power of the factor by which.
 GIVES_WAY = {
-    "friction": {"friction_speed": -1},
+    "friction": {"friction_speed": -1, "friction_stiffness": 1},
     "stop": {"stop_stiffness": 1},
     "hold": {"hold_stiffness": 1, "hold_damping": 1},
     "contact": {"stiffness": 1, "speed": -1},
-    "slip": {"slip_speed": -1},
+    "slip": {"slip_speed": -1, "bristle": -1},
 }
 #: By kind of slope, how it is called.
 NAMES = {
@@ -156,6 +163,7 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
         if mode.step * PART >= SHORTEST * (1 - 1e-9) or not _give_way(slopes, mode, models):
             break
     _write(conversion, models)
+    _add_states(conversion, models)
     if mode.step * PART < LONGEST:
         worst = slopes[int(mode.shares.argmax())]
         simulation.shortened_by = NAMES[worst.kind].format(worst.name)
@@ -166,6 +174,7 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
             f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
         )
     _warn_of_changes(conversion, before, models)
+    _warn_of_lost_friction(conversion, models)
 
 
 def _slopes(
@@ -179,9 +188,12 @@ def _slopes(
     index = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
     for name, value in models.get("damping", {}).items():
         yield Slope("damping", name, reduction[index[name]], 0.0, value)
-    for name, value in models.get("friction", {}).items():
-        yield Slope("friction", name, reduction[index[name]], 0.0,
-                    value / models["friction_speed"][name])  # fmt: skip
+    for name, speed in models.get("friction_speed", {}).items():
+        slope = models["friction"][name] / speed
+        yield Slope("friction", name, reduction[index[name]], 0.0, slope)
+    for name, value in models.get("friction_stiffness", {}).items():
+        damping = value * models["joint_forces"]["friction_time"]
+        yield Slope("friction", name, reduction[index[name]], value, damping)
     feels = felt(mass, reduction)
     for name, value in models.get("stop_stiffness", {}).items():
         # at stop_speed it goes in by speed / frequency
@@ -202,9 +214,13 @@ def _slopes(
             at = mass.placement.point(mass.mbs, body, contact.point.name)
             moved = mass.point(body, at) @ reduction
             yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
+            if "bristle" in law:
+                stiffness = share / law["bristle"]
+                damping = stiffness * law["bristle_time"]
+            else:
+                stiffness, damping = 0.0, law["friction"] * share / law["slip_speed"]
             for way in plane[1:]:
-                slope = law["friction"] * share / law["slip_speed"]
-                yield Slope("slip", contact.link, way @ moved, 0.0, slope)
+                yield Slope("slip", contact.link, way @ moved, stiffness, damping)
     for spring in conversion.simulation.springs:
         link = spring.link
         (one, here), (two, there) = (
@@ -230,7 +246,8 @@ def _give_way(slopes: list[Slope], mode: Mode, models: Models) -> bool:
         ground = slope.kind in ("contact", "slip")
         for name, power in GIVES_WAY[slope.kind].items():
             group, key = ("contact", name) if ground else (name, slope.name)
-            models[group][key] = rounded(models[group][key] * factor**power)
+            if key in models.get(group, {}):
+                models[group][key] = rounded(models[group][key] * factor**power)
         return True
     return False
 
@@ -242,6 +259,18 @@ def _write(conversion: Conversion, models: Models) -> None:
             value = models[model.name][parameter.name]
             if value != float(parameter.values[0]):
                 parameter.values = (repr(value),)
+
+
+def _add_states(conversion: Conversion, models: Models) -> None:
+    """Add the states of bristles, last of all: a struct of C keeps its places in front of them."""
+    rubbing = models.get("friction_stiffness", {})
+    feet = len(conversion.simulation.contacts) if "bristle" in models.get("contact", {}) else 0
+    for name, states in (
+        (JOINT_STATES, [Parameter(joint, "state", ("0.0",)) for joint in rubbing]),
+        (CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 2 * feet)] if feet else []),
+    ):
+        if states:
+            conversion.mbs.user_models.append(UserModel(name, states))
 
 
 def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> None:
@@ -264,6 +293,23 @@ def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> 
             f"TIME_STEP is only {conversion.simulation.time_step:g} s, because of "
             f"{conversion.simulation.shortened_by}: a simulation takes long",
             hint="see if the robot's file states a likely number, and a likely inertia",
+        )
+
+
+def _warn_of_lost_friction(conversion: Conversion, models: Models) -> None:
+    """A joint without bristle has little of its friction where its ``friction_speed`` is high."""
+    kept = {
+        name: models["friction"][name] * tanh(SLOW / speed)
+        for name, speed in models.get("friction_speed", {}).items()
+        if tanh(SLOW / speed) < 0.9
+    }
+    if kept:
+        left = [f"'{name}' {x:.2g} of {models['friction'][name]:g}" for name, x in kept.items()]
+        conversion.warn(
+            "friction-smoothed",
+            f"at {SLOW:g} rad/s or m/s less than 90 % of the friction (N m or N) is left in "
+            f"{counted(len(kept), 'joint')}: {some(left)}",
+            hint="bristles keep it: leave 'joint-parameters: {bristles: false}' out",
         )
 
 

@@ -14,10 +14,13 @@ enum { NONE = -1 };
 
 typedef struct { int follower, leader; double multiplier, offset; } Coupling;
 typedef struct { int joint; size_t coefficient; } Damping;
-typedef struct { int joint; size_t coefficient, speed; } Friction;
+typedef struct { int joint; size_t coefficient, speed, stiffness; int state; } Friction;
 typedef struct { int joint; double side; size_t limit, stiffness; } Stop; /* side: 1 up, -1 down */
 typedef struct { int joint; size_t stiffness, damping, effort; } Hold;
-typedef struct { size_t ground, stiffness, speed, friction, slip_speed; } Ground;
+typedef struct {
+    size_t ground, stiffness, speed, friction, slip_speed, bristle, bristle_time;
+} Ground;
+typedef struct { int force, state; } Contact; /* state: its place in ux; 0: no bristle */
 typedef struct { int force; size_t start, stop, parts[6]; } Wrench;
 typedef struct { int link; size_t stiffness, length, damping; } Spring;
 typedef struct { int isens; double axes[9]; } Sensor; /* its axes in the body, row by row */
@@ -88,6 +91,35 @@ static double stop_force(double depth, double rate, double stiffness, double spe
     return fmax(0.0, stiffness * depth * (1.0 + rate / speed));
 }
 
+/* The part of a vector that is not longer than most. */
+static double shortened(int n, const double *vector, double most)
+{
+    const double size = n == 1 ? fabs(vector[0]) : hypot(vector[0], vector[1]);
+
+    return size <= most ? 1.0 : most / size;
+}
+
+/* How far a bristle is bent (rad or m; n is 1 or 2), as it pulls: at most by most. ux[state] and on
+ * is how far it is bent. What is more than most slips back within time. So friction keeps a joint
+ * or a foot at rest that is pulled by less than friction. */
+static void bristle(MbsData *mbs_data, int state, int n, const double *rates, double most,
+    double time, double *pull)
+{
+    const double *bent = mbs_data->ux + state;
+    const double lost = 1.0 - shortened(n, bent, most);
+    double part;
+    int k;
+
+    for (k = 0; k < n; k++) {
+        mbs_data->uxd[state + k] = rates[k] - lost * bent[k] / time;
+        pull[k] = bent[k] + time * rates[k];
+    }
+    part = shortened(n, pull, most);
+    for (k = 0; k < n; k++) {
+        pull[k] *= part;
+    }
+}
+
 void NAME_joint_forces(MbsData *mbs_data)
 {
     const double *q = mbs_data->q, *qd = mbs_data->qd;
@@ -105,8 +137,18 @@ void NAME_joint_forces(MbsData *mbs_data)
         const Friction *f;
 
         for (f = frictions; f->joint != 0; f++) {
-            Qq[f->joint] -= number(mbs_data, f->coefficient)
-                * tanh(qd[f->joint] / number(mbs_data, f->speed));
+            const double most = number(mbs_data, f->coefficient);
+
+            if (f->state != 0) {
+                const double stiffness = number(mbs_data, f->stiffness);
+                double pull;
+
+                bristle(mbs_data, f->state, 1, qd + f->joint, most / stiffness,
+                    number(mbs_data, friction_time), &pull);
+                Qq[f->joint] -= stiffness * pull;
+            } else {
+                Qq[f->joint] -= most * tanh(qd[f->joint] / number(mbs_data, f->speed));
+            }
         }
     }
     if (number(mbs_data, stops_on) != 0.0) {
@@ -141,9 +183,9 @@ void NAME_joint_forces(MbsData *mbs_data)
 
 /* --- external forces --- */
 
-/* The force of the ground on a point: a compliant normal force, and friction that rises with the
- * speed of slip up to friction times the normal force. */
-static void ground_force(const double P[4], const double V[4], const MbsData *mbs_data,
+/* The force of the ground on a point: a compliant normal force, and friction up to friction times
+ * the normal force: that of a bristle, or without bristles by the speed of slip. */
+static void ground_force(const double P[4], const double V[4], MbsData *mbs_data, int state,
     double force[7])
 {
     const double depth = number(mbs_data, ground.ground)
@@ -151,22 +193,34 @@ static void ground_force(const double P[4], const double V[4], const MbsData *mb
     const double rise = up[1] * V[1] + up[2] * V[2] + up[3] * V[3];
     const double normal = number(mbs_data, ground.stiffness) * depth
         * (1.0 - rise / number(mbs_data, ground.speed));
-    double s[4], slip, grip = 0.0;
+    const int touches = depth > 0.0 && normal > 0.0; /* the ground pushes and never pulls */
+    const double friction = touches ? number(mbs_data, ground.friction) : 0.0;
+    double slip[2], pull[2], speed;
     int i;
 
-    if (depth <= 0.0 || normal <= 0.0) {
-        return; /* the ground pushes and never pulls */
+    for (i = 0; i < 2; i++) {
+        const double *way = across + 3 * i;
+
+        /* in the air, the bristle springs back */
+        slip[i] = touches ? way[0] * V[1] + way[1] * V[2] + way[2] * V[3] : 0.0;
+        pull[i] = 0.0;
     }
-    for (i = 1; i <= 3; i++) {
-        s[i] = V[i] - rise * up[i];
+    speed = hypot(slip[0], slip[1]);
+    if (state != 0) {
+        const double length = number(mbs_data, ground.bristle);
+
+        bristle(mbs_data, state, 2, slip, friction * length, number(mbs_data, ground.bristle_time),
+            pull);
+        pull[0] /= length;
+        pull[1] /= length;
+    } else if (speed > 0.0) {
+        const double grip = friction * tanh(speed / number(mbs_data, ground.slip_speed)) / speed;
+
+        pull[0] = grip * slip[0];
+        pull[1] = grip * slip[1];
     }
-    slip = sqrt(s[1] * s[1] + s[2] * s[2] + s[3] * s[3]);
-    if (slip > 0.0) {
-        grip = number(mbs_data, ground.friction) * normal
-            * tanh(slip / number(mbs_data, ground.slip_speed)) / slip;
-    }
-    for (i = 1; i <= 3; i++) {
-        force[i] = normal * up[i] - grip * s[i];
+    for (i = 1; i <= 3 && touches; i++) {
+        force[i] = normal * (up[i] - pull[0] * across[i - 1] - pull[1] * across[i + 2]);
     }
 }
 
@@ -175,15 +229,15 @@ void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double
 {
     const Wrench *w;
     const PointLaw *l;
-    const int *contact;
+    const Contact *contact;
     int i;
 
     for (i = 1; i <= 6; i++) {
         force[i] = 0.0;
     }
-    for (contact = contacts; *contact != 0; contact++) {
-        if (*contact == ixF) {
-            ground_force(PxF, VxF, mbs_data, force);
+    for (contact = contacts; contact->force != 0; contact++) {
+        if (contact->force == ixF) {
+            ground_force(PxF, VxF, mbs_data, contact->state, force);
         }
     }
     for (w = wrenches; w->force != 0; w++) {

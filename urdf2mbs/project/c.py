@@ -10,7 +10,13 @@ from urdf2mbs.mbs.model import BASE, Mbs, UserModel
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.project import FOLDER, fill
 from urdf2mbs.project.python import dependent
-from urdf2mbs.simulation import Coupling, Simulation
+from urdf2mbs.simulation import (
+    CONTACT_STATES,
+    JOINT_STATES,
+    Coupling,
+    Simulation,
+    state_numbers,
+)
 from urdf2mbs.spatial import IDENTITY
 
 NOTE = (
@@ -18,8 +24,11 @@ NOTE = (
     " * MBSysPad can write it, too: menu \"generate user files\". */\n\n"
 )  # fmt: skip
 
+#: The user models that are states, which C finds in ux, not in the struct of the user models.
+STATES = (JOINT_STATES, CONTACT_STATES)
+
 #: The numbers of a ground and of a wrench, by their names in the user models.
-GROUND = ("ground", "stiffness", "speed", "friction", "slip_speed")
+GROUND = ("ground", "stiffness", "speed", "friction", "slip_speed", "bristle", "bristle_time")
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
@@ -34,7 +43,7 @@ def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
         f"{mbs.name}_robot.c": fill(FOLDER / "NAME_robot.c", mbs.name),
         f"{mbs.name}_tables.h": _tables(mbs, simulation),
         "user_all_id.h": NOTE + _all_id(mbs),
-        "user_model.h": NOTE + _model_header(mbs.user_models),
+        "user_model.h": NOTE + _model_header([m for m in mbs.user_models if m.name not in STATES]),
         "user_model.c": NOTE + _model_source(mbs.user_models),
     }
     return {name: text.encode() for name, text in texts.items()}
@@ -77,10 +86,16 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         "damping_on": place("joint_forces", "damping"),
         "friction_on": place("joint_forces", "friction"),
         "stops_on": place("joint_forces", "stops"),
+        "friction_time": place("joint_forces", "friction_time"),
         "stop_speed": place("joint_forces", "stop_speed"),
         "hold_on": place("hold", "on"),
     }
     ground = ", ".join(place("contact", name) for name in GROUND)
+    states = state_numbers(mbs, JOINT_STATES)
+    frictions = [
+        (*row, str(states.get(row[0].removesuffix("_id"), 0)))
+        for row in rows("friction", "friction_speed", "friction_stiffness")
+    ]
     return "".join(
         [
             f"/* The tables of {mbs.name}_robot.c, which says what they mean.\n"
@@ -90,12 +105,13 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             *(f"static const size_t {name} = {where};\n" for name, where in switches.items()),
             "\n",
             _table("Damping", "dampings", rows("damping")),
-            _table("Friction", "frictions", rows("friction", "friction_speed")),
+            _table("Friction", "frictions", frictions),
             _table("Stop", "stops", stops),
             _table("Hold", "holds", rows("hold_stiffness", "hold_damping", "effort")),
             f"static const double up[4] = {{0.0, {_row(simulation.up)}}};\n",
+            f"static const double across[6] = {{{_row(sum(simulation.across, ()))}}};\n",
             f"static const Ground ground = {{{ground}}};\n\n",
-            _list("int", "contacts", map(_force, simulation.contacts), "0"),
+            _table("Contact", "contacts", _contacts(mbs, simulation)),
             _table("Wrench", "wrenches", wrenches),
             _table("Spring", "springs", rows("link_stiffness", "link_length", "link_damping")),
             _table("Sensor", "sensors", sensors, f"{{0, {{{_row(IDENTITY)}}}}}"),
@@ -105,6 +121,15 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             _names("dependent", dependent(mbs)),
         ]
     )
+
+
+def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, str]]:
+    """The force of each contact, and the first of its two states; 0: it has none."""
+    first = state_numbers(mbs, CONTACT_STATES).get("slip")
+    return [
+        (_force(contact), str(first + 2 * k if first else 0))
+        for k, contact in enumerate(simulation.contacts)
+    ]
 
 
 def _laws(simulation: Simulation) -> str:
@@ -219,7 +244,7 @@ def _model_source(models: list[UserModel]) -> str:
     if models:
         out.append("    MDS_user_model_strct **model = gen->user_models->user_model_list;\n\n")
     for i, model in enumerate(models):
-        for j, parameter in enumerate(model.parameters):
+        for j, parameter in enumerate(model.parameters if model.name not in STATES else ()):
             where = f"model[{i}]->parameter_list[{j}]->value_list[0]"
             out.append(f"    um->{model.name}.{parameter.name} = {where};\n")
     return "".join([*out, "}\n"])

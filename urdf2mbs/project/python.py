@@ -7,7 +7,13 @@ from typing import Any
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import quoted
 from urdf2mbs.project import FOLDER, fill
-from urdf2mbs.simulation import Coupling, Simulation
+from urdf2mbs.simulation import (
+    CONTACT_STATES,
+    JOINT_STATES,
+    Coupling,
+    Simulation,
+    state_numbers,
+)
 
 
 def robot_module(mbs: Mbs, simulation: Simulation) -> bytes:
@@ -45,6 +51,10 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         "\n# External forces from the ground, and the URDF link of each.\n",
         _assign("CONTACTS", {_force(c.point): c.link for c in simulation.contacts}),
         f"UP = {simulation.up!r}\n",
+        f"ACROSS = {tuple(tuple(x + 0.0 for x in way) for way in simulation.across)!r}\n",
+        "\n# Friction: where its states are in ux, two for each contact.\n",
+        _assign("FRICTION_STATES", state_numbers(mbs, JOINT_STATES)),
+        f"CONTACT_STATE = {state_numbers(mbs, CONTACT_STATES).get('slip', 0)}\n",
         "\n# Other external forces, each with the user model that says how large it is.\n",
         _assign("WRENCHES", {_force(w.point): w.model.name for w in simulation.wrenches}),
         "\n# Springs and dampers between two points.\n",

@@ -208,7 +208,7 @@ def compare_robots(
     comparing.compare_frames(
         {link: LinkFrame(link, None, Pose()) for link in frames if link in others}
     )
-    del comparing.largest["frame"]  # where a link has its frame is its own choice
+    comparing.largest.pop("frame", None)  # where a link has its frame is its own choice
     for has, lacks, name in ((frames, others, called[0]), (others, frames, called[1])):
         comparing.elsewhere += [
             Difference("frame", f"link '{link}' is in {name} only", link=link)

@@ -140,13 +140,19 @@ class Comparing:
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
                     self._differ("parent", told, link=ours.child, joint=ours.joint)
             self.apart[mine], motion = self._place(pair, other, link, hangs)
-            self.compared.append(
-                Compared(
-                    ours.coordinate, theirs.coordinate, ours.joint,
-                    one.groups[ours.parent].coordinate, ours.turns, ours.axis, ours.before,
-                    *pair.our_inertia, worst((motion, self._inertia(pair, self.apart[mine]))),
-                )
+            at = self.apart[mine]
+            compared = Compared(
+                ours.coordinate, theirs.coordinate, ours.joint,
+                one.groups[ours.parent].coordinate, ours.turns, ours.axis, ours.before,
+                *pair.our_inertia, worst((motion, self._inertia(pair, at))),
             )  # fmt: skip
+            if self._beyond(compared.deviation) and not hangs:
+                mass, centre, tensor = seen(pair.their_inertia, inverse(at))
+                place = compose(compose(inverse(self.apart[ours.parent]), pair.their_before), at)
+                axis = turned(inverse(at), theirs.axis)
+                values = ("axis", axis), ("place", place), ("mass", mass)
+                compared.found = dict((*values, ("centre", centre), ("inertia", tensor)))
+            self.compared.append(compared)
 
     def _carried(self, mine: int) -> list[tuple[Group, Group]]:
         """The pairs of groups that hang on a pair."""

@@ -8,7 +8,7 @@ q, qd or qdd that ``<symbols>`` leaves out.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -16,14 +16,11 @@ import msgspec
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.proof.mbs_side import mbs_side
-from urdf2mbs.proof.rigid import AXES, ORIGIN, cross, moved, turned
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Joint as UrdfJoint
 from urdf2mbs.urdf.model import Robot
 
-#: How many constraints a cut makes.
-ROWS = {"rod": 1, "ball": 3, "solid": 6}
 #: Elements of a Jacobian up to this (relative) are rounding.
 SINGULAR = 1e-7
 
@@ -152,8 +149,7 @@ def _loops(robot: Robot, mbs: Mbs, out: Coordinates) -> set[str]:
     if not mbs.cuts and not mbs.user_constraints:
         return set()
     nature = {name: joint.nature for name, joint in mbs.joints().items()}
-    jacobian = _Jacobian(mbs)
-    tied = [([cut], jacobian.rows(cut)) for cut in mbs.cuts]
+    tied = [([cut], rows) for cut, rows in _rows(mbs)]
     for constraint in mbs.user_constraints:
         # the factors are in the user functions: some that no two rows share
         row = {name: 1.0 + 0.37 * len(tied) + k for k, name in enumerate(constraint.joints)}
@@ -202,46 +198,23 @@ def _loop(
         out.differ("cut", said, joint=names[0] if names else None)
 
 
-class _Jacobian:
-    """The velocity between the two ends of a cut, by the velocity of each joint, at the start."""
+def _rows(mbs: Mbs) -> Iterator[tuple[Connection, list[dict[str, float]]]]:
+    """The cuts, each with its constraints: their derivatives by the joints, at the start."""
+    if mbs.cuts:
+        import numpy as np
 
-    def __init__(self, mbs: Mbs) -> None:
-        self.side = mbs_side(mbs, (), mbs.joints(), start=True)
-        self.points = mbs.points()
-        self.above = {body.name: body for body in mbs.bodies}
+        from urdf2mbs.proof.motion import Motion
 
-    def rows(self, cut: Connection) -> list[dict[str, float]]:
-        """Each constraint, by the joints that are on one of its two ways only."""
-        ends = [
-            moved(self.side.frames[body or ""][1],
-                  self.points[body, point].coordinates if point else ORIGIN)
-            for body, point in (cut.endpoint1, cut.endpoint2)
-        ]  # fmt: skip
-        ways = [self._way(cut.endpoint1[0]), self._way(cut.endpoint2[0])]
-        apart = tuple(a - b for a, b in zip(*ends, strict=True))
-        rows: list[dict[str, float]] = [{} for _ in range(ROWS[cut.kind])]
-        common = {joint.name for joint in ways[0]} & {joint.name for joint in ways[1]}
-        for sign, end, way in zip((1.0, -1.0), ends, ways, strict=True):
-            for joint in way:
-                if joint.name in common or joint.nature == "driven":
-                    continue
-                _, at = self.side.after[joint.name]
-                axis = turned(at, AXES[int(joint.type[1]) - 1])
-                arm = (end[0] - at[9], end[1] - at[10], end[2] - at[11])
-                speed = cross(axis, arm) if joint.type[0] == "R" else axis
-                if cut.kind == "rod":
-                    speed = (sum(a * b for a, b in zip(speed, apart, strict=True)), 0.0, 0.0)
-                turns = axis if joint.type[0] == "R" else ORIGIN
-                for row, value in zip(rows, (*speed, *turns), strict=False):
-                    row[joint.name] = sign * value
-        return rows
-
-    def _way(self, body: str | None) -> list[Joint]:
-        way: list[Joint] = []
-        while body is not None:
-            way += self.above[body].joints
-            body = self.above[body].parent
-        return way
+        joints, numbers = mbs.joints(), mbs.numbers()
+        start = np.array([0.0, *(joint.q or 0.0 for joint in joints.values())])
+        motion = Motion(mbs_side(mbs, joints), numbers, len(start)).moved(start, 0.0 * start)
+        free = [name for name, joint in joints.items() if joint.nature != "driven"]
+        for cut in mbs.cuts:
+            # a joint that moves both ends alike does not move the cut
+            one, two = (motion.end(mbs, e).J.any(0) for e in (cut.endpoint1, cut.endpoint2))
+            own = [name for name in free if one[numbers[name]] != two[numbers[name]]]
+            rows = motion.opening(mbs, cut)[1]
+            yield cut, [{name: float(row[numbers[name]]) for name in own} for row in rows]
 
 
 def _is_stated(cut: Connection, robot: Robot) -> bool:

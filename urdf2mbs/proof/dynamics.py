@@ -271,7 +271,5 @@ def _pinocchio() -> Any:
     try:
         import pinocchio
     except ImportError:
-        raise ConfigError(
-            "extra-missing", "this needs Pinocchio", hint="pip install 'urdf2mbs[verify]'"
-        ) from None
+        raise ConfigError("extra-missing", "this needs Pinocchio", hint="pip install pin") from None
     return pinocchio

@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.proof.rigid import Frame
 from urdf2mbs.spatial import Sym, Vec
 
 NOT_CHECKED = "NOT CHECKED"
@@ -41,7 +42,7 @@ class Compared(msgspec.Struct):
     """The coordinate of the group before it; empty for the ground."""
     turns: bool
     axis: Vec
-    place: tuple[float, ...]
+    place: Frame
     """Of its joint at zero, in the group before it; the group's own frame is the one after it.
     A rotation matrix row by row, then the origin (m)."""
     mass: float
@@ -52,6 +53,8 @@ class Compared(msgspec.Struct):
     """kg m^2, about its centre, in the axes of its own frame."""
     deviation: float
     """The largest, relative."""
+    found: dict[str, Any] = {}
+    """Where it is not the same: axis, place, mass, centre and inertia that the .mbs has."""
 
 
 class Proof(msgspec.Struct, kw_only=True):
@@ -74,6 +77,9 @@ class Proof(msgspec.Struct, kw_only=True):
     """kg, of all that can move."""
     but_for: dict[str, str]
     """Known deviations from the URDF that are no difference by themselves: each thing, and why."""
+    by_code: dict[str, str] = {}
+    """What the user functions do, which were called and compared: each thing, and why it is not in
+    the .mbs."""
     not_compared: dict[str, str]
     """The things that Robotran reads and nothing here compares, each with the reason."""
     compared: list[Compared] = []

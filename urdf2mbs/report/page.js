@@ -849,9 +849,9 @@ function extent() {
 function fit() {
   const ball = extent().getBoundingSphere(new THREE.Sphere());
   // a little room around it, and more above, where the buttons are
-  eye.target.copy(ball.center).setZ(ball.center.z + 0.06 * ball.radius);
+  eye.target.copy(ball.center).setZ(ball.center.z + 0.12 * ball.radius);
   const half = camera.fov * Math.PI / 360, wide = Math.atan(Math.tan(half) * camera.aspect);
-  eye.distance = 1.12 * Math.max(ball.radius, 0.05 * size) / Math.sin(Math.min(half, wide));
+  eye.distance = 1.18 * Math.max(ball.radius, 0.05 * size) / Math.sin(Math.min(half, wide));
   aim();
 }
 

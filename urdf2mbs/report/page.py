@@ -31,7 +31,6 @@ from urdf2mbs.report.scene import Store, extent, lookup, mbs_side, path_of, urdf
 from urdf2mbs.report.summary import report, verdict
 from urdf2mbs.report.table import number, table, titled, vector
 from urdf2mbs.simulation import Simulation
-from urdf2mbs.urdf.changes import KINDS
 from urdf2mbs.urdf.left_out import left_out
 
 #: The package that brings three.js, and where in it three.js is.
@@ -453,7 +452,7 @@ def _proof(conversion: Conversion) -> str:
     changed = [
         (
             "",
-            [escape(one.by), escape(KINDS[change.kind][0]), escape(change.name),
+            [escape(one.by), escape(change.kind), escape(change.name),
              _short(change.before), _short(change.after)],
         )
         for one in conversion.changed
@@ -499,7 +498,7 @@ def _messages(conversion: Conversion) -> str:
                 ],
             )
         )
-    return table(("", "code", "what", "where"), rows)
+    return table(("level", "code", "what", "where"), rows)
 
 
 def _footer(made_from: str, licenses: str, viewer: int, meshes: int) -> str:

@@ -23,7 +23,7 @@ def table(
     body = "\n".join(f"<tr{attributes}>{cells('td', row)}</tr>" for attributes, row in rows)
     tail = f"<tfoot><tr>{cells('td', foot)}</tr></tfoot>" if foot else ""
     return (
-        f'<div class="scroll"><table><thead><tr>{cells("th", head)}</tr></thead>'
+        f'<div class="scroll" tabindex="0"><table><thead><tr>{cells("th", head)}</tr></thead>'
         f"<tbody>\n{body}\n</tbody>{tail}</table></div>"
     )
 

@@ -22,9 +22,10 @@ import numpy as np
 
 from urdf2mbs.equations import FUNCTIONS
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.project.c import STATES
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.equations import cache_folder, equations, keep
-from urdf2mbs.runtime.python_code import PythonCode
+from urdf2mbs.runtime.python_code import NEAR, PythonCode
 
 HERE = Path(__file__).parent
 HEADERS = HERE / "mbsysc"
@@ -75,6 +76,16 @@ class _Hooks(ctypes.Structure):
 class _Motion(ctypes.Structure):
     _fields_ = [*((name, _double * 4) for name in ("P", "V", "OM", "A", "OMP")),
                 ("R", _double * 16)]  # fmt: skip
+
+
+class SensorInC(ctypes.Structure):
+    """MbsSensor of ``mbsysc/mbs_sensor.h``."""
+
+    _fields_ = [
+        *((name, ctypes.c_double * size)
+          for name, size in (("P", 4), ("R", 16), ("V", 4), ("OM", 4), ("A", 4), ("OMP", 4))),
+        ("J", ctypes.POINTER(ctypes.c_double) * 7),
+    ]  # fmt: skip
 
 
 @cache
@@ -152,6 +163,15 @@ class CCode(PythonCode):
         self._check()
         return np.full(len(y), np.nan) if failed else self.f.copy()
 
+    def slopes(self, t: float, y: Any) -> Any:
+        self.y[:] = y
+        found = np.empty((len(y), len(y)))
+        failed = self.library.slopes(
+            self.at, _double(t), *self.buffers, _double(NEAR), found.ctypes.data_as(_row)
+        )
+        self._check()
+        return np.full(found.shape, np.nan) if failed else found.T.copy()
+
     def solve(self) -> bool:
         failed = bool(self.library.mbs_accelred(self.at, _double(self.data.tsim)))
         self._check()
@@ -188,7 +208,7 @@ class CCode(PythonCode):
         """
         numbers = []
         for model in self.data.mbs.user_models if self.in_c else ():
-            for parameter in model.parameters:
+            for parameter in model.parameters if model.name not in STATES else ():
                 if parameter.type != "scalar":
                     raise ConversionError(
                         "user-model-in-c",
@@ -292,3 +312,14 @@ def _not_compiled(said: str) -> ConversionError:
     if found is None:
         return ConversionError("not-compiled", f"the C compiler says: {said.strip()[-500:]}")
     return ConversionError("not-compiled", found[3], file=found[1], line=int(found[2]))
+
+
+def row(array: Any) -> Any:
+    """An array in C."""
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def rows(array: Any) -> Any:
+    """A table in C."""
+    pointers = [row(values) for values in array]
+    return (type(pointers[0]) * len(pointers))(*pointers)

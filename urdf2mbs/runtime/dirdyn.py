@@ -6,6 +6,7 @@ by Newton's method (coordinate reduction) and gives the accelerations.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ from urdf2mbs.runtime.results import Recorder, Results
 #: scipy's method that takes explicit steps, and implicit ones where the forces are stiff.
 METHOD = "LSODA"
 #: scipy's methods, and Robotran's names for the same.
-METHODS = (METHOD, "RK45", "DOP853", "RK23", "Radau", "BDF")
+IMPLICIT = (METHOD, "Radau", "BDF")
+METHODS = (*IMPLICIT, "RK45", "DOP853", "RK23")
 ROBOTRAN = {"RK4": "RK45", "Dopri5": "RK45"}
 
 #: The options of MbsDirdyn, by Robotran's names, with the values that they have here.
@@ -32,6 +34,8 @@ OPTIONS: dict[str, Any] = {
     "rtoler": 1e-6, "atoler": 1e-8, "framerate": 100.0, "language": None,
     "save2file": 1, "resfilename": "dirdyn", "respath": None, "animpath": None,
 }  # fmt: skip
+#: A run ends where so many steps take it less far than this (s): a state or a force is absurd.
+STEPS, LEAST = 2000, 0.002
 #: Others of Robotran's, which change nothing here.
 WITHOUT_EFFECT = frozenset([
     "save_anim", "saveperiod", "realtime", "verbose", "accelred", "n_freeze", "flag_oneshot",
@@ -62,6 +66,8 @@ class MbsDirdyn:
     def __init__(self, mbs_data: MbsData) -> None:
         self.mbs_data = mbs_data
         self.options = dict(OPTIONS)
+        self.watch: Callable[[float], None] = lambda _: None
+        """Called with the time after each step."""
 
     def set_options(self, **options: Any) -> None:
         """By Robotran's names; see ``OPTIONS``.  ``integrator`` is one of scipy's methods, and
@@ -124,13 +130,9 @@ def _has_own_python(data: MbsData) -> bool:
 
 def close(data: MbsData, code: PythonCode) -> bool:
     """Solve the constraints at the present position; False if that cannot be done."""
-    closed = bool(np.isfinite(code.accelerate(data.tsim, _state(data, code))).all())
+    closed = bool(np.isfinite(code.accelerate(data.tsim, code.state())).all())
     code.guess[:] = data.q[code.dependent]
     return closed
-
-
-def _state(data: MbsData, code: PythonCode) -> Any:
-    return np.concatenate([data.q[code.free], data.qd[code.free], data.ux[1:]])
 
 
 def integrate(
@@ -138,16 +140,18 @@ def integrate(
 ) -> Results:
     """Step from t0 to tf.  After each step: the user's loop; then the frames that it has passed."""
     time, end = float(options["t0"]), float(options["tf"])
+    if not time < end < np.inf or not all(options[x] > 0 for x in ("framerate", "rtoler", "dt0")):
+        raise ConfigError("usage", f"a run from {time:g} to {end:g} s, with {options}, is none")
     data.tsim = time
-    if not close(data, code):
+    if not (np.isfinite(code.state()).all() and close(data, code)):
         raise _no_partition(data)
     code.call("user_dirdyn_init", dirdyn)
     from scipy.integrate import DOP853, RK23, RK45  # which takes 0.2 s
 
-    recorder, y = Recorder(data, code), _state(data, code)
+    recorder, y = Recorder(data, code), code.state()
     frames = np.linspace(time, end, max(1, round((end - time) * options["framerate"])) + 1)
     recorder.add(time, y)
-    count = 1
+    count, steps, before = 1, 0, time
     for stop in [*_breaks(data, time, end), end]:
         # a force that begins at this time has not begun at the end of the step before
         last = stop if stop == end else np.nextafter(stop, time)
@@ -155,6 +159,13 @@ def integrate(
         while solver.status == "running" and not data.flag_stop:
             _step(data, code, solver)
             time, y = float(solver.t), solver.y
+            dirdyn.watch(time)
+            steps += 1
+            if steps % STEPS == 0:
+                if time - before < min(LEAST, options["dt_max"]):
+                    said = f"{STEPS} steps lead from {before:g} s to {time:g} s only"
+                    raise _stuck(data, code, time, y, said)
+                before = time
             if not isinstance(solver, (RK23, RK45, DOP853)):  # these have computed it last
                 code.accelerate(time, y)
             code.guess[:] = data.q[code.dependent]
@@ -183,37 +194,63 @@ def _solver(code: PythonCode, time: float, y: Any, end: float, options: dict[str
         )
     from scipy import integrate as scipy_integrate  # which takes 0.2 s
 
+    slopes = _kept_slopes(code) if name == METHOD else code.slopes
+    more = {"jac": slopes} if name in IMPLICIT else {}
     return getattr(scipy_integrate, name)(
         code.accelerate, time, y, end, rtol=options["rtoler"], atol=options["atoler"],
-        max_step=options["dt_max"], first_step=min(options["dt0"], end - time),
+        max_step=options["dt_max"], first_step=min(options["dt0"], end - time), **more,
     )  # fmt: skip
 
 
-def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
-    """One step of a solver.
+def _kept_slopes(code: PythonCode) -> Callable[[float, Any], Any]:
+    """The slopes for LSODA, which asks whenever its step changes, and does with old ones.
 
-    Raises ConversionError where none is short enough: it names the joint that accelerates most at
-    the state before, and the largest forces.
+    New ones are made where it asks at a time again, for they did not do, and else at every 10th
+    time; VODE (Brown, Byrne, Hindmarsh, SIAM J. Sci. Stat. Comput. 10, 1989) keeps them for 50
+    steps.
     """
+    last, asked, kept = -np.inf, 0, np.empty(0)
+
+    def slopes(t: float, y: Any) -> Any:
+        nonlocal last, asked, kept
+        if t <= last or asked % 10 == 0:
+            asked, kept = 0, code.slopes(t, y)
+        last, asked = t, asked + 1
+        return kept.copy()
+
+    return slopes
+
+
+def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
+    """One step of a solver.  Raises ConversionError where none is short enough."""
     time, y = solver.t, solver.y.copy()
     with suppress(ValueError):  # the implicit methods raise it where a number is not finite
         solver.step()
         if solver.status != "failed" and np.isfinite(solver.y).all():
             return
+    raise _stuck(data, code, time, y, f"no step from {time:g} s is short enough")
+
+
+def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> SimulationError:
+    """It names the joint that accelerates most at a state, and the largest forces."""
     code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
     number = data.joint_id[joint]
     text = (
-        f"no step from {time:g} s is short enough: joint '{joint}' has {data.qdd[number]:.3g} "
-        f"rad/s^2 or m/s^2, and its force is {data.Qq[number]:.3g} N m or N"
+        f"{said}: joint '{joint}' has {data.qd[number]:.3g} rad/s or m/s and "
+        f"{data.qdd[number]:.3g} rad/s^2 or m/s^2, and its force is {data.Qq[number]:.3g} N m or N"
     )
     if data.extforce_id:
         sizes = np.linalg.norm(data.SWr[1:, 1:4], axis=1)
         force = list(data.extforce_id)[int(sizes.argmax())]
         text += f"; the largest external force is '{force}' with {sizes.max():.3g} N"
-    raise SimulationError(
+    for push in data.pushes:
+        if push.start <= time < push.stop:
+            text += f"; the push on '{push.link}' is {np.linalg.norm(push.force):.3g} N"
+    return SimulationError(
         "step-failed", text, file=str(data.mbs_file),
-        hint="take softer contacts, stops and gains, or an implicit method: --method Radau",
+        hint="take softer contacts, stops and gains, smaller forces, or an implicit method: "
+        "--method Radau",
     )  # fmt: skip
 
 
@@ -231,6 +268,12 @@ def _breaks(data: MbsData, time: float, end: float) -> list[float]:
 def _no_partition(data: MbsData) -> SimulationError:
     names = {number: name for name, number in data.joint_id.items()}
     dependent = ", ".join(names[int(number)] for number in data.qv[1:])
+    lost = np.flatnonzero(~np.isfinite(data.q + data.qd))
+    if lost.size:
+        return SimulationError(
+            "partition", f"the start position or speed of '{names[int(lost[0])]}' is not a number",
+            file=str(data.mbs_file),
+        )  # fmt: skip
     if not data.m.any():
         return SimulationError(
             "partition", "no body has a mass, so no force has an effect", file=str(data.mbs_file),

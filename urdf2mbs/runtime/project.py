@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ def simulate(
     rate: float = 100.0,
     rtol: float = 1e-6,
     atol: float = 1e-8,
+    watch: Callable[[float], None] | None = None,
     project: str | os.PathLike[str] | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **fields: Any,
@@ -46,7 +47,8 @@ def simulate(
 
     ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is one of
     scipy's integrators, with its ``rtol`` and ``atol``; the results have ``rate`` frames a second.
-    ``language``: ``c`` or ``python``; by itself C where there is a compiler.
+    ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``watch`` is called
+    with the time (s) after each step.
 
     The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
     """
@@ -58,6 +60,7 @@ def simulate(
         tf=time, integrator=method, language=language, framerate=rate, rtoler=rtol, atoler=atol,
         save2file=0,
     )  # fmt: skip
+    dirdyn.watch = watch or dirdyn.watch
     results = dirdyn.run()
     results.keep = keep
     return results

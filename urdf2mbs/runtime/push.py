@@ -9,12 +9,15 @@ import msgspec
 import numpy as np
 
 from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Body, Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.spatial import Vec
 
 _NUMBER = r"[-+]?[\d.]+(?:[eE][-+]?\d+)?"
-_FORM = re.compile(rf"(.+):({_NUMBER}),({_NUMBER}),({_NUMBER})@({_NUMBER}?)\.\.({_NUMBER}?)")
+_FORM = re.compile(
+    rf"(.+):({_NUMBER}),({_NUMBER}),({_NUMBER})@((?:{_NUMBER})?)\.\.((?:{_NUMBER})?)"
+)
 
 
 class Push(msgspec.Struct, frozen=True):
@@ -35,7 +38,10 @@ def parse(text: str) -> Push:
             raise ValueError
         x, y, z = (float(word) for word in found.group(2, 3, 4))
         start, stop = found.group(5, 6)
-        return Push(found[1], (x, y, z), float(start or 0.0), float(stop or "inf"))
+        push = Push(found[1], (x, y, z), float(start or 0.0), float(stop or "inf"))
+        if push.start < push.stop:
+            return push
+        raise ValueError
     except ValueError:
         raise ConfigError(
             "usage", f"--push {text}: it reads LINK:FX,FY,FZ@START..STOP",
@@ -49,11 +55,12 @@ def add_pushes(data: MbsData) -> None:
         return
     user = data.user_JointForces
     places = [(push, *_place(data, push.link)) for push in data.pushes]
+    ways = [_way(data.mbs, body) for _, body, _ in places]
 
     def add(tsim: float) -> None:
-        for push, body, at in places:
+        for (push, body, at), way in zip(places, ways, strict=True):
             if push.start <= tsim < push.stop:
-                data.Qq += in_joints(data, body, at, np.array(push.force))
+                data.Qq += in_joints(data, way, body, at, np.array(push.force))
 
     def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
         user(mbs_data, tsim)
@@ -91,9 +98,20 @@ def _place(data: MbsData, link: str) -> tuple[str, Any]:
     )  # fmt: skip
 
 
-def in_joints(data: MbsData, body: str, at: Any, force: Any) -> Any:
+def _way(mbs: Mbs, name: str) -> Mbs:
+    """The bodies from the base to a body, alone."""
+    kept: list[Body] = []
+    for body in reversed(mbs.bodies):
+        if body.name == (kept[0].parent if kept else name):
+            kept.insert(0, body)
+    return msgspec.structs.replace(mbs, bodies=kept)
+
+
+def in_joints(data: MbsData, way: Mbs, body: str, at: Any, force: Any) -> Any:
     """The joint forces (from index 1) that do the work of a force at a point of a body."""
-    placed = place(data.mbs, {name: data.q[number] for name, number in data.joint_id.items()})
+    placed = place(
+        way, {j.name: data.q[data.joint_id[j.name]] for b in way.bodies for j in b.joints}
+    )
     pose = placed.bodies[body]
     point = np.array(pose.xyz) + np.array(pose.rot).reshape(3, 3) @ at
     found = np.zeros(data.njoint + 1)
@@ -102,5 +120,5 @@ def in_joints(data: MbsData, body: str, at: Any, force: Any) -> Any:
         lever = np.array(joint.axis)
         if joint.joint.type[0] == "R":
             lever = np.cross(lever, point - np.array(joint.origin))
-        found[index + 1] = lever @ force
+        found[data.joint_id[joint.joint.name]] = lever @ force
     return found

@@ -19,6 +19,9 @@ from urdf2mbs.runtime.equations import SimulationError, equations
 
 Function = Callable[..., Any]
 
+#: The difference (rad, m, and their rates) by which a derivative is taken.
+NEAR = 1e-7
+
 #: The user functions, and the files that they are in.
 USER = {
     **{
@@ -76,15 +79,13 @@ def loaded(data: MbsData) -> Iterator[None]:
     Afterwards all is as it was.  Another project may have modules of the same names: those of this
     one are kept in ``data.modules`` meanwhile.
     """
-    from urdf2mbs import runtime
-
     path, before = list(sys.path), dict(sys.modules)
     own = {file.stem for file in data.user_path.glob("*.py")}
     for name in own & before.keys():
         if not _is_in(before[name], data.user_path):
             del sys.modules[name]
     sys.path.insert(0, str(data.user_path))
-    sys.modules.update({**data.modules, "MBsysPy": runtime})
+    sys.modules.update({**data.modules, "MBsysPy": sys.modules["urdf2mbs.runtime"]})
     try:
         yield
     finally:
@@ -137,8 +138,13 @@ class PythonCode:
         self.guess = data.q[self.dependent]
         self.has_loop = data.user_dirdyn_loop is not _nothing
 
+    def state(self) -> Any:
+        """q and qd of the independent joints, and ux."""
+        data = self.data
+        return np.concatenate([data.q[self.free], data.qd[self.free], data.ux[1:]])
+
     def accelerate(self, t: float, y: Any) -> Any:
-        """The derivative of the state: q and qd of the independent joints, and ux.
+        """The derivative of the state.
 
         Not a number where the loops cannot be closed; Newton's method starts from ``guess``.
         """
@@ -151,6 +157,19 @@ class PythonCode:
         if data.Nux:
             data.user_derivatives(data)
         return np.concatenate([data.qd[free], data.qdd[free], data.uxd[1:]])
+
+    def slopes(self, t: float, y: Any) -> Any:
+        """The derivative of ``accelerate`` by the state, by differences: (states, states).
+
+        Implicit integrators that are left to themselves scale their differences by a rate that
+        vanishes in a robot at rest: what they then find is rounding, and their steps stay short.
+        """
+        here, found = self.accelerate(t, y), np.empty((len(y), len(y)))
+        for k in range(len(y)):
+            there = y.copy()
+            there[k] += NEAR * max(1.0, abs(y[k]))
+            found[:, k] = (self.accelerate(t, there) - here) / (there[k] - y[k])
+        return found
 
     def solve(self) -> bool:
         """Set all qdd, and q and qd of dependent joints; True where the loops cannot be closed."""

@@ -12,7 +12,7 @@ import numpy as np
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.runtime.c_code import CCode, Memory, compiled, compiler
+from urdf2mbs.runtime.c_code import CCode, Memory, SensorInC, compiled, compiler, row, rows
 from urdf2mbs.runtime.data import MbsData, MbsSensor
 from urdf2mbs.runtime.equations import SimulationError, equations
 from urdf2mbs.runtime.project import project_of
@@ -22,16 +22,6 @@ from urdf2mbs.runtime.python_code import USER, PythonCode, default, loaded
 TIMED = frozenset(["dirdyna", "invdyna"])
 #: Stands for a zero in each joint.
 ZERO = object()
-
-
-class _Sensor(ctypes.Structure):
-    """MbsSensor of ``mbsysc/mbs_sensor.h``."""
-
-    _fields_ = [
-        *((name, ctypes.c_double * size)
-          for name, size in (("P", 4), ("R", 16), ("V", 4), ("OM", 4), ("A", 4), ("OMP", 4))),
-        ("J", ctypes.POINTER(ctypes.c_double) * 7),
-    ]  # fmt: skip
 
 
 def load_equations(
@@ -125,17 +115,26 @@ class Robot:
 
     def inverse_dynamics_derivatives(self, q: Any, qd: Any, qdd: Any) -> tuple[Any, Any, Any]:
         """The derivatives of ``inverse_dynamics`` by q, qd and qdd: a row for each force."""
-        by_qdd = self.mass_matrix(q)
-        joints = [joint for body in self.data.mbs.bodies for joint in body.joints]
-        unread = [
-            k for k, joint in enumerate(joints)
-            if joint.symbols is not None and "qdd" not in joint.symbols
-        ]  # fmt: skip
-        by_qdd[:, unread] = 0.0
         self._set(q=q, qd=qd, qdd=qdd)
         shape = self._size, self._size
-        by_q, by_qd = self._fill("derivatives", shape, shape)
+        by_q, by_qd, by_qdd = self._fill("derivatives", shape, shape, shape)
         return by_q, by_qd, by_qdd
+
+    def regressor(self, q: Any, qd: Any, qdd: Any) -> Any:
+        """Y of Y p = tau, for the p of ``parameters``."""
+        self._set(q=q, qd=qd, qdd=qdd)
+        return self._fill("regressor", (self._size, 10 * len(self.bodies) + 1))[0]
+
+    def parameters(self) -> Any:
+        """Ten numbers for each body, in the order of ``bodies``: mass (kg), first moments x, y, z
+        (kg m), inertia xx, xy, xz, yy, yz, zz about the body's origin (kg m^2)."""
+        data, numbers = self.data, [self.data.body_id[body] for body in self.bodies]
+        mass, centre = data.m[numbers], data.l[1:, numbers].T
+        outer = centre[:, :, None] * centre[:, None, :]
+        about = np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3) - outer
+        inertia = data.In[1:, numbers].T + (mass[:, None, None] * about).reshape(-1, 9)
+        first = mass[:, None] * centre
+        return np.column_stack([mass, first, inertia[:, [0, 1, 2, 4, 5, 8]]]).ravel()
 
     def forward_dynamics_derivatives(self, q: Any, qd: Any, tau: Any) -> tuple[Any, Any, Any]:
         """The derivatives of ``forward_dynamics`` by q, qd and tau: a row for each acceleration.
@@ -276,7 +275,7 @@ class Robot:
             sensor.comp_gen_sensor(number)
             origin, axes = sensor.P[1:], sensor.R[1:, 1:]
         else:
-            sensor = _Sensor()
+            sensor = SensorInC()
             sensor.J = (type(row(jac)) * 7)(*map(row, jac))
             self._c("gensensor")(ctypes.byref(sensor), self.memory.at, number)
             origin = np.array(sensor.P[1:])
@@ -306,14 +305,3 @@ class Robot:
             raise ValueError(f"the model has no body and no point '{place}'; its bodies: {known}")
         body, number = found[0]
         return None if body == BASE else body, data.dpt[1:, number].copy()
-
-
-def row(array: Any) -> Any:
-    """An array in C."""
-    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
-
-def rows(array: Any) -> Any:
-    """A table in C."""
-    pointers = [row(values) for values in array]
-    return (type(pointers[0]) * len(pointers))(*pointers)

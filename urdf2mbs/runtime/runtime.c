@@ -2,6 +2,7 @@
 
    Compiled with RUN_CUTS and RUN_USER_ROWS, the numbers of constraints; with USER_IN_C where the user
    functions are in C.  Without it they are Python's, and are called through the hooks. */
+#include <math.h>
 #include <string.h>
 
 #include "mbs_data.h"
@@ -170,6 +171,27 @@ int accelerate(MbsData *s, double t, const double *y, double *f)
         f[n + i] = s->qdd[s->qu[i + 1]];
     }
     memcpy(f + 2 * n, s->uxd + 1, s->Nux * sizeof *f);
+    return 0;
+}
+
+/* The derivative of f by y, by differences: a row for each number of y, which is changed meanwhile.
+   0 if it was found. */
+int slopes(MbsData *s, double t, double *y, double *f, double near, double *table)
+{
+    const int n = 2 * s->nqu + s->Nux;
+
+    if (accelerate(s, t, y, f))
+        return -1;
+    for (int k = 0; k < n; k++, table += n) {
+        const double here = y[k];
+
+        y[k] += near * fmax(1.0, fabs(here));
+        if (accelerate(s, t, y, table))
+            return -1;
+        for (int i = 0; i < n; i++)
+            table[i] = (table[i] - f[i]) / (y[k] - here);
+        y[k] = here;
+    }
     return 0;
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -9,41 +10,13 @@ import msgspec
 
 from urdf2mbs.urdf.model import Joint, Link, Robot
 
-#: The kinds of changes, with their names for one change and for several.
-KINDS = {
-    "name": ("the robot's name", ""),
-    "link-added": ("link added", "links added"),
-    "link-removed": ("link removed", "links removed"),
-    "link-renamed": ("link renamed", "links renamed"),
-    "mass": ("mass", "masses"),
-    "centre": ("centre of mass", "centres of mass"),
-    "inertia": ("inertia", "inertias"),
-    "visuals": ("link's visuals", "links' visuals"),
-    "collisions": ("link's collision shapes", "links' collision shapes"),
-    "joint-added": ("joint added", "joints added"),
-    "joint-removed": ("joint removed", "joints removed"),
-    "joint-renamed": ("joint renamed", "joints renamed"),
-    "type": ("joint type", "joint types"),
-    "parent": ("joint's parent", "joints' parents"),
-    "child": ("joint's child", "joints' children"),
-    "origin": ("joint origin", "joint origins"),
-    "axis": ("joint axis", "joint axes"),
-    "limit": ("joint's limits", "joints' limits"),
-    "dynamics": ("joint's damping and friction", "joints' damping and friction"),
-    "mimic": ("mimic rule", "mimic rules"),
-    "safety_controller": ("safety controller", "safety controllers"),
-    "calibration": ("calibration", "calibrations"),
-    "order": ("the order of links or joints", ""),
-    "materials": ("materials", ""),
-    "extensions": ("elements of other programs", ""),
-}
-
 
 class Change(msgspec.Struct):
     """One value that is another now; units and frames are the URDF's."""
 
     kind: str
-    """One of ``KINDS``."""
+    """``mass``, ``centre`` or ``inertia``; a field of a link, joint or robot; ``order``; or
+    ``link-added``, ``joint-removed`` and the like."""
     name: str
     """The link or joint, by its name before; empty for what belongs to the whole robot."""
     before: Any = None
@@ -94,13 +67,19 @@ def between(before: bytes, after: bytes) -> list[Change]:
 
 def describe(changes: list[Change]) -> str:
     """Changes in words: "21 masses, 1 joint origin"."""
-    counts: dict[str, int] = {}
-    for change in changes:
-        counts[change.kind] = counts.get(change.kind, 0) + 1
-    return ", ".join(
-        f"{count} {KINDS[kind][count > 1]}" if KINDS[kind][1] else KINDS[kind][0]
-        for kind, count in counts.items()
-    )
+    counts = Counter(change.kind for change in changes)
+    return ", ".join(_count(kind, count) for kind, count in counts.items())
+
+
+def _count(kind: str, count: int) -> str:
+    word, _, done = kind.replace("_", " ").partition("-")
+    if count > 1 and (not word.endswith("s") or word in _PLURALS):
+        word = _PLURALS.get(word, f"{word}s")
+    return f"{count} {word} {done}".rstrip()
+
+
+#: The kinds of changes whose plural ends otherwise than in s.
+_PLURALS = {"mass": "masses", "axis": "axes"}
 
 
 def _changes(before: Robot, after: Robot) -> Iterator[Change]:

@@ -33,18 +33,12 @@ class Description(msgspec.Struct):
 def locate(source: str) -> Description:
     """The file of ``robot_descriptions:NAME``; fetches it where the cache does not have it.
 
-    :raises ConfigError: ``extra-missing``, ``unknown-description``, ``description-no-urdf``,
+    :raises ConfigError: ``unknown-description``, ``description-no-urdf``,
         ``description-unreachable``
     """
     from importlib.util import find_spec
 
     name = source.removeprefix(PREFIX)
-    if find_spec("robot_descriptions") is None:
-        raise ConfigError(
-            "extra-missing",
-            f"'{source}' needs the package 'robot_descriptions', which is not installed",
-            hint="pip install 'urdf2mbs[robots]'",
-        )
     module = f"robot_descriptions.{name}"
     if not name.isidentifier() or find_spec(module) is None:
         known = _names()

@@ -54,8 +54,11 @@ _NUMBERS = (int, float, complex)
 #: The kinds of values that have methods and items.
 _DATA = (str, list, tuple, dict, set, frozenset, range, *_NUMBERS)
 _VIEWS = (KeysView, ValuesView, ItemsView)
-#: Functions that xacro offers and that reach beyond values.
-_WITHHELD = ("type", "vars", "issubclass")
+#: Functions that xacro offers and that reach beyond values, or whose arguments do not show their
+#: work.  No robot needs them.
+_WITHHELD = frozenset(
+    ("type", "vars", "issubclass", "prod", "lcm", "factorial", "comb", "perm")
+)  # fmt: skip
 
 
 def refusal(what: str) -> ConversionError:
@@ -81,14 +84,6 @@ class Guard:
             "__operate": self.operate, "__attribute": self.attribute, "__item": self.item,
             "__slice": slice, "__measured": self.measure, "__each": self.each,
         }  # fmt: skip
-        self._own: dict[str, Callable[..., Any]] = {
-            "sum": self._fold(sum, "Add", 0),
-            "prod": self._fold(math.prod, "Mult", 1),
-            "lcm": self._lcm, "isinstance": _isinstance, "tokenize": _tokenize,
-            "round": _bound(round, 1), "factorial": _bound(math.factorial),
-            "comb": _bound(math.comb), "perm": _bound(math.perm),
-        }  # fmt: skip
-        """Functions whose arguments do not show their work, each with a bound."""
 
     def spend(self, work: int) -> None:
         """Count the work of an expression; raises ConversionError where a bound is passed."""
@@ -136,7 +131,11 @@ class Guard:
             elif name in _WITHHELD:
                 dict.__setitem__(names, name, partial(self._withhold, name))
             elif callable(value):
-                dict.__setitem__(names, name, self._watch(self._own.get(name, value)))
+                own: dict[str, Callable[..., Any]] = {
+                    "round": _round, "sum": self._sum,
+                    "isinstance": _isinstance, "tokenize": _tokenize,
+                }  # fmt: skip
+                dict.__setitem__(names, name, self._watch(own.get(name, value)))
 
     # what the tree of an expression calls
 
@@ -252,8 +251,8 @@ class Guard:
         method = getattr(value, name)
         if isinstance(value, str) and name == "format":
             method = lambda *args, **more: _Format().vformat(value, args, more)  # noqa: E731
-        elif isinstance(value, str) and name == "format_map":
-            method = lambda names: _Format().vformat(value, (), names)  # noqa: E731
+        elif name in ("format", "format_map"):
+            raise refusal(f"the method '{name}'")
 
         def bounded(*args: Any, **more: Any) -> Any:
             size = self._take(value)
@@ -264,28 +263,8 @@ class Guard:
 
         return self._watch(bounded)
 
-    def _fold(self, function: Callable[..., Any], name: str, empty: int) -> Callable[..., Any]:
-        @wraps(function)
-        def fold(items: Iterable[Any], start: Any = empty) -> Any:
-            return reduce(partial(self.operate, name), items, start)
-
-        return fold
-
-    def _lcm(self, *numbers: int) -> int:
-        return reduce(lambda left, right: self.measure(math.lcm(left, right)), numbers, 1)
-
-
-def _bound(function: Callable[..., Any], first: int = 0) -> Callable[..., Any]:
-    """A function whose arguments from ``first`` on say how many digits the result has."""
-
-    @wraps(function)
-    def bounded(*args: Any, **more: Any) -> Any:
-        for number in (*args[first:], *more.values()):
-            if isinstance(number, int) and abs(number) > MOST_BITS:
-                raise too_large("a number of so many digits")
-        return function(*args, **more)
-
-    return bounded
+    def _sum(self, items: Iterable[Any], start: Any = 0) -> Any:
+        return reduce(partial(self.operate, "Add"), items, start)
 
 
 @wraps(isinstance)
@@ -312,6 +291,12 @@ class _Format(Formatter):
     def format_field(self, value: Any, format_spec: str) -> Any:
         _check_widths(format_spec)
         return super().format_field(value, format_spec)
+
+
+def _round(number: Any, digits: int | None = None) -> Any:
+    if digits is not None and abs(digits) > MOST_BITS:
+        raise too_large("a number of so many digits")
+    return round(number, digits)
 
 
 def _check_widths(form: str) -> None:

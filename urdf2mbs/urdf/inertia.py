@@ -37,15 +37,6 @@ class Fault(msgspec.Struct, frozen=True):
 
 def fault(tensor: Sym, mass: float) -> Fault | None:
     """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
-    xx, xy, xz, yy, yz, zz = tensor
-    half = (xx + yy + zz) / 2
-    a, b, c = half - xx, half - yy, half - zz
-    least = 1e-12 * half
-    ab = a * b - xy * xy
-    determinant = ab * c - a * yz * yz - b * xz * xz - 2 * xy * xz * yz
-    # J is positive definite where its leading minors are positive
-    if a > least and ab > least * half and determinant > least * half * half:
-        return None
     small, middle, large = moments = _sort(principal(tensor)[0])
     trace = small + middle + large
     if small < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):

@@ -156,7 +156,6 @@ class Packages:
             path = self._path(filename)
             if path is None or path.is_file():
                 return path
-            files.note(path)
         except (ConversionError, OSError, ValueError):
             pass
         if filename not in self.moved:

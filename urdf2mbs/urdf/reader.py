@@ -31,19 +31,6 @@ if TYPE_CHECKING:
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
 
 
-def read_robot(
-    source: Path, packages: Packages, xacro_args: Mapping[str, str]
-) -> tuple[Robot, list[Diagnostic]]:
-    """Read a robot; a file with xacro in it is expanded first, whatever its name.
-
-    The user may lower the level of an error among the diagnostics; then its element is left out.
-
-    :raises ConversionError: the codes of ``parse`` and of ``xacro.expand``, and
-        ``file-not-found``, ``file-is-directory``, ``file-unreadable``
-    """
-    return read_text(source, *expanded(source, packages, xacro_args), xacro_args)
-
-
 def expanded(
     source: Path, packages: Packages, xacro_args: Mapping[str, str], *, trust_xacro: bool = False
 ) -> tuple[bytes, Expansion | None]:

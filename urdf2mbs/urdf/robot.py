@@ -22,18 +22,9 @@ if TYPE_CHECKING:
 
 #: Roots of other kinds of file.
 OTHER_ROOTS = {
-    "sdf": "an SDF file (Gazebo)",
-    "gazebo": "an old SDF file (Gazebo)",
-    "mujoco": "an MJCF file (MuJoCo)",
-    "mujocoinclude": "an MJCF file (MuJoCo)",
-    "COLLADA": "a COLLADA mesh or model",
+    "sdf": "an SDF file (Gazebo)", "mujoco": "an MJCF file (MuJoCo)",
     "mbsDescR7": "an .mbs file (Robotran) already",
-    "html": "a web page",
-    "package": "a package.xml",
-    "launch": "a launch file",
-    "X3D": "an X3D scene",
-    "svg": "a picture",
-}
+}  # fmt: skip
 
 
 def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:

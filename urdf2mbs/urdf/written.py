@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import re
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from urdf2mbs.disk import standard_input
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Sequence
 
-#: The most files, in as many folders, that are searched for a macro's definition.
-_SEARCHED = 500
 _DECLARED = re.compile(r"""<xacro:arg\s([^<>]*)""")
 _NAME = re.compile(r"""(?<!\S)name\s*=\s*["']([^"']+)["']""")
 
@@ -63,20 +59,3 @@ def arguments(names: Iterable[str]) -> list[str]:
     """The arguments that files declare."""
     declared = (_NAME.search(tag) for file in names for tag in _DECLARED.findall(text(file)))
     return list(dict.fromkeys(name[1] for name in declared if name))
-
-
-def macro(name: str, folders: Iterable[Path]) -> str | None:
-    """The .xacro file in some folders, or below them, that defines a macro."""
-    begin = re.compile(r"<xacro:macro\s([^<>]*)")
-    around = (file for folder in folders for file in _below(folder))
-    for file in islice(around, _SEARCHED):
-        if any(name in _NAME.findall(tag) for tag in begin.findall(text(file))):
-            return file
-    return None
-
-
-def _below(folder: Path) -> Iterator[str]:
-    """The .xacro files in a folder and, as far as it is not too large, below it."""
-    for above, folders, names in islice(os.walk(folder), _SEARCHED):
-        folders.sort()
-        yield from (str(Path(above, name)) for name in sorted(names) if name.endswith(".xacro"))

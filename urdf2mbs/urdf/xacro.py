@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 from xml.parsers.expat import ExpatError
 
 from urdf2mbs.disk import standard_input
-from urdf2mbs.disk.files import note
 from urdf2mbs.disk.files import read as read_file
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written, xml
@@ -53,8 +52,6 @@ _REPLACED = (
     "parse_macro_arg",
 )  # fmt: skip
 
-#: The value of a missing argument while the run goes on, to find all missing arguments.
-_ANY = "0"
 #: ``$(find NAME)`` gives this and the name if the package was not found.
 _NOWHERE = "package://"
 _NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
@@ -104,8 +101,6 @@ class _Run:
         self.macros: dict[tuple[str, str], None] = {}
         """Macros that are called and not defined, and the file that calls each."""
         self.packages_missing: dict[str, ConversionError] = {}
-        self.args_missing: dict[str, ConversionError] = {}
-        """The error of each argument that has no value; the run goes on, to find all of them."""
         self.guard = Guard()
         self.xacro = _copy("xacro")
         self.plain = SimpleNamespace(**vars(self.xacro))
@@ -119,12 +114,9 @@ class _Run:
                 document = self.xacro.process_file(self.file, mappings=self.args, verbosity=1)
                 text = document.toprettyxml(indent="  ").encode()
             except Exception as error:
-                if not self.args_missing:
-                    failure = self.explain(error)
-                    failure.said = self.diagnostics()
-                    raise failure from error
-        if self.args_missing:
-            raise self.explain_missing()
+                failure = self.explain(error)
+                failure.said = self.diagnostics()
+                raise failure from error
         for warning in python_warnings:
             name = warning.category.__name__
             self.messages["warning", f"{name}: {warning.message}", None] = None
@@ -191,18 +183,13 @@ class _Run:
         try:
             return self.args[name]
         except KeyError:
-            if name not in self.args_missing:
-                declared = written.arguments(self.files())
-                close = nearest(name, declared)
-                error = self.args_missing[name] = self.fault(
-                    "xacro-arg",
-                    f"the argument '{name}' is not defined",
-                    [f"$(arg {name})", f"'{name}'"],
-                    f"give it a value: `xacro_args: {{{name}: VALUE}}` or `--arg {name}:=VALUE`; "
-                    f"{close + ' ' if close else ''}{_declares(declared)}",
-                )
-                error.said = self.diagnostics()
-            return _ANY
+            declared = written.arguments(self.files())
+            close = nearest(name, declared)
+            raise ConversionError(
+                "xacro-arg", f"the argument '{name}' is not defined",
+                hint=f"give it a value: `xacro_args: {{{name}: VALUE}}` or `--arg {name}:=VALUE`; "
+                f"{close + ' ' if close else ''}{_declares(declared)}",
+            ) from None  # fmt: skip
 
     def find(self, package: str) -> str:
         try:
@@ -287,7 +274,6 @@ class _Run:
         """The files that match a pattern."""
         fixed, _, rest = pattern.partition(re.findall(r"[*?[]", pattern)[0])
         self.check_file(str(Path(fixed + "x").parent) if ".." not in rest else "/")
-        note(pattern)
         return glob(pattern)  # noqa: PTH207 just what xacro calls
 
     def load_yaml(self, name: str) -> Any:
@@ -392,10 +378,9 @@ class _Run:
         if isinstance(ours, ConfigError):
             return ConfigError(ours.code, ours.message, hint=ours.hint)
         if ours is not None:
-            signs = [
-                *(signs if ours.code.startswith("xacro-") else ()),
-                *_find_words(ours.message)[:1],
-            ]
+            word = _find_words(ours.message)[:1]
+            calls = [f"$(arg {name})" for name in word if ours.code == "xacro-arg"]
+            signs = [*calls, *(signs if ours.code.startswith("xacro-") else ()), *word]
             return self.fault(ours.code, ours.message, signs, ours.hint)
         if (syntax := find(ExpatError)) is not None:
             return self.explain_syntax(syntax)
@@ -424,19 +409,6 @@ class _Run:
         text = "not well-formed XML: it cannot be read here"
         return self.fault("xacro", text, [], None, error.lineno)
 
-    def explain_missing(self) -> ConversionError:
-        """The error of the first argument that has no value, with the names of all of them."""
-        names = list(self.args_missing)
-        error = self.args_missing[names[0]]
-        if len(names) > 1:
-            listed = ", ".join(f"'{name}'" for name in names)
-            stack = error.message.partition("\n")[1:]
-            error.message = "".join([f"the arguments {listed} are not defined", *stack])
-            words = " ".join(f"--arg {name}:=VALUE" for name in names)
-            keys = ", ".join(f"{name}: VALUE" for name in names)
-            error.hint = f"give each a value: `xacro_args: {{{keys}}}` or `{words}`"
-        return error
-
     def warn_of_unused(self) -> list[Diagnostic]:
         """Warnings of arguments that were given for nothing."""
         given, asked = self.args.given, self.args.asked
@@ -459,13 +431,13 @@ class _Run:
         ]
         for name, caller in self.macros:
             where = written.locate([f"xacro:{name}"], [caller])
-            hint = _find_definition(name, self.packages)
             diagnostics.append(
                 Diagnostic(
                     "error", "xacro-macro-unknown",
                     f"the macro '{name}' is not defined: the <xacro:include> of the file that "
                     "defines it is missing",
-                    file=caller, line=where and where[1], hint=hint,
+                    file=caller, line=where and where[1],
+                    hint="--level xacro-macro-unknown=warning leaves it out",
                 )
             )  # fmt: skip
         for name, failure in self.packages_missing.items():
@@ -499,7 +471,7 @@ def expand(
     Without ``trust`` its expressions are data, and xacro reads no file outside of the workspace and
     the packages.  A macro that is not defined is left out; the diagnostics have an error for it.
 
-    :raises ConversionError: ``xacro``, ``xacro-arg``, ``xacro-legacy``, ``package-not-found``,
+    :raises ConversionError: ``xacro``, ``xacro-arg``, ``package-not-found``,
         ``xacro-expression``, ``xacro-too-large``, ``xacro-file``
     """
     return _Run(absolute(source), packages, args, trust).run()
@@ -509,15 +481,6 @@ def _missing_package(text: str, run: _Run) -> ConversionError | None:
     """The error of a missing package, if a message names a file of the package."""
     named = _NOWHERE_IN.search(text)
     return run.packages_missing.get(named[1]) if named else None
-
-
-def _find_definition(macro: str, packages: Packages) -> str:
-    """A hint that names the .xacro file, around the source or in the packages, of a macro."""
-    file = written.macro(macro, dict.fromkeys([packages.source.parent, *packages.table.values()]))
-    if file is None:
-        lowered = "--level xacro-macro-unknown=warning"
-        return f"no .xacro file around defines it; {lowered} leaves it out"
-    return f'{file} defines it: <xacro:include filename="..."/> of this file is missing'
 
 
 def _find_file(macro: Any) -> str | None:

@@ -1,0 +1,136 @@
+"""How fast robots move, and how they stand: the tables of ``docs/simulate.md``.
+
+    python benchmarks/simulate.py [--stand] [ROBOT ...]
+
+Seconds of motion in one second of computing, for the first second: C, C with user functions in
+Python, Python.  Seconds are the processor's, so that a busy machine does not count: run with
+``OPENBLAS_NUM_THREADS=1``.  A robot that floats and has feet stands on contacts, held by a
+controller, with the lines that ``init`` offers; others fall or swing.  With ``--stand`` how robots
+stand for 5 s: the friction of bristles beside the smooth law.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import msgspec
+import numpy as np
+from robots import REAL, ROBOTS
+
+from urdf2mbs.commands.init import find
+from urdf2mbs.commands.simulate import HOLD
+from urdf2mbs.engine.config import Project, from_values
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.runtime import Results
+from urdf2mbs.runtime.project import make, simulate
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+SOURCES = {
+    "biped": CONFIGS / "biped.urdf.xacro",
+    "arm": CONFIGS / "arm.urdf.xacro",
+    "lamp": CONFIGS / "lamp.urdf",
+    "ur5": ROBOTS / "ur/expanded/ur5.urdf",
+    "fr3": ROBOTS / "franka/expanded/fr3.urdf",
+    "robotiq": ROBOTS / "robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf",
+    "solo12": ROBOTS / "solo12/expanded/solo12.urdf",
+    **{name: ROBOTS / file for name, file in REAL.items()},
+}
+SOLE = [[0.07, 0.03, -0.045], [0.07, -0.03, -0.045], [-0.03, -0.03, -0.045], [-0.03, 0.03, -0.045]]
+#: Contact points where the meshes of the feet are not there.
+POINTS: dict[str, dict[str, Any]] = {
+    "nao": {"l_ankle": SOLE, "r_ankle": SOLE},
+    "cassie": {},
+    "solo12": {f"{leg}_FOOT": [[0, 0, 0]] for leg in ("FL", "FR", "HL", "HR")},
+}
+#: Start positions with the feet below the robot.
+POSES = {"solo12": {"*_HFE": 0.8, "*_KFE": -1.6}}
+
+
+def project(name: str, folder: Path, languages: list[Any], *, bristles: bool = True) -> Path:
+    """The .mbs of a robot's project."""
+    source = SOURCES[name]
+    packages = {path.name: str(path) for path in source.parents[2].glob("*") if path.is_dir()}
+    config, lines = from_values(
+        {"source": str(source)}, pipeline="compact", packages=packages,
+        output=Project(str(folder), languages),
+    )  # fmt: skip
+    conversion = Pipeline(config, lines, installed_plugins=False).run()
+    points = POINTS.get(name)
+    contacts = {"points": points} if points is not None else {"links": find(conversion).feet}
+    if conversion.floating and any(contacts.values()):
+        passes: dict[str, Any] = {
+            "contacts": {**contacts, "bristles": bristles},
+            "joint-parameters": {"bristles": bristles},
+            "posture": {"hold": HOLD, "joints": POSES.get(name, {})},
+        }
+        config = msgspec.structs.replace(config, passes=passes)
+        conversion = Pipeline(config, lines, installed_plugins=False).run()
+    return make(conversion, force=True)
+
+
+def run(model: Path, time: float, language: str) -> tuple[Results, float]:
+    """A simulation, and the seconds that its steps took the processor."""
+    seconds = []
+    for duration in (1e-3, 1e-3, time):  # the first compiles, and the second loads as the last does
+        begin = process_time()
+        results = simulate(model, time=duration, language=language)
+        seconds.append(process_time() - begin)
+    return results, seconds[2] - seconds[1]
+
+
+def measure(name: str, folder: Path) -> str:
+    """A row of the table of factors."""
+    both = project(name, folder / f"{name}_both", ["python", "c"])
+    mixed = project(name, folder / f"{name}_python", ["python"])
+    cells = []
+    for model, language, repetitions in ((both, "c", 5), (mixed, "c", 2), (mixed, "python", 1)):
+        found = [run(model, 1.0, language) for _ in range(repetitions)]
+        results, best = found[0][0], min(seconds for _, seconds in found)
+        cells.append(f"{1.0 / best:.2g}" if best > 0.01 else "over 100")
+    data = results.data
+    follows = f", and {data.nqv} follow" * bool(data.nqv)
+    stands = ", stands" * bool(data.extforce_id)
+    return f"| {name} ({data.nqu} joints move{follows}{stands}) | {' | '.join(cells)} |"
+
+
+def stand(name: str, folder: Path) -> str:
+    """A row of the table of standing; empty if the robot does not stand."""
+    cells = []
+    for bristles in (True, False):
+        model = project(name, folder / f"{name}_{bristles}", ["python", "c"], bristles=bristles)
+        results, seconds = run(model, 5.0, "c")
+        data = results.data
+        if not data.extforce_id:
+            return ""
+        weight = sum(body.mass or 0.0 for body in data.mbs.bodies) * 9.81
+        push = sum(rows[-1, 2] for rows in results.external.values()) / weight
+        base = [data.joint_id[f"floating_base_T{k}"] for k in (1, 2, 3)]
+        drift = 1e3 * np.abs(results.q[-1, base] - results.q[300, base]).max()
+        speed = np.abs(results.qd[-1, 1:]).max()
+        cells.append(f"{drift:.2g} mm | {speed:.0e} | {push:.5f} | {5.0 / seconds:.2g}")
+    return f"| {name} | {' | '.join(cells)} |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--stand", action="store_true")
+    parser.add_argument("robots", nargs="*", default=list(SOURCES), metavar="ROBOT")
+    arguments = parser.parse_args()
+    if arguments.stand:
+        print("| | drift from 3 to 5 s | speed at 5 s | push / weight | factor | smooth: drift "
+              "| speed | push / weight | factor |\n" + "|---" * 9 + "|")  # fmt: skip
+    else:
+        print("| | C | C, user functions in Python | Python |\n|---|---|---|---|")
+    with tempfile.TemporaryDirectory(prefix="simulate-") as folder:
+        for name in arguments.robots:
+            if SOURCES[name].is_file():
+                row = (stand if arguments.stand else measure)(name, Path(folder))
+                print(row + "\n" * bool(row), end="", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,256 @@
+"""The code of a project does what the URDF says, or the project is rejected."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import pytest
+from laws.rich import PASSES, convert
+
+from urdf2mbs import verify
+from urdf2mbs.cli import main
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.output import write
+from urdf2mbs.passes.check_code import code_of
+from urdf2mbs.runtime.c_code import compiler
+from urdf2mbs.runtime.code import prove_code
+
+ROBOT, USER = "userfctR/rich_robot.py", "userfctR/user_"
+#: What is planted in the generated files, and what the message names.
+PLANTED = {
+    "a rule's offset": (ROBOT, "m * q[leader] - b", "m * q[leader] + b", "'slide': its rule"),
+    "a rule's derivative": (ROBOT, "Jac[k, leader] = -m", "Jac[k, leader] = m", "derivatives"),
+    "a rule's acceleration": (ROBOT, "jdqd[k] = 0.0", "jdqd[k] = 1.0", "its rule, its acc"),
+    "a row of a rule": (
+        ROBOT, '("right", "left_flipped", 1.5', '("slide", "left_flipped", 1.5', "rule"),
+    "where a joint is driven": (ROBOT, "m * q[leader] + b", "m * q[leader]", "its q, where"),
+    "how fast it is driven": (ROBOT, "m * qd[leader]", "qd[leader]", "its qd, where it is driven"),
+    "how it accelerates": (ROBOT, "m * qdd[leader]", "-m * qdd[leader]", "its qdd, where"),
+    "the sign of damping": (ROBOT, "Qq[joint] -= damping", "Qq[joint] += damping", "damping"),
+    "damping of the next joint": (
+        ROBOT, "damping[name] * qd[joint]", "damping[name] * qd[joint - 1]", "damping"),
+    "slow friction": (ROBOT, "Qq[joint] -= k * pull", "Qq[joint] -= 0.5 * k * pull", "friction"),
+    "a bristle that slips late": (ROBOT, "- (there - kept) / time", "", "rate of its bristle"),
+    "a bristle of the next joint": (
+        ROBOT, "bristle(mbs_data, state, (qd", "bristle(mbs_data, state + 1, (qd", "friction"),
+    "the other limit": (ROBOT, '["q_min"][name] - q', '["q_max"][name] - q', "stops"),
+    "a stop that pulls": (ROBOT, "max(0.0, stiffness * depth", "(stiffness * depth", "stops"),
+    "a stop that is harder on the way out": (
+        ROBOT, "-qd[joint], stiffness", "qd[joint], stiffness", "stops"),
+    "a hold at zero": (ROBOT, "(mbs_data.q0[joint] - q[joint])", "(-q[joint])", "hold"),
+    "a motor that can do more": (ROBOT, "max(-most, min(most, push))", "min(most, push)", "hold"),
+    "effort": (ROBOT, "effort.get(name, 0.0)", "effort.get(name, 0.0) * 2", "hold"),
+    "a wrench that does not end": (
+        ROBOT, '<= tsim < wrench["stop"]', "<= tsim", "force 'wind' at 1.5 s"),
+    "a wrench's parts": (ROBOT, '("Fx", "Fy", "Fz",', '("Fx", "Fz", "Fy",', "force 'wind'"),
+    "a ground above": (ROBOT, 'law["ground"] - sum', '-law["ground"] + sum', "contact"),
+    "a ground that pulls": (ROBOT, "depth > 0.0 and normal > 0.0", "True", "contact"),
+    "no friction": (ROBOT, 'law["friction"] * length', "0.0 * length", "contact"),
+    "friction forwards": (ROBOT, "UP[i] - pull[0]", "UP[i] + pull[0]", "contact"),
+    "a bristle in the air": (
+        ROBOT, 'length if touches else 0.0  #', "length  #", "bristle of 'of_ankle"),
+    "up": (ROBOT, "UP = (", "UP = (0.1 + ", "contact"),
+    "a foot less": (ROBOT, '    "of_ankle_contact_2_force": "of_ankle",\n', "", "contact_2_force'"),
+    "a spring's length": (ROBOT, 'Z - model["link_length"][name]', "Z", "spring 'rope'"),
+    "a spring's damping": (ROBOT, '+ model["link_damping"]', '- model["link_damping"]', "spring"),
+    "a sensor's axes": (
+        ROBOT, "r[i] * x + r[i + 3] * y", "r[i] * x - r[i + 3] * y", "sensor 'imu'"),
+    "gravity in a sensor": (ROBOT, "found.A[1] - g[1]", "found.A[1] + g[1]", "sensor 'imu', what"),
+    "spin of a sensor": (ROBOT, "found.OM)", "found.OMP)", "sensor 'imu', what it reads"),
+    "a torque sensor": (ROBOT, "torque = [r[i] * a", "torque = [-r[i] * a", "sensor 'hand', what"),
+    "forces that add up": (f"{USER}JointForces.py", "mbs_data.Qq[1:] = 0.0", "pass", "its forces"),
+    "the point of a force": (
+        f"{USER}ExtForces.py", "SWr[7:10] = ", "SWr[7:10] = -1.0 * ", "contact"),
+    "a push for a pull": (f"{USER}LinkForces.py", "return robot", "return -robot", "spring 'rope'"),
+    "nothing is driven": (
+        f"{USER}DrivenJoints.py", "robot.driven_joints(mbs_data)", "pass", "driven"),
+    "a rule of its own": (f"{USER}cons_hJ.py", "robot.constraints(h, Jac, mbs_data)",
+                          "robot.constraints(h, Jac, mbs_data); h[1] += 0.5", "its rule"),
+    "code that fails": (
+        ROBOT, "def look_up(mbs_data):", "def look_up(mbs_data, more):", "cannot run"),
+    "mass in the equations": (
+        "symbolicR/mbs_dirdyna_rich.py", "    c[1] = ", "    c[1] = 1.0 + ", "accelerations"),
+    "loops": (
+        "symbolicR/mbs_cons_jdqd_rich.py", "Jdqd[1] = ", "Jdqd[1] = 1.0 + ", "loops, their acc"),
+    "springs": ("symbolicR/mbs_link_rich.py", "Z[1] =", "Z[1] = 0.5 * ", "inverse dynamics"),
+    "a sensor's motion": (
+        "symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
+}  # fmt: skip
+IN_C = {
+    "the sign of damping": ("Qq[d->joint] -=", "Qq[d->joint] +=", "its force in C"),
+    "a stop that pulls": ("fmax(0.0, stiffness * depth", "(stiffness * depth", "its force in C"),
+    "a ground that pulls": ("depth > 0.0 && normal > 0.0", "1", "in C"),
+    "a bristle's rate": ("- lost * bent[k] / time", "", "bristles in C"),
+    "a wrench's parts": ("w->parts[i - 1]", "w->parts[0]", "force 'wind' in C"),
+    "a rule": ("- c->multiplier * q[c->leader]", "+ c->multiplier * q[c->leader]", "in C"),
+    "gravity in a sensor": ("A[2] - mbs_data->g[2]", "A[2] + mbs_data->g[2]", "'imu' in C"),
+}
+Made = tuple[Conversion, dict[str, bytes]]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """The project in memory, before its code is compared."""
+    passes = {**PASSES, "equations": {"language": "both"}}
+    folder = tmp_path_factory.mktemp("rich")
+    output = {"project": str(folder / "rich"), "language": "both"}
+    conversion = convert(folder, passes, stop_after="project", output=output)
+    return conversion, code_of(conversion, ".py", ".c", ".h")
+
+
+def found(made: Made, *, in_c: bool = False, **changed: bytes) -> list[str]:
+    """What differs, the largest first; equations are run only where they are changed."""
+    proof = copy.deepcopy(made[0].proof)
+    assert proof is not None
+    equations = in_c or not changed or any("symbolicR" in name for name in changed)
+    files = {name: made[1][name] for name in made[1] if equations or "symbolicR" not in name}
+    prove_code(made[0], proof, files | changed, in_c=in_c)
+    assert proof.same == (not proof.differences)
+    if proof.same:
+        assert not proof.not_compared
+        assert len(proof.by_code) == 9
+    return [difference.message for difference in proof.differences]
+
+
+def planted(made: Made, file: str, before: str, after: str) -> dict[str, bytes]:
+    text = made[1][file].decode()
+    assert before in text
+    return {file: text.replace(before, after).encode()}
+
+
+def test_the_code_as_it_is_does_what_the_urdf_says(made: Made) -> None:
+    assert found(made) == []
+
+
+@pytest.mark.parametrize("fault", PLANTED)
+def test_a_fault_in_the_code_is_found(made: Made, fault: str) -> None:
+    *place, named = PLANTED[fault]
+    messages = found(made, **planted(made, *place))
+    assert any(named in message for message in messages), messages[:3]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+def test_c_does_what_python_does(made: Made) -> None:
+    assert found(made, in_c=True) == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("fault", IN_C)
+def test_a_fault_in_c_is_found(made: Made, fault: str) -> None:
+    *change, named = IN_C[fault]
+    messages = found(made, in_c=True, **planted(made, "userfctR/rich_robot.c", *change))
+    assert any(named in message for message in messages), messages[:3]
+
+
+@pytest.mark.parametrize("place", [
+    ("urdf2mbs.passes.mimic.follow", "'slide': its rule"),
+    ("urdf2mbs.passes.contacts.dot", "the lowest contact at start"),
+    ("urdf2mbs.passes.forces.dist", "spring 'rope'"),
+])  # fmt: skip
+def test_a_fault_of_a_pass_is_found_and_no_code_is_written(
+    place: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module, _, name = place[0].rpartition(".")
+    own = getattr(__import__(module, fromlist=[name]), name)
+
+    def wrong(*words: Any) -> Any:
+        given = own(*words)
+        return (*given[:2], given[2] + 0.1) if isinstance(given, tuple) else given + 0.1
+
+    monkeypatch.setattr(place[0], wrong)
+    conversion = convert(tmp_path)
+    assert conversion.proof is not None
+    assert any(place[1] in difference.message for difference in conversion.proof.differences)
+    assert conversion.rejected == conversion.settings.output.with_name("rich.rejected.mbs")
+    write(conversion)
+    files = [path.name for path in (tmp_path / "rich").rglob("*") if path.is_file()]
+    assert sorted(files) == ["rich.rejected.mbs"]
+
+
+def test_what_is_compared_is_no_longer_called_unknown(tmp_path: Path) -> None:
+    proof = convert(tmp_path).proof
+    assert proof is not None
+    assert "not compared" not in proof.in_words()
+    assert "force 'wind'" in proof.by_code
+    only_c = convert(tmp_path, output={"project": str(tmp_path / "c"), "language": "c"}).proof
+    assert only_c is not None
+    assert {"the code in C", "force 'wind'"} <= only_c.not_compared.keys()
+
+
+PLUGIN = '''
+from urdf2mbs.plugin import Pass, hookimpl, simulation
+
+class Laws(Pass):
+    """A torque in a joint."""
+    reads = ("joints",)
+    writes = ("forces",)
+    factor: float | None = None
+
+    def run(self, conversion):
+        (arm,) = [j for step, j in conversion.single_coordinates() if step.joint.name == "arm"]
+        should = None if self.factor is None else lambda q, qd: self.factor * q ** 3
+        conversion.simulation.laws.append(simulation.Law("rubber", """
+def rubber(mbs_data, joint):
+    return -3.0 * mbs_data.q[joint] ** 3
+""", "", joints=[arm], should=should))
+
+@hookimpl
+def urdf2mbs_passes():
+    return [Laws]
+'''
+
+
+@pytest.mark.parametrize(("factor", "same"), [(None, True), (-3.0, True), (3.0, False)])
+def test_the_law_of_a_plugin(factor: float | None, same: bool, tmp_path: Path) -> None:
+    (tmp_path / "laws.py").write_text(PLUGIN)
+    options = {**PASSES, **({"laws": {"factor": factor}} if factor else {})}
+    proof = convert(
+        tmp_path, options, plugins=[str(tmp_path / "laws.py")],
+        after={"joint-parameters": "laws"},
+    ).proof  # fmt: skip
+    assert proof is not None
+    assert proof.same is same
+    assert ("law 'rubber'" in proof.not_compared) is (factor is None)
+    if not same:
+        assert proof.differences[0].message.startswith("joint 'arm': its forces: is ")
+
+
+def test_verify_runs_the_code_only_when_asked(tmp_path: Path) -> None:
+    # a follower that is driven is another robot, unless one knows that this was asked for
+    write(convert(tmp_path, {name: PASSES[name] for name in PASSES if name != "mimic"}))
+    robot, project = tmp_path / "rich.urdf", tmp_path / "rich"
+    trace = tmp_path / "trace"
+    user = project / "userfctR" / "user_Derivative.py"
+    user.write_text(f"open({str(trace)!r}, 'w')\n" + user.read_text())
+    module = project / ROBOT
+    text = module.read_text()
+    module.write_text(text + f"open({str(trace)!r}, 'w')\n")
+    settings: dict[str, Any] = {"gravity": (0.5, -0.3, -9.7)}
+    verdict = verify(robot, project, **settings)
+    assert verdict.same
+    assert verdict.not_compared["the generated code"] == "'--code' runs and compares it"
+    assert not trace.exists()
+    module.write_text(text)
+    verdict = verify(robot, project, code=True, **settings)
+    assert verdict.same
+    assert not trace.exists()
+    assert "force 'wind'" in verdict.by_code
+    assert verdict.not_compared["user function 'user_Derivative.py'"] == "changed by its user"
+    module.write_text(text.replace("Qq[joint] -= damping", "Qq[joint] += damping"))
+    gravity = ["--gravity", "0.5", "-0.3", "-9.7"]
+    assert main(["verify", str(robot), str(project), "--code", *gravity]) == 3
+    assert main(["verify", str(robot), str(project), *gravity]) == 0
+    (project / "dataR" / "rich.proof.json").unlink()
+    verdict = verify(robot, project, code=True, **settings)
+    assert verdict.not_compared["the generated code"] == "there is no 'rich.proof.json'"
+
+
+def test_a_robot_without_joints_that_move(tmp_path: Path) -> None:
+    text = '<robot name="rich"><link name="world"/></robot>'
+    proof = convert(tmp_path, {}, text, base="fixed").proof
+    assert proof is not None
+    assert proof.same

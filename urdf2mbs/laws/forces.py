@@ -1,0 +1,59 @@
+"""Forces at points (wrenches, and laws of plugins), and springs between two points."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs.laws.case import Case
+
+
+def prove(case: Case) -> None:
+    options, points = case.asked.get("forces"), case.points
+    known = {c.point.extforce.name for c in case.simulation.contacts if c.point.extforce}
+    for name, wrench in options.wrenches.items() if options else ():
+        known.add(own := name if name in points else f"{name}_force")
+        place = points[own][0], points[own][1].name
+        case.compare_place(f"force '{name}'", place, wrench.link, wrench.at)
+        for time in (wrench.start - 1.0, wrench.start, wrench.stop):
+            acts = float(wrench.start <= time < wrench.stop)
+            force = acts * np.array([*wrench.force, *wrench.torque])
+            should = [*force, *points[own][1].coordinates]
+            given = case.external(own, np.zeros(3), np.zeros(3), time)
+            case.compare(f"force '{name}' at {time:g} s", should, given, "N, N m, m")
+    _prove_laws(case, known)
+    springs = options.springs if options else {}
+    for name, spring in springs.items():
+        _prove_spring(case, name, spring)
+    for link in case.mbs.links[len(springs) :]:
+        case.unproven[f"link '{link.name}' ({link.kind})"] = "of a plugin, or added by hand"
+
+
+def _prove_laws(case: Case, known: set[str]) -> None:
+    """The laws of plugins at points; where no law is, there is no force."""
+    laws = {p.extforce.name: law for law in case.simulation.laws for p in law.points if p.extforce}
+    wrenches = {w.point.extforce.name for w in case.simulation.wrenches if w.point.extforce}
+    for name in [name for name in case.data.extforce_id if name not in known]:
+        at, speed = case.random.uniform(-1.0, 1.0, (2, 3))
+        given, law = case.external(name, at, speed, 1.0)[:6], laws.get(name)
+        if law is not None and law.should is not None:
+            case.compare(f"force '{name}'", law.should(at, speed, 1.0), given, "N, N m")
+        elif law is not None or name in wrenches:
+            case.unproven[f"force '{name}'"] = "of a plugin that does not say what it gives"
+        else:
+            case.compare(f"force '{name}', which has no law", np.zeros(6), given, "N, N m")
+
+
+def _prove_spring(case: Case, name: str, spring: Any) -> None:
+    own = name if name in case.data.link_id else f"{name}_spring"
+    link = next(link for link in case.mbs.links if link.name == own)
+    for end, meant in zip((link.endpoint1, link.endpoint2), spring.ends, strict=True):
+        case.compare_place(f"an end of spring '{name}'", end, meant.link, meant.at)
+    case.go(0)
+    one, two = (case.on_link(end.link, end.at).P for end in spring.ends)
+    rest = float(np.linalg.norm(two - one)) if spring.length is None else spring.length
+    for length, rate in case.random.uniform(0.1, 2.0, (2, 2)):
+        should = spring.stiffness * (length - rest) + spring.damping * rate
+        given = case.data.user_LinkForces(length, rate, case.data, 0.0, case.data.link_id[own])
+        case.compare(f"spring '{name}'", should, given, "N", spring.stiffness * length)

@@ -1,0 +1,107 @@
+"""The ground: a push along the normal that grows with depth and rate, and friction.
+
+The ground pushes with ``stiffness depth (1 + rate / speed)``, never pulls, and rubs against the
+slip with ``friction`` times the push: by a bristle that bends with the slip, or without a bristle
+by the speed of the slip.  Friction and height are those asked for; the other numbers,
+which urdf2mbs chooses, are those of the .mbs.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs.laws.case import Case
+from urdf2mbs.simulation import CONTACT_STATES
+from urdf2mbs.spatial import ZERO
+
+#: How friction without a bristle rises with slip, in parts of ``slip_speed``: 1 far above it, and
+#: 0 at rest.
+RISE = np.tanh
+#: Depth (m), rate and slip, in parts of the law's speeds.
+STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.5), (0.01, -2, 1))
+
+
+def prove(case: Case) -> None:
+    options = case.asked.get("contacts")
+    contacts = {c.point.extforce.name: c.link for c in case.simulation.contacts if c.point.extforce}
+    patterns = (*options.links, *options.points) if options else ()
+    wanted = [n for n in case.robot.links if any(fnmatchcase(n, pattern) for pattern in patterns)]
+    for link in wanted:
+        forces = [force for force, of in contacts.items() if of == link]
+        _prove_places(case, link, forces, options.points.get(link))
+    case.unproven |= {f"force '{f}'": "of a plugin" for f, n in contacts.items() if n not in wanted}
+    if wanted:
+        law = {"ground": options.ground, "friction": options.friction}
+        case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
+    up = -np.array(case.gravity) if any(case.gravity) else np.array((0.0, 0.0, 1.0))
+    bristles = case.data.user_model.get(CONTACT_STATES, {}).get("slip", [])
+    for k, force in enumerate(contacts):
+        _prove_law(case, force, up / np.linalg.norm(up), bristles[2 * k : 2 * k + 2])
+
+
+def _prove_places(case: Case, link: str, forces: list[str], meant: Any) -> None:
+    """The contact points are where they were asked for; without that, they move with the link."""
+    if not forces or (meant and len(meant) != len(forces)):
+        case.differ(f"link '{link}'", f"has {len(forces)} contact points")
+        return
+    for force, at in zip(forces, meant or [None] * len(forces), strict=True):
+        what = f"contact '{force}'"
+        if at is not None:
+            body, point = case.points[force]
+            case.compare_place(what, (body, point.name), link, at)
+            continue
+        places = []
+        for state in (1, 2):
+            case.go(state)
+            here = case.on_link(link)
+            places.append(here.R @ (case.in_mbs(force).P - here.P))
+        case.compare(f"{what}, seen from its link", places[0], places[1], "m", case.size)
+
+
+def _prove_law(case: Case, force: str, up: Any, bristle: list[int]) -> None:
+    """``bristle``: the places of its two numbers in ux."""
+    names = ("ground", "stiffness", "speed", "friction", "slip_speed", "bristle", "bristle_time")
+    ground, stiffness, speed, friction, slip, length, time = (case.get("contact", n) for n in names)
+    axes = _axes(case, force, up, bristle) if bristle and friction else np.zeros((len(bristle), 3))
+    most = friction * length
+    for depth, rate, fast in STATES:
+        across = np.cross(case.random.uniform(-1.0, 1.0, 3), up)
+        way = across / np.linalg.norm(across)
+        normal = stiffness * max(depth, 0.0) * max(1.0 + rate, 0.0)
+        if bristle:
+            bent = case.random.uniform(-1.0, 1.0, 2) @ axes * 2.0 * most
+            case.data.ux[bristle] = axes @ bent
+            sliding = fast * most / time * way
+            pull = _shortened(bent + time * sliding, most) / length
+        else:
+            sliding = fast * slip * way
+            pull = friction * RISE(fast) * way
+        should = [*(normal * (up - pull)), *ZERO, *case.points[force][1].coordinates]
+        at, velocity = (ground - depth) * up + across, sliding - rate * speed * up
+        case.compare(f"contact '{force}'", should, case.external(force, at, velocity), "N, N m, m")
+        if bristle:
+            kept, moves = (_shortened(bent, most), sliding) if normal else (0.0 * bent, 0.0 * bent)
+            rates = axes @ (moves - (bent - kept) / time)
+            case.compare(f"bristle of '{force}'", rates, case.data.uxd[bristle], "m/s")
+
+
+def _axes(case: Case, force: str, up: Any, bristle: list[int]) -> Any:
+    """(2, 3): the directions of a bristle's two numbers, along the ground."""
+    ground, friction, length = (case.get("contact", n) for n in ("ground", "friction", "bristle"))
+    axes = np.zeros((2, 3))
+    for k in range(2):
+        case.data.ux[bristle] = np.eye(2)[k] * friction * length / 2
+        push = case.external(force, (ground - 0.01) * up, ZERO)[:3]
+        normal = push @ up
+        axes[k] = 2.0 / friction * (up - push / normal) if normal else ZERO
+    together = np.array([up, *axes])
+    case.compare(f"axes of the bristle of '{force}'", np.eye(3), together @ together.T, "")
+    return axes
+
+
+def _shortened(vector: Any, most: float) -> Any:
+    size = np.linalg.norm(vector)
+    return vector * (most / size if size > most else 1.0)

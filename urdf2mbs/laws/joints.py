@@ -1,0 +1,146 @@
+"""Forces in joints: damping, friction, soft stops, and the controller that holds the start.
+
+Each term is called by itself, and then all together.  Damping, friction, limits and effort are
+the URDF's; the numbers that urdf2mbs chooses (stiffness of stops, gains) are those of the .mbs.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from urdf2mbs.laws.case import Case
+from urdf2mbs.proof.parameters import stated
+from urdf2mbs.simulation import JOINT_STATES
+
+#: By term, the user model and the number there that switches the term on.
+SWITCHES = {
+    "damping": ("joint_forces", "damping"), "friction": ("joint_forces", "friction"),
+    "stops": ("joint_forces", "stops"), "hold": ("hold", "on"),
+}  # fmt: skip
+#: Where the time of all bristles is.
+TIME = ("joint_forces", "friction_time")
+#: How friction without a bristle rises with the speed, in parts of the speed at which it is nearly
+#: full.  Far above this speed it is 1, and at rest 0.
+RISE = np.tanh
+#: Near the start (0), or beyond the upper or lower limit, and how fast.
+STATES = ((0, 0.5), (0, 30.0), (1, 0.5), (1, -3.0), (-1, 0.5), (-1, -3.0))
+
+
+def prove(case: Case) -> None:
+    model, asked = case.data.user_model, case.asked.get("joint-parameters")
+    numbers = {number: stated(case.robot.joints[name]) for name, number in case.single.items()}
+    switches = [(term, *at) for term, at in SWITCHES.items() if case.get(*at)]
+    kinds = {kind for own in numbers.values() for kind in own} if asked else set()
+    wanted = {"stops" if kind in ("q_min", "q_max") else kind for kind in kinds} & SWITCHES.keys()
+    for term in sorted(wanted - {term for term, _, _ in switches}):
+        if term != "stops" or asked.stops:
+            case.differ(term, "the URDF states it, and the code leaves it out")
+    _prove_held(case)
+    for side, fast in STATES:
+        q, qd = state(case, side, fast)
+        for _, group, name in switches:
+            model[group][name] = 0.0
+        alone = case.joint_forces(q, qd)
+        total = _laws(case, q, qd, alone)
+        case.compare_joints("its forces", total, alone)
+        for term, group, name in switches:
+            model[group][name] = 1.0
+            should = np.zeros(len(q))
+            for joint, number in case.data.joint_id.items():
+                own = numbers.get(number, {})
+                should[number] = _force(case, term, joint, own, q[number], qd[number])
+            case.compare_joints(term, should, case.joint_forces(q, qd) - alone)
+            if term == "friction":
+                _prove_bristles(case, numbers, qd)
+            model[group][name] = 0.0
+            total = total + should
+        for _, group, name in switches:
+            model[group][name] = 1.0
+        case.compare_joints("all its forces", total, case.joint_forces(q, qd))
+
+
+def state(case: Case, side: int, fast: float) -> tuple[Any, Any]:
+    """Random q and qd: near the start, or beyond one of the limits, on the way in or out; as fast
+    as friction and stops have their speeds."""
+    q, qd, _ = case.near_start(1e-4)
+    numbers = {number: stated(case.robot.joints[name]) for name, number in case.single.items()}
+    for name, number in case.data.joint_id.items():
+        rate = case.random.uniform(0.3, 1.0) * fast
+        limit = numbers.get(number, {}).get("q_max" if side > 0 else "q_min")
+        most, _, time, bent = _bristle(case, name, numbers.get(number, {}))
+        case.data.ux[bent] = case.random.uniform(-2.0, 2.0) * most
+        qd[number] = rate * (case.get("friction_speed", name) or most / time or 0.01)
+        if side and limit is not None:
+            q[number] = limit + side * case.random.uniform(0.1, 0.5)
+            qd[number] = side * rate * (case.get("joint_forces", "stop_speed") or 1.0)
+    return q, qd
+
+
+def _force(case: Case, term: str, name: str, own: Any, q: float, qd: float) -> Any:
+    """What a term gives a joint at a position and a speed."""
+    if term == "damping":
+        return -own.get("damping", 0.0) * qd
+    if term == "friction":
+        most, stiffness, time, bent = _bristle(case, name, own)
+        if stiffness:
+            return -stiffness * np.clip(case.data.ux[bent] + time * qd, -most, most)
+        return -own.get("friction", 0.0) * RISE(qd / (case.get("friction_speed", name) or 1.0))
+    if term == "stops":
+        side = 1.0 if q > own.get("q_max", inf) else -1.0
+        depth = max(own.get("q_min", -inf) - q, q - own.get("q_max", inf), 0.0)
+        harder = 1.0 + side * qd / (case.get("joint_forces", "stop_speed") or 1.0)
+        return -side * max(case.get("stop_stiffness", name) * depth * harder, 0.0)
+    away = case.data.q0[case.data.joint_id[name]] - q
+    push = case.get("hold_stiffness", name) * away - case.get("hold_damping", name) * qd
+    most = own.get("effort", 0.0) or inf
+    return max(-most, min(most, push))
+
+
+def _bristle(case: Case, name: str, own: Any) -> tuple[float, float, float, int]:
+    """How far the bristle of a joint bends before it slips (rad or m), its stiffness, its time (s),
+    and its place in ux; 0, 0, 1 and 0 for a joint without."""
+    stiffness, time = (case.get(*at) for at in (("friction_stiffness", name), TIME))
+    most = own.get("friction", 0.0) / stiffness if stiffness else 0.0
+    return most, stiffness, time or 1.0, int(case.get(JOINT_STATES, name))
+
+
+def _prove_bristles(case: Case, numbers: Any, qd: Any) -> None:
+    """A bristle bends with its joint; what it cannot bend slips back within its time."""
+    should, value = np.zeros((2, len(qd)))
+    for name, number in case.data.joint_id.items():
+        most, stiffness, time, bent = _bristle(case, name, numbers.get(number, {}))
+        if stiffness:
+            there = case.data.ux[bent]
+            should[number] = qd[number] - (there - np.clip(there, -most, most)) / time
+            value[number] = case.data.uxd[bent]
+    case.compare_joints("the rate of its bristle", should, value)
+
+
+def _laws(case: Case, q: Any, qd: Any, alone: Any) -> Any:
+    """What the laws of plugins should give, as their plugins say; else what they give."""
+    should = np.zeros(len(q))
+    for law in case.simulation.laws:
+        for joint in law.joints:
+            number = case.data.joint_id[joint.name]
+            if law.should is None:
+                case.unproven[f"law '{law.name}'"] = "of a plugin that does not say what it gives"
+                should[number] = alone[number]
+            else:
+                should[number] += law.should(q[number], qd[number])
+    return should
+
+
+def _prove_held(case: Case) -> None:
+    """The joints that the config wants held are held, and no others."""
+    asked = case.asked.get("posture") and case.asked["posture"].hold
+    for name, number in case.single.items() if asked else ():
+        own = case.conversion.names.coordinates[name][0]
+        held = own in case.data.user_model.get("hold_stiffness", {})
+        wanted = any(fnmatchcase(name, pattern) for pattern in asked.joints or ["*"])
+        follows = case.natures[number] != "independent" and case.robot.joints[name].mimic
+        if held != (wanted and not follows and case.natures[number] != "driven"):
+            case.differ(f"joint '{name}'", "is held" if held else "is not held")

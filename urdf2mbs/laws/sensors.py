@@ -1,0 +1,90 @@
+"""Sensors: where they are, and what they read in their own axes.
+
+At rest the specific force points up: it is the acceleration without gravity.  A force-torque
+sensor reads what the side of the base does to its link, at the link's origin and in its axes.
+"""
+
+from __future__ import annotations
+
+import sys
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from urdf2mbs.laws.case import Case
+from urdf2mbs.simulation import ForceTorque, PointSensor
+from urdf2mbs.spatial import HERE, ZERO, Pose
+from urdf2mbs.urdf.gazebo import MOTION
+
+#: m, m/s^2: the elements that state one sensor round its digits.
+CLOSE = 1e-4
+
+
+def prove(case: Case) -> None:
+    options = case.asked.get("sensors")
+    poses: dict[tuple[str, str], list[Pose]] = {}
+    for link in case.robot.links if options else ():
+        if any(fnmatchcase(link, pattern) for pattern in options.links):
+            poses[link, link] = [HERE]
+    stated = [s for element in case.robot.extensions for s in element.sensors if s.type in MOTION]
+    for sensor in stated if options and options.from_urdf else ():
+        if any(fnmatchcase(sensor.name, pattern) for pattern in options.only or ["*"]):
+            poses.setdefault((sensor.on, sensor.name), []).append(sensor.pose)
+    made = set()
+    for own in case.simulation.sensors:
+        # of several sensors of one name, all but the first have their link's name, too
+        names = own.name, own.name.removeprefix(f"{own.link}_")
+        keys = [(own.link, name) for name in names if (own.link, name) in poses]
+        if keys:
+            _prove_sensor(case, own, poses[keys[0]])
+            made.add(keys[0])
+        else:
+            case.unproven[f"sensor '{own.name}'"] = "of a plugin"
+    if not any(said.code == "sensor-left-out" for said in case.conversion.diagnostics):
+        for _, name in sorted(poses.keys() - made):
+            case.differ(f"sensor '{name}'", "is not there")
+    for torque in case.simulation.force_torques:
+        _prove_force_torque(case, torque)
+
+
+def _prove_sensor(case: Case, sensor: PointSensor, poses: list[Pose]) -> None:
+    """Compare a sensor with one of the poses that the URDF gives it: the nearest."""
+    what, data = f"sensor '{sensor.name}'", case.data
+    signal = str(sensor.point.sensor and sensor.point.sensor.name)
+    q, qd, qdd = case.go(1)
+    place = case.in_mbs(signal, qdd)
+    poses = [pose for pose in poses if pose != HERE] or poses
+    known = [(case.on_link(sensor.link, pose.xyz, qdd), pose.rot) for pose in poses]
+    meant, turn = min(known, key=lambda one: float(np.abs(one[0].P - place.P).max()))
+    axes = np.reshape(turn, (3, 3)).T @ meant.R
+    scale = CLOSE / 1e-8
+    case.compare(f"{what}, its place", meant.P, place.P, "m", scale * case.size)
+    should = [*(axes @ (meant.A - case.gravity)), *(axes @ meant.OM)]
+
+    given = np.concatenate(case.imu(sensor.name, place))
+    case.compare(f"{what}, what it reads", should, given, "m/s^2, rad/s", scale)
+    if case.has_equations:
+        data.q[:], data.qd[:], data.qdd[:] = q, qd, qdd
+        found = sys.modules[f"{data.mbs_name}_robot"].sensor(data, sensor.name)
+        for name, value in place._asdict().items():
+            measured = getattr(found, name)[1:]
+            if name == "J":  # what is held has derivatives there, too
+                value, measured = value[:, case.moving], measured[:, case.moving]
+            measured = measured[:, 1:] if name == "R" else measured
+            case.compare(f"{what}, its {name}", value, measured, "", 1.0)
+
+
+def _prove_force_torque(case: Case, torque: ForceTorque) -> None:
+    """The forces along and about six axes, seen from the link."""
+    data, what = case.data, f"sensor '{torque.name}'"
+    data.Qc[:] = case.random.uniform(-1.0, 1.0, len(data.Qc))
+    case.go(1)
+    link, should = case.on_link(torque.link), np.zeros(6)
+    for joint in torque.joints:
+        here = case.theirs.fixed(*case.theirs.side.after[joint.name], ZERO)
+        along = link.R @ here.R[int(joint.type[1]) - 1]
+        part = slice(0, 3) if joint.type[0] == "T" else slice(3, 6)
+        should[part] += data.Qc[data.joint_id[joint.name]] * along
+        case.compare(f"{what}, its place", link.P, here.P, "m", case.size)
+    given = sys.modules[f"{data.mbs_name}_robot"].force_torque(data, torque.name)
+    case.compare(f"{what}, what it reads", should, given, "N, N m", 1.0)

@@ -1,0 +1,38 @@
+"""The start: positions that were asked for, limits, rules of followers, and feet on the ground."""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+from math import inf
+
+from urdf2mbs.laws import followers
+from urdf2mbs.laws.case import Case
+from urdf2mbs.proof.parameters import stated
+
+
+def prove(case: Case) -> None:
+    q, options, ground = case.data.q0, case.asked.get("posture"), case.asked.get("contacts")
+    tied = {**followers.rules(case, "dependent"), **followers.rules(case, "driven")}
+    for number, (row, offset) in tied.items():
+        name = list(case.data.joint_id)[number - 1]
+        case.compare(f"joint '{name}': its start", offset, row @ q, "(its rule)", 1.0)
+    leaders = {k for row, _ in tied.values() for k in row.nonzero()[0]}
+    if options is None or options.srdf is not None or "posture" in case.conversion.plugged:
+        case.unproven["the start"] = "of a plugin, or of an SRDF file"
+        return
+    for name, number in case.single.items():
+        if number in tied or case.natures[number] != "independent":
+            continue  # a loop may move it
+        limits = stated(case.robot.joints[name])
+        low, high = limits.get("q_min", -inf), limits.get("q_max", inf)
+        asked = [value for p, value in options.joints.items() if fnmatchcase(name, p)]
+        should = (asked or [0.0])[-1] * (-1 if name in case.conversion.names.flipped else 1)
+        # a leader also keeps the limits of those that follow it
+        wanted = q[number] if number in leaders else should
+        wanted = min(max(wanted, low), high) if options.inside else wanted
+        case.compare(f"joint '{name}': its start", wanted, q[number], "rad or m", 1.0)
+    contacts = [c.point.extforce.name for c in case.simulation.contacts if c.point.extforce]
+    if case.conversion.inserted is not None and ground and ground.stand and contacts:
+        case.go(0)
+        low = min(case.in_mbs(name).P @ case.simulation.up for name in contacts)
+        case.compare("the lowest contact at start", ground.ground, low, "m", case.size)

@@ -1,0 +1,111 @@
+"""Proves a project's code: loads its files from memory, and calls them at random states.
+
+Python gives what the URDF says (``urdf2mbs/laws``); C gives what Python gives.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.files import noting
+from urdf2mbs.laws import Case, followers, joints, prove
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.proof.verdict import Difference, Proof
+from urdf2mbs.runtime.c_code import CCode, SensorInC, row
+from urdf2mbs.runtime.data import MbsData
+from urdf2mbs.runtime.python_code import PythonCode, loaded
+
+
+def prove_code(
+    conversion: Conversion, proof: Proof, files: Mapping[str, bytes], *, in_c: bool = False
+) -> None:
+    """Compare a project's code with the robot of a conversion; ``proof`` gets what is found.
+
+    ``files`` are by their path in the project.  ``in_c``: the C, too, which must be compiled.
+    """
+    case: Case | None = None
+    found: list[Difference] = []
+    # the conversion does not depend on the files in this folder
+    with noting(), tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
+        try:
+            for path, content in files.items():
+                file = Path(folder, path)
+                file.parent.mkdir(exist_ok=True)
+                file.write_bytes(content)
+            data = MbsData(next(Path(folder).glob("dataR/*.mbs")))
+            with loaded(data):
+                case = Case(conversion, data, PythonCode(data))
+                case.has_equations = in_c or any(data.symbolic_path.glob("mbs_accelred_*.py"))
+                prove(case)
+                if in_c:
+                    _compare_c(case)
+        except Exception as error:  # of code that may do anything
+            said = error.message if isinstance(error, ConversionError) else repr(error)
+            found.append(Difference("code", f"the code of the project cannot run: {said}"))
+    found += case.found.values() if case else []
+    edited = [*conversion.edited] or [path.name for path in conversion.replaces]
+    if edited and proof.same:
+        why = f"as edited in {' and '.join(edited)}"
+        proof.but_for |= {difference.message: why for difference in found}
+    else:
+        proof.differ(found)
+    if case is None or found:
+        return
+    # what the user functions do is no longer unknown
+    for thing, why in [*proof.not_compared.items()]:
+        start = thing.startswith("start of") and "the start" not in case.unproven
+        if start or ("user functions" in why and not thing.startswith("user model")):
+            proof.by_code[thing] = proof.not_compared.pop(thing)
+    proof.not_compared |= case.unproven
+
+
+def _compare_c(case: Case) -> None:
+    """C must do what Python does, in the same states."""
+    python, user = case.data, ctypes.c_double(0.0)
+    data = MbsData(python.mbs_file)
+    code = CCode(data)
+    for side, fast in joints.STATES:
+        q, qd = joints.state(case, side, fast)
+        data.q[:], data.qd[:], data.Qq[:], data.ux[:] = q, qd, 1e3, python.ux
+        python.uxd[:] = data.uxd[:] = 0.0
+        code.library.user_JointForces(code.at, user)
+        case.compare_joints("its force in C", case.joint_forces(q, qd), [0.0, *data.Qq[1:]])
+        case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
+    times = {t for m in python.user_model.values() if "stop" in m for t in (m["start"], m["stop"])}
+    # at full speed the ground seldom pushes
+    for time, pace in [*((time, 1.0) for time in sorted({0.0, *times})), *[(0.0, 0.01)] * 3]:
+        q, qd, qdd = case.near_start(0.02)
+        qd *= pace
+        for each in (python, data):
+            each.q[:], each.qd[:], each.qdd[:], each.tsim = q, qd, qdd, time
+        if case.code.solve() or code.solve():
+            continue
+        for name in ("q", "qd", "qdd"):
+            values = getattr(python, name), getattr(data, name)
+            size = max(1.0, np.abs(values[0]).max())
+            case.compare_joints(f"its {name} in C", *values, size, followers.UNIT)
+        case.compare("the rates of bristles in C", python.uxd, data.uxd, "m/s or rad/s")
+        for name, number in python.extforce_id.items():
+            given = data.SWr[number][1:]
+            case.compare(f"force '{name}' in C", python.SWr[number][1:], given, "N, N m, m")
+        for name, number in python.link_id.items():
+            case.compare(f"spring '{name}' in C", python.Fl[number], data.Fl[number], "N")
+    q, qd, qdd = case.go(1)
+    read = getattr(code.library, f"{python.mbs_name}_imu")
+    for sensor in case.simulation.sensors:
+        name = str(sensor.point.sensor and sensor.point.sensor.name)
+        place, measured = case.in_mbs(name, qdd), SensorInC()
+        for kind in ("P", "V", "A", "OM", "OMP"):
+            getattr(measured, kind)[1:4] = getattr(place, kind)
+        for k, axis in enumerate(place.R, start=1):
+            measured.R[4 * k + 1 : 4 * k + 4] = axis
+        given = np.zeros((2, 4))
+        read(ctypes.byref(measured), data.sensor_id[name], code.at, *map(row, given))
+        should = np.concatenate(case.imu(sensor.name, place))
+        case.compare(f"sensor '{sensor.name}' in C", should, given[:, 1:].ravel(), "", 1.0)
