@@ -55,11 +55,50 @@ def test_run_verbose(robot: Path, capsys: Any) -> None:
     assert "note[collision]" in err
 
 
+def test_one_line_for_one_cause(robot: Path, capsys: Any) -> None:
+    """Warnings of one code are one, a path is printed once, a text that is nowhere has no lines."""
+    names = ("dynamic", "limits", "axs", "mimc", "orign", "safty_controller", "calibraton")
+    wrong = "".join(
+        f'<link name="l_{name}"/><joint name="j_{name}" type="fixed"><parent link="tool"/>'
+        f'<child link="l_{name}"/><{name}/></joint>'
+        for name in names
+    )
+    (robot / "tiny.urdf").write_text(TINY.replace("</robot>", f"{wrong}</robot>"))
+    assert main(["convert", "tiny.urdf", "-o", "a.mbs"]) == 0
+    said = capsys.readouterr()
+    first, *others = [line for line in said.err.splitlines() if "warning[" in line]
+    assert "-v shows the notes" in said.out
+    assert first.startswith("tiny.urdf:")
+    assert "warning[misspelt]" in first
+    assert "orign" in first
+    assert "safty" not in first
+    assert "and 2 more (-v shows them)" in first
+    assert "misspelt" not in "".join(others)
+    assert main(["convert", "tiny.urdf", "-o", "a.mbs", "-v"]) == 0
+    assert capsys.readouterr().err.count("warning[misspelt]") == 7
+    (robot / "below").mkdir()
+    (robot / "below" / "x.xacro").write_text((robot / "tiny.urdf").read_text())
+    assert main(["convert", "below/x.xacro", "-o", "b.mbs"]) == 0
+    err = capsys.readouterr().err
+    assert err.count(f"below{os.sep}x.xacro") == 1
+    assert "(expanded)" not in err
+    assert "\nx.xacro: warning[base-guessed]" in err
+
+
+def test_convert_asks_for_the_language(robot: Path, capsys: Any) -> None:
+    assert main(["convert", "tiny.urdf", "-o", "made/", "--language", "c"]) == 0
+    assert list((robot / "made").rglob("*.c"))
+    assert not list((robot / "made").rglob("main.py"))
+    assert main(["convert", "tiny.urdf", "-o", "a.mbs", "--language", "c"]) == 2
+    assert "--language is for a project" in capsys.readouterr().err
+
+
 def test_run_json(robot: Path, capsys: Any) -> None:
     assert main(["run", "--json", "tiny.yaml"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["names"]["coordinates"]["wrist_pitch"] == ["wrist_pitch"]
     assert report["numbers"]["floating_base_T1"] == 1
+    assert report["left_out"] == {}  # limits and damping are in user models
     assert {found["code"] for found in report["diagnostics"]} >= {"collision", "joint-dynamics"}
 
 

@@ -11,6 +11,7 @@ import pytest
 import yaml
 from robots import BROKEN, CONVERTIBLE, RealRobot
 
+from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.commands.init import in_words, init
 from urdf2mbs.engine.config import load
@@ -62,16 +63,17 @@ def test_what_cannot_be_converted_gets_no_config(robot: RealRobot, tmp_path: Pat
     ("end", "feet"),
     [
         ("atlas_v5.urdf.xacro", ["l_foot", "r_foot"]),
-        ("naoV50_generated_urdf/nao.urdf", ["l_ankle", "r_ankle"]),
+        ("naoV50_generated_urdf/nao.urdf",
+         [f"{side}Fsr{at}_frame" for side in "LR" for at in ("FL", "FR", "RL", "RR")]),
         ("robotran_edu_2017/bigman.urdf", ["LFoot", "RFoot"]),
         ("iCubGazeboV2_5/model.urdf", ["l_foot", "r_foot"]),
-        ("cassie_v4.urdf", ["leftfoot", "rightfoot"]),
-        ("solo12.urdf.xacro", [f"{leg}_LOWER_LEG" for leg in ("FL", "FR", "HL", "HR")]),
+        ("cassie_v4.urdf", []),  # its meshes are not there, nor those of the next
+        ("solo12.urdf.xacro", []),
         ("leo_sim.urdf.xacro", []),  # it has wheels
         ("fr3.urdf.xacro", []),  # it is fixed
     ],
-)
-def test_feet(end: str, feet: list[str], tmp_path: Path) -> None:
+)  # fmt: skip
+def test_feet_of_real_robots(end: str, feet: list[str], tmp_path: Path) -> None:
     robot = next((r.values[0] for r in ENTRY if r.values[0].source.as_posix().endswith(end)), None)
     if robot is None:
         pytest.skip("the real robots are not beside the checkout")
@@ -130,6 +132,52 @@ MASS = """<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iy
 </inertial>"""
 
 
+def part(name: str, parent: str, xyz: str, kind: str = "revolute", shape: str = "") -> str:
+    """A link with mass and a shape (a box of 0.2 m, if nothing else), and the joint to it."""
+    shape = shape or '<box size="0.2 0.2 0.2"/>'
+    joint = (
+        f'<joint name="{name}_joint" type="{kind}"><origin xyz="{xyz}"/><parent link="{parent}"/>'
+        f'<child link="{name}"/><axis xyz="1 0 0"/>'
+        '<limit lower="-1" upper="2" effort="1" velocity="1"/></joint>'
+    )
+    return (
+        f'<link name="{name}">{MASS}<collision><geometry>{shape}</geometry></collision></link>'
+        + joint * bool(parent)
+    )
+
+
+TRUNK = part("trunk", "", "")
+LEGS = part("l", "trunk", "0 1 -1") + part("r", "trunk", "0 -1 -1")
+GONE = '<mesh filename="gone.stl"/>'
+
+
+@pytest.mark.parametrize(
+    ("parts", "feet"),
+    [
+        (LEGS, ["l", "r"]),
+        (LEGS + part("tablet", "trunk", "1 0 -0.9"), ["l", "r"]),  # does not reach the ground
+        (LEGS + part("toe", "l", "0 1 0"), ["l", "r", "toe"]),
+        (LEGS + part("mast", "trunk", "0 0 -1", "fixed"), []),  # the root stands, too
+        (part("l", "trunk", "0 1 -1", "continuous") + part("r", "trunk", "0 -1 -1"), []),  # a wheel
+        (part("l", "trunk", "0 1 1") + part("r", "trunk", "0 -1 1"), []),  # fingers of a palm
+        (LEGS + part("claw", "l", "0 0 -1", shape=GONE), []),  # the lowest shape is not there
+        # a leg starts in the middle of its limits, and not at zero
+        (LEGS.replace("0 1 -1", "0 1 0").replace('lower="-1"', 'lower="1"', 1)
+         + part("foot", "l", "0 0 -1.5", "fixed"), ["r"]),
+    ],
+)  # fmt: skip
+def test_feet_touch_the_ground_in_the_start_pose(parts: str, feet: list[str], here: Path) -> None:
+    (here / "r.urdf").write_text(f'<robot name="r">{TRUNK}{parts}</robot>')
+    assert sorted(init("r.urdf")[1].feet) == feet
+    text = (here / "r.yaml").read_text()
+    assert ("contacts:" in text) == bool(feet)
+    # what is offered, runs
+    for key in ("passes:", "  contacts:"):
+        text = text.replace(f"# {key}", key)
+    (here / "r.yaml").write_text(text)
+    assert ("contacts" in Pipeline(*load(here / "r.yaml")).run().facts) == bool(feet)
+
+
 def test_the_start_position_is_within_the_limits(here: Path) -> None:
     (here / "arm.urdf").write_text(LIMITED.replace("MASS", MASS))
     assert main(["init", "arm.urdf"]) == 0
@@ -150,6 +198,12 @@ def test_a_robot_without_mass_is_offered_an_estimate(here: Path) -> None:
     (here / "arm.yaml").write_text(offered)
     conversion = Pipeline(*_as_a_file(here / "arm.yaml")).run()
     assert sum(body.mass or 0.0 for body in conversion.mbs.bodies) == pytest.approx(10.0)
+    # nothing to estimate a mass from
+    (here / "bare.urdf").write_text(re.sub("<visual>.*</visual>", "", text, flags=re.S))
+    assert main(["init", "bare.urdf"]) == 0
+    assert "no link has a mass, nor a shape" in (here / "bare.yaml").read_text()
+    bare = convert(here / "bare.urdf", options={"estimate-inertia": {"total_mass": 1.0}})
+    assert "nothing-estimated" in [said.code for said in bare.diagnostics]
 
 
 XACRO = """<robot name="x" xmlns:xacro="http://www.ros.org/wiki/xacro">

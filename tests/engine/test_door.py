@@ -61,7 +61,7 @@ def test_before_and_after_and_without(tmp_path: Path) -> None:
         *usual[:at], "scale", *usual[at:],
     ]  # fmt: skip
     placed = names(
-        plugins=[file], without=["estimate-inertia"],
+        plugins=[file], without=["estimate-inertia", "snap"],
         after={"expand": "scale"}, before={"scale": "estimate-inertia"},
     )  # fmt: skip
     assert placed[:3] == ["expand", "estimate-inertia", "scale"]

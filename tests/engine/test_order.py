@@ -30,6 +30,7 @@ ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
             "contacts": {"links": ["*foot*"]},
             "posture": {"joints": {"*_knee": 0.6}, "hold": {"stiffness": 300, "damping": 4}},
             "prune-massless": {"keep": ["*_hip_*"]},
+            "rotors": {"armature": {"*_knee": 0.1}},
             "equations": {"language": "python"},
             "sensors": {"links": ["imu"]},
             "forces": {
@@ -52,7 +53,10 @@ ROBOTS: dict[str, tuple[Path, dict[str, dict[str, Any]]]] = {
         },
     ),
     # a finger that follows the other
-    "arm": (CONFIGS / "arm.urdf.xacro", {"posture": {"joints": {"elbow": 0.5}}}),
+    "arm": (
+        CONFIGS / "arm.urdf.xacro",
+        {"posture": {"joints": {"elbow": 0.5}}, "snap": {"angle": 1e-4}},
+    ),
 }  # fmt: skip
 
 

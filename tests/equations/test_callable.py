@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -123,6 +124,23 @@ def test_wrong_arrays_are_named(language: str, tmp_path: Path) -> None:
         robot.mass_matrix(right + 1j)
 
 
+Call = Callable[[Robot, Any, Any, Any], Any]
+#: All that takes any kind of number.
+CALLS: dict[str, Call] = {
+    "mass_matrix": lambda r, q, qd, u: r.mass_matrix(q),
+    "bias": lambda r, q, qd, u: r.bias(q, qd),
+    "inverse": lambda r, q, qd, u: r.inverse_dynamics(q, qd, u),
+    "forward": lambda r, q, qd, u: r.forward_dynamics(q, qd, u),
+    "by_q": lambda r, q, qd, u: r.inverse_dynamics_derivatives(q, qd, u)[0],
+    "regressor": lambda r, q, qd, u: r.regressor(q, qd, u),
+    "position": lambda r, q, qd, u: r.position(r.bodies[-1], q),
+    "jacobian": lambda r, q, qd, u: r.jacobian(r.bodies[-1], q),
+    "energy": lambda r, q, qd, u: r.energy(q, qd),
+    "centre": lambda r, q, qd, u: r.centre_of_mass(q),
+    "momentum": lambda r, q, qd, u: r.momentum(q, qd),
+}
+
+
 def test_many_states_at_once_have_the_same_bits(tmp_path: Path) -> None:
     path = SHARED / "mbs-samples" / "minimal.mbs"
     if not path.is_file():
@@ -130,17 +148,7 @@ def test_many_states_at_once_have_the_same_bits(tmp_path: Path) -> None:
     _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
     many = load_equations(tmp_path / "minimal.mbs", math=np)
     states = np.random.default_rng(2).uniform(-1, 1, (3, len(robot.joints), 4))
-    place = robot.bodies[-1]
-    calls: list[tuple[str, Any]] = [
-        ("mass_matrix", lambda r, q, qd, u: r.mass_matrix(q)),
-        ("bias", lambda r, q, qd, u: r.bias(q, qd)),
-        ("inverse", lambda r, q, qd, u: r.inverse_dynamics(q, qd, u)),
-        ("forward", lambda r, q, qd, u: r.forward_dynamics(q, qd, u)),
-        ("position", lambda r, q, qd, u: r.position(place, q)),
-        ("jacobian", lambda r, q, qd, u: r.jacobian(place, q)),
-        ("momentum", lambda r, q, qd, u: r.momentum(q, qd)),
-    ]
-    for name, call in calls:
+    for name, call in CALLS.items():
         found = call(many, *states)
         for k in range(4):
             wanted = call(robot, *states[:, :, k])
@@ -148,6 +156,43 @@ def test_many_states_at_once_have_the_same_bits(tmp_path: Path) -> None:
             assert error(found[..., k], wanted) <= 1e-14, name
     with pytest.raises(ValueError, match="joints"):
         many.mass_matrix(states[0, 1:])
+
+
+def test_casadi(tmp_path: Path) -> None:
+    casadi = pytest.importorskip("casadi", reason="casadi is not installed")
+    path = SHARED / "mbs-samples" / "minimal.mbs"
+    if not path.is_file():
+        pytest.skip("../shared is not here")
+    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
+    symbolic = load_equations(tmp_path / "minimal.mbs", math=casadi)
+    n = len(robot.joints)
+    state = np.random.default_rng(7).uniform(-1, 1, (3, n))
+    symbols = [casadi.SX.sym(name, n) for name in ("q", "qd", "u")]
+    for name, call in CALLS.items():
+        made = casadi.vertcat(*call(symbolic, *symbols).ravel().tolist())
+        found = np.array(casadi.Function("f", symbols, [made])(*state)).ravel()
+        assert error(found, np.ravel(call(robot, *state))) <= 1e-13, name
+
+
+@pytest.mark.slow
+def test_jax(tmp_path: Path) -> None:
+    """Compiled by JAX, and differentiated: the derivatives are ours."""
+    jax = pytest.importorskip("jax", reason="jax is not installed")
+    path = SHARED / "mbs-samples" / "minimal.mbs"
+    if not path.is_file():
+        pytest.skip("../shared is not here")
+    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
+    traced = load_equations(tmp_path / "minimal.mbs", math=jax.numpy)
+    state = np.random.default_rng(8).uniform(-1, 1, (3, len(robot.joints)))
+
+    @jax.jit
+    def force(*state: Any) -> Any:
+        return jax.numpy.stack([1.0 * x for x in traced.inverse_dynamics(*state)])
+
+    with jax.enable_x64(True):
+        assert error(np.asarray(force(*state)), robot.inverse_dynamics(*state)) <= 1e-13
+        by_q = np.asarray(jax.jacfwd(force)(*state))
+        assert error(by_q, robot.inverse_dynamics_derivatives(*state)[0]) <= 1e-13
 
 
 class Symbol:

@@ -172,3 +172,26 @@ def test_wrong_contacts(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(TINY, options={"contacts": options})
     assert caught.value.code == code
+
+
+def test_friction_is_the_smallest_that_the_urdf_states() -> None:
+    feet = {"links": ["body", "hand"], "points": {"body": [[0, 0, 0]], "hand": [[0, 0, 0]]}}
+    gazebo = "".join(
+        f'<gazebo reference="{link}"><mu1>{mu}</mu1></gazebo>'
+        for link, mu in (("body", 0.5), ("hand", 0.4), ("arm", 0.1), ("hand", -1), ("hand", 9e9))
+    )
+    bullet = '<contact><lateral_friction value="0.2"/></contact>'
+    for more, options, friction in (
+        (gazebo, {}, "0.4"),
+        (gazebo, {"friction": 0.7}, "0.7"),
+        (bullet, {}, "0.2"),
+        ("", {}, "0.9"),  # what it has of its own
+        ("<!-- -->", {}, "0.8"),
+    ):
+        own = TINY if "-->" not in more else TINY.replace("mu1", "mu2")
+        text = own.replace("</robot>", f"{more}</robot>")
+        if more is bullet:
+            text = TINY.replace('<link name="body">', f'<link name="body">{bullet}')
+        result = convert_text(text, passes={"contacts": {**feet, **options}})
+        (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+        assert {p.name: p.values for p in law.parameters}["friction"] == (friction,)

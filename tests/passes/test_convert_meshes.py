@@ -192,7 +192,7 @@ def test_missing_mesh_is_named_with_where_it_was_looked_for(tmp_path: Path) -> N
         "2 meshes not found: 'package://p/gone.stl' (link link0 and 1 more), "
         "'package://nowhere_at_all/a.stl' (link link2)"
     )
-    assert str(tmp_path / "p" / "gone.stl") in (one.hint or "")
+    assert str(tmp_path / "p") in (one.hint or "")
     assert "nowhere_at_all" in (one.hint or "")
     lost = conversion.facts["convert-meshes"]["lost"]["missing"]
     assert lost["package://p/gone.stl"]["links"] == ["link0", "link1"]
@@ -217,7 +217,7 @@ def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
     (one,) = conversion.diagnostics
     assert one.code == "mesh-file-missing"
     assert "2 files" in one.message
-    assert "'lost.png' (of a.dae, b.dae), 'lost.mtl' (of c.obj)" in one.message
+    assert "'lost.png' (of a.dae and 1 more), 'lost.mtl' (of c.obj)" in one.message
     assert len(conversion.files) == 3
     write(conversion)
     again = convert(tmp_path, meshes)

@@ -102,3 +102,26 @@ def test_only_the_joints_that_are_named_are_held() -> None:
     result = convert_text(TINY, options=options)
     names = [held.joint.name for held in result.conversion.simulation.hold]
     assert names == ["wrist_roll", "wrist_pitch"]
+
+
+def test_ros2_control_says_where_joints_start() -> None:
+    def control(value: str) -> str:
+        return (
+            '<ros2_control name="c" type="system"><joint name="wrist_pitch">'
+            '<state_interface name="velocity"><param name="initial_value">9</param>'
+            '</state_interface><state_interface name="position">'
+            f'<param name="initial_value">{value}</param></state_interface></joint>'
+            '<joint name="nobody"><state_interface name="position"><param name="initial_value">1'
+            "</param></state_interface></joint></ros2_control></robot>"
+        )
+
+    for value, options, start in (
+        ("0.25", {}, 0.25),
+        ("0.25", {"from_urdf": False}, 0.0),
+        ("0.25", {"joints": {"wrist_*": 0.5}}, 0.5),
+        ("${q}", {}, 0.0),
+    ):
+        text = TINY.replace("</robot>", control(value))
+        result = convert_text(text, passes={"posture": options})
+        assert starts(result)["wrist_pitch"] == start
+        assert ("number-left-out" in [d.code for d in result.diagnostics]) == (value == "${q}")

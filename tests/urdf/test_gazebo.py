@@ -300,3 +300,21 @@ def test_a_sensor_without_a_name_gets_one() -> None:
     robot, (told,) = read(text)
     assert robot.extensions[0].sensors[0].name == "tool_imu"
     assert told.code == "sensor-renamed"
+
+
+def test_mechanics_without_effect_are_named() -> None:
+    """A link without mass has no weight that gravity could have."""
+    gazebo = (
+        '<gazebo reference="{}"><turnGravityOff>true</turnGravityOff>'
+        "<springStiffness>{}</springStiffness></gazebo>"
+    )
+    joint = '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
+    eye = f'<link name="eye"/>{joint}'
+    places = gazebo.format("tool", 0.0) + gazebo.format("eye", "x") + gazebo.format("hip", 40)
+    _, said = read(eye + places)
+    told = [one.message for one in said if one.code == "mechanics-unread"]
+    assert told == [
+        "<turnGravityOff> of <gazebo> is without effect: it has its weight here: link 'tool'",
+        "<springStiffness> of <gazebo> is without effect: it has no spring here: joint 'hip'",
+    ]
+    assert [one.code for one in said].count("number-left-out") == 1

@@ -219,11 +219,11 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         found = packages.resolve(filename)
         assert found is not None, filename
         assert found.samefile(mesh)
-        assert packages.places_of(filename) == [str(found)]
+        assert packages.places_of(filename) == [str(found.parent)]
     for drive in ("C:/a b.stl", "file:///C:/a b.stl", "file:///C:/a%20b.stl", "file:/c%3A/a.stl"):
         (looked,) = packages.places_of(drive)
         assert not looked.startswith(("/C:", "/c:")), looked
-        assert looked.endswith((":/a b.stl", ":/a.stl"))
+        assert looked.endswith(":")
     for filename in (
         "package://arm/meshes",
         "package://arm/meshes/c.stl",
@@ -238,7 +238,7 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         assert packages.resolve(filename) is None
         assert packages.places_of(filename)
     assert any("nobody_has_it" in p for p in packages.places_of("package://nobody_has_it/m.stl"))
-    assert packages.places_of("package://arm/c.stl") == [str(arm / "c.stl")]
+    assert packages.places_of("package://arm/c.stl") == [str(arm)]
 
 
 @pytest.mark.parametrize(

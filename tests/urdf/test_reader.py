@@ -510,7 +510,7 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
         "mechanics-unread", 9, ("quat_xyzw",), None, "turn",
     ),
     "unknown child of a link": (
-        arm("<contact><a/></contact>"), "unknown-element", 5, ("<contact>", "<link>"), "tip", None,
+        arm("<remark><a/></remark>"), "unknown-element", 5, ("<remark>", "<link>"), "tip", None,
     ),
     "unknown child of a joint": (
         arm(joint='<limits lower="1"/>'), "misspelt", 9, ("<limits>",), None, "turn",
@@ -679,7 +679,7 @@ def test_incomplete_inertials_are_read_as_ros_reads_them(tmp_path: Path) -> None
 
 
 def test_the_same_warning_is_said_once(tmp_path: Path) -> None:
-    links = "".join(f'<link name="l{n}"><contact/><contact/></link>' for n in range(9))
+    links = "".join(f'<link name="l{n}"><remark/><remark/></link>' for n in range(9))
     joints = "".join(
         f'<joint name="j{n}" type="fixed"><parent link="l0"/><child link="l{n}"/></joint>'
         for n in range(1, 9)

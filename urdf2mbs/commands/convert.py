@@ -27,6 +27,7 @@ from urdf2mbs.urdf.reader import stem
 
 EXAMPLES = (
     "urdf2mbs convert robot.urdf -o robot.mbs",
+    "urdf2mbs convert robot.urdf -o robot/ --language c",
     "urdf2mbs convert ur.urdf.xacro -o ur5e/ --arg ur_type:=ur5e --arg name:=ur5e",
     "xacro robot.urdf.xacro | urdf2mbs convert - -o - > robot.mbs",
 )
@@ -47,12 +48,18 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="the file, - for standard output; an existing folder, or DIR/, gets a project "
         "(of a folder of robots: their .mbs files)",
     )  # fmt: skip
+    command.add_argument(
+        "--language", choices=("python", "c", "both"), help="of a project's code; default: python"
+    )
     add_fields(command, *ALONE)
     add_many(command)
 
 
 def carry_out(arguments: argparse.Namespace) -> int:
     output: Any = arguments.output
+    folder = output is not None and (output.endswith(_SEPARATORS) or is_folder(Path(output)))
+    if arguments.language and not folder:
+        raise ConfigError("usage", "--language is for a project: '-o DIR/' makes one")
     if output == "":
         raise ConfigError("usage", "--output: the name of the file is empty")
     if not arguments.robot:
@@ -62,8 +69,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     if is_folder(Path(arguments.robot)):
         return _convert_folder(Path(arguments.robot), output, arguments)
     only_one(arguments)
-    if output is not None and (output.endswith(_SEPARATORS) or is_folder(Path(output))):
-        output = {"project": output}
+    if folder:
+        output = {"project": output, "language": arguments.language or "python"}
     config, lines = without_config(arguments.robot, output, arguments)
     return carry_out_one(config, lines, arguments)
 

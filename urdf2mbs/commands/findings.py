@@ -14,7 +14,7 @@ from typing import Any
 
 import msgspec
 
-from urdf2mbs.commands.printing import near
+from urdf2mbs.commands.printing import EXPANDED, near
 from urdf2mbs.commands.settings import path
 from urdf2mbs.disk.files import noting
 from urdf2mbs.disk.output import write_files
@@ -23,8 +23,6 @@ from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf import written
 
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
-#: What the reader adds to the name of a file that xacro has expanded.
-EXPANDED = " (expanded)"
 #: The code of a difference between two robots.
 DIFFERS = "not-the-same"
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
 import yaml
 from lxml import etree
 
@@ -20,11 +21,13 @@ from urdf2mbs.disk import files
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError, counted, printable, some
+from urdf2mbs.passes.contacts import lowest_points
 from urdf2mbs.report.summary import report
-from urdf2mbs.spatial import Pose, compose
+from urdf2mbs.spatial import add, compose, dot, rotate
 from urdf2mbs.urdf import descriptions
-from urdf2mbs.urdf.model import Link, Mesh, Robot
+from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import expanded, read_text, stem
 from urdf2mbs.xml import lines as xml_lines
@@ -64,8 +67,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 0
 
 
-#: How far a foot may be above the lowest link, as a part of the robot's height.
-LOW = 0.1
+#: How far a foot may be above the ground, and the frame of a wheel above the lowest link's, as
+#: parts of the robot's height.
+LEVEL, LOW = 0.01, 0.1
 
 
 class Findings(NamedTuple):
@@ -103,6 +107,10 @@ def init(
     lines = Lines()
     asked = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
     conversion = Pipeline(asked, lines, installed_plugins=False).run()
+    middle = conversion.facts.get("posture-limit", {}).get("middle")
+    if middle:  # the start pose of the config, in which feet touch the ground
+        asked = msgspec.structs.replace(asked, passes={"posture": {"joints": middle}})
+        conversion = Pipeline(asked, lines, installed_plugins=False).run()
     found = find(conversion)
     name = stem(conversion.settings.source)
     config = Path(f"{name}.yaml") if config is None else config
@@ -110,7 +118,7 @@ def init(
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
-    text = _text(source, config, found, asked.xacro_args, conversion)
+    text = _text(source, config, found, asked.xacro_args, conversion, middle)
     write_files({config: text.encode()}, force=force)
     return config, found
 
@@ -121,11 +129,7 @@ def find(conversion: Conversion) -> Findings:
     packages = Packages(conversion.settings.packages, source)
     data, expansion = expanded(source, packages, config.xacro_args, trust_xacro=config.trust_xacro)
     robot, _ = read_text(source, data, expansion, config.xacro_args)
-    shapes = [
-        shape
-        for link in robot.links.values()
-        for shape in (*(v.geometry for v in link.visuals), *(c.geometry for c in link.collisions))
-    ]
+    shapes = [shape for link in robot.links.values() for shape in _shapes(link)]
     meshes = {shape.filename for shape in shapes if isinstance(shape, Mesh)}
     missing = sorted(name for name in meshes if packages.resolve(name) is None)
     known = packages.found()
@@ -136,7 +140,7 @@ def find(conversion: Conversion) -> Findings:
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
         len(meshes), missing,
-        _feet(robot) if conversion.floating or conversion.base_reason == "own joint" else [],
+        _feet(conversion) if conversion.floating or conversion.base_reason == "own joint" else [],
     )  # fmt: skip
 
 
@@ -155,40 +159,50 @@ def _arguments(names: list[str]) -> dict[str, str]:
     return found
 
 
-def _feet(robot: Robot) -> list[str]:
-    """Links with a shape, at the end of a limb and low down, where all joints are at zero.
+def _feet(conversion: Conversion) -> list[str]:
+    """The links that touch the ground in the start pose, of each foot those with collision shapes.
 
-    A wheel is no foot: contact points are fixed on their link.
+    There are none if the robot stands on something else, too: on its root, or on a wheel, whose
+    contact points would turn with the wheel.  There are none if the base is a guess that may well
+    be wrong.
     """
-    children = robot.children()
-    poses = {robot.root(): Pose((0.0, 0.0, 0.0))}
-    limb: dict[str, str | None] = {robot.root(): None}
-    """Each link, and the joint that moves it, with all that is fixed to it."""
+    if any(said.code == "base-guessed" for said in conversion.diagnostics):
+        return []
+    robot, placement, up = conversion.robot, place(conversion.mbs), conversion.simulation.up
+    moved_by: dict[str, Joint] = {}
     for joint in robot.depth_first():
-        poses[joint.child] = compose(poses[joint.parent], joint.origin.pose)
-        limb[joint.child] = joint.name if joint.moves else limb[joint.parent]
-    inner = {limb[joint.parent] for name in robot.links for joint in children[name] if joint.moves}
-    heights = {name: pose.xyz[2] for name, pose in poses.items()}
-    floor = min(heights.values()) + LOW * (max(heights.values()) - min(heights.values()))
-    low = {limb[name] for name, height in heights.items() if height <= floor}
-    feet: dict[str, str] = {}
-    for name, moved_by in limb.items():
-        link = robot.links[name]
-        if moved_by is None or moved_by in inner or moved_by not in low:
-            continue
-        joint = robot.joints[moved_by]
-        wheel = joint.type == "continuous" and heights[joint.child] <= floor
-        if wheel or not (link.collisions or link.visuals):
-            continue
-        if moved_by not in feet or _likely(link) > _likely(robot.links[feet[moved_by]]):
-            feet[moved_by] = name
-    return list(feet.values())
+        moved_by[joint.child] = joint if joint.moves else moved_by.get(joint.parent, joint)
+    frames: dict[str, float] = {}
+    bottoms: dict[str, float] = {}
+    for link, (segment, pose) in conversion.parts().items():
+        if segment is not conversion.ground:
+            at = compose(placement.bodies[segment.body.name], pose)
+            points = lowest_points(conversion, link, at, 0.0)
+            if points:
+                bottoms[link] = min(dot(up, add(at.xyz, rotate(at.rot, point))) for point in points)
+            if moved_by[link].name != conversion.inserted:
+                frames[link] = dot(up, at.xyz)
+    ground, low = min(bottoms.values(), default=0.0), min(frames.values(), default=0.0)
+    height = max(frames.values(), default=0.0) - low
+    touching = [link for link, bottom in bottoms.items() if bottom <= ground + LEVEL * height]
+    if low < ground - LEVEL * height:
+        return []  # the shapes of what is lower were not found
+    feet: list[str] = []
+    for joint in {moved_by[link].name: moved_by[link] for link in touching}.values():
+        wheel = joint.type == "continuous" and frames[joint.child] <= low + LOW * height
+        if wheel or joint.name == conversion.inserted:
+            return []
+        fixed = [robot.links[link] for link in frames if moved_by[link] is joint]
+        soles = [link for link in fixed if link.name in touching]
+        colliding = [link for link in soles if link.collisions]
+        if not colliding and any(_shapes(link) for link in fixed if link.name not in bottoms):
+            return []  # the foot may be among the shapes that were not found
+        feet += [link.name for link in colliding or soles]
+    return feet
 
 
-def _likely(link: Link) -> tuple[bool, bool, float]:
-    """How likely a link is a foot, to compare links that are fixed to each other."""
-    mass = link.inertial.mass if link.inertial else 0.0
-    return "foot" in link.name.lower(), bool(link.collisions), mass
+def _shapes(link: Link) -> list[Geometry]:
+    return [*(v.geometry for v in link.visuals), *(c.geometry for c in link.collisions)]
 
 
 def _text(
@@ -197,8 +211,12 @@ def _text(
     found: Findings,
     given: Mapping[str, str],
     conversion: Conversion,
+    middle: Mapping[str, float] | None,
 ) -> str:
-    """The text of the config; ``given`` are the xacro arguments of the user."""
+    """The text of the config; ``given`` are the xacro arguments of the user.
+
+    ``middle``: the start positions (rad or m) of joints that zero is no position for.
+    """
     robot = found.robot
     moving = sum(joint.moves for joint in robot.joints.values())
     base = "floating" if conversion.floating else "fixed"
@@ -229,7 +247,7 @@ def _text(
         lines.append(f"{line:{width}}  # {comment}" if comment else line)
     lines += _packages(config, found)
     lines += _args(found, given)
-    lines += _passes(found, conversion)
+    lines += _passes(found, conversion, middle)
     return "\n".join(lines) + "\n"
 
 
@@ -287,15 +305,16 @@ def _argument(value: str) -> str:
     return value if re.fullmatch(r"[\w.+-]*\w", value) else _flow(value)
 
 
-def _passes(found: Findings, conversion: Conversion) -> list[str]:
+def _passes(
+    found: Findings, conversion: Conversion, middle: Mapping[str, float] | None
+) -> list[str]:
     """A start position within the limits, and the passes of a first simulation, as comments."""
     lines: list[str] = []
-    middle = conversion.facts.get("posture-limit", {}).get("middle")
     contacts = f"#   contacts: {{links: {_flow(found.feet)}}}"
     hold = "{frequency: 10, damping_ratio: 0.3}"
     if middle:
         about = "the middle of their limits, which zero is beyond"
-        lines += ["", "passes:", "  posture:", f"    joints: {_flow(middle)}   # {about}"]
+        lines += ["", "passes:", "  posture:", f"    joints: {_flow(dict(middle))}   # {about}"]
         if found.feet:
             lines += [
                 "# Uncomment to let the robot stand on the ground, held by a controller:",
@@ -311,11 +330,14 @@ def _passes(found: Findings, conversion: Conversion) -> list[str]:
             f"#   posture: {{hold: {hold}}}   # Hz; 1 does not swing",
         ]
     if any(said.code == "no-mass" for said in conversion.diagnostics):
-        lines += [
-            *([] if middle or found.feet else ["", "# passes:"]),
-            "# No link has a mass. Uncomment to estimate masses from the geometry:",
-            "#   estimate-inertia: {total_mass: 10}   # kg",
-        ]
+        if any(_shapes(link) for link in found.robot.links.values()):
+            lines += [
+                *([] if middle or found.feet else ["", "# passes:"]),
+                "# No link has a mass. Uncomment to estimate masses from the geometry:",
+                "#   estimate-inertia: {total_mass: 10}   # kg",
+            ]
+        else:
+            lines += ["", "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
     return lines
 
 

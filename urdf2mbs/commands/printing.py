@@ -12,7 +12,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import Plugins, Registered
-from urdf2mbs.messages.diagnostics import Diagnostic, counted
+from urdf2mbs.messages.diagnostics import Diagnostic, counted, render
 from urdf2mbs.report.summary import Report
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
     joints = found.joints
     links, bodies = counted(found.links, "link"), counted(found.bodies, "body")
     print(f"  {links} -> {bodies}, mass {found.mass:.6g} kg")
-    if any(said.code == "no-mass" for said in conversion.diagnostics):
-        print("  NO DYNAMICS: no link has a mass")
+    if found.no_dynamics:
+        print(f"  {found.no_dynamics}")
     print(
         f"  {counted(joints.urdf, 'URDF joint')} -> {joints}; "
         f"{joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
@@ -74,14 +74,42 @@ def decisions(conversion: Conversion, found: Report) -> list[str]:
     return [found.base_in_words, *made[:2]]
 
 
+#: What the reader adds to the name of a file that xacro has expanded.
+EXPANDED = " (expanded)"
+
+
 def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
-    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``."""
+    """Count warnings and notes, and print them on stderr: the notes only if ``verbose``.
+
+    A file's path is printed once.  The lines of a text that is in no file are left out.
+    """
     warnings = [d for d in diagnostics if d.level == "warning"]
     notes = [d for d in diagnostics if d.level == "note"]
-    more = "" if verbose or not notes else " (-v shows them)"
+    more = "" if verbose or not notes else " (-v shows the notes)"
     print(f"  {counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}{more}")
-    for diagnostic in warnings + (notes if verbose else []):
-        print(diagnostic, file=sys.stderr)
+    last = None
+    for said in warnings + notes if verbose else _fold(warnings):
+        path = (said.file or "").removesuffix(EXPANDED)
+        file = Path(path).name if path == last else near(Path(path)) if path else None
+        line = said.line if said.file == path else None
+        print(render(said.level, said.code, said.message, file, line, said.hint), file=sys.stderr)
+        last = path
+
+
+def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
+    """The same warnings, those of one code as one."""
+    folded: dict[str, list[Diagnostic]] = {}
+    for said in warnings:
+        folded.setdefault(said.code, []).append(said)
+    return [
+        msgspec.structs.replace(
+            same[0],
+            message=f"{'; '.join(said.message for said in same[:5])}"
+            + (f"; and {len(same) - 5} more (-v shows them)" if len(same) > 5 else ""),
+            hint="; ".join(dict.fromkeys(said.hint for said in same[:5] if said.hint)) or None,
+        )
+        for same in folded.values()
+    ]
 
 
 def proof_in_words(proof: Proof) -> str:
@@ -105,7 +133,7 @@ def other_way(names: Sequence[str]) -> str:
 TRIED = "tried: MBSysPad 1.8, MBsysC of 2017"
 
 
-def next_steps(conversion: Conversion) -> str:
+def next_steps(conversion: Conversion, found: Report) -> str:
     """The two lines that say what to do with the files."""
     if conversion.rejected is not None:
         return (
@@ -119,7 +147,7 @@ def next_steps(conversion: Conversion) -> str:
             f"Next: open {model} in MBSysPad ({TRIED}), or draw it: urdf2mbs diagram {model}\n"
             "      for a whole Robotran project: output: {project: DIR}, or convert -o DIR/"
         )
-    if any(one.code == "no-mass" for one in conversion.diagnostics):
+    if found.no_dynamics:
         return (
             f"Next: give the links masses: nothing moves by forces; then open {model} in MBSysPad"
         )

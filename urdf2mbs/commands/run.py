@@ -89,7 +89,7 @@ def carry_out_one(config: Config, lines: Lines, arguments: argparse.Namespace) -
     else:
         _summarise(conversion, found, arguments)
         if conversion.files:
-            print(next_steps(conversion))
+            print(next_steps(conversion, found))
     return 0 if conversion.rejected is None else 3
 
 

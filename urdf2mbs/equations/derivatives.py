@@ -14,13 +14,13 @@ from dataclasses import dataclass
 from urdf2mbs.equations.dynamics import (
     Moving,
     add_matrices,
+    inertial_force,
     matter,
     motions,
     multiply,
     outer,
     shift_moments,
     turn_moments,
-    turning,
 )
 from urdf2mbs.equations.graph import Expr
 from urdf2mbs.equations.slide import slide
@@ -96,14 +96,9 @@ def _body(
     tree: Tree, frame: Frame, moving: Moving, mass: Expr, first: Vector, second: Matrix
 ) -> Carried:
     twice = tree.times(tree.graph.constant(2.0), moving.spin)
-    f = tree.plus(tree.times(mass, moving.pull), multiply(tree, moving.field, first))
-    n = tree.plus(tree.cross(first, moving.pull), turning(tree, moving.field, second))
-    if frame.body is not None:
-        force, torque = tree.loads(frame)
-        f = tree.minus(f, force)
-        n = tree.minus(n, tree.plus(torque, tree.cross(tree.centre(frame), force)))
+    force = inertial_force(tree, frame, moving, mass, first, second)
     mixed = [list(tree.cross(twice, (x, y, z))) for x, y, z in second]
-    return Carried(mass, first, second, tree.cross(twice, first), mixed, (f, n))
+    return Carried(mass, first, second, tree.cross(twice, first), mixed, force)
 
 
 def _unit(tree: Tree, frame: Frame, moving: Moving) -> Unit:

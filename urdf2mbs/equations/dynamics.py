@@ -7,7 +7,7 @@ composite bodies (Walker and Orin, 1982; both in Featherstone, Rigid Body Dynami
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from urdf2mbs.equations.columns import Columns
@@ -43,19 +43,26 @@ def joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
 
     Inwards go the force and the torque about a frame's origin that all further out needs.
     """
-    frames = tree.frames
     slide(tree, columns=False)
-    moving = motions(tree, accelerated)
+    moving, moments = motions(tree, accelerated), _second_moments(tree)
+    out = _gather(tree, lambda k: _body(tree, tree.frames[k], moving[k], moments[k]))
+    if tree.fold:
+        matters = list(zip(tree.frames, moving, *matter(tree), strict=True))
+        other = _gather(tree, lambda k: inertial_force(tree, *matters[k]))
+        return min(out, other, key=lambda forces: len(tree.graph.reach(forces)))
+    return out
+
+
+def _gather(tree: Tree, needed: Callable[[int], tuple[Vector, Vector]]) -> list[Expr]:
+    """The joint forces, from force and moment that each body needs."""
+    frames = tree.frames
     out = [0] * len(frames)
-    moments = _second_moments(tree)
     force: list[Vector] = [NONE] * len(frames)
     torque: list[Vector] = [NONE] * len(frames)
     for frame in reversed(frames[1:]):
         k = frame.number
-        f, n = force[k], torque[k]
-        if frame.body is not None:
-            own, moment = _body(tree, frame, moving[k], moments[k])
-            f, n = tree.plus(own, f), tree.plus(moment, n)
+        own, moment = needed(k)
+        f, n = tree.plus(own, force[k]), tree.plus(moment, torque[k])
         out[k] = n[frame.axis] if frame.turns else f[frame.axis]
         f, n = tree.inward(frame, f), tree.inward(frame, n)
         n = tree.plus(n, tree.cross(frame.offset, f))
@@ -147,12 +154,26 @@ def _second_moment(tree: Tree, frame: Frame) -> Matrix:
 
 def _body(tree: Tree, frame: Frame, moving: Moving, moments: Matrix) -> tuple[Vector, Vector]:
     """Force and moment about the frame's origin that a body needs, less what acts on it."""
+    if frame.body is None:
+        return NONE, NONE
     mass, centre = tree.mass(frame), tree.centre(frame)
     frc, trq = tree.loads(frame)
     f = tree.times(mass, tree.plus(moving.pull, multiply(tree, moving.field, centre)))
     f = tree.minus(f, frc)
     n = turning(tree, moving.field, moments)
     return f, tree.minus(tree.plus(n, tree.cross(centre, f)), trq)
+
+
+def inertial_force(
+    tree: Tree, frame: Frame, moving: Moving, mass: Expr, first: Vector, second: Matrix
+) -> tuple[Vector, Vector]:
+    """The same for mass, first and second moments about the frame's origin."""
+    f = tree.plus(tree.times(mass, moving.pull), multiply(tree, moving.field, first))
+    n = tree.plus(tree.cross(first, moving.pull), turning(tree, moving.field, second))
+    if frame.body is None:
+        return f, n
+    frc, trq = tree.loads(frame)
+    return tree.minus(f, frc), tree.minus(n, tree.plus(trq, tree.cross(tree.centre(frame), frc)))
 
 
 def turning(tree: Tree, field: Matrix, moments: Matrix) -> Vector:
@@ -205,7 +226,8 @@ def matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
     """Mass, first and second moments of each body about its frame's origin, in its axes.
 
     With constants folded, what lies on the axis of a turn is counted in the frame before it:
-    a mass at the origin, a first and a second moment along the axis.
+    a mass at the origin, a first and a second moment along the axis.  So are the second moments of
+    what shifts.
     """
     add, mul = tree.graph.add, tree.graph.mul
     mass: list[Expr] = []
@@ -219,6 +241,9 @@ def matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
         second.append([[add(about[i][j], mul(h[i], c[j])) for j in range(3)] for i in range(3)])
     for frame in reversed(tree.frames[1:]) if tree.fold else ():
         if not frame.turns:
+            moved = relabel_matrix(second[frame.number], frame.back)
+            second[frame.parent] = add_matrices(tree, second[frame.parent], moved)
+            second[frame.number] = [[0] * 3 for _ in "xyz"]
             continue
         k, parent, p = frame.number, frame.parent, frame.offset
         own_axis = along(frame.axis, 1)

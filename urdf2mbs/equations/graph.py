@@ -7,6 +7,7 @@ opposite sign, 0 for zero, 1 for one.  So zeros, ones and signs cost nothing, ``
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from enum import IntEnum
 from math import cos, sin, sqrt
 
@@ -155,6 +156,23 @@ class Graph:
     def input(self, name: str) -> Expr:
         """A value that a call of a user function gives: it is never equal to another."""
         return self._node(Op.INPUT, 0, name=name)
+
+    def operands(self, node: int) -> tuple[int, ...]:
+        """The numbers of the nodes that a node is made of."""
+        if self.op[node] in LEAVES:
+            return ()
+        a = abs(self.a[node])
+        return (a, abs(self.b[node])) if self.op[node] in BINARY else (a,)
+
+    def reach(self, results: Iterable[Expr]) -> list[int]:
+        """All nodes that some results need; what a node is made of stands before it."""
+        stack = [abs(x) for x in results]
+        nodes = set(stack)
+        while stack:
+            new = [x for x in self.operands(stack.pop()) if x not in nodes]
+            nodes.update(new)
+            stack += new
+        return sorted(nodes)
 
 
 #: An angle that is nearest to a multiple of 90 degrees, as numbers of 53 bits go, is that multiple.

@@ -27,32 +27,12 @@ def in_pairs(routine: Routine, alike: list[tuple[Expr, Expr]]) -> Routine:
     """The routine with pairs where it pays; ``alike`` are the results of mirrored joints."""
     graph = routine.graph
     stores = [step for step in routine.steps if isinstance(step, Store)]
-    used = _used(graph, [store.value for store in stores])
+    used = graph.reach(store.value for store in stores)
     twins = _twins(graph, used, alike)
     writer = _Writer(graph, twins)
     for node in _order(graph, used, twins):
         writer.make(node)
     return Routine(graph, [Store(store.places, writer.scalar(store.value)) for store in stores])
-
-
-def _operands(graph: Graph, node: int) -> tuple[int, ...]:
-    """The numbers of the nodes that a node is made of."""
-    op = graph.op[node]
-    if op in LEAVES:
-        return ()
-    a = abs(graph.a[node])
-    return (a, abs(graph.b[node])) if op in BINARY else (a,)
-
-
-def _used(graph: Graph, results: list[Expr]) -> list[int]:
-    """All nodes that some results need; what a node is made of stands before it."""
-    stack = [abs(x) for x in results]
-    nodes = set(stack)
-    while stack:
-        new = [x for x in _operands(graph, stack.pop()) if x not in nodes]
-        nodes.update(new)
-        stack += new
-    return sorted(nodes)
 
 
 def _shapes(graph: Graph, used: list[int]) -> dict[int, int]:
@@ -61,7 +41,7 @@ def _shapes(graph: Graph, used: list[int]) -> dict[int, int]:
     out: dict[int, int] = {}
     for node in used:
         op = graph.op[node]
-        key: tuple[object, ...] = (op, *sorted(out[x] for x in _operands(graph, node)))
+        key: tuple[object, ...] = (op, *sorted(out[x] for x in graph.operands(node)))
         if op == Op.SYMBOL:  # the number of the joint is the last index
             key = (op, graph.name[node].rpartition("[")[0])
         out[node] = known.setdefault(key, len(known))
@@ -100,7 +80,7 @@ def _linked(graph: Graph, twins: dict[int, Twin]) -> dict[int, Twin]:
     """Without twins that neither are made of twins nor make any: these would not pay."""
     linked: set[int] = set()
     for m, twin in twins.items():
-        for x, u in zip(_operands(graph, m), twin.operands, strict=False):
+        for x, u in zip(graph.operands(m), twin.operands, strict=False):
             if x in twins and twins[x].node == abs(u):
                 linked |= {m, x}
     return {m: twin for m, twin in twins.items() if m in linked}
@@ -115,7 +95,7 @@ def _order(graph: Graph, used: list[int], twins: dict[int, Twin]) -> list[int]:
     users: dict[int, list[int]] = {node: [] for node in used}
     missing: dict[int, int] = {}
     for node in used:
-        operands = _operands(graph, node)
+        operands = graph.operands(node)
         for x in operands:
             users[x].append(node)
         missing[node] = len(operands)

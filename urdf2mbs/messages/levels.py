@@ -24,10 +24,11 @@ loop-open loop-renamed loop-row-of-zeros loops mass-negative mass-without-inerti
 material-undefined material-unnamed mbs-name mechanics-unread merge-conflict-won merge-orphaned
 mesh-file-missing mesh-missing mesh-moved mesh-not-converted mesh-not-ours mesh-part mesh-scale
 mesh-too-large mesh-unreadable mesh-up-axis mimic mimic-driven mimic-held mimic-leader
-mimic-left-out mimic-massless misspelt name-blank no-mass number-commas number-left-out
-package-unresolved plugin-idle point-without-rotation posture-limit posture-state
+mimic-left-out mimic-massless misspelt name-blank no-mass nothing-estimated number-commas
+number-left-out package-unresolved plugin-idle point-without-rotation posture-limit posture-state
 project-names-lost project-obsolete project-renamed property-unused robot-unnamed
-safety-controller sensor-left-out sensor-renamed singular singular-at-start singular-not-tested
+rotors-left-out safety-controller sensor-left-out sensor-renamed singular singular-at-start
+singular-not-tested snapped
 stand texture time-step time-step-short time-step-softened unknown-attribute unknown-element
 world-implied xacro-left xacro-legacy xacro-macro-unknown xacro-message xacro-unused-arg
 xacro-warning xml-mended xml-namespace

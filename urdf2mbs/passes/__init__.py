@@ -14,8 +14,10 @@ _COMPACT = ("lump-fixed", "merge-massless", "align-frames")
 #: Each pass is the class of this name, in the file of this name.
 _NAMES = (
     "expand",
+    "snap",  # when given an angle
     "estimate-inertia",  # when given a density or a total mass
     "insert-base",
+    "rotors",  # when given joints, or told to take those of <transmission>
     "prune-massless",
     "force-torque",  # when given joints
     "lump-fixed",

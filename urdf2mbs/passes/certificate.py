@@ -127,6 +127,7 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
         "versions": {package: version(package) for package in packages},
         "options": _options(conversion.settings.config),
         "changed": [str(change) for change in conversion.changed],
+        "snap": conversion.facts.get("snap", {}).get("angle"),
         "gravity": mbs.base.gravity,
         "base_joint": conversion.inserted if conversion.floating else None,
         "flipped": conversion.names.flipped,

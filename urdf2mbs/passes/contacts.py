@@ -68,8 +68,9 @@ class Contacts(Pass):
     speed: Speed | None = None
     """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
     ``damping_ratio``. A smaller speed damps more."""
-    friction: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.8
-    """Coefficient of friction, a ratio."""
+    friction: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
+    """Coefficient of friction, a ratio; none: the smallest that the URDF states of the links, as
+    ``mu1`` of ``<gazebo>`` or ``<contact><lateral_friction>``, else 0.8."""
     bristles: bool = True
     """Friction in a project has a state, and lets a foot rest; else it is a law of the speed."""
     slip_speed: Speed = 0.05
@@ -88,7 +89,13 @@ class Contacts(Pass):
         places: list[Vec] = []
         for link, (segment, pose) in _choose_links(conversion, self).items():
             at = compose(placement.bodies[segment.body.name], pose)
-            corners = self.points.get(link) or _lowest_points(conversion, link, at, self.within)
+            corners = self.points.get(link) or lowest_points(conversion, link, at, self.within)
+            if not corners:
+                raise ConfigError(
+                    "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
+                    hint="give them (m, in its frame): "
+                    f"'contacts: {{points: {{{link}: [[x, y, z]]}}}}'",
+                )  # fmt: skip
             for number, corner in enumerate(corners, start=1):
                 name = f"{link}_contact_{number}"
                 point = Point(name, compose(pose, Pose(corner)).xyz)
@@ -182,9 +189,10 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
         stiffness = rounded(share * g / depth) or 1000.0
     if speed is None:
         speed = rounded(sqrt(g * depth) / (2 * options.damping_ratio)) or 0.1
+    friction = _stated_friction(conversion) if options.friction is None else options.friction
     law = {
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
-        "friction": options.friction,
+        "friction": friction,
     }  # fmt: skip
     if options.bristles and conversion.settings.project is not None:
         law["bristle"] = rounded(depth) or 0.001
@@ -192,6 +200,14 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     else:
         law["slip_speed"] = options.slip_speed
     mbs.user_models.append(UserModel.of("contact", law))
+
+
+def _stated_friction(conversion: Conversion) -> float:
+    """The smallest friction that the URDF states of a link that touches the ground, or 0.8."""
+    touching = {contact.link for contact in conversion.simulation.contacts}
+    stated = [e.numbers for e in conversion.robot.extensions if e.reference in touching]
+    numbers = [of["mu1"] for of in stated if 0.0 <= of.get("mu1", -1.0) <= 100.0]
+    return min(numbers, default=0.8)
 
 
 def _longest_leg(mbs: Mbs) -> float:
@@ -213,8 +229,11 @@ def _longest_leg(mbs: Mbs) -> float:
 # --- the lowest points of shapes ---
 
 
-def _lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -> list[Vec]:
-    """In the link's frame (m); ``at`` is where the link is at the start position."""
+def lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -> list[Vec]:
+    """In the link's frame (m); ``at`` is where the link is at the start position.
+
+    A link without shapes that can be read has none.
+    """
     x, y, z = rotate(transpose(at.rot), conversion.simulation.up)
     down = (-x, -y, -z)
     element = conversion.robot.links[link]
@@ -225,12 +244,7 @@ def _lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -
         points = _lowest_of(conversion, link, part.geometry, local)
         if points:
             lowest.append([add(pose.xyz, rotate(pose.rot, point)) for point in points])
-    if not lowest:
-        raise ConfigError(
-            "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
-            hint=f"give them (m, in its frame): 'contacts: {{points: {{{link}: [[x, y, z]]}}}}'",
-        )  # fmt: skip
-    deepest = max(dot(down, point) for points in lowest for point in points)
+    deepest = max((dot(down, point) for points in lowest for point in points), default=0.0)
     return [
         point
         for points in lowest

@@ -318,7 +318,7 @@ def _warn_of_lost(
     for code, meshes, what, hint in (
         (
             "mesh-missing", lost.missing, "not found",
-            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 4)}",
+            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 2)}",
         ),
         (
             "mesh-not-ours", lost.not_ours,
@@ -374,7 +374,7 @@ def _warn_of_differences(
             hint="leave out 'up_axis: apply' to do as they do",
         )
     if lost:
-        named = (f"'{name}' (of {some(meshes, 3)})" for name, meshes in lost.items())
+        named = (f"'{name}' (of {some(meshes, 1)})" for name, meshes in lost.items())
         conversion.warn(
             "mesh-file-missing",
             f"{counted(len(lost), 'file')} that meshes name not found, relative to the mesh; "

@@ -106,6 +106,10 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
                 solids[link.name] = solid, means
     if not solids:
         conversion.facts["estimate-inertia"] = {"links": {}}
+        conversion.warn(
+            "nothing-estimated",
+            "no link got an inertia: no link without one has a shape with a volume",
+        )
         return
     density = options.density or _density(conversion, solids, options.total_mass or 0.0)
     links: dict[str, dict[str, Any]] = {}
@@ -115,7 +119,7 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
         inertial = Inertial(mass, (xx, xy, xz, yy, yz, zz), Origin(centre))
         conversion.robot.links[name].inertial = inertial
         links[name] = {"from": means, "mass": mass, "centre": centre, "inertia": moments}
-    listed = ", ".join(f"{n} {link['mass']:.4g} kg ({link['from']})" for n, link in links.items())
+    listed = some(f"{n} {link['mass']:.4g} kg ({link['from']})" for n, link in links.items())
     conversion.warn(
         "inertia-estimated",
         f"{counted(len(links), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "

@@ -8,6 +8,9 @@ A URDF does not say if the base floats, so ``auto`` guesses.  A root that is tie
 fixed.  A root without mass is the foot of an arm: if it floated, the mass matrix would be singular.
 Only masses that the file states count, no estimated ones.  A root that carries one limb and no
 wheels is the foot of an arm, too.  Every other base floats.
+
+A guess is a warning if it may well be wrong: the root has mass and carries one limb, or the robot
+has no wheels and stands on its root.
 """
 
 from __future__ import annotations
@@ -49,13 +52,15 @@ class InsertBase(Pass):
             reason = "massless root"
             why = f"root link '{root}' has no mass, nor has what is fixed to it"
             guessed = not welded.isdisjoint(estimated)
-        elif _is_limb(robot, welded):
-            reason, guessed = "one limb", True
-            why = f"root link '{root}' carries one limb without wheels, as the foot of an arm does"
         else:
-            floats, reason = True, "free root"
-            guessed = any(joint.moves for joint in robot.joints.values())
-            why = f"nothing ties root link '{root}' to the world, and it has mass"
+            moving, one, wheels = _look_at_limbs(robot, welded)
+            if one and moving >= LIMB and not wheels:
+                reason, guessed = "one limb", True
+                why = f"root link '{root}' carries one limb without wheels, as an arm's foot does"
+            else:
+                floats, reason = True, "free root"
+                why = f"nothing ties root link '{root}' to the world, and it has mass"
+                guessed = not wheels and (one or (moving > 0 and _stands_on(robot, welded)))
         conversion.floating, conversion.base_reason = floats, reason
         kind = "floating" if floats else "fixed"
         text = why if floating else f"{kind} base: {why}"
@@ -83,19 +88,27 @@ def _mass(link: Link) -> float:
     return 0.0 if link.inertial is None else link.inertial.mass
 
 
-def _is_limb(robot: Robot, welded: set[str]) -> bool:
-    """True if one limb without wheels is all that moves on the root and what is fixed to it."""
+def _look_at_limbs(robot: Robot, welded: set[str]) -> tuple[int, bool, bool]:
+    """How many joints move, whether all hang at one joint of the root, and whether wheels turn.
+
+    A planar joint is no limb's: it leads to a cart.
+    """
     children = robot.children()
     first = [joint for link in welded for joint in children[link] if joint.moves]
-    if len(first) != 1 or first[0].type == "planar":
-        return False
     moving = [joint for joint in robot.joints.values() if joint.moves]
     carrying: set[str] = set()
     for joint in reversed(robot.depth_first()):
         if joint.moves or joint.child in carrying:
             carrying.add(joint.parent)
-    ends = [joint for joint in moving if joint.child not in carrying]
-    return len(moving) >= LIMB and sum(joint.type == "continuous" for joint in ends) < WHEELS
+    turning = [j for j in moving if j.child not in carrying and j.type == "continuous"]
+    one = len(first) == 1 and first[0].type != "planar"
+    return len(moving), one, len(turning) >= WHEELS
+
+
+def _stands_on(robot: Robot, welded: set[str]) -> bool:
+    """True if no frame of a moving link is below those of the root and what is fixed to it."""
+    heights = {link: pose.xyz[2] for link, pose in robot.poses().items()}
+    return min(heights[link] for link in welded) <= min(heights.values())
 
 
 def _find_welded(robot: Robot, root: str) -> tuple[set[str], str | None]:

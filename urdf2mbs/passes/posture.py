@@ -1,7 +1,8 @@
 """Posture: the position that a simulation starts from.
 
-Beyond the method, whose models start at zero.  Joints get their initial value from the config
-or from a group state of an SRDF file.  Followers (``<mimic>``) start where their rule says.
+Beyond the method, whose models start at zero.  Joints get their initial value from the config,
+from a group state of an SRDF file, or from ``<ros2_control>``.  Followers (``<mimic>``) start
+where their rule says.
 
 In a project no joint starts beyond its limits: its soft stop would throw the joint back.  Such a
 joint starts at the nearest limit.  A leader also stays within the limits of its followers, if it
@@ -27,7 +28,7 @@ from urdf2mbs.conversion import Conversion, Step, choose, fits
 from urdf2mbs.disk import files
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Joint
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
+from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
 from urdf2mbs.ranges import Coordinate
 from urdf2mbs.simulation import Coupling, Held
 from urdf2mbs.xml import lines as xml_lines
@@ -63,13 +64,18 @@ class Posture(Pass):
     """The group state of the SRDF file; ``joints`` overrule it."""
     hold: HoldOptions | None = None
     """A PD controller that holds the start position: ``{frequency: 10, damping_ratio: 0.3}``."""
+    from_urdf: bool = True
+    """Start from the ``initial_value`` of positions in ``<ros2_control>``; the other options
+    overrule them."""
     inside: bool = True
     """In a project, start each joint within its limits."""
 
     def run(self, conversion: Conversion) -> None:
-        asked = self.joints or self.srdf or self.state
+        starts = _starts(conversion) if self.from_urdf else {}
+        asked = starts or self.joints or self.srdf or self.state
         settable, followers = _joints(conversion) if asked else ({}, set())
-        given = _group_state(conversion, self, settable) if self.srdf or self.state else {}
+        given = {name: start for name, start in starts.items() if name in settable}
+        given |= _group_state(conversion, self, settable) if self.srdf or self.state else {}
         for pattern, value in self.joints.items():
             _refuse(conversion, pattern, settable, followers)
             names = choose([pattern], settable, "posture-joint", "posture: no joint")
@@ -90,6 +96,8 @@ class Posture(Pass):
 FREQUENCY, DAMPING_RATIO = 10.0, 0.3
 #: A joint may be so far beyond its limits (rad or m): numbers in a file are rounded.
 ROUNDING = 1e-9
+#: The start positions of more joints are too long for a message.
+SHOWN = 10
 
 
 def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
@@ -109,6 +117,16 @@ def _joints(conversion: Conversion) -> tuple[dict[str, Joint], set[str]]:
             else:
                 settable[name] = joint
     return settable, followers
+
+
+def _starts(conversion: Conversion) -> dict[str, float]:
+    """The positions that ``<ros2_control>`` states, by joint."""
+    starts: dict[str, float] = {}
+    for extension in conversion.robot.extensions:
+        if extension.starts:
+            starts |= extension.starts
+            conversion.simulation.used.append(extension)
+    return starts
 
 
 def _refuse(
@@ -215,12 +233,15 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
     }
     names = {name: msgspec.json.encode(name).decode() for name in middle}
     listed = ", ".join(f"{names[name]}: {q!r}" for name, q in middle.items())
+    hint = f"the middle of the limits: 'passes: {{posture: {{joints: {{{listed}}}}}}}'"
+    if not middle:
+        hint = "give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'"
+    elif len(middle) > SHOWN:
+        hint = "'urdf2mbs init' writes a config that starts them in the middle of their limits"
     conversion.warn(
         "posture-limit",
-        f"joints that {'would ' if move else ''}start beyond their limits: {'; '.join(texts)}",
-        hint=f"the middle of the limits: 'passes: {{posture: {{joints: {{{listed}}}}}}}'"
-        if middle
-        else "give a start position: 'passes: {posture: {joints: {NAME: VALUE}}}'",
+        f"joints that {'would ' if move else ''}start beyond their limits: {some(texts)}",
+        hint=hint,
     )
     conversion.facts["posture-limit"] = {"middle": middle}
 

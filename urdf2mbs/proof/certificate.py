@@ -247,6 +247,21 @@ def compare_rest(robot, model, proof, names, wrong):
             wrong(f"{thing}: the certificate does not name it")
 
 
+def snap(robot, most):
+    """Put exact angles and axes in place of those that are at most so far off (rad)."""
+    for joint in robot.iterfind("joint") if most else ():
+        rpy, axis = numbers(joint, "origin", "rpy"), numbers(joint, "axis", "xyz")
+        right = [round(angle / (pi / 4)) * pi / 4 for angle in rpy]
+        near = [b if abs(a - b) <= most else a for a, b in zip(rpy, right)]
+        if near != [*rpy]:
+            joint.find("origin").set("rpy", " ".join(map(repr, near)))
+        near = [round(c / max(map(abs, axis))) for c in axis] if any(axis) else axis
+        sizes = [sqrt(sum(c * c for c in vector)) or 1.0 for vector in (axis, near)]
+        off = [a / sizes[0] - b / sizes[1] for a, b in zip(axis, near)]
+        if any(off) and sqrt(sum(c * c for c in off)) <= most:
+            joint.find("axis").set("xyz", " ".join(map(repr, near)))
+
+
 class Refuse(ET.TreeBuilder):
     def doctype(self, *_):
         raise ValueError("a <!DOCTYPE>, whose entities could hide what is read")
@@ -263,6 +278,7 @@ def replay(*files):
     for file, texts in zip(files, ((data[0], canonical), data[1:2])):
         if digests.isdisjoint(sha256(text).hexdigest() for text in texts):
             wrong.append(f"{file} is not the file that was certified")
+    snap(robot, proof.get("snap"))
     for element in model.iter():
         element.text = (element.text or "").strip()
     listed = {group["coordinate"]: group for group in proof["groups"]}

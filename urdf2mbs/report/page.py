@@ -28,10 +28,9 @@ from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.report import around
 from urdf2mbs.report.motion import motion
 from urdf2mbs.report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
-from urdf2mbs.report.summary import report, verdict
+from urdf2mbs.report.summary import left_out, report, verdict
 from urdf2mbs.report.table import number, table, titled, vector
 from urdf2mbs.simulation import Simulation
-from urdf2mbs.urdf.left_out import left_out
 
 #: The package that brings three.js, and where in it three.js is.
 THREE = ("jupyter-threejs-sage", "jupyter_threejs_sage/static/r130/three.min.js")
@@ -86,6 +85,10 @@ def make(conversion: Conversion) -> Page:
         "joints": list(conversion.names.joints.items()),
         "marks": around.marks(conversion.simulation, model),
     }
+    for url in list(store.missing):  # a mesh that neither side has is one mesh
+        filename = filenames.get(PurePosixPath(url).stem, url)
+        if filename != url and filename in store.missing:
+            del store.missing[url]
     if model.view:
         data |= {"size": 18 * model.view.frame, "frame": model.view.frame}
     return _fill(
@@ -232,8 +235,8 @@ def _facts(conversion: Conversion) -> str:
         found.base_in_words,
         f"{warnings} warning{'' if warnings == 1 else 's'}",
     ]
-    if any(d.code == "no-mass" for d in conversion.diagnostics):
-        facts.append("<b>NO DYNAMICS: no link has a mass</b>")
+    if found.no_dynamics:
+        facts.append(f"<b>{found.no_dynamics}</b>")
     return " · ".join(facts)
 
 
@@ -387,28 +390,11 @@ def _names(conversion: Conversion) -> str:
     )
 
 
-#: The parts of a joint that a pass may have found a place for, and the code that says so.
-_KEPT = {
-    "limit": "limit",
-    "dynamics": "joint-dynamics",
-    "safety_controller": "safety-controller",
-    "calibration": "calibration",
-}
-
-
 def _left_out(conversion: Conversion) -> str:
     """Every number of the URDF's joints that has found no place."""
-    simulation = conversion.simulation
-    following = {c.follower.name for c in (*simulation.couplings, *simulation.driven)}
-    kept = {part: simulation.kept.get(code, set()) for part, code in _KEPT.items()}
-    kept["mimic"] = {
-        name for name, own in conversion.names.coordinates.items() if following.issuperset(own)
-    }
     rows = []
-    for name, parts in left_out(conversion.robot).items():
+    for name, parts in left_out(conversion).items():
         for part, values in parts.items():
-            if name in kept[part]:
-                continue
             listed = ", ".join(
                 f"{key} {'none' if value is None else value if key == 'joint' else repr(value)}"
                 for key, value in values.items()

@@ -13,7 +13,6 @@ from urdf2mbs.messages.diagnostics import Diagnostic, counted
 from urdf2mbs.proof.verdict import NOT_CHECKED, Proof
 from urdf2mbs.spatial import Vec
 from urdf2mbs.urdf.changes import RobotChange, describe
-from urdf2mbs.urdf.left_out import left_out
 
 #: The reasons of ``base: auto`` that may be wrong.
 GUESSES = {
@@ -68,7 +67,7 @@ class Report(msgspec.Struct):
     changed: list[RobotChange]
     """What passes have changed of the robot that the URDF states."""
     left_out: dict[str, dict[str, dict[str, Any]]]
-    """What the URDF's joints have and an .mbs has no place for: every number by its name."""
+    """What the URDF's joints have and has found no place in the .mbs: every number by its name."""
     verdict: str
     """``NOT CHECKED``, ``NOT the same robot``, or ``the same robot`` with what it is but for, and
     what was not compared."""
@@ -77,6 +76,13 @@ class Report(msgspec.Struct):
     diagnostics: list[Diagnostic]
     passes: dict[str, Any]
     """What passes have added, each under its name."""
+
+    @property
+    def no_dynamics(self) -> str:
+        """Why no forces can move the robot; empty if they can."""
+        if any(said.code == "no-mass" for said in self.diagnostics):
+            return "NO DYNAMICS: no link has a mass"
+        return f"NO DYNAMICS: the masses add up to {self.mass:.6g} kg" if self.mass < 0 else ""
 
     @property
     def base_in_words(self) -> str:
@@ -125,12 +131,46 @@ def report(conversion: Conversion) -> Report:
         frames=conversion.frames,
         frozen=conversion.frozen,
         changed=conversion.changed,
-        left_out=left_out(robot),
+        left_out=left_out(conversion),
         verdict=verdict(conversion),
         proof=conversion.proof,
         diagnostics=conversion.diagnostics,
         passes=conversion.facts,
     )  # fmt: skip
+
+
+#: The parts of a joint that are not in an .mbs by themselves, and the code that says so.
+PARTS = {
+    "limit": "limit",
+    "dynamics": "joint-dynamics",
+    "mimic": "mimic",
+    "safety_controller": "safety-controller",
+    "calibration": "calibration",
+}
+
+
+def left_out(conversion: Conversion) -> dict[str, dict[str, dict[str, Any]]]:
+    """By URDF joint that moves and part, each number with its name (units: those of URDF), if no
+    pass has found a place for the part.
+
+    A limit that is not there, as it is infinite or could not be read, is None.
+    """
+    simulation = conversion.simulation
+    following = {c.follower.name for c in (*simulation.couplings, *simulation.driven)}
+    follow = {
+        name for name, own in conversion.names.coordinates.items() if following.issuperset(own)
+    }
+    kept = {**simulation.kept, "mimic": follow}
+    left_out: dict[str, dict[str, dict[str, Any]]] = {}
+    for joint in conversion.robot.joints.values():
+        parts = {
+            part: msgspec.structs.asdict(value)
+            for part, code in PARTS.items()
+            if (value := getattr(joint, part)) and joint.name not in kept.get(code, ())
+        }
+        if joint.moves and parts:
+            left_out[joint.name] = parts
+    return left_out
 
 
 def _floating(conversion: Conversion) -> tuple[str, list[str]]:

@@ -1,5 +1,5 @@
 """The sensors, joints and motors in ``<gazebo>``, ``<sensor>``, ``<transmission>`` and
-``<ros2_control>``.
+``<ros2_control>``, and the friction in Bullet's ``<contact>``.
 
 SDF says where a sensor or a joint inside ``<gazebo>`` is ("Pose Frame Semantics" of sdformat.org,
 versions 1.4 to 1.12):
@@ -18,7 +18,7 @@ The name of a link is its frame, the name of a joint the frame of its child link
 from __future__ import annotations
 
 from contextlib import contextmanager
-from math import radians
+from math import isfinite, nan, radians
 from typing import TYPE_CHECKING, Any
 
 from lxml import etree
@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Robot
     from urdf2mbs.urdf.values import Reading
 
+#: What ``<gazebo>`` says of a link or a joint by one number or truth value.
+NUMBERS = ("mu1", "springStiffness", "turnGravityOff")
 #: Sensors of motion, by their type in URDF and in SDF.
 MOTION = ("imu", "accelerometer", "gyroscope")
 FORCE_TORQUE = "force_torque"
@@ -59,11 +61,18 @@ def read_extension(reading: Reading, element: Any) -> Extension:
     tag = plain(element.tag)
     xml = etree.tostring(element, encoding=str, with_tail=False)
     extension = Extension(tag, xml, element.get("reference"), element.sourceline)
+    if tag == "contact":
+        extension.reference = element.getparent().get("name")
+        for friction in element.iterchildren("lateral_friction"):
+            number = read_number(reading, friction, "<lateral_friction>", friction.get("value"))
+            if isfinite(number):
+                extension.numbers["mu1"] = number
     if tag in ("gazebo", "sensor"):
         for sensor in [element] if tag == "sensor" else element.iterchildren("sensor"):
             if sensor.get("type") in (*MOTION, FORCE_TORQUE):
                 read_sensor(reading, sensor, extension)
     if tag == "gazebo":
+        read_numbers(reading, element, extension)
         for joint in element.iterchildren("joint"):
             read_closing_joint(reading, joint, extension)
     elif tag in ("transmission", "ros2_control"):
@@ -73,7 +82,55 @@ def read_extension(reading: Reading, element: Any) -> Extension:
             if (name := joint.get("name"))
             and (tag == "transmission" or joint.find("command_interface") is not None)
         ]
+        for transmission in [element] if tag == "transmission" else element.iter("transmission"):
+            read_rotor(reading, transmission, extension)
+        for start in element.iterfind("joint/state_interface[@name='position']/param"):
+            name = start.getparent().getparent().get("name")
+            if start.get("name") == "initial_value" and name:
+                value = read_number(reading, start, f"the initial_value of joint '{name}'")
+                if isfinite(value):
+                    extension.starts[name] = value
     return extension
+
+
+def read_rotor(reading: Reading, element: Any, extension: Extension) -> None:
+    """Add the rotor of a ``<transmission>`` of one joint and one actuator to its extension.
+
+    The joint feels ``motorInertia`` times ``mechanicalReduction`` squared.
+    """
+    joints, actuators = element.findall("joint"), element.findall("actuator")
+    inertia = element.find("actuator/motorInertia")
+    if len(joints) != 1 or len(actuators) != 1 or inertia is None:
+        return
+    reduction = element.find("actuator/mechanicalReduction")
+    if reduction is None:
+        reduction = element.find("joint/mechanicalReduction")
+    felt = read_number(reading, inertia, "the inertia of a rotor")
+    if reduction is not None:
+        felt *= read_number(reading, reduction, "the inertia of a rotor") ** 2
+    if felt > 0.0 and joints[0].get("name"):
+        extension.rotors[joints[0].get("name")] = felt
+
+
+def read_numbers(reading: Reading, element: Any, extension: Extension) -> None:
+    """Add to its extension what ``<gazebo reference="...">`` says in elements of a number."""
+    for child in element.iterchildren(*NUMBERS):
+        written = child.get("value") or text(child)
+        if child.tag == "turnGravityOff":
+            extension.numbers[child.tag] = float(TRUTH.get(written.lower(), False))
+        else:
+            number = read_number(reading, child, f"<{child.tag}> of <gazebo>", written)
+            if isfinite(number):
+                extension.numbers[child.tag] = number
+
+
+def read_number(reading: Reading, element: Any, what: str, written: str | None = None) -> float:
+    """The number in an element; nan, with a warning, where there is none."""
+    try:
+        return reading.number(element, "the text", written or text(element))
+    except ConversionError as error:
+        reading.warn_of_left_out(element, what, error)
+        return nan
 
 
 def read_sensor(reading: Reading, element: Any, extension: Extension) -> None:
@@ -190,10 +247,26 @@ def check_extensions(reading: Reading, robot: Robot) -> None:
                     (_axis(reading, joint, frames, axis, seen_from), None)
                     for axis, seen_from in joint.axes
                 ]
+        _check_numbers(reading, robot, extension)
         for name in extension.motors:
             if name not in robot.joints:
                 what = f"<{extension.tag}> is for joint '{name}', which does not exist"
                 reading.warn("actuator-unknown", what, extension.line, like=(name, robot.joints))
+
+
+def _check_numbers(reading: Reading, robot: Robot, extension: Extension) -> None:
+    """Warn of mechanics in ``<gazebo>`` that have no effect here."""
+    link = robot.links.get(extension.reference or "")
+    weighs = link is not None and link.inertial is not None and link.inertial.mass != 0.0
+    for name, kind, what in (
+        ("turnGravityOff", "link", "it has its weight here" if weighs else ""),
+        ("springStiffness", "joint", "it has no spring here"),
+    ):
+        if extension.numbers.get(name) and what:
+            reading.warn(
+                "mechanics-unread", f"<{name}> of <gazebo> is without effect: {what}",
+                extension.line, owner=(kind, extension.reference or ""),
+            )  # fmt: skip
 
 
 def _settle(

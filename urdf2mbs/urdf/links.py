@@ -38,7 +38,7 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
             reading.warn_of_double("link", child)
         elif tag == "inertial":
             inertial = child
-        else:
+        elif tag != "contact":
             reading.unknown_child("link", child, ("visual", "collision", "inertial"))
     links[name] = Link(
         name,

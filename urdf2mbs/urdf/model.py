@@ -235,6 +235,13 @@ class Extension(msgspec.Struct, gc=False):
     joints: list[ClosingJoint] = []
     motors: list[str] = []
     """The joints that have a motor."""
+    rotors: dict[str, float] = {}
+    """The inertia of the motor's rotor as the joint feels it: kg m^2, or kg if it is prismatic."""
+    starts: dict[str, float] = {}
+    """The position (rad or m) that each joint starts from."""
+    numbers: dict[str, float] = {}
+    """What ``<gazebo reference="...">`` says of a link or a joint, by the elements' names; the
+    ``lateral_friction`` of Bullet's ``<contact>`` in a link is ``mu1``."""
 
 
 class Robot(msgspec.Struct):

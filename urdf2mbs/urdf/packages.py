@@ -195,7 +195,7 @@ class Packages:
         return found
 
     def places_of(self, filename: str) -> list[str]:
-        """The places where ``resolve`` looks for a file, for a message."""
+        """The folders where ``resolve`` looks for a file, for a message."""
         scheme, name, _ = _split(filename)
         several = self.moved.get(filename, [])
         if len(several) > 1:
@@ -205,8 +205,10 @@ class Packages:
         except ConfigError as error:
             return [error.message]
         except ConversionError:
-            return [f"package '{name}':", *self.places(name)]
-        return [str(path)] if path else [f"'{scheme}://' names are not known"]
+            return [
+                f"package '{name}', which was not found: 'packages: {{{name}: DIR}}' says where"
+            ]
+        return [str(path.parent)] if path else [f"'{scheme}://' names are not known"]
 
     def _path(self, filename: str) -> Path | None:
         scheme, name, rest = _split(filename)

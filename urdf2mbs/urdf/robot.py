@@ -40,6 +40,8 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
             try:
                 if tag == "link":
                     read_link(reading, child, links)
+                    for contact in child.iterchildren("contact"):  # of Bullet
+                        extensions.append(read_extension(reading, contact))
                 else:
                     read_joint(reading, child, joints)
             except ConversionError as error:

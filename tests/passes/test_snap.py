@@ -1,0 +1,98 @@
+"""Snap: what is nearly a multiple of 45 degrees is this multiple, and how far this moves tips."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from proving import SOLID, joint, link, robot
+
+from urdf2mbs.cli import main
+from urdf2mbs.proof import certificate
+from urdf2mbs.testing import convert_text
+
+RIGHT, HALF = "1.5707963267948966", "0.7853981633974483"
+
+
+def written(right: str, half: str, axis: str, kind: str = "revolute") -> str:
+    """Three joints in a row, with these numbers for 90 and 45 degrees and for an axis at 45."""
+    return robot(
+        *(link(name, SOLID) for name in "abcd"),
+        joint("a", "b", "fixed", xyz="0 0 0.5", rpy=f"{right} 0 -{half}"),
+        joint("b", "c", kind, xyz="0 0.4 0", rpy=f"0 0 {right}", axis=axis),
+        joint("c", "d", "continuous", xyz="1 0 0.1", rpy=f"-{right} {right} 0"),
+    )
+
+
+ROUNDED = written("1.5708", "0.7854", "0 0.707106 0.707107")
+EXACT = written(RIGHT, HALF, "0 1 1")
+SNAP = {"snap": {"angle": 1e-4}}
+
+
+def test_the_result_is_that_of_exact_numbers() -> None:
+    for preset in ("faithful", "compact"):
+        snapped = convert_text(ROUNDED, pipeline=preset, passes=SNAP)
+        assert snapped.data == convert_text(EXACT, pipeline=preset).data
+        assert snapped.report.verdict.endswith("what snap changed: 3 joint origins, 1 joint axis")
+    assert snapped.report.joints.mbs < convert_text(ROUNDED, pipeline="compact").report.joints.mbs
+
+
+def test_nothing_else_changes() -> None:
+    """Not without the option, not what is exact, and not what is further off."""
+    further = written("1.571", "0.785", "0 0.7 0.714")
+    for text, passes in ((ROUNDED, {}), (EXACT, SNAP), (further, SNAP)):
+        result = convert_text(text, passes=passes)
+        assert not result.conversion.changed
+        assert "snapped" not in [said.code for said in result.diagnostics]
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_no_tip_moves_by_more_than_is_said(kind: str) -> None:
+    """Pinocchio places the tips of both robots; the notes name each joint and each number."""
+    pin = pytest.importorskip("pinocchio")
+    limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>'
+    texts = [
+        written(*numbers, kind).replace("</joint>", limit)
+        for numbers in (("1.5708", "0.7854", "0 0.707106 0.707107"), (RIGHT, HALF, "0 1 1"))
+    ]
+    result = convert_text(texts[0], passes=SNAP)
+    assert result.data == convert_text(texts[1]).data
+    found = result.conversion.facts["snap"]
+    models = [pin.buildModelFromXML(text) for text in texts]
+    rng = np.random.default_rng(1)
+    apart = []
+    for _ in range(200):
+        # a coordinate in the limits of the first joint, and an angle of the second
+        angle = rng.uniform(-np.pi, np.pi)
+        q = np.array([rng.uniform(-2, 2), np.cos(angle), np.sin(angle)])
+        ends = []
+        for model in models:
+            data = model.createData()
+            pin.framesForwardKinematics(model, data, q)
+            ends.append(data.oMf[model.getFrameId("d")].translation)
+        apart.append(float(np.linalg.norm(ends[0] - ends[1])))
+    assert found["moves"] / 20 < max(apart) <= found["moves"] < 1e-4
+    notes = [said.message for said in result.diagnostics if said.code == "snapped"]
+    assert len(notes) == 4
+    assert "joint 'a_to_b': roll 1.5708 is taken for 90 degrees, yaw -0.7854 is taken" in notes[0]
+    assert f"moves no tip by more than {found['joints']['a_to_b']['moves']:.2g} m" in notes[0]
+    assert "axis 0.0 0.707106 0.707107 is taken for 0 1 1" in notes[1]
+
+
+def test_certificate_and_page_know(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("r.urdf").write_text(ROUNDED)
+    asked = ["--set", "snap.angle=1e-4"]
+    assert main(["convert", "r.urdf", "-o", "p/", *asked]) == 0
+    assert main(["report", "r.urdf", "-o", "page.html", *asked]) == 0
+    assert "3 joint origins, 1 joint axis" in Path("page.html").read_text()
+    proof = Path("p/dataR/p.proof.json")
+    assert certificate.replay("r.urdf", "p/dataR/p.mbs", str(proof)) == 0
+    said = capsys.readouterr().out
+    assert "\n  but for snap (plugin 'urdf2mbs') changed of the robot: 3 joint origins" in said
+    # an angle that is further off than the config allows is not the same robot
+    proof.write_text(proof.read_text().replace('"snap": 0.0001', '"snap": 2e-06'))
+    assert certificate.replay("r.urdf", "p/dataR/p.mbs", str(proof)) == 3
