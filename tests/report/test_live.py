@@ -126,7 +126,7 @@ def test_the_page_computes_what_python_computes(
 
 
 @pytest.mark.slow
-def test_a_robot_is_pulled_let_go_and_dropped(browser: Browser, tmp_path: Path) -> None:
+def test_a_robot_is_pulled_let_go_dropped_and_recorded(browser: Browser, tmp_path: Path) -> None:
     data = project("biped", tmp_path / "biped")
     page = open_live(browser, tmp_path, data)
     errors: list[str] = []
@@ -140,6 +140,7 @@ def test_a_robot_is_pulled_let_go_and_dropped(browser: Browser, tmp_path: Path) 
             look();
         }})""")
 
+    page.click("#record")
     page.click("#live-run")
     wait("s.tsim > 0.05")
     assert abs(page.evaluate("urdf2mbs.live().s.q[3]") - data.q0[3]) < 0.01
@@ -158,6 +159,10 @@ def test_a_robot_is_pulled_let_go_and_dropped(browser: Browser, tmp_path: Path) 
     wait(f"s.q[3] < {data.q0[3] - 0.1}")
     page.click("#live-drop")
     wait(f"s.q[3] > {data.q0[3] + 0.2}")
+    with page.expect_download() as download:
+        page.click("#record")
+    assert download.value.suggested_filename == "biped.webm"
+    assert download.value.path().read_bytes()[:4] == b"\x1aE\xdf\xa3"  # the mark of a WebM file
     assert not errors
     page.close()
 
