@@ -39,6 +39,22 @@ def test_the_robot_stands_on_its_lowest_points(tmp_path: Path) -> None:
     assert max(heights) < 1e-9, "the feet are level in this position"
 
 
+def test_a_robot_that_floats_by_its_own_joint_is_raised_once() -> None:
+    """The fixed joint below the floating one is a driven T3, which must not move."""
+    inertia = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    robot = f"""<robot name="own"><link name="world"/><link name="root"/>
+      <link name="foot"><inertial><mass value="1"/>{inertia}</inertial><collision><geometry>
+        <box size="1 1 1"/></geometry></collision></link>
+      <joint name="free" type="floating"><parent link="world"/><child link="root"/></joint>
+      <joint name="stay" type="fixed"><parent link="root"/><child link="foot"/></joint></robot>"""
+    for pipeline in ("faithful", "compact"):
+        options = {"contacts": {"links": ["foot"]}}
+        result = convert_text(robot, pipeline=pipeline, options=options)
+        assert result.conversion.proof.same
+        (body,) = result.mbs.bodies
+        assert place(result.mbs).bodies[body.name].xyz[2] == pytest.approx(0.5, abs=1e-12)
+
+
 def test_a_robot_over_its_feet_stands_and_one_beside_them_is_told() -> None:
     for leans, told in ((-0.3, False), (0.9, True)):
         joints = {**STANCE, "*_hip_pitch": leans}

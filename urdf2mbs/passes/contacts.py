@@ -136,9 +136,10 @@ def _stand(conversion: Conversion, rise: float) -> None:
         conversion.note("stand", "the base is fixed, and stays where it is, wherever the ground is")
         return
     for placed in place(conversion.mbs).joints:
-        if placed.joint in body.joints and placed.joint.type[0] == "T":
+        joint = placed.joint
+        if joint in body.joints and joint.type[0] == "T" and joint.nature == "independent":
             up = dot(placed.axis, conversion.simulation.up)
-            placed.joint.q = (placed.joint.q or 0.0) + rise * up
+            joint.q = (joint.q or 0.0) + rise * up
     conversion.note(
         "stand", f"the base starts {rise:+.4g} m higher, so that the robot touches the ground"
     )
