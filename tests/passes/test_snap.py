@@ -34,7 +34,7 @@ def test_the_result_is_that_of_exact_numbers() -> None:
     for preset in ("faithful", "compact"):
         snapped = convert_text(ROUNDED, pipeline=preset, passes=SNAP)
         assert snapped.data == convert_text(EXACT, pipeline=preset).data
-        assert snapped.report.verdict.endswith("what snap changed: 3 joint origins, 1 joint axis")
+        assert snapped.report.verdict.endswith("what snap changed: 3 origins, 1 axis")
     assert snapped.report.joints.mbs < convert_text(ROUNDED, pipeline="compact").report.joints.mbs
 
 
@@ -88,11 +88,11 @@ def test_certificate_and_page_know(
     asked = ["--set", "snap.angle=1e-4"]
     assert main(["convert", "r.urdf", "-o", "p/", *asked]) == 0
     assert main(["report", "r.urdf", "-o", "page.html", *asked]) == 0
-    assert "3 joint origins, 1 joint axis" in Path("page.html").read_text()
+    assert "3 origins, 1 axis" in Path("page.html").read_text()
     proof = Path("p/dataR/p.proof.json")
     assert certificate.replay("r.urdf", "p/dataR/p.mbs", str(proof)) == 0
     said = capsys.readouterr().out
-    assert "\n  but for snap (plugin 'urdf2mbs') changed of the robot: 3 joint origins" in said
+    assert "\n  but for snap (plugin 'urdf2mbs') changed of the robot: 3 origins" in said
     # an angle that is further off than the config allows is not the same robot
     proof.write_text(proof.read_text().replace('"snap": 0.0001', '"snap": 2e-06'))
     assert certificate.replay("r.urdf", "p/dataR/p.mbs", str(proof)) == 3

@@ -15,7 +15,7 @@ from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Project, from_values, load
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.runtime.c_code import compiler
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.dirdyn import METHOD, MbsDirdyn
@@ -100,11 +100,13 @@ def model_of(place: Path) -> Path | None:
         return place
     if not is_folder(place):
         return None
-    models = sorted(place.glob("dataR/*.mbs"))
+    beside = (".rejected.mbs", ".orphaned.mbs")
+    models = [file for file in place.glob("dataR/*.mbs") if not file.name.endswith(beside)]
     if len(models) != 1:
         raise ConfigError(
             "project-unknown",
-            f"the folder '{place}' is no Robotran project: its dataR has {len(models)} .mbs files",
+            f"the folder '{place}' is no Robotran project: its dataR has "
+            f"{counted(len(models), 'model')} (.mbs; those called rejected or orphaned are none)",
             hint="name the .mbs itself",
         )
     return models[0]
