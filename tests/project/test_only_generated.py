@@ -512,9 +512,9 @@ def test_robotrans_equations_without_accelred_get_one(tmp_path: Path, language: 
 
 
 def test_what_cannot_be_simulated_is_told(tmp_path: Path) -> None:
+    (tmp_path / "dataR").mkdir()
+    (tmp_path / "dataR" / "arm.rejected.mbs").write_text("")
     with pytest.raises(ConversionError, match=r"its dataR has 0 models") as caught:
-        (tmp_path / "dataR").mkdir()
-        (tmp_path / "dataR" / "arm.rejected.mbs").write_text("")
         simulate(tmp_path)
     assert (caught.value.code, caught.value.exit_code) == ("project-unknown", 2)
     with pytest.raises(ConversionError, match="there is no integrator 'Euler'"):
