@@ -308,31 +308,23 @@ def _argument(value: str) -> str:
 def _passes(
     found: Findings, conversion: Conversion, middle: Mapping[str, float] | None
 ) -> list[str]:
-    """A start position within the limits, and the passes of a first simulation, as comments."""
-    lines: list[str] = []
-    contacts = f"#   contacts: {{links: {_flow(found.feet)}}}"
-    hold = "{frequency: 10, damping_ratio: 0.3}"
+    """A start position within the limits, and what lets a robot with feet stand."""
+    no_mass = any(said.code == "no-mass" for said in conversion.diagnostics)
+    stands = found.feet and not no_mass
+    posture = []
     if middle:
         about = "the middle of their limits, which zero is beyond"
-        lines += ["", "passes:", "  posture:", f"    joints: {_flow(dict(middle))}   # {about}"]
-        if found.feet:
-            lines += [
-                "# Uncomment to let the robot stand on the ground, held by a controller:",
-                f"#     hold: {hold}   # Hz; 1 does not swing",
-                contacts,
-            ]
-    elif found.feet:
-        lines += [
-            "",
-            "# Uncomment to let the robot stand on the ground, held by a controller:",
-            "# passes:",
-            contacts,
-            f"#   posture: {{hold: {hold}}}   # Hz; 1 does not swing",
-        ]
-    if any(said.code == "no-mass" for said in conversion.diagnostics):
+        posture.append(f"    joints: {_flow(dict(middle))}   # {about}")
+    if stands:
+        hold = "{frequency: 10, damping_ratio: 0.3}"
+        posture.append(f"    hold: {hold}   # Hz; a controller holds the start position")
+    lines = ["", "passes:", "  posture:", *posture] if posture else []
+    if stands:
+        lines.append(f"  contacts: {{links: {_flow(found.feet)}}}   # the ground; the robot stands")
+    if no_mass:
         if any(_shapes(link) for link in found.robot.links.values()):
             lines += [
-                *([] if middle or found.feet else ["", "# passes:"]),
+                *([] if posture else ["", "# passes:"]),
                 "# No link has a mass. Uncomment to estimate masses from the geometry:",
                 "#   estimate-inertia: {total_mass: 10}   # kg",
             ]
