@@ -48,9 +48,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "options below",
     )  # fmt: skip
     command.add_argument(
-        "-o", "--output", type=path, metavar="DIR|PAGE.html",
+        "-o", "--output", type=path, metavar="DIR|PAGE.html|MOVIE.gif",
         help="the project that is made of a robot or an .mbs output (default: NAME_robotran); or a "
-        "page that plays the motion",
+        "page or a movie of the motion",
     )  # fmt: skip
     command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
     command.add_argument(
@@ -81,7 +81,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     model = model_of(arguments.config)
     if model is None:
         model = _make(arguments)
-    elif arguments.output is not None and not _is_page(arguments):
+    elif arguments.output is not None and not _shows(arguments):
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
     begin = perf_counter()
     with Progress(arguments) as progress:
@@ -96,8 +96,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
         )  # fmt: skip
     seconds = perf_counter() - begin
     files = results.write()
-    if _is_page(arguments):
-        files.insert(0, _write_page(model, arguments))
+    if shown := _shows(arguments):
+        write = _write_page if shown == ".html" else _write_movie
+        files.insert(0, write(model, results, arguments))
     if arguments.json:
         print_json(_described(results, files, seconds))
     else:
@@ -105,11 +106,21 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 1 if results.stopped else 0
 
 
-def _is_page(arguments: argparse.Namespace) -> bool:
-    return arguments.output is not None and arguments.output.suffix.lower() == ".html"
+def _shows(arguments: argparse.Namespace) -> str:
+    """``.html`` or ``.gif``, if the output shows the motion; else empty."""
+    suffix = arguments.output.suffix.lower() if arguments.output is not None else ""
+    return suffix if suffix in (".html", ".gif") else ""
 
 
-def _write_page(model: Path, arguments: argparse.Namespace) -> Path:
+def _write_movie(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
+    from urdf2mbs.disk.output import write_files
+    from urdf2mbs.report.movie import movie
+
+    write_files({arguments.output: movie(results)}, force=arguments.force)
+    return Path(arguments.output)
+
+
+def _write_page(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
     """The page of the model, which plays the results that were just written, and is live."""
     from urdf2mbs.disk.output import write_files
     from urdf2mbs.report.live import NotLive, live
@@ -141,7 +152,7 @@ def _make(arguments: argparse.Namespace) -> Path:
 
     config, lines = robot_or_config(arguments)
     alone = config.output is None and not config.passes
-    named = None if _is_page(arguments) else arguments.output
+    named = None if _shows(arguments) else arguments.output
     folder = named or Path(f"{stem(Path(config.source))}_robotran")
     pipeline = partial(Pipeline, lines=lines, installed_plugins=not arguments.no_plugins)
     config = with_project(config, folder)
