@@ -389,7 +389,8 @@ def _words(error: BaseException) -> str:
 def _line_in(file: Path, error: BaseException) -> int | None:
     import traceback
 
-    if isinstance(error, SyntaxError) and error.filename == str(file):
+    own = (str(file), os.path.abspath(file))  # noqa: PTH100 importlib names the whole path
+    if isinstance(error, SyntaxError) and error.filename in own:
         return error.lineno
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename in own]
     return lines[-1] if lines else None
