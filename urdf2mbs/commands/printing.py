@@ -78,7 +78,7 @@ def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
     """Count warnings and notes, and print them on stderr: the notes only if ``verbose``."""
     warnings = [d for d in diagnostics if d.level == "warning"]
     notes = [d for d in diagnostics if d.level == "note"]
-    more = "" if verbose or not notes else " (-v shows them)"
+    more = "" if verbose or not notes else " (-v shows the notes)"
     print(f"  {counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}{more}")
     for diagnostic in warnings + (notes if verbose else []):
         print(diagnostic, file=sys.stderr)
