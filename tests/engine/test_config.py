@@ -349,6 +349,20 @@ def test_a_plugins_options_are_in_the_schema() -> None:
     assert rules["links"]["description"] == "Link: its new name."
 
 
+class Together(msgspec.Struct):
+    low: float = 0.0
+    high: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.low > self.high:
+            raise ValueError("low is above high")
+
+
+def test_a_class_refuses_its_values() -> None:
+    with pytest.raises(ConfigError, match=r"'passes.p': low is above high"):
+        typed(Together, {"low": 2}, Lines(), ("passes", "p"))
+
+
 class Inner(msgspec.Struct, rename="kebab"):
     by_link: dict[str, float] = {}
 

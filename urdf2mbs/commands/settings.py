@@ -179,16 +179,13 @@ def field_docs(kind: type) -> dict[str, str]:
     fields = getattr(kind, "__struct_fields__", ())
     docs = {name: text for base in kind.__bases__ for name, text in field_docs(base).items()}
     body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
-    for field, after in pairwise(body):
-        if (
-            isinstance(field, ast.AnnAssign)
-            and isinstance(field.target, ast.Name)
-            and field.target.id in fields
-            and isinstance(after, ast.Expr)
-            and isinstance(after.value, ast.Constant)
-            and isinstance(after.value.value, str)
-        ):
-            docs[field.target.id] = " ".join(after.value.value.split())
+    for field_and_text in pairwise(body):
+        match field_and_text:
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)),
+                ast.Expr(value=ast.Constant(value=str(text))),
+            ) if name in fields:
+                docs[name] = " ".join(text.split())
     return docs
 
 

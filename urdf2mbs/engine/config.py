@@ -231,12 +231,6 @@ def _word_or_list(value: Any) -> Any:
 
 def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
     """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
-    # msgspec takes long to tell the fields of a class, and only an error needs to know them
-    with suppress(Exception):
-        if data == {}:
-            return kind()
-        if data.keys() <= {*kind.__struct_encode_fields__}:
-            return msgspec.convert(data, kind, strict=True)
     own = Lines(lines.file, lines.places, lines.folder)
     value = _read_fields(kind, data, own, at)
     own.check()
@@ -249,6 +243,12 @@ def _read_fields(kind: Any, data: Any, lines: Lines, at: Key) -> Any:
     A key that is nearly a known one is read as the known one.  Raises ConfigError if nothing can
     be read.
     """
+    # msgspec takes long to tell the fields of a class, and only an error needs to know them
+    with suppress(Exception):
+        if data == {}:
+            return kind()
+        if data.keys() <= {*kind.__struct_encode_fields__}:
+            return msgspec.convert(data, kind, strict=True)
     fields = _fields(kind)
     if not isinstance(data, dict):
         raise lines.error(
@@ -312,9 +312,12 @@ def _take_out(
         said = f"'{_dotted(where)}' is {_inside(data, path)!r}: {in_words(number)} is wanted"
     else:
         code, said = "config-type", f"'{_dotted((*at, *path))}': {_plainly(what)}"
+    fault = lines.error(code, said, where, hint)
+    if not path and not unknown:  # a class that refuses its values together
+        raise fault
     if not unknown:
         del data[path[0]]
-    return lines.error(code, said, where, hint)
+    return fault
 
 
 _NUMBERS = (msgspec.inspect.FloatType, msgspec.inspect.IntType)

@@ -37,10 +37,10 @@ def members(config: Config, lines: Lines) -> list[Member]:
 
     Without a sweep it stands for one.  Raises ConfigError.
     """
+    lines.check()
     sweep = config.sweep
     if sweep is None:
         return [Member(config, {})]
-    lines.check()
     args = {
         name: [str(value) for value in _values(given, lines, ("sweep", "xacro_args", name))]
         for name, given in sweep.xacro_args.items()
