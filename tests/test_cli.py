@@ -111,6 +111,22 @@ def test_an_error_in_json(robot: Path, capsys: Any) -> None:
     assert not (robot / "tiny.mbs").exists()
 
 
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("", "defines the macro(s) 'arm' and calls none\n  convert the file that calls it"),
+        ("<xacro:arm/>", "error[no-links]: the robot has no links\n"),
+    ],
+)
+def test_a_file_of_macros_alone_says_so(more: str, said: str, robot: Path, capsys: Any) -> None:
+    (robot / "arm.xacro").write_text(
+        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        f'<xacro:macro name="arm"/>{more}</robot>'
+    )
+    assert main(["convert", "arm.xacro"]) == 1
+    assert said in capsys.readouterr().err
+
+
 def test_stop_after_writes_nothing(robot: Path, capsys: Any) -> None:
     assert main(["run", "tiny.yaml", "--stop-after", "layout"]) == 0
     assert "stopped after 'layout': nothing is written" in capsys.readouterr().out
@@ -309,6 +325,7 @@ def test_the_package_imports_what_is_asked_for() -> None:
     [
         (["covert", "tiny.urdf"], "did you mean 'convert'?"),
         (["convert", "tiny.urdf", "--outptu=a.mbs"], "did you mean '--output'?"),
+        (["convert", "tiny.urdf", "--base", "floatig"], "did you mean 'floating'?"),
     ],
 )
 def test_a_slip_in_a_command_or_option_gets_the_nearest_name(

@@ -29,10 +29,11 @@ from making import passes_of
 from urdf2mbs.cli import main
 from urdf2mbs.commands import COMMANDS
 from urdf2mbs.commands.dump import state
+from urdf2mbs.commands.settings import field_docs
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine import hookspecs, sections
-from urdf2mbs.engine.config import Config, field_docs, load, parse
+from urdf2mbs.engine.config import Config, load, parse
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins

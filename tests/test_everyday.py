@@ -352,6 +352,14 @@ def test_colours(
     assert ("\033" in out.getvalue() + err.getvalue()) == coloured
 
 
+def test_a_report_recommends_no_run_that_has_been_done(here: Path, capsys: Any) -> None:
+    told = []
+    for words in (["report"], ["convert"], ["report"], ["report", "--base", "fixed"]):
+        assert main([words[0], "tiny.urdf", *words[1:]]) == 0
+        told.append("the .mbs itself is written by" in capsys.readouterr().out)
+    assert told == [True, False, False, True]
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

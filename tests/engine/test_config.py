@@ -15,8 +15,8 @@ from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
-from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields
-from urdf2mbs.engine.config import Config, Lines, field_docs, load, parse, typed
+from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
+from urdf2mbs.engine.config import Config, Lines, load, parse, typed
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.yaml_text import word
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -123,7 +123,7 @@ passes: {check: {tolerance: 1e-6}}
 )
 def test_what_is_wrong_and_where(text: str, said: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        parse(text, FILE)
+        parse(text, FILE)[1].check()
     assert re.search(said, str(caught.value)), str(caught.value)
     assert caught.value.exit_code == 2
 
@@ -347,6 +347,20 @@ def test_a_plugins_options_are_in_the_schema() -> None:
     assert fault(yaml.safe_load(good.replace("{links", "{lnks")), whole, whole) is not None
     rules = whole["$defs"]["rename-links.rename_links.RenameLinks"]["properties"]
     assert rules["links"]["description"] == "Link: its new name."
+
+
+class Together(msgspec.Struct):
+    low: float = 0.0
+    high: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.low > self.high:
+            raise ValueError("low is above high")
+
+
+def test_a_class_refuses_its_values() -> None:
+    with pytest.raises(ConfigError, match=r"'passes.p': low is above high"):
+        typed(Together, {"low": 2}, Lines(), ("passes", "p"))
 
 
 class Inner(msgspec.Struct, rename="kebab"):

@@ -115,6 +115,15 @@ def test_a_preset_of_a_plugin(tmp_path: Path) -> None:
         convert_text(plugins=[file], pipeline="bear")
 
 
+@pytest.mark.parametrize("name", ["ours", "compact"])
+def test_a_preset_of_a_plugin_extends_compact(name: str, tmp_path: Path) -> None:
+    preset = {name: {"extends": "compact", "after": {"expand": "scale"}}}
+    more = f"@hookimpl\ndef urdf2mbs_presets(): return {preset}\n"
+    usual = names(pipeline="compact")
+    found = names(plugins=[str(write(tmp_path, SCALE + more))], pipeline=name)
+    assert found == [usual[0], "scale", *usual[1:]]
+
+
 @pytest.mark.parametrize(
     ("preset", "said"),
     [

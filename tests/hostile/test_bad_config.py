@@ -53,6 +53,38 @@ def test_a_bad_config(more: str, tmp_path: Path) -> None:
     assert CONFIGS[more] in codes(tmp_path, more)
 
 
+def test_all_faults_of_a_config_are_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(
+        "source: tiny.urdf\noutput: {proyect: x}\npipelin: compact\nbase: floatin\n"
+        "pipeline: compct\nequations: {}\npackages: {arm: nowhere}\n"
+        "diagnostics: {mesh-mising: ignore}\n"
+    )
+    with pytest.raises(ConversionError) as caught:
+        Pipeline(*load(tmp_path / "c.yaml"), installed_plugins=False)
+    faults = [*caught.value.said, caught.value]
+    assert [(fault.line, (fault.hint or "").partition("did you mean ")[2]) for fault in faults] == [
+        (2, "'project'?"), (3, "'pipeline'?"), (4, "'floating'?"), (5, "'compact'?"),
+        (6, "'passes: {equations: {}}'?"), (7, ""), (8, "'mesh-missing'?"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("place", "hint"),
+    [
+        ("sweep: {xacro_arg: {a: [1]}}", "'xacro_args'"),
+        ("sweep: {xacro_args: {a: {form: 1, to: 2}}}", "'from'"),
+        ("passes: {certificate: {tol: 1}}", "known: "),
+        ("passes: {contacts: {zz: 1}, equations: {langage: c}}", "'language'"),
+        ("passes: {posture: {hold: {jonts: [a]}}}", "'joints'"),
+    ],
+)
+def test_every_unknown_key_has_a_hint(place: str, hint: str, tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(f"source: tiny.urdf\n{place}\n")
+    with pytest.raises(ConversionError) as caught:
+        Pipeline(*load(tmp_path / "c.yaml"), installed_plugins=False)
+    assert hint in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("words", "code"),
     [

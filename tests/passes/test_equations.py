@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -10,10 +10,18 @@ from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import parse
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.testing import TINY
+from urdf2mbs.testing import TINY, convert_text
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+
+@pytest.mark.parametrize(
+    ("options", "said"), [({}, True), ({"fold": True}, True), ({"language": None}, False)]
+)
+def test_options_without_a_language_are_told(options: dict[str, Any], said: bool) -> None:
+    found = convert_text(options={"equations": options}).diagnostics
+    assert ("equations-language" in [each.code for each in found]) == said
 
 
 def test_the_pass_works_where_it_is_asked_to(tmp_path: Path) -> None:

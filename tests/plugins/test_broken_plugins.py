@@ -97,6 +97,17 @@ def test_a_broken_plugin_is_one_message(kind: str, tmp_path: Path, capsys: Any) 
     assert "mine" in err
 
 
+def test_a_config_beside_its_plugin_names_the_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for plugin, line in (("x = 1\ndef f(:\n", 2), ("x = 1\n\n1 / 0\n", 3)):
+        (tmp_path / "mine.py").write_text(plugin)
+        (tmp_path / "c.yaml").write_text("source: r.urdf\nplugins: mine.py\n")
+        assert main(["explain", "c.yaml"]) == 2
+        assert f"mine.py:{line}: error[plugin-broken]" in capsys.readouterr().err
+
+
 def test_a_missing_plugin_names_the_line_of_the_config(tmp_path: Path, capsys: Any) -> None:
     code, err = run_config(tmp_path, None, capsys)
     assert code == 2

@@ -247,6 +247,8 @@ def test_files_of_meshes(tmp_path: Path) -> None:
         "package://iCub/meshes/arm.stl",  # the folder is called iCub_manual
         "file:///home/somebody/ws/robot/meshes/arm.stl",
         "/home/somebody/meshes/arm.stl",
+        "C:\\Users\\me\\ws\\meshes\\arm.stl",
+        "file:///C:/Users/me/ws/meshes/arm.stl",
         "meshes/arm.stl",  # the folder is above the URDF
         "../../meshes/arm.stl",
     ],

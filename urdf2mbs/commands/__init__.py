@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from errno import ENOSPC
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from urdf2mbs.commands.colours import screens
 from urdf2mbs.disk.files import absolute
@@ -130,7 +131,7 @@ def parser(named: Iterable[str] = COMMANDS, *, texts: bool = True) -> argparse.A
     Only the files of the named commands are imported.  Without ``texts`` there is no help, and no
     other command.
     """
-    whole = argparse.ArgumentParser(
+    whole = _Parser(
         prog="urdf2mbs", description="Convert URDF and xacro robots to Robotran .mbs files."
     )
     whole.color = False  # type: ignore[attr-defined]  # no escape code passes a screen
@@ -167,6 +168,15 @@ def _add_options(command: argparse.ArgumentParser, name: str) -> None:
 def module_of(name: str) -> Any:
     """The file of a command."""
     return import_module(f"urdf2mbs.commands.{name.replace('-', '_')}")
+
+
+class _Parser(argparse.ArgumentParser):
+    """Offer the nearest word for a wrong choice."""
+
+    def error(self, message: str) -> NoReturn:
+        wrong = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        hint = _nearest(wrong[1], re.findall(r"[\w-]+", wrong[2])) if wrong else ""
+        super().error(message + hint)
 
 
 class _Version(argparse.Action):

@@ -20,6 +20,7 @@ from urdf2mbs.commands.settings import (
     robot_or_config,
 )
 from urdf2mbs.commands.streams import is_stream, read_model, saving
+from urdf2mbs.disk.files import is_file, read
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.report.summary import report
@@ -76,7 +77,9 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         tell(conversion, found, arguments.verbose)
         if not is_stream(output):
             print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")
-            print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
+            model = conversion.settings.output
+            if not is_file(model) or read(model) != conversion.files.get(model):
+                print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
     return 0 if conversion.rejected is None else 3
 
 

@@ -11,7 +11,7 @@ import msgspec
 
 from urdf2mbs.disk import standard_input
 from urdf2mbs.disk.files import is_folder
-from urdf2mbs.engine.config import Config, Lines, field_docs, load, typed
+from urdf2mbs.engine.config import Config, Lines, load, typed
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf import descriptions
 
@@ -163,6 +163,30 @@ def add_merging(command: argparse.ArgumentParser) -> None:
 
 def add_no_plugins(command: argparse.ArgumentParser) -> None:
     command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
+
+
+def field_docs(kind: type) -> dict[str, str]:
+    """The docstrings that stand below the fields of a class and its bases, by field."""
+    import ast
+    import inspect
+    from itertools import pairwise
+    from textwrap import dedent
+
+    try:
+        tree = ast.parse(dedent(inspect.getsource(kind)))
+    except (OSError, TypeError, SyntaxError):
+        return {}
+    fields = getattr(kind, "__struct_fields__", ())
+    docs = {name: text for base in kind.__bases__ for name, text in field_docs(base).items()}
+    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
+    for field_and_text in pairwise(body):
+        match field_and_text:
+            case (
+                ast.AnnAssign(target=ast.Name(id=name)),
+                ast.Expr(value=ast.Constant(value=str(text))),
+            ) if name in fields:
+                docs[name] = " ".join(text.split())
+    return docs
 
 
 def add_texts(command: argparse.ArgumentParser) -> None:

@@ -6,8 +6,8 @@ Errors name the file, the line and the key, and offer the nearest known one.
 # Without "from __future__ import annotations": msgspec would evaluate each text of a type, which
 # takes as long as a tenth of the passes.
 import re
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from copy import deepcopy
 from functools import cache
 from os import PathLike, fspath
@@ -130,33 +130,6 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """make a family of robots, one for each combination"""
 
 
-def field_docs(kind: type) -> dict[str, str]:
-    """The docstrings that stand below the fields of a class and its bases, by field."""
-    import ast
-    import inspect
-    from itertools import pairwise
-    from textwrap import dedent
-
-    try:
-        tree = ast.parse(dedent(inspect.getsource(kind)))
-    except (OSError, TypeError, SyntaxError):
-        return {}
-    fields = getattr(kind, "__struct_fields__", ())
-    docs = {name: text for base in kind.__bases__ for name, text in field_docs(base).items()}
-    body = tree.body[0].body if isinstance(tree.body[0], ast.ClassDef) else []
-    for field, after in pairwise(body):
-        if (
-            isinstance(field, ast.AnnAssign)
-            and isinstance(field.target, ast.Name)
-            and field.target.id in fields
-            and isinstance(after, ast.Expr)
-            and isinstance(after.value, ast.Constant)
-            and isinstance(after.value.value, str)
-        ):
-            docs[field.target.id] = " ".join(after.value.value.split())
-    return docs
-
-
 class Lines:
     """Where each value of a config file stands, for error messages."""
 
@@ -169,19 +142,42 @@ class Lines:
         self.file = file
         self.folder = folder or (file.parent if file else Path())
         """The paths in the config are relative to this folder."""
-        self._lines = lines or {}
+        self.faults: list[ConfigError] = []
+        """What is wrong with the config, as far as it has been read; ``check`` raises it."""
+        self.places = lines or {}
 
     def error(self, code: str, message: str, at: Key = (), hint: str | None = None) -> ConfigError:
         line = next(
-            (self._lines[at[:n]] for n in range(len(at), -1, -1) if at[:n] in self._lines), None
+            (self.places[at[:n]] for n in range(len(at), -1, -1) if at[:n] in self.places), None
         )
         return ConfigError(
             code, message, file=str(self.file) if self.file else None, line=line, hint=hint
         )
 
+    @contextmanager
+    def gather(self) -> Iterator[None]:
+        """Keep a ConfigError among the faults."""
+        try:
+            yield
+        except ConfigError as error:
+            self.faults.append(error)
+
+    def check(self) -> None:
+        """Raise the faults as one ConfigError, in the order of their lines."""
+        if self.faults:
+            *before, last = sorted(self.faults, key=lambda fault: fault.line or 0)
+            self.faults = []
+            said = [each for fault in before for each in (*fault.said, fault.diagnostic())]
+            last.said = said + last.said
+            raise last
+
 
 def load(file: Path) -> tuple[Config, Lines]:
-    """Read a config file; raises ConfigError."""
+    """Read a config file; raises ConfigError if it is no config.
+
+    Keys and values that are wrong are left out, and are faults of the lines.  Pipeline adds its
+    own, so that a user reads them all at once.
+    """
     try:
         text = files.read(file, MOST).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -199,7 +195,7 @@ def load(file: Path) -> tuple[Config, Lines]:
 
 
 def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
-    """Typed data of a config's text; raises ConfigError."""
+    """What ``load`` gives, of a config's text."""
     from urdf2mbs.engine import yaml_text  # PyYAML: not for a robot without a config
 
     data, places = yaml_text.tree(text, file)
@@ -208,7 +204,7 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
         raise lines.error(
             "config-type", "a config is a list of 'key: value' lines, such as 'source: robot.urdf'"
         )
-    return typed(Config, data, lines), lines
+    return _read_fields(Config, data, lines, ()), lines
 
 
 def from_values(values: Config | Mapping[str, Any], **more: Any) -> tuple[Config, Lines]:
@@ -235,6 +231,18 @@ def _word_or_list(value: Any) -> Any:
 
 def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
     """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
+    own = Lines(lines.file, lines.places, lines.folder)
+    value = _read_fields(kind, data, own, at)
+    own.check()
+    return value
+
+
+def _read_fields(kind: Any, data: Any, lines: Lines, at: Key) -> Any:
+    """``data`` as an instance of a class, without what is wrong, which becomes faults.
+
+    A key that is nearly a known one is read as the known one.  Raises ConfigError if nothing can
+    be read.
+    """
     # msgspec takes long to tell the fields of a class, and only an error needs to know them
     with suppress(Exception):
         if data == {}:
@@ -242,52 +250,77 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
         if data.keys() <= {*kind.__struct_encode_fields__}:
             return msgspec.convert(data, kind, strict=True)
     fields = _fields(kind)
-    known = list(fields)
     if not isinstance(data, dict):
         raise lines.error(
             "config-type", f"'{_dotted(at)}' wants 'key: value' lines, not {data!r}", at
         )
-    for key in data:
-        if key not in known:
-            hint = nearest(str(key), known) or f"known: {', '.join(known) or 'no keys at all'}"
-            raise lines.error(
-                "unknown-key", f"unknown key '{_dotted((*at, key))}'", (*at, key), hint
-            )
+    data = deepcopy(data)
+    for key in [key for key in data if key not in fields]:
+        hint = nearest(str(key), fields) or f"known: {', '.join(fields) or 'no keys at all'}"
+        lines.faults.append(
+            lines.error("unknown-key", f"unknown key '{_dotted((*at, key))}'", (*at, key), hint)
+        )
+        _correct(data, key, fields)
     for name, field in fields.items():
         if field.required and name not in data:
-            raise lines.error(
+            lines.faults.append(lines.error(
                 "config-key-missing", f"'{_dotted((*at, name))}' must be given", at,
                 f"add '{name}: ...'" + (f" under '{_dotted(at)}'" if at else ""),
-            )  # fmt: skip
+            ))  # fmt: skip
     # one word where a list is wanted is a list of one
     data = {
         key: [value] if isinstance(value, str) and _is_list(fields[key].type) else value
         for key, value in data.items()
     }
-    try:
-        return msgspec.convert(data, kind, strict=True)
-    except UnicodeEncodeError as error:  # half a letter, of a command line or a file's name
-        raise lines.error("config-type", f"{error.object!r} is no text", at) from None
-    except msgspec.ValidationError as error:
-        what, path = _place_of(error, data, kind)
-        where: Key = (*at, *path)
-        number = _number_at(msgspec.inspect.type_info(kind), path)
-        if number is not None and " got " not in what:
-            raise lines.error(
-                "value-range",
-                f"'{_dotted(where)}' is {_inside(data, path)!r}: {in_words(number)} is wanted",
-                where,
-            ) from None
-        field = fields.get(str(path[0])) if path else None
-        unknown = re.search("unknown field `(.*)`", what)
-        close = nearest(unknown[1], _keys(field.type)) if field and unknown else None
-        raise lines.error(
-            "config-type",
-            f"'{_dotted(where)}': {_plainly(what)}",
-            (*where, unknown[1]) if unknown else where,
-            close or _choices(field.type if field else None),
-        ) from None
+    while all(name in data or not field.required for name, field in fields.items()):
+        try:
+            return msgspec.convert(data, kind, strict=True)
+        except UnicodeEncodeError as error:  # half a letter, of a command line or a file's name
+            raise lines.error("config-type", f"{error.object!r} is no text", at) from None
+        except msgspec.ValidationError as error:
+            lines.faults.append(_take_out(error, data, kind, lines, at))
+    lines.check()
+    return None
 
+
+def _correct(block: dict[Any, Any], key: Any, known: Collection[str]) -> None:
+    """Take an unknown key out of a block; its value goes to the key that is surely meant."""
+    from difflib import get_close_matches
+
+    value = block.pop(key)
+    for close in get_close_matches(str(key), known, n=1, cutoff=0.75):
+        block.setdefault(close, value)
+
+
+def _take_out(
+    error: msgspec.ValidationError, data: Any, kind: Any, lines: Lines, at: Key
+) -> ConfigError:
+    """What msgspec has against a value of ``data``, in our words; the value is taken out."""
+    what, path = _place_of(error, data, kind)
+    where: Key = (*at, *path)
+    types = _types_at(msgspec.inspect.type_info(kind), path)
+    hint = _choices(types, _inside(data, path))
+    unknown = re.search("unknown field `(.*)`", what)
+    if unknown:
+        keys = [field.encode_name for kind in types for field in getattr(kind, "fields", ())]
+        hint = nearest(unknown[1], keys) or f"known: {', '.join(keys)}"
+        where = (*where, unknown[1])
+        _correct(_inside(data, path), unknown[1], keys)
+    number = next((each for each in types if isinstance(each, _NUMBERS)), None)
+    if number is not None and " got " not in what:
+        code = "value-range"
+        said = f"'{_dotted(where)}' is {_inside(data, path)!r}: {in_words(number)} is wanted"
+    else:
+        code, said = "config-type", f"'{_dotted((*at, *path))}': {_plainly(what)}"
+    fault = lines.error(code, said, where, hint)
+    if not path and not unknown:  # a class that refuses its values together
+        raise fault
+    if not unknown:
+        del data[path[0]]
+    return fault
+
+
+_NUMBERS = (msgspec.inspect.FloatType, msgspec.inspect.IntType)
 
 #: The kinds of values: msgspec's word, and ours.
 _KINDS = {
@@ -325,18 +358,12 @@ def _plainly(what: str) -> str:
     return said.replace("Object ", "this ")
 
 
-def _keys(kind: Any) -> list[str]:
-    """The keys of a block, or of the block that a value may be."""
-    kinds = getattr(kind, "types", (kind,))
-    return [field.encode_name for kind in kinds for field in getattr(kind, "fields", ())]
-
-
-def _choices(kind: Any) -> str | None:
+def _choices(types: list[Any], value: Any) -> str | None:
     """The words that a value may be, for a hint."""
-    while isinstance(kind, (msgspec.inspect.Metadata, msgspec.inspect.DictType)):
-        kind = kind.type if isinstance(kind, msgspec.inspect.Metadata) else kind.value_type
-    words = getattr(kind, "values", ())  # of a Literal
-    return f"it is one of: {', '.join(words)}" if words else None
+    words = [word for kind in types for word in getattr(kind, "values", ())]  # of a Literal
+    close = nearest(value, words) if isinstance(value, str) else None
+    said = f"it is one of: {', '.join(words)}" if words else None
+    return f"{said}; {close}" if close else said
 
 
 def _place_of(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
@@ -368,22 +395,23 @@ def _error(data: Any, kind: type) -> msgspec.ValidationError | None:
     return None
 
 
-def _number_at(at: Any, path: Key) -> msgspec.inspect.FloatType | msgspec.inspect.IntType | None:
-    """The type of the number that a path of keys leads to; None where it leads to no number."""
+def _types_at(at: Any, path: Key) -> list[Any]:
+    """The types that the value may have to which a path of keys leads."""
+    if isinstance(at, msgspec.inspect.Metadata):
+        return _types_at(at.type, path)
     if isinstance(at, msgspec.inspect.UnionType):
-        numbers = (_number_at(member, path) for member in at.types)
-        return next((number for number in numbers if number), None)
+        return [kind for member in at.types for kind in _types_at(member, path)]
     if not path:
-        return at if isinstance(at, (msgspec.inspect.FloatType, msgspec.inspect.IntType)) else None
+        return [at]
     key, rest = path[0], path[1:]
     if isinstance(at, msgspec.inspect.DictType):
-        return _number_at(at.value_type, rest)
+        return _types_at(at.value_type, rest)
     if isinstance(at, msgspec.inspect.TupleType) and isinstance(key, int):
-        return _number_at(at.item_types[key], rest)
+        return _types_at(at.item_types[key], rest)
     if isinstance(at, msgspec.inspect.ListType):
-        return _number_at(at.item_type, rest)
+        return _types_at(at.item_type, rest)
     fields = (field for field in getattr(at, "fields", ()) if field.encode_name == key)
-    return next((_number_at(field.type, rest) for field in fields), None)
+    return next((_types_at(field.type, rest) for field in fields), [])
 
 
 def _split(error: msgspec.ValidationError) -> tuple[str, Key]:

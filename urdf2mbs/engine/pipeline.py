@@ -22,6 +22,7 @@ from urdf2mbs.engine.settings import check_output, expand, settings_of
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
+from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.changes import RobotChange, between, snapshot
 
 #: Ends an .mbs file that nobody compared with its URDF.
@@ -36,25 +37,29 @@ class Pipeline:
     ) -> None:
         folder = lines.folder
         if config.sweep is not None:
+            lines.check()
             raise lines.error(
                 "sweep-many", "this config is a sweep, which makes many robots", ("sweep",),
                 "'urdf2mbs run' makes them; 'explain' shows the first",
             )  # fmt: skip
-        self.settings = settings_of(config, lines, folder, fresh=fresh)
-        files = [
-            folder / expand(file, lines, ("plugins", n)) for n, file in enumerate(config.plugins)
-        ]
-        for index, file in enumerate(files):
-            if not is_file(file):
-                raise lines.error(
-                    "plugin-missing", f"plugin file '{file}' does not exist", ("plugins", index)
-                )
-        self._files = files
-        self.plugins = plugins_of(files, installed=installed_plugins)
+        self._files = []
+        for index, file in enumerate(config.plugins):
+            with lines.gather():
+                path = folder / expand(file, lines, ("plugins", index))
+                if not is_file(path):
+                    raise lines.error(
+                        "plugin-missing", f"plugin file '{path}' does not exist", ("plugins", index)
+                    )
+                self._files.append(path)
+        if len(self._files) == len(config.plugins):  # else passes would be missing, too
+            self._resolve(config, lines, installed_plugins)
+        if config.source.startswith(descriptions.PREFIX):
+            lines.check()  # before a robot is fetched
+        with lines.gather():
+            self.settings = settings_of(config, lines, folder, fresh=fresh)
+        lines.check()
         self._hooks: list[Any] = [self.plugins.hook]
         """The hooks of the plugins and of the observers."""
-        self.passes = self._resolved(config, lines)
-        self._check_levels(config, lines)
         passes = [configured.registered.kind for configured in self.passes]
         method = [
             name for name, offered in self.plugins.passes.items() if offered[0].plugin == GROUP
@@ -62,13 +67,21 @@ class Pipeline:
         check_order(passes, method, lines, [configured.at for configured in self.passes])
         check_output(self.settings, passes, lines)
 
-    def _resolved(self, config: Config, lines: Lines) -> list[Configured]:
-        try:
-            return resolve(config, lines, self.plugins)
-        except ConfigError as error:
-            # what is missing may be in a plugin that was left out
-            error.hint = "\n  ".join([error.hint or "", *map(str, self.plugins.broken)]).lstrip()
-            raise
+    def _resolve(self, config: Config, lines: Lines, installed: bool) -> None:
+        """Load the plugins and choose the passes; what is wrong becomes faults of the lines."""
+        with lines.gather():
+            self.plugins = plugins_of(self._files, installed=installed)
+            for fault in lines.faults:
+                for name in self.plugins.passes:
+                    if fault.message == f"unknown key '{name}'":
+                        fault.hint = f"did you mean 'passes: {{{name}: {{}}}}'?"
+            self._check_levels(config, lines)
+            known = len(lines.faults)
+            self.passes = resolve(config, lines, self.plugins)
+            for fault in lines.faults[known:]:
+                # what is missing may be in a plugin that was left out
+                broken = map(str, self.plugins.broken)
+                fault.hint = "\n  ".join([fault.hint or "", *broken]).lstrip() or None
 
     def watch(self, observer: object) -> None:
         """Let an object's own hooks be called too, around every pass."""
@@ -167,17 +180,17 @@ class Pipeline:
             )  # fmt: skip
 
     def _check_levels(self, config: Config, lines: Lines) -> None:
-        """Raise ConfigError for an unknown code.  Plugins may have codes of their own."""
+        """Find the unknown codes.  Plugins may have codes of their own."""
         if not config.diagnostics or any(name != GROUP for name in self.plugins.names()):
             return
         for code in config.diagnostics:
             if code not in CHANGEABLE:
-                raise lines.error(
+                lines.faults.append(lines.error(
                     "unknown-code",
                     f"there is no '{code}' among the codes whose level can be changed",
                     ("diagnostics", code),
                     nearest(code, CHANGEABLE) or "docs/diagnostics.md lists them",
-                )
+                ))  # fmt: skip
 
     def _idle(self) -> list[tuple[str, list[str]]]:
         """The files of the config that bring nothing but passes, none of which is used."""

@@ -264,7 +264,7 @@ class Plugins:
                 f"plugin '{name}' brings nothing: no function in it is marked as a hook",
                 file=file,
                 hint="put '@hookimpl' above 'def urdf2mbs_passes():' "
-                "(from urdf2mbs.engine.hookspecs import hookimpl)",
+                "(from urdf2mbs.plugin import hookimpl)",
             )
         self._packages[name] = package
         self._files[name] = file
@@ -283,6 +283,9 @@ class Plugins:
                     )
             except ConfigError as error:
                 raise self._broken(name, f"preset {key!r}: {error.message}", _PRESET) from None
+            if preset.extends == key and key in self.presets:
+                preset.extends = f"{key} before {name}"
+                self.presets[preset.extends] = self.presets[key]
             self.presets[key] = preset
 
     def _brought(self, name: str, hook: str, kind: type, hint: str) -> Any:
@@ -389,7 +392,8 @@ def _words(error: BaseException) -> str:
 def _line_in(file: Path, error: BaseException) -> int | None:
     import traceback
 
-    if isinstance(error, SyntaxError) and error.filename == str(file):
+    own = (str(file), os.path.abspath(file))  # noqa: PTH100 importlib names the whole path
+    if isinstance(error, SyntaxError) and error.filename in own:
         return error.lineno
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(file)]
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename in own]
     return lines[-1] if lines else None

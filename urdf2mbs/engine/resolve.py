@@ -25,7 +25,10 @@ class Configured(msgspec.Struct):
 
 
 def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
-    """The passes of a config, chosen, placed and with their options; raises ConfigError."""
+    """The passes of a config, chosen, placed and with their options.
+
+    What is wrong with single passes becomes faults of the lines.  Raises ConfigError.
+    """
     known = _add_aliases(config, plugins, lines)
     options: dict[str, dict[str, Any]] = {}
     if isinstance(config.pipeline, str):
@@ -36,23 +39,26 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
     for key, mentioned in (("passes", config.passes), ("swap", config.swap)):
         for name in mentioned:
             if name not in names:
-                raise _unknown(lines, (key, name), name, known, names)
+                lines.faults.append(_unknown(lines, (key, name), name, known, names))
     configured: list[Configured] = []
     seen: set[str] = set()
     for name, at in zip(names, keys, strict=True):
-        if name not in known:
-            hint = f"a preset's name stands alone: 'pipeline: {name}'"
-            raise _unknown(lines, at, name, known, hint=hint if name in plugins.presets else "")
-        if name in seen:
-            mine = [key for key in (keys[names.index(name)], at) if key[0] in ("before", "after")]
-            raise lines.error(
-                "pass-doubled", f"pass '{name}' is in the pipeline twice", (*mine, at)[0]
-            )
-        seen.add(name)
-        chosen = _choose(name, known[name], config.swap.get(name), lines)
-        given = {**options.get(name, {}), **config.passes.get(name, {})}
-        pass_ = typed(chosen.kind, given, lines, ("passes", name))
-        configured.append(Configured(chosen, pass_, name in config.swap, at))
+        with lines.gather():
+            if name not in known:
+                hint = f"a preset's name stands alone: 'pipeline: {name}'"
+                raise _unknown(lines, at, name, known, hint=hint if name in plugins.presets else "")
+            if name in seen:
+                mine = [
+                    key for key in (keys[names.index(name)], at) if key[0] in ("before", "after")
+                ]
+                raise lines.error(
+                    "pass-doubled", f"pass '{name}' is in the pipeline twice", (*mine, at)[0]
+                )
+            seen.add(name)
+            chosen = _choose(name, known[name], config.swap.get(name), lines)
+            given = {**options.get(name, {}), **config.passes.get(name, {})}
+            pass_ = typed(chosen.kind, given, lines, ("passes", name))
+            configured.append(Configured(chosen, pass_, name in config.swap, at))
     return configured
 
 

@@ -37,6 +37,7 @@ def members(config: Config, lines: Lines) -> list[Member]:
 
     Without a sweep it stands for one.  Raises ConfigError.
     """
+    lines.check()
     sweep = config.sweep
     if sweep is None:
         return [Member(config, {})]

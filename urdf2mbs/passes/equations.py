@@ -45,6 +45,12 @@ class Equations(Pass):
         data = conversion.files[output]
         if self.language is not None:
             self._write(conversion, data)
+        elif "language" not in conversion.settings.config.passes.get(self.name, {"language": None}):
+            conversion.warn(
+                "equations-language",
+                "the config has options of 'equations', but no language: no equations are made",
+                hint="such as 'passes: {equations: {language: c}}'; 'language: null' means none",
+            )
         _warn_of_stale(conversion, data)
 
     def _write(self, conversion: Conversion, data: bytes) -> None:

@@ -26,7 +26,7 @@ _LOCALHOST = r"(?i)^//localhost(?=/)"
 MOST_FOLDERS = 10_000
 #: The most that is read of a package.xml.
 _MOST = 2**20
-_DRIVE = r"(?i)[A-Z](:|%3A)/"
+_DRIVE = r"(?i)[A-Z](:|%3A)[\\/]"
 #: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.
 _ROOTS = (".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall")
 #: Folders that a crawl through a ROS_PACKAGE_PATH entry does not enter, as rospack does.
@@ -166,6 +166,7 @@ class Packages:
     def _elsewhere(self, filename: str) -> list[Path]:
         """The files of the workspace whose paths end as the file's name does."""
         _, name, rest = _split(filename)
+        rest = re.sub(_DRIVE, "/", rest).replace("\\", "/") if re.match(_DRIVE, rest) else rest
         local = posixpath.normpath(rest).split("/")
         tail = [part for part in local if part not in ("", ".", "..")]
         if not tail:

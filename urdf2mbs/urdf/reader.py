@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from lxml import etree
 
 from urdf2mbs.disk import standard_input
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest, some
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.elements import is_instruction
 from urdf2mbs.urdf.robot import read_root
@@ -76,11 +76,23 @@ def read_text(
             robot, diagnostics = parse(expansion.text, str(source), expanded=expansion.files)
         except ConversionError as error:
             error.said[:0] = expansion.warnings
+            if error.code == "no-links":
+                _explain_macros(error, data, source)
             raise
         diagnostics[:0] = expansion.warnings
     if not robot.name:
         robot.name = stem(source)
     return robot, diagnostics
+
+
+def _explain_macros(error: ConversionError, data: bytes, source: Path) -> None:
+    """Say that a file without links defines macros and calls none."""
+    root, _ = xml.parse(data, str(source))
+    macros = [macro.get("name", "") for macro in root.iter("{*}macro")]
+    called = {element.tag.partition("}")[2] for element in root.iter(etree.Element)}
+    if macros and called.isdisjoint(macros):
+        error.message += f": the file defines the macro(s) '{some(macros)}' and calls none"
+        error.hint = "convert the file that calls it"
 
 
 #: Endings of a robot's file that are no part of its name.
