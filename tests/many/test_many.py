@@ -257,3 +257,15 @@ def test_no_scheduler(sweep: Path, monkeypatch: Any, capsys: Any) -> None:
     monkeypatch.setattr("urdf2mbs.many.cluster.PATIENCE", 0.2)
     assert main(["run", str(sweep), "--cluster", "tcp://127.0.0.1:9"]) == 2
     assert "error[cluster-unreachable]" in capsys.readouterr().err
+
+
+def test_some_robots_of_a_sweep_and_their_table(sweep: Path, capsys: Any) -> None:
+    chosen = ["--only", "height=0.70", "--report", "table.csv"]
+    assert main(["run", str(sweep), *chosen]) == 0
+    head, row = (sweep.parent / "table.csv").read_text().splitlines()[:2]
+    found = dict(zip(head.split(","), row.split(","), strict=True))
+    assert (found["height"], found["code"], found["verdict"]) == ("0.7", "0", "the same robot")
+    assert float(found["mass"]) > 1.0
+    assert [file.name for file in (sweep.parent / "models").glob("*.mbs")] == ["0.7.mbs"]
+    assert main(["run", str(sweep), "--only", "height=7"]) == 2
+    assert "no robot has this value" in capsys.readouterr().err

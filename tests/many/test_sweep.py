@@ -110,11 +110,17 @@ def test_a_value_that_is_given_and_swept() -> None:
 )
 def test_a_value_is_one_name_on_every_system(value: str, name: str) -> None:
     """It leads to no other folder, and no variable in it is filled in."""
-    (robot,) = swept(f"{{xacro_args: {{height: [{value}]}}}}", "{project: 'out/{height}'}")
+    (robot,) = swept(f"{{xacro_args: {{height: [{value}]}}}}", "{project: 'out/{height}/p'}")
     output: Any = robot.config.output
-    assert output.project == f"out/{name}"
+    assert output.project == f"out/{name}/p"
     settings = settings_of(robot.config, Lines(file=Path("c.yaml")), Path("/there"))
-    assert settings.project == Path("/there/out") / name
+    assert settings.project == Path("/there/out") / name / "p"
+
+
+def test_a_project_and_its_model_have_one_name() -> None:
+    (robot,) = swept("{xacro_args: {height: [0.7]}}", "{project: 'out/biped_{height}'}")
+    settings = settings_of(robot.config, Lines(file=Path("c.yaml")), Path("/there"))
+    assert settings.output == Path("/there/out/biped_0_7/dataR/biped_0_7.mbs")
 
 
 def test_a_value_makes_no_variable_of_what_stands_before_it(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import csv
+import io
 import os
 import sys
 from collections.abc import Iterable
@@ -37,6 +39,7 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
     if arguments.workers is not None and arguments.workers < 1:
         raise ConfigError("usage", f"--workers {arguments.workers}: give 1 or more")
     jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
+    jobs = _chosen(jobs, arguments.only)
     report = arguments.report or _folder(jobs) / REPORT
     if not arguments.force:
         check_ours({report: b""})
@@ -44,8 +47,9 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
     code = max((outcome.code for outcome in outcomes), default=0)
     robots = [_to_report(outcome) for outcome in outcomes]
     whole = {"urdf2mbs": version_of("urdf2mbs"), "code": code, "robots": robots}
-    text = msgspec.json.format(msgspec.json.encode(whole), indent=1)
-    write_files({report: text + b"\n"}, force=arguments.force)
+    text = msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"
+    as_table = report.suffix.lower() == ".csv"
+    write_files({report: _csv(outcomes) if as_table else text}, force=arguments.force)
     if arguments.json:
         print_json({"code": code, "robots": robots})
     else:
@@ -54,6 +58,48 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
                 print(_error(outcome), file=sys.stderr)
         print(_table(outcomes, report))
     return code
+
+
+def _chosen(jobs: list[Job], only: list[str]) -> list[Job]:
+    """The robots of a sweep that have all these values."""
+    for text in only:
+        name, _, value = text.partition("=")
+        kept = [job for job in jobs if _is(job.values.get(name), value)]
+        if not kept:
+            known = dict.fromkeys(in_words(job.values) for job in jobs if job.values)
+            raise ConfigError(
+                "usage", f"--only {text}: no robot has this value",
+                hint=f"there are: {'; '.join([*known][:5])}" if known else "this is no sweep",
+            )  # fmt: skip
+        jobs = kept
+    return jobs
+
+
+def _is(value: object, text: str) -> bool:
+    """True if a value is this text, or the same number."""
+    try:
+        return str(value) == text or float(str(value)) == float(text)
+    except ValueError:
+        return False
+
+
+def _csv(outcomes: list[Outcome]) -> bytes:
+    """A row for each robot: its values, exit code, error, and the counts of its model."""
+    own = list(dict.fromkeys(name for outcome in outcomes for name in outcome.values))
+    out = io.StringIO()
+    rows = csv.writer(out, lineterminator="\n")
+    counts = ("mass", "links", "bodies", "joints", "per_degree_of_freedom", "verdict")
+    rows.writerow([*own, "source", "output", "code", "error", *counts])
+    for outcome in outcomes:
+        values = [outcome.values.get(name, "") for name in own]
+        code = outcome.error.code if outcome.error else ""
+        row = [*values, outcome.source, outcome.output, outcome.code, code]
+        if found := outcome.report:
+            joints = found.joints
+            row += [found.mass, found.links, found.bodies, joints.mbs]
+            row += [joints.per_degree_of_freedom, found.verdict]
+        rows.writerow(row)
+    return out.getvalue().encode()
 
 
 def _to_report(outcome: Outcome) -> dict[str, object]:

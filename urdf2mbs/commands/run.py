@@ -52,8 +52,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def only_one(arguments: argparse.Namespace) -> None:
     """Refuse the options that are for many robots."""
-    for name in ("workers", "cluster", "report"):
-        if getattr(arguments, name) is not None:
+    for name in ("workers", "cluster", "only", "report"):
+        if getattr(arguments, name) not in (None, []):
             raise ConfigError("usage", f"--{name} is for many robots, and this is one")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from decimal import Decimal
 from itertools import product
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
@@ -12,6 +13,7 @@ import msgspec
 from urdf2mbs.disk.files import one_name, portable
 from urdf2mbs.engine.config import Config, Key, Lines, Project, Range
 from urdf2mbs.engine.settings import expand
+from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 
 #: The most robots of one config.
@@ -178,8 +180,10 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
 
     output = config.output
     if isinstance(output, Project):
-        place = name_path(output.project)
-        return msgspec.structs.replace(output, project=place), place
+        path = Path(name_path(output.project))
+        if _PLACE.search(Path(output.project).name):  # a project is called as its model is
+            path = path.with_name(identifiers([path.name])[0])
+        return msgspec.structs.replace(output, project=str(path)), str(path)
     if output is None:
         raise lines.error(
             "sweep-output", "a sweep needs an output", ("sweep",),
