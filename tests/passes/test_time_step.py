@@ -16,7 +16,7 @@ from urdf2mbs import Result, convert
 from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.project.stability import longest_steps
+from urdf2mbs.project.stability import longest_steps, reduction_of
 from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.runtime import MbsData
 from urdf2mbs.runtime.c_code import CCode
@@ -359,3 +359,17 @@ def test_the_biped_stands_still(tmp_path: Path) -> None:
     base = [run.data.joint_id[f"floating_base_T{k}"] for k in (1, 2, 3)]
     assert np.abs(run.data.qd[base]).max() < 1e-3
     assert np.abs(q[-1] - q[0]).max() < 0.05
+
+
+def test_followers_move_by_the_rules_of_the_reduction(tmp_path: Path) -> None:
+    """The arm's second finger follows the first one."""
+    result = convert(ROOT / "configs" / "arm.urdf.xacro", project=tmp_path / "arm")
+    conversion = result.conversion
+    mass = Mass(result.mbs)
+    names = [placed.joint.name for placed in mass.placement.joints]
+    free = [p.joint.name for p in mass.placement.joints if p.joint.nature == "independent"]
+    found = reduction_of(mass, conversion.simulation)
+    (coupling,) = conversion.simulation.couplings
+    row = found[names.index(coupling.follower.name)]
+    wanted = [coupling.multiplier * (name == coupling.leader.name) for name in free]
+    np.testing.assert_allclose(row, wanted, rtol=0, atol=1e-12)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from itertools import pairwise
 from math import pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 from codes import DEFAULTS
 from making import read_robot
+from scipy.spatial.transform import Rotation
 
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
+from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.model import (
     Box,
     Calibration,
@@ -960,3 +964,23 @@ XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 )
 def test_whether_there_is_xacro(text: str, there: bool) -> None:
     assert has_xacro(text.encode(), "r.urdf") is there
+
+
+def test_a_quaternion_of_an_origin_is_its_rotation() -> None:
+    """With turns about all axes: the sign of each angle counts."""
+    for wanted in ((0.3, -0.4, 0.5), (-1.2, 0.7, 2.0)):
+        q = Rotation.from_euler("xyz", wanted).as_quat()
+        turn = f'<origin quat_xyzw="{q[0]} {q[1]} {q[2]} {q[3]}"/>'
+        text = re.sub(r'<origin xyz="0 0 0.1" rpy="0 1.5708 0"/>', turn, TINY)
+        text = text.replace("<robot ", '<robot version="1.1" ', 1)
+        found = convert_text(text).robot.joints["tool_mount"].origin.rpy
+        np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+
+
+def test_soft_limits_change_places_and_signs_where_a_joint_is_flipped() -> None:
+    safety = '<safety_controller soft_lower_limit="-0.2" soft_upper_limit="0.7" k_velocity="1"/>'
+    text = TINY.replace("</joint>", f"{safety}</joint>", 1)
+    robot = convert_text(text).robot
+    name = next(n for n, joint in robot.joints.items() if joint.safety_controller)
+    found = robot.with_flipped([name]).joints[name].safety_controller
+    assert (found.soft_lower_limit, found.soft_upper_limit) == (-0.7, 0.2)
