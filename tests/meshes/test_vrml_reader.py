@@ -100,6 +100,20 @@ def test_a_transform_about_a_centre() -> None:
     np.testing.assert_allclose(part.points[0], [2, 0, 0], atol=1e-12)
 
 
+def test_boxes_spheres_cylinders_and_cones() -> None:
+    for solid, low, high in (
+        (b"Box { size 1 2 3 }", [-0.5, -1, -1.5], [0.5, 1, 1.5]),
+        (b"Sphere { radius 2 }", [-2, -2, -2], [2, 2, 2]),
+        (b"Cylinder { radius 1 height 6 }", [-1, -3, -1], [1, 3, 1]),
+        (b"Cone { bottomRadius 1 height 4 }", [-1, -2, -1], [1, 2, 1]),
+    ):
+        (part,) = read(HEAD + b"Shape { geometry " + solid + b" }")
+        np.testing.assert_allclose(part.points.min(0), low, atol=0.02)
+        np.testing.assert_allclose(part.points.max(0), high, atol=0.02)
+    apex = part.points[part.points[:, 1] > 1.9]
+    np.testing.assert_allclose(apex[:, [0, 2]], 0, atol=1e-9)
+
+
 def test_what_draws_nothing_is_passed_and_what_is_left_out_is_named() -> None:
     text = HEAD + b"""PROTO Bolt [ field SFFloat long 1 ] { Shape { geometry Box { } } }
       EXTERNPROTO Nut [ field SFFloat wide ] "nut.wrl"

@@ -24,10 +24,7 @@ _NUMBERS = re.compile(rb"(?:[^\]#]|#[^\n]*)*")
 _BOOLEANS = {b"TRUE": True, b"FALSE": False}
 
 #: What is not drawn, and says so.
-_NOT_DRAWN = (
-    "Box", "Sphere", "Cylinder", "Cone", "ElevationGrid", "Extrusion", "Inline", "Switch",
-    "Text",
-)  # fmt: skip
+_NOT_DRAWN = ("ElevationGrid", "Extrusion", "Inline", "Switch", "Text")
 
 Node = dict[str, Any]
 """The node's fields; its type stands under ``""``, the nodes inside it under ``children``."""
@@ -168,6 +165,27 @@ class _Text:
         return values
 
 
+def primitive(kind: str, radius: float, height: float, size: Any) -> tuple[Any, Any]:
+    """Points (n, 3) and triangles (m, 3) of a box, sphere, cylinder or cone (m).
+
+    The axis is y, in VRML as in an .mbs.
+    """
+    import numpy as np
+    from trimesh import creation
+
+    if kind == "box":
+        solid = creation.box(size)
+        return solid.vertices, solid.faces
+    if kind == "sphere":
+        solid = creation.icosphere(2, radius)
+    elif kind == "cone":
+        solid = creation.cone(radius, height)
+        solid.apply_translation((0.0, 0.0, -height / 2))
+    else:
+        solid = creation.cylinder(radius, height, sections=24)
+    return solid.vertices @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), solid.faces
+
+
 class _Scene:
     """What the nodes draw."""
 
@@ -190,6 +208,8 @@ class _Scene:
             geometry = node["geometry"]
             if geometry[""] == "IndexedFaceSet":
                 self._add_faces(geometry, node.get("appearance") or {}, pose)
+            elif geometry[""] in ("Box", "Sphere", "Cylinder", "Cone"):
+                self._add_primitive(geometry, node.get("appearance") or {}, pose)
             elif geometry[""] in _NOT_DRAWN:
                 self.mesh.problems.append(f"its {geometry['']} is not drawn")
         elif kind in _NOT_DRAWN:
@@ -200,6 +220,16 @@ class _Scene:
         for child in children if isinstance(children, list) else [children]:
             if isinstance(child, dict):
                 self.draw(child, pose)
+
+    def _add_primitive(self, node: Node, appearance: Node, pose: NDArray[np.float64]) -> None:
+        def number(name: str, default: float) -> float:
+            return float(node.get(name, [default])[0])
+
+        radius = number("bottomRadius" if node[""] == "Cone" else "radius", 1.0)
+        size = [float(side) for side in node.get("size", (2.0, 2.0, 2.0))]
+        points, triangles = primitive(node[""].lower(), radius, number("height", 2.0), size)
+        material, smooth = _material(appearance), node[""] != "Box"
+        add(self.mesh, pose, points, triangles, material=material, smooth=smooth)
 
     def _add_faces(self, node: Node, appearance: Node, pose: NDArray[np.float64]) -> None:
         import numpy as np

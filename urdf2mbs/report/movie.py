@@ -94,26 +94,12 @@ def _normals(triangles: Any) -> tuple[Any, Any]:
 def _solids(shape: Shape, file: Path) -> list[tuple[Any, Any]]:
     """Triangles (n, 3, 3) in the body's frame (m), and their colour (0 to 255); a shape that cannot
     be read has none."""
-    from trimesh import creation
-
-    radius, height = shape.radius or 0.0, shape.height or 0.0
     if shape.url is not None:
         found = _parts(shape, shape.url, file)
     else:
-        match shape.kind:
-            case "box":
-                solid = creation.box(shape.size)
-            case "sphere":
-                solid = creation.icosphere(2, radius)
-            case "cone":
-                solid = creation.cone(radius, height)
-                solid.apply_translation((0.0, 0.0, -height / 2))
-            case _:
-                solid = creation.cylinder(radius, height, sections=24)
-        points = solid.vertices
-        if shape.kind in ("cylinder", "cone"):  # about y in an .mbs, about z in trimesh
-            points = points[:, [0, 2, 1]] * (1, 1, -1)
-        found = [(points[solid.faces], np.array(shape.color))]
+        sizes = (shape.radius or 0.0, shape.height or 0.0, shape.size)
+        points, faces = vrml_reader.primitive(shape.kind, *sizes)
+        found = [(points[faces], np.array(shape.color))]
     turn = np.array(from_turns(tuple(zip((1, 2, 3), shape.rotation, strict=True)))).reshape(3, 3)
     return [(t * shape.scale @ turn.T + np.array(shape.position), color) for t, color in found]
 
