@@ -70,6 +70,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
 #: How far a foot may be above the ground, and the frame of a wheel above the lowest link's, as
 #: parts of the robot's height.
 LEVEL, LOW = 0.01, 0.1
+#: The controller that holds the start position (Hz), here and in ``simulate``.
+HOLD = "{frequency: 10, damping_ratio: 0.3}"
 
 
 class Findings(NamedTuple):
@@ -316,8 +318,7 @@ def _passes(
         about = "the middle of their limits, which zero is beyond"
         posture.append(f"    joints: {_flow(dict(middle))}   # {about}")
     if stands:
-        hold = "{frequency: 10, damping_ratio: 0.3}"
-        posture.append(f"    hold: {hold}   # Hz; a controller holds the start position")
+        posture.append(f"    hold: {HOLD}   # Hz; a controller holds the start position")
     lines = ["", "passes:", "  posture:", *posture] if posture else []
     if stands:
         lines.append(f"  contacts: {{links: {_flow(found.feet)}}}   # the ground; the robot stands")

@@ -29,9 +29,6 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 if TYPE_CHECKING:
     from urdf2mbs.runtime.results import Results
 
-#: The controller of a robot without a config (Hz); ``init`` writes the same.
-HOLD = {"frequency": 10, "damping_ratio": 0.3}
-
 EXAMPLES = (
     "urdf2mbs simulate robot.yaml",
     "urdf2mbs simulate project --time 5 --push chest:20,0,0@0.5..0.6",
@@ -162,7 +159,11 @@ def _make(arguments: argparse.Namespace) -> Path:
         conversion = converter.run()
     feet = _feet(conversion) if alone else []
     if feet:
-        passes = {"contacts": {"links": feet}, "posture": {"hold": HOLD}}
+        import yaml
+
+        from urdf2mbs.commands.init import HOLD
+
+        passes = {"contacts": {"links": feet}, "posture": {"hold": yaml.safe_load(HOLD)}}
         with suppress(ConversionError):  # such as: the shapes of its feet cannot be found
             conversion = pipeline(msgspec.structs.replace(config, passes=passes)).run()
             if not arguments.json:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,7 @@ import numpy as np
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Mbs, Shape
 from urdf2mbs.meshes import reader, vrml_reader
-from urdf2mbs.meshes.model import MeshError
+from urdf2mbs.meshes.model import MeshError, Part
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.report.scene import lookup, path_of
 from urdf2mbs.runtime.results import Results
@@ -29,11 +31,12 @@ def movie(results: Results) -> bytes:
     """The GIF; raises ConfigError if the model has no shapes to draw."""
     from PIL import Image, ImageDraw
 
-    model, file = results.data.mbs, results.data.mbs_file
+    model, project = results.data.mbs, results.data.project
+    read = cache(lambda url: _parts(url, project))  # several shapes may show one mesh
     shapes: dict[str | None, list[Shape]] = {None: model.base.shapes}
     shapes |= {body.name: body.shapes for body in model.bodies}
     drawn = {
-        body: [solid for shape in given for solid in _solids(shape, file)]
+        body: [solid for shape in given for solid in _solids(shape, read)]
         for body, given in shapes.items()
     }
     owners = [body for body, solids in drawn.items() for triangles, _ in solids for _ in triangles]
@@ -91,11 +94,11 @@ def _normals(triangles: Any) -> tuple[Any, Any]:
     return across / np.where(twice > 0.0, twice, 1.0)[:, None], twice
 
 
-def _solids(shape: Shape, file: Path) -> list[tuple[Any, Any]]:
+def _solids(shape: Shape, read: Callable[[str], list[Part]]) -> list[tuple[Any, Any]]:
     """Triangles (n, 3, 3) in the body's frame (m), and their colour (0 to 255); a shape that cannot
     be read has none."""
     if shape.url is not None:
-        found = _parts(shape, shape.url, file)
+        found = [(part.points[part.triangles], _color(part, shape)) for part in read(shape.url)]
     else:
         sizes = (shape.radius or 0.0, shape.height or 0.0, shape.size)
         points, faces = vrml_reader.primitive(shape.kind, *sizes)
@@ -104,16 +107,18 @@ def _solids(shape: Shape, file: Path) -> list[tuple[Any, Any]]:
     return [(t * shape.scale @ turn.T + np.array(shape.position), color) for t, color in found]
 
 
-def _parts(shape: Shape, url: str, file: Path) -> list[tuple[Any, Any]]:
-    project = file.parent.parent if file.parent.name == "dataR" else file.parent
+def _color(part: Part, shape: Shape) -> Any:
+    """(3,) 0 to 255: that of the mesh, whose own is 0 to 1; else that of the shape."""
+    diffuse = part.material.diffuse
+    return 255 * np.array(diffuse) if diffuse else np.array(shape.color)
+
+
+def _parts(url: str, project: Path) -> list[Part]:
+    """What a mesh file holds; nothing if it cannot be read."""
     path = path_of(url, project)
     try:
         if path.suffix.lower() in reader.FORMATS:
-            parts = reader.read(path, up_axis=False).parts
-        else:
-            parts = vrml_reader.read(lookup({}, project)(url) or b"").parts
+            return reader.read(path, up_axis=False).parts
+        return vrml_reader.read(lookup({}, project)(url) or b"").parts
     except (MeshError, ConversionError):
         return []
-    diffuse = [p.material.diffuse for p in parts]  # 0 to 1
-    colors = [255 * np.array(c) if c else np.array(shape.color) for c in diffuse]
-    return [(p.points[p.triangles], color) for p, color in zip(parts, colors, strict=True)]
