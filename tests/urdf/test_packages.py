@@ -72,6 +72,34 @@ def test_src_of_a_workspace_that_was_never_built(tmp_path: Path, folder: str) ->
     assert packages.find("hand") == there
 
 
+@pytest.mark.parametrize(
+    "mark", ["install/.colcon_install_layout", "build/.built_by", "devel/.catkin"]
+)
+def test_a_workspace_that_was_built(tmp_path: Path, mark: str) -> None:
+    """Packages in groups below src, which no checkout or file marks."""
+    for folder in ("build", "install", "devel"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "COLCON_IGNORE").touch()
+    (tmp_path / mark).touch()
+    arm = package(tmp_path / "src" / "arms" / "arm")
+    hand = package(tmp_path / "src" / "hands" / "hand")
+    only = package(tmp_path / "install" / "tool" / "share" / "tool")
+    merged = package(tmp_path / "install" / "share" / "cap")
+    for folder in (hand, package(tmp_path / "install" / "hand" / "share" / "hand")):
+        (folder / "meshes").mkdir()
+        (folder / "meshes" / "m.stl").touch()
+    packages = Packages({}, source(arm / "urdf"))
+    assert packages.root == tmp_path
+    # the sources come before what was built of them
+    for name, folder in {"hand": hand, "tool": only, "cap": merged}.items():
+        assert packages.find(name) == folder
+    assert packages.resolve("file:///home/me/hand/meshes/m.stl") == hand / "meshes" / "m.stl"
+    # an installed robot finds what is installed
+    packages = Packages({}, source(only / "urdf"))
+    assert packages.find("cap") == merged
+    assert packages.find("hand") == hand
+
+
 @pytest.mark.parametrize("folder", ["hand", "stranger/hand", "ws/hand"])
 @pytest.mark.parametrize("mark", [".git", "package.xml", None])
 def test_a_package_beside_the_workspace_holds_no_code_for_us(

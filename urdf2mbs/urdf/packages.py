@@ -27,9 +27,13 @@ MOST_FOLDERS = 10_000
 #: The most that is read of a package.xml.
 _MOST = 2**20
 _DRIVE = r"(?i)[A-Z](:|%3A)[\\/]"
-#: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.
-_ROOTS = (".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall")
-#: Folders that a crawl through a ROS_PACKAGE_PATH entry does not enter, as rospack does.
+#: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.  The last
+#: three are there once it was built.
+_ROOTS = (
+    ".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall",
+    "install/.colcon_install_layout", "build/.built_by", "devel/.catkin",
+)  # fmt: skip
+#: A folder with one of these holds no sources, as what colcon built: rospack skips it, too.
 _NO_CRAWL = ("CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs")
 
 
@@ -187,10 +191,14 @@ class Packages:
     def _files(self) -> dict[str, list[Path]]:
         """The files of the workspace by name; none if it has too many folders."""
         found: dict[str, list[Path]] = {}
+        around = self.source.parents
         for number, (folder, folders, names) in enumerate(os.walk(self.root)):
             if number == MOST_FOLDERS:
                 return {}
             folders[:] = sorted(name for name in folders if not name.startswith("."))
+            if any(mark in names for mark in _NO_CRAWL) and Path(folder) not in around:
+                folders.clear()  # copies of the sources
+                continue
             for name in names:
                 found.setdefault(name, []).append(Path(folder, name))
         return found
@@ -232,7 +240,8 @@ class Packages:
         for candidate in self._candidates(name):
             if _package_name(candidate) == name:
                 return candidate
-        for prefix in _entries("AMENT_PREFIX_PATH"):
+        installed = self.root / "install"
+        for prefix in (*_entries("AMENT_PREFIX_PATH"), installed, installed / name):
             if (prefix / "share" / name).is_dir():
                 return prefix / "share" / name
         # without any package.xml: a folder of this name that is above or beside the source
