@@ -327,6 +327,7 @@ const plain = (key, make) => once(key, () => make().toNonIndexed());
 const primitive = {
   box: ([x, y, z]) => plain(`box ${x} ${y} ${z}`, () => new THREE.BoxGeometry(x, y, z)),
   sphere: (r) => plain(`sphere ${r}`, () => new THREE.SphereGeometry(r, 40, 24)),
+  ball: (r) => plain(`ball ${r}`, () => new THREE.SphereGeometry(r, 12, 8)),  // a mark: there are many
   cylinder: (r, h) => plain(`cylinder ${r} ${h}`, () => new THREE.CylinderGeometry(r, r, h, 40)),
   cone: (r, h) => plain(`cone ${r} ${h}`, () => new THREE.ConeGeometry(r, h, 40)),
 };
@@ -476,7 +477,7 @@ function bone(side, owner, to, color) {
 }
 
 function knob(side, owner, color) {
-  const ball = new THREE.Mesh(primitive.sphere(size * 0.009), material(color, 1, side));
+  const ball = new THREE.Mesh(primitive.ball(size * 0.009), material(color, 1, side));
   holder(side, owner).add(ball);
   kinds.skeleton.push(ball);
   bones.push([side, ball]);
@@ -495,10 +496,10 @@ function axes(side, owner, scale) {
 // sensors, contacts, forces, loops and stops are seen through all that is before them
 const MARK = {sensors: 0x0097a7, contacts: 0xd84315, forces: 0xad1457, loops: 0x2e7d32, stops: 0x1565c0};
 const seen = (kind, Material = THREE.MeshBasicMaterial) => new Material(
-  {color: MARK[kind], transparent: true, opacity: 0.85, depthTest: false, side: THREE.DoubleSide});
+  {color: MARK[kind], transparent: true, opacity: 0.85, depthTest: false});
 
 function dot(kind, parent, [x, y, z]) {
-  const ball = new THREE.Mesh(primitive.sphere(size * 0.007), seen(kind));
+  const ball = new THREE.Mesh(primitive.ball(size * 0.007), seen(kind));
   ball.position.set(x, y, z);
   ball.renderOrder = 6;
   parent.add(ball);
@@ -531,6 +532,11 @@ function connect([kind, one, two]) {
 
 // a joint's way from limit to limit, where it starts from zero, and a hand where the joint is
 const stops = [];
+const ring = (...form) => {
+  const flat = new THREE.Mesh(new THREE.RingGeometry(...form), seen("stops"));
+  flat.material.side = THREE.DoubleSide;
+  return flat;
+};
 const AXES = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
 function stop([name, [low, high]]) {
   const joint = bodyOfJoint.get(name)[1], [i, j, k] = AXES[+joint.type[1] - 1];
@@ -542,8 +548,7 @@ function stop([name, [low, high]]) {
   const hand = new THREE.Group();
   if (joint.type[0] === "R") {
     const from = low === null ? -Math.PI : low, to = high === null ? Math.PI : high;
-    const way = new THREE.Mesh(new THREE.RingGeometry(radius * 0.55, radius, 40, 1,
-      from, Math.min(to - from, 2 * Math.PI)), seen("stops"));
+    const way = ring(radius * 0.55, radius, 40, 1, from, Math.min(to - from, 2 * Math.PI));
     way.material.opacity = 0.45;
     place(way, matrix().makeBasis(along(i), along(j), along(k)));
     group.add(way);
@@ -553,12 +558,12 @@ function stop([name, [low, high]]) {
     group.add(line([along(k).multiplyScalar(from), along(k).multiplyScalar(to)]));
     for (const end of [low, high]) {
       if (end === null) continue;
-      const wall = new THREE.Mesh(new THREE.RingGeometry(0, radius * 0.4, 20), seen("stops"));
+      const wall = ring(0, radius * 0.4, 20);
       place(wall, matrix().makeBasis(along(i), along(j), along(k))
         .setPosition(along(k).multiplyScalar(end)));
       group.add(wall);
     }
-    hand.add(new THREE.Mesh(primitive.sphere(radius * 0.15), seen("stops")));
+    hand.add(new THREE.Mesh(primitive.ball(radius * 0.15), seen("stops")));
   }
   hand.matrixAutoUpdate = false;
   group.add(hand);
@@ -695,6 +700,7 @@ function compareShapes() {
     if (match >= 0) {
       const [[other]] = candidates.splice(match, 1);
       shapesCompared++;
+      one.twin = other;
       if (one.color && other.color && one.color.some((c, k) => Math.abs(c - other.color[k]) > 0.004)) {
         one.differs = other.differs = "in colour";
       }
@@ -750,6 +756,7 @@ function show() {
   for (const one of drawn) {
     const off = differs(one);
     if (off && side === "both" && on("show-shapes")) one.group.visible = blink === (one.side === "mbs");
+    else if (side === "both" && one.twin) one.group.visible = false;  // where both agree, one is enough
     for (const object of one.objects) tint(object, one, off && side === "both", clear);
   }
   needsRender = true;
