@@ -410,6 +410,19 @@ def test_a_step_that_cannot_be_taken(tmp_path: Path, method: str) -> None:
     assert caught.value.code == "step-failed"
 
 
+def test_lsoda_gives_up_without_a_word_of_its_own(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    project = make(tmp_path, TINY)
+    file = project / "userfctR" / "user_JointForces.py"
+    more = "    mbs_data.Qq[mbs_data.joint_id['wrist_roll']] += 1e9 * (tsim * 1e15 % 7 - 3)\n"
+    file.write_text(file.read_text() + more)
+    with pytest.raises(ConversionError) as caught:
+        simulate(project, time=0.1, language="python", method="LSODA")
+    assert caught.value.code == "step-failed"
+    assert not recwarn.list
+
+
 def test_an_absurd_push_ends_in_a_bounded_number_of_steps(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

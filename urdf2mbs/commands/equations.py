@@ -11,6 +11,7 @@ import msgspec
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.settings import add_printing, path
 from urdf2mbs.commands.streams import is_stream, read_bytes
+from urdf2mbs.disk.files import project_of
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 
@@ -73,7 +74,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
         raise ConfigError("usage", "the equations are several files beside their model, not '-'")
     data = read_bytes(model)
     mbs = read(data, str(model), mechanics_only=True)
-    project = model.parent.parent if model.parent.name == "dataR" else model.parent
+    project = project_of(model)
     folder: Path = arguments.output or project / "symbolicR"
     made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,

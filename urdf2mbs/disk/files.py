@@ -107,6 +107,11 @@ def size(path: Path) -> int:
         return 0
 
 
+def project_of(model: Path) -> Path:
+    """The project's folder of an .mbs: the one around ``dataR``, else the file's own."""
+    return model.parent.parent if model.parent.name == "dataR" else model.parent
+
+
 def is_folder(path: Path) -> bool:
     """True if there is such a folder; False for a name that no folder can have."""
     return os.path.isdir(path)  # noqa: PTH112  Path.is_dir may raise

@@ -20,6 +20,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagram.draw import draw
+from urdf2mbs.disk.files import project_of
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
@@ -119,8 +120,7 @@ def make_of_model(model: Mbs, file: Path, live: tuple[dict[str, Any], str] | Non
     The page plays the motion in the project's resultsR, if there is one.
     ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
     """
-    folder = file.absolute().parent
-    project = folder.parent if folder.name == "dataR" else folder
+    project = project_of(file.absolute())
     store = Store()
     none = Simulation()
     drawn = mbs_side(model, store, lookup({}, project), lambda url: path_of(url, project))

@@ -43,8 +43,7 @@ class MbsData:
             ) from None
         self.mbs = mbs = read(self.model, str(path))
         self.mbs_name = mbs.name
-        folder = self.mbs_file.parent
-        self.project = folder.parent if folder.name == "dataR" else folder
+        self.project = files.project_of(self.mbs_file)
         self.user_path = self.project / user_path
         self.symbolic_path = self.project / symbolic_path
         self._joints()

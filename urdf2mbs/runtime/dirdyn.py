@@ -10,6 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, filterwarnings
 
 import numpy as np
 
@@ -88,7 +89,8 @@ class MbsDirdyn:
         code raises; it names time, joint and force, or file and line.
         """
         data, options = self.mbs_data, self.options
-        with loaded(data), shown(data):
+        with loaded(data), shown(data), catch_warnings():
+            filterwarnings("ignore", "lsoda:", UserWarning)  # the error says more
             add_pushes(data)
             code = choose_code(data, options["language"])
             results = integrate(data, code, options, self)
