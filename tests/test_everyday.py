@@ -390,6 +390,21 @@ def test_each_result_ends_with_what_to_do_next(
 
 
 @pytest.mark.parametrize(
+    ("base", "said"),
+    [
+        ("floating", "moved most: 0.00196 m\n  nothing holds it: 'base: fixed' bolts it down"),
+        ("fixed", " rad\n  s/"),
+    ],
+)
+def test_a_robot_that_falls_is_told_what_holds_it(
+    base: str, said: str, here: Path, capsys: Any
+) -> None:
+    words = ["simulate", "tiny.urdf", "-o", "s/", "--time", "0.02", "--base", base]
+    assert main(words) == 0
+    assert said in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
     ("raised", "code", "said"),
     [
         (BrokenPipeError(), 0, ""),

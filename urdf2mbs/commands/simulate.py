@@ -199,8 +199,14 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
         print(f"a user function has stopped the run at {time:g} s (flag_stop)", file=sys.stderr)
     moved = abs(results.q[:, 1:] - results.q[0, 1:]).max(axis=0)
     if moved.size:
-        most = int(moved.argmax())
-        print(f"  joint '{results.joints[most]}' moved most: {moved[most]:.3g} rad or m")
+        name = results.joints[int(moved.argmax())]
+        joint = data.mbs.joints()[name]
+        unit = "m" if joint.type.startswith("T") else "rad"
+        print(f"  joint '{name}' moved most: {moved.max():.3g} {unit}")
+        base = [joint for body in data.mbs.bodies if body.parent is None for joint in body.joints]
+        if joint in base and joint.nature == "independent" and not data.extforce_id:
+            print("  nothing holds it: 'base: fixed' bolts it down, "
+                  "'passes: {contacts: {links: [FOOT]}}' gives it a ground")  # fmt: skip
     for file in files:
         if file.suffix in (".csv", ".anim", ".html"):
             print(f"  {near(file)}")
