@@ -61,6 +61,8 @@ RICH = (
     + joint("swing", "of_left", "-1 0 0", limit(-0.05, 0.4) + '<dynamics damping="0.02"/>',
             at="0.1 0.2 0.3", rpy="0 0 0")
     + link("of_swing", 0.3)
+    + '<gazebo reference="swing"><springStiffness>6</springStiffness></gazebo>'
+    + '<gazebo reference="swing"><springReference value="0.15"/></gazebo>'
     + joint("hand", "of_arm", "0 1 0", kind="fixed", at="0.1 0 0")
     + link("of_hand", 0.3)
     + '<gazebo reference="of_hand"><sensor name="imu" type="imu"><pose>0.01 0.02 0.03 0.4 0.5 0.6'

@@ -31,6 +31,7 @@ PLANTED = {
     "the sign of damping": (ROBOT, "Qq[joint] -= damping", "Qq[joint] += damping", "damping"),
     "damping of the next joint": (
         ROBOT, "damping[name] * qd[joint]", "damping[name] * qd[joint - 1]", "damping"),
+    "a spring of a joint at zero": (ROBOT, "(q[joint] - rest[name])", "q[joint]", "springs"),
     "slow friction": (ROBOT, "Qq[joint] -= k * pull", "Qq[joint] -= 0.5 * k * pull", "friction"),
     "a bristle that slips late": (ROBOT, "- (there - kept) / time", "", "rate of its bristle"),
     "a bristle of the next joint": (
@@ -80,6 +81,7 @@ PLANTED = {
 }  # fmt: skip
 IN_C = {
     "the sign of damping": ("Qq[d->joint] -=", "Qq[d->joint] +=", "its force in C"),
+    "the rest of a spring": ("- number(mbs_data, s->rest)", "", "its force in C"),
     "a stop that pulls": ("fmax(0.0, stiffness * depth", "(stiffness * depth", "its force in C"),
     "a ground that pulls": ("depth > 0.0 && normal > 0.0", "1", "in C"),
     "a bristle's rate": ("- lost * bent[k] / time", "", "bristles in C"),

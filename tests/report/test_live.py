@@ -18,8 +18,12 @@ from urdf2mbs.runtime.python_code import PythonCode, loaded
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
+SPRING = (
+    '<gazebo reference="elbow"><springStiffness>2</springStiffness>'
+    "<springReference>0.3</springReference></gazebo>"
+)
 #: Robots with all that the page computes: contacts, stops, friction and a controller; followers
-#: and a spring; loops; a driven joint.
+#: and springs; loops; a driven joint.
 STANDS = {
     "contacts": {"links": ["left_foot", "right_foot"]},
     "posture": {"hold": {"frequency": 10, "damping_ratio": 0.3}},
@@ -44,7 +48,11 @@ ROBOTS: dict[str, tuple[str, dict[str, Any]]] = {
 def project(name: str, folder: Path) -> MbsData:
     robot, passes = ROBOTS[name]
     output = {"project": str(folder), "language": ["python", "c"]}
-    conversion = run(CONFIGS / robot, folder, passes=passes, output=output)
+    source = CONFIGS / robot
+    if name == "arm":
+        source = folder.with_name(robot)
+        source.write_text((CONFIGS / robot).read_text().replace("</robot>", f"{SPRING}</robot>"))
+    conversion = run(source, folder, passes=passes, output=output)
     assert conversion.rejected is None
     write(conversion)
     return MbsData(conversion.settings.output)

@@ -14,6 +14,7 @@ enum { NONE = -1 };
 
 typedef struct { int follower, leader; double multiplier, offset; } Coupling;
 typedef struct { int joint; size_t coefficient; } Damping;
+typedef struct { int joint; size_t stiffness, rest; } JointSpring;
 typedef struct { int joint; size_t coefficient, speed, stiffness; int state; } Friction;
 typedef struct { int joint; double side; size_t limit, stiffness; } Stop; /* side: 1 up, -1 down */
 typedef struct { int joint; size_t stiffness, damping, effort; } Hold;
@@ -131,6 +132,14 @@ void NAME_joint_forces(MbsData *mbs_data)
 
         for (d = dampings; d->joint != 0; d++) {
             Qq[d->joint] -= number(mbs_data, d->coefficient) * qd[d->joint];
+        }
+    }
+    if (number(mbs_data, springs_on) != 0.0) {
+        const JointSpring *s;
+
+        for (s = joint_springs; s->joint != 0; s++) {
+            Qq[s->joint] -= number(mbs_data, s->stiffness)
+                * (q[s->joint] - number(mbs_data, s->rest));
         }
     }
     if (number(mbs_data, friction_on) != 0.0) {

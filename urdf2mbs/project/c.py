@@ -84,6 +84,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
     ]
     switches = {
         "damping_on": place("joint_forces", "damping"),
+        "springs_on": place("joint_forces", "springs"),
         "friction_on": place("joint_forces", "friction"),
         "stops_on": place("joint_forces", "stops"),
         "friction_time": place("joint_forces", "friction_time"),
@@ -105,6 +106,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             *(f"static const size_t {name} = {where};\n" for name, where in switches.items()),
             "\n",
             _table("Damping", "dampings", rows("damping")),
+            _table("JointSpring", "joint_springs", rows("spring_stiffness", "spring_reference")),
             _table("Friction", "frictions", frictions),
             _table("Stop", "stops", stops),
             _table("Hold", "holds", rows("hold_stiffness", "hold_damping", "effort")),

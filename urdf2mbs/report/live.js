@@ -41,6 +41,7 @@ function makeModel({arrays, model, tables, forces, up, independent}) {
   const rows = (name, ...groups) => (tables[name] || []).map(
     ([joint, about]) => [joint, ...groups.map((group) => (model[group] || {})[about])]);
   const damping = rows("damping", "damping"), friction = rows("friction", "friction", "friction_speed");
+  const sprung = rows("sprung", "spring_stiffness", "spring_reference");
   const low = rows("low", "q_min", "stop_stiffness"), high = rows("high", "q_max", "stop_stiffness");
   const held = rows("held", "hold_stiffness", "hold_damping", "effort");
   const bristles = (tables.bristles || []).map(([joint, about, state]) =>
@@ -65,6 +66,7 @@ function makeModel({arrays, model, tables, forces, up, independent}) {
   function jointForces({q, qd, Qq}) {
     Qq.fill(0);
     if (on.damping && s.friction) for (const [j, d] of damping) Qq[j] -= d * qd[j];
+    if (on.springs) for (const [j, k, rest] of sprung) Qq[j] -= k * (q[j] - rest);
     if (on.friction && s.friction) {
       for (const [j, f, v] of friction) Qq[j] -= f * tanh(qd[j] / v);
       for (const [j, state, k, f] of bristles) Qq[j] -= k * bristle(state, [qd[j]], f / k, on.friction_time)[0];
