@@ -42,7 +42,7 @@ PLANTED = {
         ROBOT, "-qd[joint], stiffness", "qd[joint], stiffness", "stops"),
     "a hold at zero": (ROBOT, "(mbs_data.q0[joint] - q[joint])", "(-q[joint])", "hold"),
     "a motor that can do more": (ROBOT, "max(-most, min(most, push))", "min(most, push)", "hold"),
-    "effort": (ROBOT, "effort.get(name, 0.0)", "effort.get(name, 0.0) * 2", "hold"),
+    "effort": (ROBOT, "if most > 0.0 else push", "if most > 9.0 else push", "hold"),
     "a wrench that does not end": (
         ROBOT, '<= tsim < wrench["stop"]', "<= tsim", "force 'wind' at 1.5 s"),
     "a wrench's parts": (ROBOT, '("Fx", "Fy", "Fz",', '("Fx", "Fz", "Fy",', "force 'wind'"),
@@ -81,6 +81,7 @@ PLANTED = {
 }  # fmt: skip
 IN_C = {
     "the sign of damping": ("Qq[d->joint] -=", "Qq[d->joint] +=", "its force in C"),
+    "effort": ("e->most) > 0.0", "e->most) > 9.0", "its force in C"),
     "the rest of a spring": ("- number(mbs_data, s->rest)", "", "its force in C"),
     "a stop that pulls": ("fmax(0.0, stiffness * depth", "(stiffness * depth", "its force in C"),
     "a ground that pulls": ("depth > 0.0 && normal > 0.0", "1", "in C"),

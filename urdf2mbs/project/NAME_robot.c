@@ -13,11 +13,15 @@
 enum { NONE = -1 };
 
 typedef struct { int follower, leader; double multiplier, offset; } Coupling;
+typedef struct {
+    size_t damping, springs, friction, friction_time, stops, stop_speed;
+} Switches;
 typedef struct { int joint; size_t coefficient; } Damping;
 typedef struct { int joint; size_t stiffness, rest; } JointSpring;
 typedef struct { int joint; size_t coefficient, speed, stiffness; int state; } Friction;
 typedef struct { int joint; double side; size_t limit, stiffness; } Stop; /* side: 1 up, -1 down */
-typedef struct { int joint; size_t stiffness, damping, effort; } Hold;
+typedef struct { int joint; size_t stiffness, damping; } Hold;
+typedef struct { int joint; size_t most; } Effort;
 typedef struct {
     size_t ground, stiffness, speed, friction, slip_speed, bristle, bristle_time;
 } Ground;
@@ -121,20 +125,33 @@ static void bristle(MbsData *mbs_data, int state, int n, const double *rates, do
     }
 }
 
+double NAME_within_effort(const MbsData *mbs_data, int joint, double push)
+{
+    const Effort *e = efforts;
+
+    while (e->joint != joint && e->joint != 0) {
+        e++;
+    }
+    if (e->joint != 0 && number(mbs_data, e->most) > 0.0) {
+        return fmax(-number(mbs_data, e->most), fmin(number(mbs_data, e->most), push));
+    }
+    return push;
+}
+
 void NAME_joint_forces(MbsData *mbs_data)
 {
     const double *q = mbs_data->q, *qd = mbs_data->qd;
     double *Qq = mbs_data->Qq;
     const JointLaw *l;
 
-    if (number(mbs_data, damping_on) != 0.0) {
+    if (number(mbs_data, joint_forces.damping) != 0.0) {
         const Damping *d;
 
         for (d = dampings; d->joint != 0; d++) {
             Qq[d->joint] -= number(mbs_data, d->coefficient) * qd[d->joint];
         }
     }
-    if (number(mbs_data, springs_on) != 0.0) {
+    if (number(mbs_data, joint_forces.springs) != 0.0) {
         const JointSpring *s;
 
         for (s = joint_springs; s->joint != 0; s++) {
@@ -142,7 +159,7 @@ void NAME_joint_forces(MbsData *mbs_data)
                 * (q[s->joint] - number(mbs_data, s->rest));
         }
     }
-    if (number(mbs_data, friction_on) != 0.0) {
+    if (number(mbs_data, joint_forces.friction) != 0.0) {
         const Friction *f;
 
         for (f = frictions; f->joint != 0; f++) {
@@ -153,15 +170,15 @@ void NAME_joint_forces(MbsData *mbs_data)
                 double pull;
 
                 bristle(mbs_data, f->state, 1, qd + f->joint, most / stiffness,
-                    number(mbs_data, friction_time), &pull);
+                    number(mbs_data, joint_forces.friction_time), &pull);
                 Qq[f->joint] -= stiffness * pull;
             } else {
                 Qq[f->joint] -= most * tanh(qd[f->joint] / number(mbs_data, f->speed));
             }
         }
     }
-    if (number(mbs_data, stops_on) != 0.0) {
-        const double speed = number(mbs_data, stop_speed);
+    if (number(mbs_data, joint_forces.stops) != 0.0) {
+        const double speed = number(mbs_data, joint_forces.stop_speed);
         const Stop *s;
 
         for (s = stops; s->joint != 0; s++) {
@@ -175,14 +192,10 @@ void NAME_joint_forces(MbsData *mbs_data)
         const Hold *h;
 
         for (h = holds; h->joint != 0; h++) {
-            const double effort = number(mbs_data, h->effort);
-            double push = number(mbs_data, h->stiffness) * (mbs_data->q0[h->joint] - q[h->joint])
+            const double push = number(mbs_data, h->stiffness) * (mbs_data->q0[h->joint] - q[h->joint])
                 - number(mbs_data, h->damping) * qd[h->joint];
 
-            if (effort > 0.0) { /* a motor can do no more */
-                push = fmax(-effort, fmin(effort, push));
-            }
-            Qq[h->joint] += push;
+            Qq[h->joint] += NAME_within_effort(mbs_data, h->joint, push);
         }
     }
     for (l = joint_laws; l->joint != 0; l++) {
