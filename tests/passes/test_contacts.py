@@ -190,6 +190,23 @@ def test_wrong_contacts(options: dict[str, Any], code: str) -> None:
     assert caught.value.code == code
 
 
+def test_stiffness_and_damping_are_those_that_the_urdf_states() -> None:
+    """kd is taken where the law damps less: m g / speed, with m = 2.6 kg here."""
+    for stated, options, stiffness, speed in (
+        ("<kp>1e5</kp>", {}, 1e5, 0.025),  # (g d)^(1/2) / 2 with d = m g / kp
+        ("<kp>1e5</kp><kd>1</kd>", {}, 1e5, 0.025),
+        ("<kp>1e5</kp><kd>1e4</kd>", {}, 1e5, 0.0026),
+        ("<kp>1e5</kp><kd>1e4</kd>", {"stiffness": 2e4, "speed": 0.1}, 2e4, 0.1),
+        ("<kp>0</kp><kd>0</kd><kd>-1</kd>", {"depth": 0.01}, 2600.0, 0.16),
+    ):
+        text = TINY.replace("</robot>", f'<gazebo reference="hand">{stated}</gazebo></robot>')
+        contacts = {"points": {"hand": [[0, 0, 0]]}, **options}
+        result = convert_text(text, passes={"contacts": contacts})
+        (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+        found = {p.name: float(p.values[0]) for p in law.parameters}
+        assert (found["stiffness"], found["speed"]) == (stiffness, speed), stated
+
+
 def test_friction_is_the_smallest_that_the_urdf_states() -> None:
     feet = {"links": ["body", "hand"], "points": {"body": [[0, 0, 0]], "hand": [[0, 0, 0]]}}
     gazebo = "".join(

@@ -14,6 +14,8 @@ over the number of points.  The robot stands at the depth ``d = sink * leg``, so
 m g / d``.  At this depth the law damps by ``stiffness d / speed = m g / speed``.  The damping is
 ``2 damping_ratio (m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.  The
 bristle is as stiff, ``bristle = d``, and damps m critically: ``bristle_time = 2 (d / g)^(1/2)``.
+Where the URDF states ``kp`` and ``kd`` for Gazebo, the stiffness is kp, and the damping kd if it is
+more: Gazebo's own steps damp a stiff ground beside kd, as an explicit integrator does not.
 
 The pass raises or lowers a floating base, so that the robot stands on the lowest of these points:
 a robot at zero has its feet below the ground.  A robot falls if its centre of mass is not over the
@@ -58,16 +60,19 @@ class Contacts(Pass):
     ground: Coordinate = 0.0
     """Height of the ground (m)."""
     sink: Annotated[float, Meta(gt=0, le=1)] = 0.001
-    """The robot that stands on all points sinks in by this part of its longest leg."""
+    """The robot that stands on all points sinks in by this part of its longest leg, if neither the
+    URDF nor the config has a stiffness."""
     depth: PositiveLength | None = None
     """The robot sinks in by this (m), in place of ``sink``."""
     stiffness: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
-    """Stiffness of the ground at each point (N/m), in place of ``depth``."""
+    """Stiffness of the ground at each point (N/m), in place of ``depth``; none: the smallest that
+    the URDF states of the links, as ``kp`` of ``<gazebo>``."""
     damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 1.0
     """Damping ratio of the robot that bounces on the ground with all points."""
     speed: Speed | None = None
     """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
-    ``damping_ratio``. A smaller speed damps more."""
+    ``damping_ratio``. A smaller speed damps more. None: the damping of ``damping_ratio``, or
+    ``kd`` of ``<gazebo>`` if that is more."""
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
     """Coefficient of friction, a ratio; none: the smallest that the URDF states of the links, as
     ``mu1`` of ``<gazebo>`` or ``<contact><lateral_friction>``, else 0.8."""
@@ -183,14 +188,19 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     mbs = conversion.mbs
     g = hypot(*mbs.base.gravity)
     share = sum(body.mass or 0.0 for body in mbs.bodies) / len(conversion.simulation.contacts)
+    stated = _stated(conversion)
     stiffness, depth, speed = options.stiffness, options.depth, options.speed
+    if stiffness is None and depth is None:
+        stiffness = stated.get("kp")
     if depth is None:
         depth = share * g / stiffness if stiffness else options.sink * _longest_leg(mbs)
     if stiffness is None:
         stiffness = rounded(share * g / depth) or 1000.0
     if speed is None:
         speed = rounded(sqrt(g * depth) / (2 * options.damping_ratio)) or 0.1
-    friction = _stated_friction(conversion) if options.friction is None else options.friction
+        if "kd" in stated:
+            speed = min(speed, rounded(share * g / stated["kd"]) or speed)
+    friction = stated.get("mu1", 0.8) if options.friction is None else options.friction
     law = {
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
         "friction": friction,
@@ -203,12 +213,17 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     mbs.user_models.append(UserModel.of("contact", law))
 
 
-def _stated_friction(conversion: Conversion) -> float:
-    """The smallest friction that the URDF states of a link that touches the ground, or 0.8."""
+def _stated(conversion: Conversion) -> dict[str, float]:
+    """Friction, stiffness and damping of the ground, by the names of ``<gazebo>``: the smallest
+    numbers that the URDF states of the links that touch the ground."""
     touching = {contact.link for contact in conversion.simulation.contacts}
-    stated = [e.numbers for e in conversion.robot.extensions if e.reference in touching]
-    numbers = [of["mu1"] for of in stated if 0.0 <= of.get("mu1", -1.0) <= 100.0]
-    return min(numbers, default=0.8)
+    stated: dict[str, float] = {}
+    for extension in conversion.robot.extensions:
+        for name, most in (("mu1", 100.0), ("kp", 1e12), ("kd", 1e12)):
+            number = extension.numbers.get(name, -1.0)
+            if extension.reference in touching and (name == "mu1" or number) and number >= 0.0:
+                stated[name] = min(stated.get(name, most), number)
+    return stated
 
 
 def _longest_leg(mbs: Mbs) -> float:

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 #: What ``<gazebo>`` says of a link or a joint by one number or truth value.
-NUMBERS = ("mu1", "springStiffness", "springReference", "turnGravityOff")
+NUMBERS = ("mu1", "kp", "kd", "springStiffness", "springReference", "turnGravityOff")
 #: What of them is a number of the joint's dynamics.
 SPRING = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
 #: Sensors of motion, by their type in URDF and in SDF.
