@@ -3,7 +3,8 @@
 Beyond the method.  At the start position the lowest points of a link's collision shapes (visual
 ones where there are none) become anchor points with an ``extforce``: the corners of the lowest
 face of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a
-cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
+cylinder.  Of a link that rolls, the centre becomes the anchor point, and the force acts at the
+lowest point of its sphere or cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
 ``stiffness depth (1 + rate / speed)``, never pulls, and rubs by a bristle, as in the pass
 ``joint-parameters``: with ``(z + bristle_time slip) / bristle`` times the push, at most
 ``friction`` times.  Without bristles it rubs with ``friction tanh(slip / slip_speed)`` times the
@@ -29,7 +30,7 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from urdf2mbs.conversion import Conversion, Segment, choose
+from urdf2mbs.conversion import Conversion, Segment, choose, fits
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, floating, place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
@@ -49,6 +50,9 @@ class Contacts(Pass):
 
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground."""
+    roll: list[str] = []
+    """Patterns of the links that roll, wheels and balls: the lowest point of their sphere or
+    cylinder touches the ground, wherever they have turned."""
     points: dict[str, list[Place]] = {}
     """Link: its contact points, in the link's frame (m), in place of the lowest points of its
     shapes."""
@@ -82,7 +86,7 @@ class Contacts(Pass):
     """Without bristles: friction is nearly full above this speed of slip (m/s)."""
 
     def run(self, conversion: Conversion) -> None:
-        if not self.links and not self.points:
+        if not self.links and not self.roll and not self.points:
             return
         mbs, simulation = conversion.mbs, conversion.simulation
         g = mbs.base.gravity
@@ -93,8 +97,11 @@ class Contacts(Pass):
         placement = place(mbs)
         places: list[Vec] = []
         for link, (segment, pose) in _choose_links(conversion, self).items():
-            at = compose(placement.bodies[segment.body.name], pose)
-            corners = self.points.get(link) or lowest_points(conversion, link, at, self.within)
+            body = placement.bodies[segment.body.name]
+            at = compose(body, pose)
+            round_ones = _round(conversion, link) if fits(link, self.roll) else []
+            corners = [centre for centre, *_ in round_ones] or self.points.get(link)
+            corners = corners or lowest_points(conversion, link, at, self.within)
             if not corners:
                 raise ConfigError(
                     "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
@@ -106,8 +113,12 @@ class Contacts(Pass):
                 point = Point(name, compose(pose, Pose(corner)).xyz)
                 point.extforce = Sensor(f"{name}_force", MEASURES)
                 segment.body.points.append(point)
-                simulation.contacts.append(Contact(link, point))
-                places.append(add(at.xyz, rotate(at.rot, corner)))
+                contact = Contact(link, point)
+                if round_ones:
+                    _, contact.radius, axis = round_ones[number - 1]
+                    contact.axis = rotate(pose.rot, axis)
+                simulation.contacts.append(contact)
+                places.append(add(add(at.xyz, rotate(at.rot, corner)), contact.arm(body.rot, up)))
         if self.stand:
             _stand(conversion, self.ground - min(dot(up, place) for place in places))
         if floating(mbs) is not None and any(g):
@@ -121,7 +132,8 @@ class Contacts(Pass):
 def _choose_links(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
     """The links that touch the ground, each with its body and its pose in the body."""
     links = conversion.robot.links
-    chosen = choose((*options.links, *options.points), links, "contacts-links", "contacts: no link")
+    patterns = (*options.links, *options.roll, *options.points)
+    chosen = choose(patterns, links, "contacts-links", "contacts: no link")
     parts = conversion.parts()
     for link in chosen:
         if link not in parts or parts[link][0] is conversion.ground:
@@ -243,6 +255,24 @@ def _longest_leg(mbs: Mbs) -> float:
 
 
 # --- the lowest points of shapes ---
+
+
+def _round(conversion: Conversion, link: str) -> list[tuple[Vec, float, Vec]]:
+    """The spheres and cylinders of a link: centre (m) and radius (m), and the axis of a cylinder,
+    in the link's frame."""
+    element = conversion.robot.links[link]
+    found: list[tuple[Vec, float, Vec]] = []
+    for part in element.collisions or element.visuals:
+        if isinstance(part.geometry, urdf.Sphere | urdf.Cylinder):
+            wheel = isinstance(part.geometry, urdf.Cylinder)
+            axis = rotate(part.origin.pose.rot, (0.0, 0.0, float(wheel)))
+            found.append((part.origin.pose.xyz, part.geometry.radius, axis))
+    if not found:
+        raise ConfigError(
+            "contacts-shape", f"contacts: link '{link}' has no sphere or cylinder to roll on",
+            hint="leave it out of 'roll'",
+        )  # fmt: skip
+    return found
 
 
 def lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -> list[Vec]:

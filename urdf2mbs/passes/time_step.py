@@ -36,6 +36,7 @@ from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.simulation import CONTACT_STATES, JOINT_STATES, Simulation, rounded
+from urdf2mbs.spatial import add
 
 if TYPE_CHECKING:
     from urdf2mbs.mbs.mass import Array, Mass
@@ -214,6 +215,8 @@ def _slopes(
         for contact in contacts:
             body = owners[id(contact.point)]
             at = mass.placement.point(mass.mbs, body, contact.point.name)
+            rot = mass.placement.bodies[body].rot
+            at = add(at, contact.arm(rot, conversion.simulation.up))
             moved = mass.point(body, at) @ reduction
             yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
             if "bristle" in law:

@@ -25,7 +25,9 @@ typedef struct { int joint; size_t most; } Effort;
 typedef struct {
     size_t ground, stiffness, speed, friction, slip_speed, bristle, bristle_time;
 } Ground;
-typedef struct { int force, state; } Contact; /* state: its place in ux; 0: no bristle */
+/* state: its place in ux; 0: no bristle. A ball or a wheel has a radius, and a wheel an axis in
+ * the body: its lowest point touches. */
+typedef struct { int force, state; double radius, axis[3]; } Contact;
 typedef struct { int force; size_t start, stop, parts[6]; } Wrench;
 typedef struct { int link; size_t stiffness, length, damping; } Spring;
 typedef struct { int isens; double axes[9]; } Sensor; /* its axes in the body, row by row */
@@ -246,8 +248,44 @@ static void ground_force(const double P[4], const double V[4], MbsData *mbs_data
     }
 }
 
-void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double tsim, int ixF,
-    double force[7])
+/* c[0] to c[2]: the vector product of two vectors. */
+static void cross(const double *a, const double *b, double *c)
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* The force of the ground on a contact, and the torque about the centre of a ball or a wheel. */
+static void contact_force(const Contact *contact, double P[4], double R[4][4], double V[4],
+    double OM[4], MbsData *mbs_data, double force[7])
+{
+    double axis[4], arm[4], spin[4], at[4], speed[4], along = 0.0, size = 0.0;
+    int i;
+
+    for (i = 1; i <= 3; i++) { /* the rows of R are the axes of the body */
+        axis[i] = contact->axis[0] * R[1][i] + contact->axis[1] * R[2][i]
+            + contact->axis[2] * R[3][i];
+        along += up[i] * axis[i];
+    }
+    for (i = 1; i <= 3; i++) {
+        arm[i] = up[i] - along * axis[i];
+        size = hypot(size, arm[i]);
+    }
+    for (i = 1; i <= 3; i++) {
+        arm[i] *= size > 0.0 ? -contact->radius / size : 0.0;
+    }
+    cross(OM + 1, arm + 1, spin + 1);
+    for (i = 1; i <= 3; i++) {
+        at[i] = P[i] + arm[i];
+        speed[i] = V[i] + spin[i];
+    }
+    ground_force(at, speed, mbs_data, contact->state, force);
+    cross(arm + 1, force + 1, force + 4);
+}
+
+void NAME_external_force(double PxF[4], double RxF[4][4], double VxF[4], double OMxF[4],
+    MbsData *mbs_data, double tsim, int ixF, double force[7])
 {
     const Wrench *w;
     const PointLaw *l;
@@ -259,7 +297,7 @@ void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double
     }
     for (contact = contacts; contact->force != 0; contact++) {
         if (contact->force == ixF) {
-            ground_force(PxF, VxF, mbs_data, contact->state, force);
+            contact_force(contact, PxF, RxF, VxF, OMxF, mbs_data, force);
         }
     }
     for (w = wrenches; w->force != 0; w++) {

@@ -119,11 +119,16 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
     )
 
 
-def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, str]]:
-    """The force of each contact, and the first of its two states; 0: it has none."""
+def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, ...]]:
+    """The force of each contact, the first of its two states (0: it has none), and what rolls."""
     first = state_numbers(mbs, CONTACT_STATES).get("slip")
     return [
-        (_force(contact), str(first + 2 * k if first else 0))
+        (
+            _force(contact),
+            str(first + 2 * k if first else 0),
+            repr(contact.radius),
+            f"{{{_row(contact.axis)}}}",
+        )
         for k, contact in enumerate(simulation.contacts)
     ]
 
