@@ -345,11 +345,13 @@ class _Search:
     def frames(self, axis: Vec, across: Vec) -> list[Rot]:
         """The four frames with an axis along ``axis`` and another axis on the line ``across``; with
         ``flip``, then the four frames of the flipped joint."""
-        return [
-            frame
-            for along in ((axis, _back(axis)) if self.flip else (axis,))
-            for frame in _quarters(self.k, along, across)
-        ]
+        found: list[Rot] = []
+        for along in (axis, _back(axis)) if self.flip else (axis,):
+            up = cross(along, across)
+            back, left = _back(across), _back(up)
+            pairs = ((across, up), (up, back), (back, left), (left, across))
+            found += [_exchange(transpose((*along, *y, *z)), self.k - 1) for y, z in pairs]
+        return found
 
     def collect_wanted(self, node: _Node) -> None:
         """Find the directions in which the joints behind a node want an axis of its frame."""
@@ -431,17 +433,14 @@ class _Search:
 
         A turn costs one driven joint, and may save a driven joint at each of the joints behind.
         """
-        lines: dict[tuple[int, ...], Vec] = {}
-        counts: Counter[tuple[int, ...]] = Counter()
+        lines: dict[tuple[int, ...], list[Vec]] = {}
         for child, rot in node.carried():
             if child.kind != "floating":
                 along = rotate(rot, child.along)
-                key = tuple(round(c * 1e9) for c in along)
-                lines[key] = along
-                counts[key] += 1
-        most = [(lines[key], count) for key, count in counts.most_common(self.candidates)]
+                lines.setdefault(tuple(round(c * 1e9) for c in along), []).append(along)
+        most = sorted(lines.values(), key=len, reverse=True)[: self.candidates]
         ways: list[tuple[Turn, ...]] = [()]
-        for (x, y, z), _ in most:
+        for *_, (x, y, z) in most:
             for k, p, q in ((1, y, z), (2, z, x), (3, x, y)):
                 if hypot(p, q) > self.small:
                     ways += [((k, atan2(q, p) + quarter * pi / 2),) for quarter in range(-2, 2)]
@@ -449,7 +448,7 @@ class _Search:
         frames = {turns: from_turns(turns) for turns in ways}
         costs = {
             turns: len(turns)
-            + sum(count * self.least(rotate(transpose(frame), u)) for u, count in most)
+            + sum(len(alike) * self.least(rotate(transpose(frame), alike[-1])) for alike in most)
             for turns, frame in frames.items()
         }
         worth = sorted(
@@ -572,14 +571,6 @@ def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
             return None
         x, y, z = x / length, y / length, z / length
     return (x, y, z)
-
-
-def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
-    """The frames with axis k along ``axis`` and another axis on the line ``across``."""
-    up = cross(axis, across)
-    back, left = _back(across), _back(up)
-    pairs = ((across, up), (up, back), (back, left), (left, across))
-    return [_exchange(transpose((*axis, *one, *two)), k - 1) for one, two in pairs]
 
 
 def _back(v: Vec) -> Vec:

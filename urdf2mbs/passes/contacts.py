@@ -1,11 +1,11 @@
 """Contacts: points that touch the ground, each with an external force.
 
 Beyond the method.  At the start position the lowest points of a link's collision shapes (visual
-ones where there are none) become anchor points with an ``extforce``: the corners of the lowest
-face of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a
-cylinder.  Of a link that rolls, the centre becomes the anchor point, and the force acts at the
-lowest point of its sphere or cylinder.  The generated ``user_ExtForces`` has the contact law: the
-ground pushes with ``stiffness depth (1 + rate / speed)``, never pulls, and rubs by a bristle, as in the pass
+ones where there are none) become anchor points with an ``extforce``: the corners of the lowest face
+of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a cylinder.  Of a
+link that rolls, the centre becomes the anchor point, and the force acts at the lowest point of its
+sphere or cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
+``stiffness depth (1 + rate / speed)``, never pulls, and rubs by a bristle, as in the pass
 ``joint-parameters``: with ``(z + bristle_time slip) / bristle`` times the push, at most
 ``friction`` times.  Without bristles it rubs with ``friction tanh(slip / slip_speed)`` times the
 push.
