@@ -37,7 +37,7 @@ def test_every_real_robot(robot: RealRobot, tmp_path: Path) -> None:
     said, config = started(robot, tmp_path)
     text = config.read_text()
     assert len(text.splitlines()) < 60
-    conversion = Pipeline(*_as_a_file(config)).run()
+    conversion = Pipeline(*load(config)).run()
     assert conversion.proof is not None
     assert conversion.proof.same
     assert f"{len(conversion.robot.links) - bool(conversion.inserted)} link" in said
@@ -180,6 +180,21 @@ def test_the_start_position_is_within_the_limits(here: Path) -> None:
     assert written["passes"] == {"posture": {"joints": {"j: 1": 1.0}}}
     conversion = Pipeline(*_as_a_file(here / "arm.yaml")).run()
     assert "posture-limit" not in [said.code for said in conversion.diagnostics]
+
+
+def test_the_inertia_of_motors_is_offered(here: Path) -> None:
+    motor = "<mechanicalReduction>50</mechanicalReduction><motorInertia>1e-4</motorInertia>"
+    transmission = f'<transmission name="t"><joint name="shoulder"/><actuator name="m">{motor}'
+    text = TINY.replace("</robot>", f"{transmission}</actuator></transmission></robot>")
+    (here / "motor.urdf").write_text(text)
+    config = here / "motor.yaml"
+    init("motor.urdf", config)
+    offered = config.read_text()
+    assert "#   rotors: {from_urdf: true}" in offered
+    offered = offered.replace("# passes", "passes").replace("#   rotors", "  rotors")
+    config.write_text(offered)
+    conversion = Pipeline(*load(config)).run()
+    assert conversion.facts["rotors"] == {"shoulder": 0.25}
 
 
 def test_a_robot_without_mass_is_offered_an_estimate(here: Path) -> None:

@@ -8,12 +8,13 @@ still change a name, and then the new one is seen here.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import hypot
 from typing import Any
 
 import msgspec
 
 from urdf2mbs.mbs.model import Connection, Joint, Mbs, Point, UserModel
-from urdf2mbs.spatial import IDENTITY, Rot, Vec, cross, unit
+from urdf2mbs.spatial import IDENTITY, ZERO, Rot, Vec, cross, dot, rotate, unit
 from urdf2mbs.urdf.model import Extension
 
 
@@ -63,6 +64,20 @@ class Contact(msgspec.Struct):
     link: str
     """The URDF link it belongs to."""
     point: Point
+    """The point that touches; the centre of a ball or a wheel, whose lowest point touches."""
+    radius: float = 0.0
+    """m"""
+    axis: Vec = ZERO
+    """The direction of a wheel's axis in the body; zero for a ball."""
+
+    def arm(self, rot: Rot, up: Vec) -> Vec:
+        """From the point to where it touches (m), in the base; ``rot`` is that of the body."""
+        axis = rotate(rot, self.axis)
+        along = dot(up, axis)
+        way = [one - along * part for one, part in zip(up, axis, strict=True)]
+        size = hypot(*way) or 1.0
+        x, y, z = (-self.radius * part / size for part in way)
+        return (x, y, z)
 
 
 class Wrench(msgspec.Struct):

@@ -61,6 +61,12 @@ RICH = (
     + joint("swing", "of_left", "-1 0 0", limit(-0.05, 0.4) + '<dynamics damping="0.02"/>',
             at="0.1 0.2 0.3", rpy="0 0 0")
     + link("of_swing", 0.3)
+    + '<gazebo reference="swing"><springStiffness>6</springStiffness></gazebo>'
+    + '<gazebo reference="swing"><springReference value="0.15"/></gazebo>'
+    + joint("roller", "trunk", "0 1 0", kind="continuous", at="-0.2 0.3 -0.8")
+    + link("of_roller", 0.4, '<collision><origin xyz="0.01 0.02 0.03" rpy="1.5 0.1 0"/><geometry>'
+           '<cylinder radius="0.1" length="0.05"/></geometry></collision>'
+           '<collision><geometry><sphere radius="0.05"/></geometry></collision>')
     + joint("hand", "of_arm", "0 1 0", kind="fixed", at="0.1 0 0")
     + link("of_hand", 0.3)
     + '<gazebo reference="of_hand"><sensor name="imu" type="imu"><pose>0.01 0.02 0.03 0.4 0.5 0.6'
@@ -86,7 +92,7 @@ PASSES: dict[str, Any] = {
             "gains": {"arm": {"stiffness": 30.0, "damping": 0.5}},
         },
     },
-    "contacts": {"links": ["of_ankle"], "friction": 0.7},
+    "contacts": {"links": ["of_ankle"], "roll": ["of_roller"], "friction": 0.7},
     "forces": {
         "wrenches": {"wind": {"link": "of_slide", "at": [0.1, 0.2, 0.3], "force": [1.0, 2.0, 3.0],
                               "torque": [0.1, 0.2, 0.3], "start": 0.5, "stop": 1.5}},

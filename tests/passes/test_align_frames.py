@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from math import pi, radians
 from random import Random
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
     from evaluator import Array
 
+FLIP = {"align-frames": {"flip": True}}
 reproducible = settings(max_examples=300, derandomize=True, deadline=None, database=None)
 
 
@@ -158,6 +159,53 @@ def test_the_search_is_never_worse_with_more_candidates() -> None:
         assert found[0] >= found[1] >= found[2]
 
 
+@st.composite
+def fans(draw: Any) -> str:
+    """Links behind turned fixed joints and oblique moving joints, with several joints each."""
+    elements, links = [link("world")], ["world"]
+    for i in range(draw(st.integers(1, 5))):
+        kind = draw(
+            st.sampled_from(("fixed", "fixed", "continuous", "prismatic", "planar", "floating"))
+        )
+        rpy = draw(st.sampled_from(("1.5708 0 0", "0 1.5708 0", "0.3 0.2 0.1", "0 0 0", "1 -1 0")))
+        axis = draw(st.sampled_from(("0 0 1", "1 2 3", "0 1 -1", "-1 0 0")))
+        parent, palm = draw(st.sampled_from(links)), f"palm{i}"
+        content = (SOLID,) if draw(st.booleans()) else ()
+        elements += [
+            link(palm, *content), joint(parent, palm, kind, xyz="0.1 0.2 0.3", rpy=rpy, axis=axis)
+        ]  # fmt: skip
+        links.append(palm)
+        for k in range(draw(st.sampled_from((0, 1, 2, 4, 6)))):
+            axis = draw(st.sampled_from(("1 0 0", "0 1 0", "0 0 1")))
+            finger = f"finger{i}_{k}"
+            elements += [link(finger, SOLID), joint(palm, finger, xyz=f"{k} 0.2 0", axis=axis)]
+    return robot(*elements, link("end", SOLID), joint(links[-1], "end"))
+
+
+@settings(parent=reproducible, max_examples=100)
+@given(text=fans())
+def test_compact_never_has_more_joints_than_faithful(text: str) -> None:
+    faithful = convert_text(text, base="fixed", pipeline="faithful")
+    compact = prove(text, base="fixed")
+    flipped = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
+    assert driven(flipped) <= driven(compact) <= driven(faithful)
+
+
+def test_a_turned_palm_is_a_body_again_where_that_saves_joints() -> None:
+    """One turn before six fingers, not one at each of four fingers."""
+    elements = [
+        link("world"),
+        link("palm", SOLID),
+        joint("world", "palm", "fixed", rpy="1.5708 0 0"),
+    ]
+    for i, axis in enumerate(("1 0 0", "0 1 0", "0 0 1") * 2):
+        elements += [link(f"f{i}", SOLID), joint("palm", f"f{i}", xyz=f"{i} 0 0", axis=axis)]
+    result = prove(robot(*elements), base="fixed")
+    assert chains(result)["palm"] == ["r1", "t3"]
+    assert driven(result) == 2
+    assert "ground-mass" not in {found.code for found in result.diagnostics}
+
+
 ANGLES = st.sampled_from([0.0, 0.0, pi / 2, -pi / 2, pi, pi / 4, 0.3, -2.0])
 
 
@@ -276,9 +324,6 @@ def test_a_frame_in_the_middle_of_a_chain_stays_known(axis: str) -> None:
         joint("middle", "tip", axis="3 -1 2", rpy="0.3 0.2 0.1"),
     )  # fmt: skip
     assert prove(text).frames["middle"].joint == "world_to_middle"
-
-
-FLIP = {"align-frames": {"flip": True}}
 
 
 def test_flipped_joints_save_turns_and_are_named() -> None:

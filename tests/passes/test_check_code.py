@@ -31,6 +31,7 @@ PLANTED = {
     "the sign of damping": (ROBOT, "Qq[joint] -= damping", "Qq[joint] += damping", "damping"),
     "damping of the next joint": (
         ROBOT, "damping[name] * qd[joint]", "damping[name] * qd[joint - 1]", "damping"),
+    "a spring of a joint at zero": (ROBOT, "(q[joint] - rest[name])", "q[joint]", "springs"),
     "slow friction": (ROBOT, "Qq[joint] -= k * pull", "Qq[joint] -= 0.5 * k * pull", "friction"),
     "a bristle that slips late": (ROBOT, "- (there - kept) / time", "", "rate of its bristle"),
     "a bristle of the next joint": (
@@ -41,7 +42,7 @@ PLANTED = {
         ROBOT, "-qd[joint], stiffness", "qd[joint], stiffness", "stops"),
     "a hold at zero": (ROBOT, "(mbs_data.q0[joint] - q[joint])", "(-q[joint])", "hold"),
     "a motor that can do more": (ROBOT, "max(-most, min(most, push))", "min(most, push)", "hold"),
-    "effort": (ROBOT, "effort.get(name, 0.0)", "effort.get(name, 0.0) * 2", "hold"),
+    "effort": (ROBOT, "if most > 0.0 else push", "if most > 9.0 else push", "hold"),
     "a wrench that does not end": (
         ROBOT, '<= tsim < wrench["stop"]', "<= tsim", "force 'wind' at 1.5 s"),
     "a wrench's parts": (ROBOT, '("Fx", "Fy", "Fz",', '("Fx", "Fz", "Fy",', "force 'wind'"),
@@ -52,6 +53,10 @@ PLANTED = {
     "a bristle in the air": (
         ROBOT, 'length if touches else 0.0  #', "length  #", "bristle of 'of_ankle"),
     "up": (ROBOT, "UP = (", "UP = (0.1 + ", "contact"),
+    "the radius of a wheel": (ROBOT, "[-radius * part", "[-2 * radius * part", "of_roller"),
+    "the axis of a wheel": (ROBOT, "UP[i] - along * axis[i]", "UP[i]", "of_roller_contact_1"),
+    "the spin of a wheel": (ROBOT, "cross(OMxF[1:], arm)", "cross(arm, OMxF[1:])", "of_roller"),
+    "the torque on a wheel": (ROBOT, "*cross(arm, force)", "0.0, 0.0, 0.0", "of_roller"),
     "a foot less": (ROBOT, '    "of_ankle_contact_2_force": "of_ankle",\n', "", "contact_2_force'"),
     "a spring's length": (ROBOT, 'Z - model["link_length"][name]', "Z", "spring 'rope'"),
     "a spring's damping": (ROBOT, '+ model["link_damping"]', '- model["link_damping"]', "spring"),
@@ -80,7 +85,9 @@ PLANTED = {
 }  # fmt: skip
 IN_C = {
     "the sign of damping": ("Qq[d->joint] -=", "Qq[d->joint] +=", "its force in C"),
+    "the rest of a spring": ("- number(mbs_data, s->rest)", "", "its force in C"),
     "a stop that pulls": ("fmax(0.0, stiffness * depth", "(stiffness * depth", "its force in C"),
+    "the lowest point": ("at[i] = P[i] + arm[i]", "at[i] = P[i]", "in C"),
     "a ground that pulls": ("depth > 0.0 && normal > 0.0", "1", "in C"),
     "a bristle's rate": ("- lost * bent[k] / time", "", "bristles in C"),
     "a wrench's parts": ("w->parts[i - 1]", "w->parts[0]", "force 'wind' in C"),
@@ -110,7 +117,7 @@ def found(made: Made, *, in_c: bool = False, **changed: bytes) -> list[str]:
     assert proof.same == (not proof.differences)
     if proof.same:
         assert not proof.not_compared
-        assert len(proof.by_code) == 9
+        assert len(proof.by_code) == 11
     return [difference.message for difference in proof.differences]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import tanh
+from math import sin, tanh
 from pathlib import Path
 from typing import Any
 
@@ -188,6 +188,41 @@ def test_wrong_contacts(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(TINY, options={"contacts": options})
     assert caught.value.code == code
+
+
+def test_a_link_that_rolls_touches_by_its_lowest_point() -> None:
+    """The point is the centre; the base stands on the rim, which the tilt brings nearer."""
+    text = (
+        '<robot name="r"><link name="wheel"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
+        'ixz="0" iyy="1" iyz="0" izz="1"/></inertial><collision><origin xyz="0.1 0 0" '
+        'rpy="1.2 0 0"/><geometry>{}</geometry></collision></link></robot>'
+    )
+    cylinder, ball = '<cylinder radius="0.3" length="1"/>', '<sphere radius="0.3"/>'
+    for shape, height in ((cylinder, 0.3 * sin(1.2)), (ball, 0.3)):
+        passes = {"contacts": {"roll": ["wheel"]}}
+        result = convert_text(text.format(shape), base="floating", passes=passes)
+        (found,) = result.report.passes["contacts"]
+        assert found["point"].coordinates == (0.1, 0.0, 0.0)
+        assert place(result.mbs).bodies["wheel"].xyz[2] == pytest.approx(height)
+    with pytest.raises(ConfigError, match="no sphere or cylinder"):
+        convert_text(text.format('<box size="1 1 1"/>'), base="floating", passes=passes)
+
+
+def test_stiffness_and_damping_are_those_that_the_urdf_states() -> None:
+    """kd is taken where the law damps less: m g / speed, with m = 2.6 kg here."""
+    for stated, options, stiffness, speed in (
+        ("<kp>1e5</kp>", {}, 1e5, 0.025),  # (g d)^(1/2) / 2 with d = m g / kp
+        ("<kp>1e5</kp><kd>1</kd>", {}, 1e5, 0.025),
+        ("<kp>1e5</kp><kd>1e4</kd>", {}, 1e5, 0.0026),
+        ("<kp>1e5</kp><kd>1e4</kd>", {"stiffness": 2e4, "speed": 0.1}, 2e4, 0.1),
+        ("<kp>0</kp><kd>0</kd><kd>-1</kd>", {"depth": 0.01}, 2600.0, 0.16),
+    ):
+        text = TINY.replace("</robot>", f'<gazebo reference="hand">{stated}</gazebo></robot>')
+        contacts = {"points": {"hand": [[0, 0, 0]]}, **options}
+        result = convert_text(text, passes={"contacts": contacts})
+        (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+        found = {p.name: float(p.values[0]) for p in law.parameters}
+        assert (found["stiffness"], found["speed"]) == (stiffness, speed), stated
 
 
 def test_friction_is_the_smallest_that_the_urdf_states() -> None:

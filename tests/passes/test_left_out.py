@@ -29,7 +29,9 @@ LEADS = (
 VALUES = {
     "j": {
         "limit": {"lower": -1.25, "upper": 0.1, "effort": None, "velocity": 3.0},
-        "dynamics": {"damping": 0.7, "friction": 0.2},
+        "dynamics": {
+            "damping": 0.7, "friction": 0.2, "spring_stiffness": 0.0, "spring_reference": 0.0,
+        },
         "safety_controller": {
             "k_velocity": 10.0, "k_position": 0.0, "soft_lower_limit": -1.0,
             "soft_upper_limit": 0.0,

@@ -310,11 +310,11 @@ def test_mechanics_without_effect_are_named() -> None:
     )
     joint = '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
     eye = f'<link name="eye"/>{joint}'
-    places = gazebo.format("tool", 0.0) + gazebo.format("eye", "x") + gazebo.format("hip", 40)
+    places = gazebo.format("tool", 0.0) + gazebo.format("eye", "x") + gazebo.format("see", 40)
     _, said = read(eye + places)
     told = [one.message for one in said if one.code == "mechanics-unread"]
     assert told == [
         "<turnGravityOff> of <gazebo> is without effect: it has its weight here: link 'tool'",
-        "<springStiffness> of <gazebo> is without effect: it has no spring here: joint 'hip'",
+        "<springStiffness> of <gazebo> is without effect: it has no spring here: joint 'see'",
     ]
     assert [one.code for one in said].count("number-left-out") == 1

@@ -322,15 +322,21 @@ def _passes(
     lines = ["", "passes:", "  posture:", *posture] if posture else []
     if stands:
         lines.append(f"  contacts: {{links: {_flow(found.feet)}}}   # the ground; the robot stands")
-    if no_mass:
-        if any(_shapes(link) for link in found.robot.links.values()):
-            lines += [
-                *([] if posture else ["", "# passes:"]),
-                "# No link has a mass. Uncomment to estimate masses from the geometry:",
-                "#   estimate-inertia: {total_mass: 10}   # kg",
-            ]
-        else:
-            lines += ["", "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
+    offered: list[str] = []
+    if no_mass and any(_shapes(link) for link in found.robot.links.values()):
+        offered += [
+            "# No link has a mass. Uncomment to estimate masses from the geometry:",
+            "#   estimate-inertia: {total_mass: 10}   # kg",
+        ]
+    if any(said.code == "rotors-left-out" for said in conversion.diagnostics):
+        offered += [
+            "# The URDF states motors. Uncomment to count their inertia, which joints feel, too:",
+            "#   rotors: {from_urdf: true}   # a constraint for each joint with a motor",
+        ]
+    if offered:
+        lines += [*([] if posture else ["", "# passes:"]), *offered]
+    elif no_mass:
+        lines += ["", "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
     return lines
 
 

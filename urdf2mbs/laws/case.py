@@ -114,9 +114,14 @@ class Case:
         self.data.user_JointForces(self.data, 0.0)
         return np.array([0.0, *self.data.Qq[1:]])
 
-    def external(self, force: str, at: Any, speed: Any, time: float = 0.0) -> Any:
-        """Force and torque, and where they act (m, in the body)."""
-        given = np.array([0.0, *at]), np.eye(4), np.array([0.0, *speed]), *np.zeros((3, 4))
+    def external(
+        self, force: str, at: Any, speed: Any, time: float = 0.0, axes: Any = None, spin: Any = ZERO
+    ) -> Any:
+        """Force and torque, and where they act (m, in the body).  ``axes``: rows are the body's."""
+        rot = np.eye(4)
+        rot[1:, 1:] = np.eye(3) if axes is None else axes
+        place = np.array([0.0, *at]), rot, np.array([0.0, *speed]), np.array([0.0, *spin])
+        given = (*place, *np.zeros((2, 4)))
         number = self.data.extforce_id[force]
         return np.array(self.data.user_ExtForces(*given, self.data, time, number)[1:10])
 

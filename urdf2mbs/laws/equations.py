@@ -69,7 +69,7 @@ def _external(case: Case, qdd: Any) -> Any:
     total = np.zeros(case.ours.size)
     for name in case.data.extforce_id:
         at = case.in_mbs(name, qdd)
-        total += case.external(name, at.P, at.V)[:6] @ at.J
+        total += case.external(name, at.P, at.V, axes=at.R, spin=at.OM)[:6] @ at.J
     for link in [link for link in case.mbs.links if link.kind == "link"]:
         one, two = (case.theirs.end(case.mbs, end) for end in (link.endpoint1, link.endpoint2))
         length = float(np.linalg.norm(two.P - one.P))

@@ -15,7 +15,8 @@ import numpy as np
 
 from urdf2mbs.laws.case import Case
 from urdf2mbs.simulation import CONTACT_STATES
-from urdf2mbs.spatial import ZERO
+from urdf2mbs.spatial import ZERO, rotate
+from urdf2mbs.urdf.model import Cylinder, Sphere
 
 #: How friction without a bristle rises with slip, in parts of ``slip_speed``: 1 far above it, and
 #: 0 at rest.
@@ -27,11 +28,18 @@ STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.
 def prove(case: Case) -> None:
     options = case.asked.get("contacts")
     contacts = {c.point.extforce.name: c.link for c in case.simulation.contacts if c.point.extforce}
-    patterns = (*options.links, *options.points) if options else ()
+    patterns = (*options.links, *options.roll, *options.points) if options else ()
+    rolling: dict[str, tuple[float, Any]] = {}
     wanted = [n for n in case.robot.links if any(fnmatchcase(n, pattern) for pattern in patterns)]
     for link in wanted:
         forces = [force for force, of in contacts.items() if of == link]
-        _prove_places(case, link, forces, options.points.get(link))
+        meant = options.points.get(link)
+        if any(fnmatchcase(link, pattern) for pattern in options.roll):
+            shapes = _round(case, link)
+            meant = [part.origin.pose.xyz for part in shapes]
+            for force, part in zip(forces, shapes, strict=False):
+                rolling[force] = part.geometry.radius, _axis(case, link, force, part)
+        _prove_places(case, link, forces, meant)
     case.unproven |= {f"force '{f}'": "of a plugin" for f, n in contacts.items() if n not in wanted}
     if wanted and "forces" not in case.conversion.plugged:
         friction = options.friction
@@ -43,7 +51,22 @@ def prove(case: Case) -> None:
     up = -np.array(case.gravity) if any(case.gravity) else np.array((0.0, 0.0, 1.0))
     bristles = case.data.user_model.get(CONTACT_STATES, {}).get("slip", [])
     for k, force in enumerate(contacts):
-        _prove_law(case, force, up / np.linalg.norm(up), bristles[2 * k : 2 * k + 2])
+        own = bristles[2 * k : 2 * k + 2]
+        _prove_law(case, force, up / np.linalg.norm(up), own, *rolling.get(force, (0.0, ZERO)))
+
+
+def _round(case: Case, link: str) -> list[Any]:
+    """The spheres and cylinders of a link."""
+    element = case.robot.links[link]
+    parts = [*(element.collisions or element.visuals)]
+    return [part for part in parts if isinstance(part.geometry, Sphere | Cylinder)]
+
+
+def _axis(case: Case, link: str, force: str, part: Any) -> Any:
+    """The direction of a cylinder's axis in the body; zero for a sphere."""
+    case.go(1)
+    own = rotate(part.origin.pose.rot, (0.0, 0.0, float(isinstance(part.geometry, Cylinder))))
+    return case.in_mbs(force).R @ case.on_link(link).R.T @ np.array(own)
 
 
 def _prove_places(case: Case, link: str, forces: list[str], meant: Any) -> None:
@@ -65,8 +88,11 @@ def _prove_places(case: Case, link: str, forces: list[str], meant: Any) -> None:
         case.compare(f"{what}, seen from its link", places[0], places[1], "m", case.size)
 
 
-def _prove_law(case: Case, force: str, up: Any, bristle: list[int]) -> None:
-    """``bristle``: the places of its two numbers in ux."""
+def _prove_law(
+    case: Case, force: str, up: Any, bristle: list[int], radius: float, axis: Any
+) -> None:
+    """``bristle``: the places of its two numbers in ux.  ``radius``: of a ball, or of a wheel with
+    an axis in the body, whose lowest point touches."""
     names = ("ground", "stiffness", "speed", "friction", "slip_speed", "bristle", "bristle_time")
     ground, stiffness, speed, friction, slip, length, time = (case.get("contact", n) for n in names)
     axes = _axes(case, force, up, bristle) if bristle and friction else np.zeros((len(bristle), 3))
@@ -83,9 +109,15 @@ def _prove_law(case: Case, force: str, up: Any, bristle: list[int]) -> None:
         else:
             sliding = fast * slip * way
             pull = friction * RISE(fast) * way
-        should = [*(normal * (up - pull)), *ZERO, *case.points[force][1].coordinates]
-        at, velocity = (ground - depth) * up + across, sliding - rate * speed * up
-        case.compare(f"contact '{force}'", should, case.external(force, at, velocity), "N, N m, m")
+        rot, spin = np.linalg.qr(case.random.normal(size=(3, 3)))[0], case.random.normal(size=3)
+        own = np.array(axis) @ rot
+        arm = -radius * (up - (up @ own) * own) / np.linalg.norm(up - (up @ own) * own)
+        push = normal * (up - pull)
+        should = [*push, *np.cross(arm, push), *case.points[force][1].coordinates]
+        at = (ground - depth) * up + across - arm
+        velocity = sliding - rate * speed * up - np.cross(spin, arm)
+        found = case.external(force, at, velocity, axes=rot, spin=spin)
+        case.compare(f"contact '{force}'", should, found, "N, N m, m")
         if bristle:
             kept, moves = (_shortened(bent, most), sliding) if normal else (0.0 * bent, 0.0 * bent)
             rates = axes @ (moves - (bent - kept) / time)

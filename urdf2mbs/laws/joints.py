@@ -1,7 +1,8 @@
-"""Forces in joints: damping, friction, soft stops, and the controller that holds the start.
+"""Forces in joints: damping, friction, springs, stops, and the controller that holds the start.
 
-Each term is called by itself, and then all together.  Damping, friction, limits and effort are
-the URDF's; the numbers that urdf2mbs chooses (stiffness of stops, gains) are those of the .mbs.
+Each term is called by itself, and then all together.  Damping, friction, springs, limits and
+effort are the URDF's; the numbers that urdf2mbs chooses (stiffness of stops, gains) are those of
+the .mbs.
 """
 
 from __future__ import annotations
@@ -19,8 +20,11 @@ from urdf2mbs.simulation import JOINT_STATES
 #: By term, the user model and the number there that switches the term on.
 SWITCHES = {
     "damping": ("joint_forces", "damping"), "friction": ("joint_forces", "friction"),
-    "stops": ("joint_forces", "stops"), "hold": ("hold", "on"),
+    "stops": ("joint_forces", "stops"), "springs": ("joint_forces", "springs"),
+    "hold": ("hold", "on"),
 }  # fmt: skip
+#: By the URDF's number, the term that needs it, if the term is called otherwise.
+TERMS = {"q_min": "stops", "q_max": "stops", "spring_stiffness": "springs"}
 #: Where the time of all bristles is.
 TIME = ("joint_forces", "friction_time")
 #: How friction without a bristle rises with the speed, in parts of the speed at which it is nearly
@@ -35,7 +39,7 @@ def prove(case: Case) -> None:
     numbers = {number: stated(case.robot.joints[name]) for name, number in case.single.items()}
     switches = [(term, *at) for term, at in SWITCHES.items() if case.get(*at)]
     kinds = {kind for own in numbers.values() for kind in own} if asked else set()
-    wanted = {"stops" if kind in ("q_min", "q_max") else kind for kind in kinds} & SWITCHES.keys()
+    wanted = {TERMS.get(kind, kind) for kind in kinds} & SWITCHES.keys()
     for term in sorted(wanted - {term for term, _, _ in switches}):
         if term != "stops" or asked.stops:
             case.differ(term, "the URDF states it, and the code leaves it out")
@@ -84,6 +88,8 @@ def _force(case: Case, term: str, name: str, own: Any, q: float, qd: float) -> A
     """What a term gives a joint at a position and a speed."""
     if term == "damping":
         return -own.get("damping", 0.0) * qd
+    if term == "springs":
+        return own.get("spring_stiffness", 0.0) * (own.get("spring_reference", 0.0) - q)
     if term == "friction":
         most, stiffness, time, bent = _bristle(case, name, own)
         if stiffness:

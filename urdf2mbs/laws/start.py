@@ -32,8 +32,13 @@ def prove(case: Case) -> None:
         wanted = q[number] if number in leaders else should
         wanted = min(max(wanted, low), high) if options.inside else wanted
         case.compare(f"joint '{name}': its start", wanted, q[number], "rad or m", 1.0)
-    contacts = [c.point.extforce.name for c in case.simulation.contacts if c.point.extforce]
+    contacts = case.simulation.contacts
     if case.conversion.inserted is not None and ground and ground.stand and contacts:
         case.go(0)
-        low = min(case.in_mbs(name).P @ case.simulation.up for name in contacts)
+        up = case.simulation.up
+        places = [case.in_mbs(c.point.extforce.name) for c in contacts if c.point.extforce]
+        low = min(
+            (place.P + contact.arm(tuple(place.R.T.ravel()), up)) @ up
+            for contact, place in zip(contacts, places, strict=True)
+        )
         case.compare("the lowest contact at start", ground.ground, low, "m", case.size)

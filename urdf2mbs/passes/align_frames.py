@@ -17,18 +17,26 @@ put a coordinate axis of the frame in line with
 
 The pass tries each of these angles with 0, 1, 2 and 3 quarter turns more.  Dynamic programming,
 from the tips of the tree to the base, finds the choice with the fewest turns in all.
+
+A turn may also stand where several joints branch off, once for all of them: after a moving joint,
+or at a fixed joint, whose links are then a body of their own again, on a T3 driven at 0.  The pass
+searches a second time with these turns, and takes them if the robot then has fewer joints.  Since
+all frames of ``faithful`` are among those of the second search, no robot has more joints.
 """
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
+from collections.abc import Sequence
 from math import atan2, hypot, pi
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import msgspec
 
-from urdf2mbs.conversion import Conversion, Step
+from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.engine.hookspecs import Pass
+from urdf2mbs.mbs.model import Body
 from urdf2mbs.ranges import Tolerance
 from urdf2mbs.spatial import (
     IDENTITY,
@@ -37,6 +45,7 @@ from urdf2mbs.spatial import (
     Rot,
     Turn,
     Vec,
+    add,
     axis_turns,
     cross,
     direction,
@@ -71,27 +80,28 @@ class AlignFrames(Pass):
     NAME_flipped, and its coordinate is minus the URDF's."""
 
     def run(self, conversion: Conversion) -> None:
-        nodes, steps = _tree(conversion)
-        search = _Search(self, len(nodes))
-        for node in reversed(nodes):
-            search.collect_wanted(node)
-        for node in nodes:
-            search.list_frames(node)
-        for node in reversed(nodes[1:]):
-            search.count(node)
-        for node in nodes[1:]:
+        tree = _Tree(conversion)
+        search = _Search(self, tree.nodes)
+        if search.joints() > 0:
+            more = _Tree(conversion, branching=True)
+            if len(more.nodes) > len(tree.nodes):
+                second = _Search(self, more.nodes, branching=True)
+                if second.joints() < search.joints():
+                    tree, search = more, second
+        for step in conversion.steps():
+            if not step.joint.moves:
+                step.turns = ()
+        for node in tree.nodes[1:]:
             search.choose(node, conversion)
+        tree.split()
+        steps = [place.step for place in tree.places]
         conversion.facts["align-frames"] = {
-            "driven": sum(
-                len(step.turns) + len(step.after) for step, *_ in steps if step.joint.moves
-            )
+            "driven": sum(len(step.turns) + len(step.after) for step in steps)
         }
 
         after: dict[int, Rot] = {}
-        for step, node, offset, before, offset_before in steps:
+        for step, node, offset, before, offset_before in tree.places:
             step.xyz = drop_rounding(rotate(multiply(before.held, offset_before), step.xyz))
-            if not step.joint.moves:
-                step.turns = ()
             after[id(step)] = multiply(node.held, offset)
             step.frames = _turn(after[id(step)], step.frames)
         for segment in conversion.segments.values():
@@ -107,23 +117,31 @@ def _turn(rot: Rot, frames: dict[str, Pose]) -> dict[str, Pose]:
 
 
 class _Node:
-    """A joint that moves, and the possible frames of the link behind the joint.
+    """A joint that moves, or a place where all that branches off may be turned at once; and the
+    possible frames of the link behind.
 
     The first node is the ground.  A frame is a rotation in the link's own frame.
     """
 
-    def __init__(self, step: Step, parent: _Node | None, rot: Rot) -> None:
+    def __init__(self, kind: str, step: Step, parent: _Node | None, rot: Rot) -> None:
+        self.kind = kind
+        """The type of the joint, or ``ground``, or ``after`` for turns after the joint."""
         self.step = step
         self.parent = parent or self
         self.rot = rot
         """The link's frame in the frame of the parent node's link, at zero."""
-        self.kind = step.joint.type if parent else "ground"
-        self.turns_freely = self.kind not in ("ground", "floating", "planar")
+        self.body = False
+        """True if a turn here makes a body of links that would be part of another body."""
+        self.exact = False
+        """True if a floating joint is behind: the axes of the frame may not be exchanged."""
+        self.turns_freely = kind not in ("ground", "floating", "planar", "after", "fixed")
         """True if the frame may be turned about the joint's axis at will."""
         self.axis = direction(step.axis)
         self.along = rotate(rot, self.axis)
         """The joint's axis in the frame of the parent node's link, at zero."""
         self.children: list[_Node] = []
+        if parent:
+            parent.children.append(self)
         self.wanted: list[tuple[Vec, int]] = []
         """Directions at right angles to the axis, and for each the number of joints behind this
         joint that need fewer turns if the frame has a coordinate axis in this direction."""
@@ -139,33 +157,120 @@ class _Node:
         self.held = IDENTITY
         """The rotation of the link in its body's new frame."""
 
+    def carried(self) -> list[tuple[_Node, Rot]]:
+        """The joints that branch off, and the rotation of the link before them in this link."""
+        found = [(child, IDENTITY) for child in self.children]
+        for node, rot in found:  # grows
+            if node.kind in ("after", "fixed"):
+                found += [(child, multiply(rot, node.rot)) for child in node.children]
+        return [(node, rot) for node, rot in found if node.kind not in ("after", "fixed")]
 
-def _tree(
-    conversion: Conversion,
-) -> tuple[list[_Node], list[tuple[Step, _Node, Rot, _Node, Rot]]]:
+
+class _Place(NamedTuple):
+    """A step, the node of its frame, the frame's rotation in the node's link; and before it."""
+
+    step: Step
+    node: _Node
+    offset: Rot
+    before: _Node
+    offset_before: Rot
+
+
+class _Tree:
     """All joints that move, parents first; and all steps.
 
-    A step stands with the node that its link belongs to and the link's rotation in the node's
-    link, then with the same two of the link before the step.
+    With ``branching`` there is also a node for the turns at each place where joints branch off.
     """
-    ground = conversion.ground.link
-    nodes = [_Node(Step.of(Joint("", "fixed", "", ground)), None, IDENTITY)]
-    steps: list[tuple[Step, _Node, Rot, _Node, Rot]] = []
-    ends = {ground: (nodes[0], IDENTITY)}
-    for segment in conversion.segments.values():
-        if segment.parent is None:
-            continue
-        node, offset = ends[segment.parent]
-        for step in segment.steps:
-            before = node, offset
-            offset = multiply(offset, from_turns(step.turns))
-            if step.joint.moves:
-                nodes.append(_Node(step, node, offset))
-                node.children.append(nodes[-1])
-                node, offset = nodes[-1], IDENTITY
-            steps.append((step, node, offset, *before))
-        ends[segment.link] = node, offset
-    return nodes, steps
+
+    def __init__(self, conversion: Conversion, branching: bool = False) -> None:
+        self.conversion = conversion
+        self.branching = branching
+        self.above = {joint.child: joint for joint in conversion.robot.joints.values()}
+        self.nodes: list[_Node] = []
+        self.places: list[_Place] = []
+        ground = Step.of(Joint("", "fixed", "", conversion.ground.link))
+        self.origins = {ground.joint.child: (self._add("ground", ground, None, IDENTITY), IDENTITY)}
+        """For each segment the node and the rotation that its first step starts from."""
+        carried: dict[str, list[Segment]] = {link: [] for link in conversion.segments}
+        for segment in conversion.segments.values():
+            if segment.parent is not None:
+                carried[segment.parent].append(segment)
+        for link, segment in conversion.segments.items():
+            node, offset = self.origins[link]
+            for step in segment.steps:
+                branches = len(carried[link]) if step is segment.steps[-1] else 1
+                node, offset = self._walk(step, node, offset, branches)
+            for child in carried[link]:
+                self.origins[child.link] = node, offset
+            if branching and len(carried[link]) > 1:
+                self._branch(segment, carried[link])
+
+    def _add(self, kind: str, step: Step, parent: _Node | None, rot: Rot) -> _Node:
+        self.nodes.append(_Node(kind, step, parent, rot))
+        return self.nodes[-1]
+
+    def _walk(self, step: Step, node: _Node, offset: Rot, branches: int) -> tuple[_Node, Rot]:
+        """Go one step on."""
+        before, offset_before = node, offset
+        offset = multiply(offset, from_turns(step.turns))
+        branching = self.branching and branches > 1
+        if step.joint.moves:
+            node, offset = self._add(step.joint.type, step, node, offset), IDENTITY
+            if branching or (step.joint.type == "floating" and branches):
+                node = self._add("after", step, node, IDENTITY)
+        elif branching and step.turns:
+            node, offset = self._add("fixed", step, node, offset), IDENTITY
+        self.places.append(_Place(step, node, offset, before, offset_before))
+        return node, offset
+
+    def _branch(self, segment: Segment, carried: list[Segment]) -> None:
+        """Add a node for each fixed joint in a segment behind which several joints branch off."""
+        ways = [self._way(child.steps[0].joint.parent, segment) for child in carried]
+        counts = Counter(link for way in ways for link in way)
+        found: dict[str, tuple[_Node, Rot]] = {}
+        for child, way in zip(carried, ways, strict=True):
+            for link in reversed(way):
+                if counts[link] < 2 or not any(self.above[link].origin.rpy):
+                    continue
+                if link not in found:
+                    before, offset = self.origins[child.link]
+                    rot = segment.parts[link].rot
+                    step = Step.of(self.above[link])
+                    node = self._add("fixed", step, before, multiply(offset, rot))
+                    node.body = True
+                    found[link] = node, transpose(rot)
+                    self.places.append(_Place(step, *found[link], before, offset))
+                self.origins[child.link] = found[link]
+
+    def _way(self, link: str, segment: Segment) -> list[str]:
+        """The links from a link of a segment back to its first link, which is left out."""
+        way: list[str] = []
+        while link in self.above and self.above[link].parent in segment.parts:
+            way.append(link)
+            link = self.above[link].parent
+        return way
+
+    def split(self) -> None:
+        """Make bodies of the links behind the fixed joints that have turns."""
+        for step, node, *_ in self.places:
+            if not (node.body and step is node.step and step.turns):
+                continue
+            link = step.joint.child
+            owner, (step.xyz, _) = self.conversion.parts()[link]
+            x, y, z = step.xyz
+            body = Segment(link, owner.link, [step], {}, Body(link))
+            for part in [part for part in owner.parts if link in self._way(part, owner)]:
+                at, rot = owner.parts.pop(part)
+                body.parts[part] = Pose(add(at, (-x, -y, -z)), rot)
+            segments: dict[str, Segment] = {}
+            for name, segment in self.conversion.segments.items():
+                segments[name] = segment
+                if segment is owner:
+                    segments[link] = body
+                elif segment.parent == owner.link and segment.steps[0].joint.parent in body.parts:
+                    segment.parent = link
+                    segment.steps[0].xyz = add(segment.steps[0].xyz, (-x, -y, -z))
+            self.conversion.regroup(segments)
 
 
 class _Search:
@@ -173,18 +278,34 @@ class _Search:
 
     With any axis allowed, frames that differ by a cyclic exchange of x, y and z are equally good
     for all joints behind.  So the search considers only frames whose x is the joint's axis, and
-    counts the turns before the joint up to an exchange.
+    counts the turns before the joint up to an exchange.  A floating joint behind is the exception:
+    its axes are those of its own frame.
     """
 
-    def __init__(self, options: AlignFrames, joints: int = 1) -> None:
+    def __init__(
+        self, options: AlignFrames, nodes: Sequence[_Node] = (), branching: bool = False
+    ) -> None:
         self.small = options.tolerance
         self.any = options.axes == "any"
-        self.ks = (1, 2, 3) if self.any else ("xyz".index(options.axes) + 1,)
+        self.k = 1 if self.any else "xyz".index(options.axes) + 1
         self.candidates = options.candidates
         self.flip = options.flip
-        self.weight = joints if self.flip else 1
+        self.weight = len(nodes) if self.flip else 1
         """The cost of a turn; a flipped joint costs 1.  So the search saves turns first, and then
         flipped joints."""
+        self.nodes = nodes
+        self.branching = branching
+        for node in reversed(nodes):
+            node.exact = any(child.kind == "floating" or child.exact for child in node.children)
+            self.collect_wanted(node)
+        for node in nodes:
+            self.list_frames(node)
+        for node in reversed(nodes[1:]):
+            self.count(node)
+
+    def joints(self) -> int:
+        """The number of driven joints of the best choice: turns, and fixed joints kept."""
+        return self.nodes[0].costs[0] // self.weight
 
     # --- turns ---
 
@@ -199,9 +320,9 @@ class _Search:
         zeros = self.zeros(u)
         return 2 - zeros if zeros < 2 else int(sum(u) < 0.0 and not self.flip)
 
-    def turns(self, rot: Rot) -> int:
+    def turns(self, rot: Rot, exact: bool = False) -> int:
         """The number of turns of a rotation; with any axis allowed, up to an exchange of axes."""
-        if not self.any:
+        if exact or not self.any:
             return len(fewest_turns(rot, self.small))
         # two turns leave some element zero, one turn some element one
         a, b, c, d, e, f, g, h, i = rot
@@ -214,51 +335,61 @@ class _Search:
         ones = (one == 2 and a + b + c > 0.0) + (two == 2 and d + e + f > 0.0)
         return (2, 1, 1, 0)[ones + (three == 2 and g + h + i > 0.0)]
 
-    def fewest(self, rot: Rot) -> tuple[tuple[Turn, ...], int]:
-        """The fewest turns of a rotation, and the axis (1, 2, 3) that ends up on the joint's."""
-        ways = ((fewest_turns(_exchange(rot, k - self.ks[0]), self.small), k) for k in self.ks)
-        return min(ways, key=lambda way: len(way[0]))
+    def fewest(self, rot: Rot, exact: bool = False) -> tuple[Turn, ...]:
+        """The fewest turns of a rotation; with any axis allowed, up to an exchange of axes."""
+        ways = range(1 if exact or not self.any else 3)
+        return min((fewest_turns(_exchange(rot, by), self.small) for by in ways), key=len)
 
     # --- the frames to choose from ---
 
     def frames(self, axis: Vec, across: Vec) -> list[Rot]:
         """The four frames with an axis along ``axis`` and another axis on the line ``across``; with
         ``flip``, then the four frames of the flipped joint."""
-        return [
-            frame
-            for along in ((axis, _back(axis)) if self.flip else (axis,))
-            for frame in _quarters(self.ks[0], along, across)
-        ]
+        found: list[Rot] = []
+        for along in (axis, _back(axis)) if self.flip else (axis,):
+            up = cross(along, across)
+            back, left = _back(across), _back(up)
+            pairs = ((across, up), (up, back), (back, left), (left, across))
+            found += [_exchange(transpose((*along, *y, *z)), self.k - 1) for y, z in pairs]
+        return found
 
     def collect_wanted(self, node: _Node) -> None:
         """Find the directions in which the joints behind a node want an axis of its frame."""
         if not node.turns_freely or not node.children:
             return
         directions = _Directions(node.axis, self.small)
-        for child in node.children:
+        for child, before in node.carried():
             if child.kind == "floating":
                 continue
-            directions.add(child.along)
+            rot = multiply(before, child.rot)
+            directions.add(rotate(before, child.along))
             # two turns between two frames are enough if an axis of the first frame is at right
             # angles to an axis of the second frame
             for wanted, count in child.wanted:
-                directions.add(rotate(child.rot, wanted), count)
-                directions.add(rotate(child.rot, cross(child.axis, wanted)), count)
+                directions.add(rotate(rot, wanted), count)
+                directions.add(rotate(rot, cross(child.axis, wanted)), count)
         pairs = zip(directions.vectors, directions.counts.values(), strict=True)
         node.wanted = sorted(pairs, key=lambda pair: -pair[1])[: self.candidates]
 
     def list_frames(self, node: _Node) -> None:
         """List the frames to choose from for a node."""
-        if node.kind == "ground":
+        if node.kind == "ground" or node.kind == "floating":
             node.frames = [IDENTITY]
-        elif node.kind == "floating":
-            node.frames = self._free_frames(node)
+        elif node.kind in ("after", "fixed"):
+            back = transpose(node.rot)
+            most = 16 * self.candidates  # the lists of nested fixed joints would grow
+            known = [multiply(back, frame) for frame in node.parent.frames[:most]]
+            node.frames = list(dict.fromkeys([*self._branching_frames(node), *known]))
         elif node.kind == "planar":  # its three coordinates are along given axes
             turns, k = axis_turns(node.axis)
-            node.frames = [_exchange(from_turns(turns), self.ks[0] - k)]
+            ways = range(3 if node.exact and self.any else 1)
+            node.frames = [_exchange(from_turns(turns), self.k - k + by) for by in ways]
         elif node.children or not self.any:
             node.frames = [
-                frame for across in self._consider(node) for frame in self.frames(node.axis, across)
+                _exchange(frame, by)
+                for across in self._consider(node)
+                for by in range(3 if node.exact and self.any else 1)
+                for frame in self.frames(node.axis, across)
             ]
         # with flip, the last four of eight frames flip this joint
         node.costs = [
@@ -291,24 +422,25 @@ class _Search:
         if len(directions.vectors) < room:
             for axis in axes:
                 directions.add(axis)
-        return directions.vectors[:room]
+        found = directions.vectors[:room]
+        if self.branching:  # the frame of ``faithful``
+            turns, k = axis_turns(node.axis)
+            found.append(rotate(from_turns(turns), AXES[k % 3]))
+        return found
 
-    def _free_frames(self, node: _Node) -> list[Rot]:
-        """Frames for the link behind a floating joint.
+    def _branching_frames(self, node: _Node) -> list[Rot]:
+        """Frames for a link where joints branch off: the link's own, and turned frames.
 
-        The joint's own frame is fixed: its coordinates are along given axes.  A turn after the
-        joint costs one driven joint, and may save a driven joint at each of the joints behind.
+        A turn costs one driven joint, and may save a driven joint at each of the joints behind.
         """
-        lines: dict[tuple[int, ...], Vec] = {}
-        counts: Counter[tuple[int, ...]] = Counter()
-        for child in node.children:
+        lines: dict[tuple[int, ...], list[Vec]] = {}
+        for child, rot in node.carried():
             if child.kind != "floating":
-                key = tuple(round(c * 1e9) for c in child.along)
-                lines[key] = child.along
-                counts[key] += 1
-        most = [(lines[key], count) for key, count in counts.most_common(self.candidates)]
+                along = rotate(rot, child.along)
+                lines.setdefault(tuple(round(c * 1e9) for c in along), []).append(along)
+        most = sorted(lines.values(), key=len, reverse=True)[: self.candidates]
         ways: list[tuple[Turn, ...]] = [()]
-        for (x, y, z), _ in most:
+        for *_, (x, y, z) in most:
             for k, p, q in ((1, y, z), (2, z, x), (3, x, y)):
                 if hypot(p, q) > self.small:
                     ways += [((k, atan2(q, p) + quarter * pi / 2),) for quarter in range(-2, 2)]
@@ -316,7 +448,7 @@ class _Search:
         frames = {turns: from_turns(turns) for turns in ways}
         costs = {
             turns: len(turns)
-            + sum(count * self.least(rotate(transpose(frame), u)) for u, count in most)
+            + sum(len(alike) * self.least(rotate(transpose(frame), alike[-1])) for alike in most)
             for turns, frame in frames.items()
         }
         worth = sorted(
@@ -345,29 +477,27 @@ class _Search:
 
         ``before`` is the rotation of the node's link in the parent's frame.
         """
-        own = len(fewest_turns(before))
-        best, pick = min(node.costs) + 99 * self.weight, 0
+        if node.kind == "floating":
+            return node.costs[0] + self.weight * len(fewest_turns(before)), 0
+        best, pick = sys.maxsize, 0
         for number, (frame, cost) in enumerate(zip(node.frames, node.costs, strict=True)):
             if cost < best:
-                turns = (
-                    own + len(fewest_turns(frame)) if node.kind == "floating"
-                    else self.turns(multiply(before, frame))
-                )  # fmt: skip
-                if cost + self.weight * turns < best:
-                    best, pick = cost + self.weight * turns, number
+                turns = self.turns(multiply(before, frame), node.exact)
+                cost += self.weight * (turns + (node.body and turns > 0))
+                if cost < best:
+                    best, pick = cost, number
         return best, pick
 
     def choose(self, node: _Node, conversion: Conversion) -> None:
         """Give a joint its turns; the joints before it must have theirs."""
-        step, k = node.step, 1
+        step = node.step
         rot = multiply(node.parent.held, node.rot)
         if node.picks:
             node.chosen = node.picks[node.parent.chosen]
         if node.kind == "floating":
-            step.turns = fewest_turns(rot)
-            step.after = fewest_turns(node.frames[node.chosen])
+            turns = fewest_turns(rot)
         elif node.frames:
-            step.turns, k = self.fewest(multiply(rot, node.frames[node.chosen]))
+            turns = self.fewest(multiply(rot, node.frames[node.chosen]), node.exact)
         else:
             ways = (
                 self.fewest(multiply(rot, frame))
@@ -375,18 +505,22 @@ class _Search:
                 if (across := _across(rotate(transpose(rot), axis), node.axis, self.small))
                 for frame in self.frames(node.axis, across)
             )
-            step.turns, k = min(ways, key=lambda way: len(way[0]))
-        held = multiply(transpose(from_turns(step.turns)), rot)
-        along = AXES[k - 1]
-        step.flipped = self.flip and node.turns_freely and dot(rotate(held, node.axis), along) < 0
-        _note_axis_off(conversion, step, held, _back(along) if step.flipped else along)
+            turns = min(ways, key=len)
+        node.held = multiply(transpose(from_turns(turns)), rot) if turns else rot
+        if node.kind == "after":
+            step.after = turns
+            return
+        step.turns = turns
+        if not node.turns_freely and node.kind != "planar":
+            return
+        axis = rotate(node.held, node.axis)
+        along = max(AXES, key=lambda one: abs(dot(axis, one)))
+        step.flipped = self.flip and node.turns_freely and dot(axis, along) < 0
+        _note_axis_off(conversion, step, node.held, _back(along) if step.flipped else along)
         step.axis = along
-        node.held = multiply(transpose(from_turns(step.after)), held) if step.after else held
 
 
 def _note_axis_off(conversion: Conversion, step: Step, held: Rot, axis: Vec) -> None:
-    if step.joint.type == "floating":
-        return
     meant = rotate(held, unit(step.axis))
     off = max(abs(a - b) for a, b in zip(meant, axis, strict=True))
     if off > ROUNDING:
@@ -437,14 +571,6 @@ def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
             return None
         x, y, z = x / length, y / length, z / length
     return (x, y, z)
-
-
-def _quarters(k: int, axis: Vec, across: Vec) -> list[Rot]:
-    """The frames with axis k along ``axis`` and another axis on the line ``across``."""
-    up = cross(axis, across)
-    back, left = _back(across), _back(up)
-    pairs = ((across, up), (up, back), (back, left), (left, across))
-    return [_exchange(transpose((*axis, *one, *two)), k - 1) for one, two in pairs]
 
 
 def _back(v: Vec) -> Vec:

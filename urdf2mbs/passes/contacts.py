@@ -1,9 +1,10 @@
 """Contacts: points that touch the ground, each with an external force.
 
 Beyond the method.  At the start position the lowest points of a link's collision shapes (visual
-ones where there are none) become anchor points with an ``extforce``: the corners of the lowest
-face of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a
-cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
+ones where there are none) become anchor points with an ``extforce``: the corners of the lowest face
+of a box or of a mesh, the lowest point of a sphere, the rim or the lowest line of a cylinder.  Of a
+link that rolls, the centre becomes the anchor point, and the force acts at the lowest point of its
+sphere or cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
 ``stiffness depth (1 + rate / speed)``, never pulls, and rubs by a bristle, as in the pass
 ``joint-parameters``: with ``(z + bristle_time slip) / bristle`` times the push, at most
 ``friction`` times.  Without bristles it rubs with ``friction tanh(slip / slip_speed)`` times the
@@ -14,6 +15,8 @@ over the number of points.  The robot stands at the depth ``d = sink * leg``, so
 m g / d``.  At this depth the law damps by ``stiffness d / speed = m g / speed``.  The damping is
 ``2 damping_ratio (m stiffness)^(1/2)`` for ``speed = (g d)^(1/2) / (2 damping_ratio)``.  The
 bristle is as stiff, ``bristle = d``, and damps m critically: ``bristle_time = 2 (d / g)^(1/2)``.
+Where the URDF states ``kp`` and ``kd`` for Gazebo, the stiffness is kp, and the damping kd if it is
+more: Gazebo's own steps damp a stiff ground beside kd, as an explicit integrator does not.
 
 The pass raises or lowers a floating base, so that the robot stands on the lowest of these points:
 a robot at zero has its feet below the ground.  A robot falls if its centre of mass is not over the
@@ -27,7 +30,7 @@ from typing import Annotated, Any
 
 from msgspec import Meta
 
-from urdf2mbs.conversion import Conversion, Segment, choose
+from urdf2mbs.conversion import Conversion, Segment, choose, fits
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import Placement, floating, place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
@@ -47,6 +50,9 @@ class Contacts(Pass):
 
     links: list[str] = []
     """Patterns (``*_foot``) of the links that touch the ground."""
+    roll: list[str] = []
+    """Patterns of the links that roll, wheels and balls: the lowest point of their sphere or
+    cylinder touches the ground, wherever they have turned."""
     points: dict[str, list[Place]] = {}
     """Link: its contact points, in the link's frame (m), in place of the lowest points of its
     shapes."""
@@ -58,16 +64,19 @@ class Contacts(Pass):
     ground: Coordinate = 0.0
     """Height of the ground (m)."""
     sink: Annotated[float, Meta(gt=0, le=1)] = 0.001
-    """The robot that stands on all points sinks in by this part of its longest leg."""
+    """The robot that stands on all points sinks in by this part of its longest leg, if neither the
+    URDF nor the config has a stiffness."""
     depth: PositiveLength | None = None
     """The robot sinks in by this (m), in place of ``sink``."""
     stiffness: Annotated[float, Meta(gt=0.0, le=1e12)] | None = None
-    """Stiffness of the ground at each point (N/m), in place of ``depth``."""
+    """Stiffness of the ground at each point (N/m), in place of ``depth``; none: the smallest that
+    the URDF states of the links, as ``kp`` of ``<gazebo>``."""
     damping_ratio: Annotated[float, Meta(gt=0, le=1e3)] = 1.0
     """Damping ratio of the robot that bounces on the ground with all points."""
     speed: Speed | None = None
     """A point that sinks in at this speed (m/s) is pushed twice as hard; in place of
-    ``damping_ratio``. A smaller speed damps more."""
+    ``damping_ratio``. A smaller speed damps more. None: the damping of ``damping_ratio``, or
+    ``kd`` of ``<gazebo>`` if that is more."""
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
     """Coefficient of friction, a ratio; none: the smallest that the URDF states of the links, as
     ``mu1`` of ``<gazebo>`` or ``<contact><lateral_friction>``, else 0.8."""
@@ -77,7 +86,7 @@ class Contacts(Pass):
     """Without bristles: friction is nearly full above this speed of slip (m/s)."""
 
     def run(self, conversion: Conversion) -> None:
-        if not self.links and not self.points:
+        if not self.links and not self.roll and not self.points:
             return
         mbs, simulation = conversion.mbs, conversion.simulation
         g = mbs.base.gravity
@@ -88,8 +97,11 @@ class Contacts(Pass):
         placement = place(mbs)
         places: list[Vec] = []
         for link, (segment, pose) in _choose_links(conversion, self).items():
-            at = compose(placement.bodies[segment.body.name], pose)
-            corners = self.points.get(link) or lowest_points(conversion, link, at, self.within)
+            body = placement.bodies[segment.body.name]
+            at = compose(body, pose)
+            round_ones = _round(conversion, link) if fits(link, self.roll) else []
+            corners = [centre for centre, *_ in round_ones] or self.points.get(link)
+            corners = corners or lowest_points(conversion, link, at, self.within)
             if not corners:
                 raise ConfigError(
                     "contacts-shape", f"contacts: link '{link}' has no shape to take points of",
@@ -101,8 +113,12 @@ class Contacts(Pass):
                 point = Point(name, compose(pose, Pose(corner)).xyz)
                 point.extforce = Sensor(f"{name}_force", MEASURES)
                 segment.body.points.append(point)
-                simulation.contacts.append(Contact(link, point))
-                places.append(add(at.xyz, rotate(at.rot, corner)))
+                contact = Contact(link, point)
+                if round_ones:
+                    _, contact.radius, axis = round_ones[number - 1]
+                    contact.axis = rotate(pose.rot, axis)
+                simulation.contacts.append(contact)
+                places.append(add(add(at.xyz, rotate(at.rot, corner)), contact.arm(body.rot, up)))
         if self.stand:
             _stand(conversion, self.ground - min(dot(up, place) for place in places))
         if floating(mbs) is not None and any(g):
@@ -116,7 +132,8 @@ class Contacts(Pass):
 def _choose_links(conversion: Conversion, options: Contacts) -> dict[str, tuple[Segment, Pose]]:
     """The links that touch the ground, each with its body and its pose in the body."""
     links = conversion.robot.links
-    chosen = choose((*options.links, *options.points), links, "contacts-links", "contacts: no link")
+    patterns = (*options.links, *options.roll, *options.points)
+    chosen = choose(patterns, links, "contacts-links", "contacts: no link")
     parts = conversion.parts()
     for link in chosen:
         if link not in parts or parts[link][0] is conversion.ground:
@@ -183,14 +200,19 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     mbs = conversion.mbs
     g = hypot(*mbs.base.gravity)
     share = sum(body.mass or 0.0 for body in mbs.bodies) / len(conversion.simulation.contacts)
+    stated = _stated(conversion)
     stiffness, depth, speed = options.stiffness, options.depth, options.speed
+    if stiffness is None and depth is None:
+        stiffness = stated.get("kp")
     if depth is None:
         depth = share * g / stiffness if stiffness else options.sink * _longest_leg(mbs)
     if stiffness is None:
         stiffness = rounded(share * g / depth) or 1000.0
     if speed is None:
         speed = rounded(sqrt(g * depth) / (2 * options.damping_ratio)) or 0.1
-    friction = _stated_friction(conversion) if options.friction is None else options.friction
+        if "kd" in stated:
+            speed = min(speed, rounded(share * g / stated["kd"]) or speed)
+    friction = stated.get("mu1", 0.8) if options.friction is None else options.friction
     law = {
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
         "friction": friction,
@@ -203,12 +225,17 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     mbs.user_models.append(UserModel.of("contact", law))
 
 
-def _stated_friction(conversion: Conversion) -> float:
-    """The smallest friction that the URDF states of a link that touches the ground, or 0.8."""
+def _stated(conversion: Conversion) -> dict[str, float]:
+    """Friction, stiffness and damping of the ground, by the names of ``<gazebo>``: the smallest
+    numbers that the URDF states of the links that touch the ground."""
     touching = {contact.link for contact in conversion.simulation.contacts}
-    stated = [e.numbers for e in conversion.robot.extensions if e.reference in touching]
-    numbers = [of["mu1"] for of in stated if 0.0 <= of.get("mu1", -1.0) <= 100.0]
-    return min(numbers, default=0.8)
+    stated: dict[str, float] = {}
+    for extension in conversion.robot.extensions:
+        for name, most in (("mu1", 100.0), ("kp", 1e12), ("kd", 1e12)):
+            number = extension.numbers.get(name, -1.0)
+            if extension.reference in touching and (name == "mu1" or number) and number >= 0.0:
+                stated[name] = min(stated.get(name, most), number)
+    return stated
 
 
 def _longest_leg(mbs: Mbs) -> float:
@@ -228,6 +255,24 @@ def _longest_leg(mbs: Mbs) -> float:
 
 
 # --- the lowest points of shapes ---
+
+
+def _round(conversion: Conversion, link: str) -> list[tuple[Vec, float, Vec]]:
+    """The spheres and cylinders of a link: centre (m) and radius (m), and the axis of a cylinder,
+    in the link's frame."""
+    element = conversion.robot.links[link]
+    found: list[tuple[Vec, float, Vec]] = []
+    for part in element.collisions or element.visuals:
+        if isinstance(part.geometry, urdf.Sphere | urdf.Cylinder):
+            wheel = isinstance(part.geometry, urdf.Cylinder)
+            axis = rotate(part.origin.pose.rot, (0.0, 0.0, float(wheel)))
+            found.append((part.origin.pose.xyz, part.geometry.radius, axis))
+    if not found:
+        raise ConfigError(
+            "contacts-shape", f"contacts: link '{link}' has no sphere or cylinder to roll on",
+            hint="leave it out of 'roll'",
+        )  # fmt: skip
+    return found
 
 
 def lowest_points(conversion: Conversion, link: str, at: Pose, within: float) -> list[Vec]:

@@ -1,12 +1,12 @@
-"""Joint parameters: limits, damping, friction and the like, as user models of the .mbs.
+"""Joint parameters: limits, damping, friction, springs and the like, as user models of the .mbs.
 
 Beyond the method: an .mbs has no such properties of joints, but it has user models, which can be
 edited in MBSysPad and read by user functions.  Each kind of property is one user model; its
 parameters are scalars, called as the joints are.
 
-In a Robotran project the generated joint forces apply damping, Coulomb friction and soft stops at
-the limits.  The pass chooses two numbers for each joint from the inertia ``I`` that the joint moves
-at the start position, with all joints further out locked:
+In a Robotran project the generated joint forces apply damping, Coulomb friction, springs and soft
+stops at the limits.  The pass chooses two numbers for each joint from the inertia ``I`` that the
+joint moves at the start position, with all joints further out locked:
 
 * a stop is a spring of stiffness ``I (2 pi f)^2``: a limb of length l sinks into the stop under its
   own weight by about ``g / (l (2 pi f)^2)``, however heavy the limb is;
@@ -56,6 +56,9 @@ FASTEST = 300.0
 #: ``T`` of a bristle (s): it damps by 2 D I FASTEST, with D = 0.75.
 TIME = 1.5 / FASTEST
 
+#: The kinds that only a project applies.
+DYNAMICS = ("damping", "friction", "spring_stiffness")
+
 
 class JointParameters(Pass):
     reads = ("robot", "inertias", "joints", "couplings", "posture")
@@ -87,6 +90,8 @@ class JointParameters(Pass):
         stiff = (2 * pi * self.stop_frequency) ** 2
         if "damping" in models:
             switches["damping"] = 1.0
+        if "spring_stiffness" in models:
+            switches["springs"] = 1.0
         if "friction" in models:
             switches["friction"] = 1.0
             if self.bristles and conversion.settings.project is not None:
@@ -111,11 +116,18 @@ class JointParameters(Pass):
         conversion.mbs.user_models += [UserModel.of(*model) for model in models.items()]
         if models:
             conversion.facts["joint-parameters"] = models
-        if conversion.settings.project is None and {"damping", "friction"} & models.keys():
-            names = {**models.get("damping", {}), **models.get("friction", {})}
+        names = {name for kind in DYNAMICS for name in models.get(kind, ())}
+        conversion.simulation.used += [
+            extension
+            for extension in conversion.robot.extensions
+            if "springStiffness" in extension.numbers and extension.reference in held
+        ]
+        if conversion.settings.project is None and names:
+            springs = "springs" in switches
             conversion.note(
                 "joint-dynamics",
-                f"damping and friction of {counted(len(names), 'joint')} are in user models, but "
+                f"{'damping, friction and springs' if springs else 'damping and friction'} of "
+                f"{counted(len(names), 'joint')} are in user models, but "
                 "nothing applies them; a project does: 'output: {project: DIR}'",
             )
 
@@ -129,6 +141,7 @@ def _kinds(
         kind: {}
         for kind in (
             "q_min", "q_max", "effort", "velocity", "damping", "friction",
+            "spring_stiffness", "spring_reference",
             "soft_q_min", "soft_q_max", "k_position", "k_velocity",
             "calibration_rising", "calibration_falling",
         )
@@ -149,6 +162,9 @@ def _kinds(
         if joint.dynamics is not None:
             values["damping"] = joint.dynamics.damping or None
             values["friction"] = joint.dynamics.friction or None
+            if joint.dynamics.spring_stiffness:
+                values["spring_stiffness"] = joint.dynamics.spring_stiffness
+                values["spring_reference"] = joint.dynamics.spring_reference
         if joint.safety_controller is not None:
             safety = joint.safety_controller
             if safety.soft_lower_limit < safety.soft_upper_limit:

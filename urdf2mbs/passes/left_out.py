@@ -23,9 +23,13 @@ class LeftOut(Pass):
         kept = conversion.simulation.kept
         _warn_of_free_followers(conversion)
         _note_size(conversion)
-        lossy = [j for j in joints if j.dynamics and (j.dynamics.damping or j.dynamics.friction)]
+        lossy = [
+            joint
+            for joint in joints
+            if (of := joint.dynamics) and (of.damping or of.friction or of.spring_stiffness)
+        ]
         for code, what, found in (
-            ("joint-dynamics", "damping or friction", lossy),
+            ("joint-dynamics", "damping, friction or spring", lossy),
             ("limit", "limits", [j for j in joints if j.limit]),
             ("safety-controller", "safety controllers", [j for j in joints if j.safety_controller]),
             ("calibration", "calibration", [j for j in joints if j.calibration]),

@@ -55,16 +55,3 @@ class LumpFixed(Pass):
                 holder.parts.update(parts)
                 moved[segment.link] = (holder, offset)
         conversion.regroup(kept)
-        _note_ground_mass(conversion)
-
-
-def _note_ground_mass(conversion: Conversion) -> None:
-    links = conversion.robot.links
-    heavy = [link for link in conversion.ground.parts if not links[link].massless]
-    if heavy:
-        mass = sum(inertial.mass for link in heavy if (inertial := links[link].inertial))
-        conversion.note(
-            "ground-mass",
-            f"{mass:.6g} kg fixed to the ground have no body, as they never move: "
-            f"{', '.join(heavy)}",
-        )

@@ -21,6 +21,7 @@ class ReframeInertia(Pass):
     writes = ("inertias",)
 
     def run(self, conversion: Conversion) -> None:
+        _note_ground_mass(conversion)
         for segment in conversion.segments.values():
             inertial = inertia_of(segment, conversion.robot)
             if inertial is not None and segment.parent is not None:
@@ -29,6 +30,18 @@ class ReframeInertia(Pass):
                 if "align-frames" in conversion.facts:  # what it has turned is computed
                     body.com = drop_rounding(body.com)
                     body.inertia = drop_rounding(body.inertia)
+
+
+def _note_ground_mass(conversion: Conversion) -> None:
+    links = conversion.robot.links
+    heavy = [link for link in conversion.ground.parts if not links[link].massless]
+    if heavy:
+        mass = sum(inertial.mass for link in heavy if (inertial := links[link].inertial))
+        conversion.note(
+            "ground-mass",
+            f"{mass:.6g} kg fixed to the ground have no body, as they never move: "
+            f"{', '.join(heavy)}",
+        )
 
 
 def inertia_of(segment: Segment, robot: Robot) -> tuple[float, Vec, Sym] | None:

@@ -3,12 +3,12 @@
 Beyond the method.  At the start position the model is linearised: the mass matrix M of all joints,
 reduced by mimic rules, loops and driven joints, and the slopes of all forces that a project
 applies.  A joint has its damping, the bristle of its friction (without bristles: ``friction /
-friction_speed``, at rest), its stop (hit at ``stop_speed``, where the stop pushes twice as hard)
-and its ``hold``.  A foot carries its share of the weight, and has the ground's stiffness and
-damping and those of its bristle (without bristles: the slope of friction at rest).
-A spring has its own stiffness and damping.  The eigenvalues say how long a stable step may be
-(``urdf2mbs.project.stability``).  ``TIME_STEP`` is the part ``PART`` of the longest stable step:
-the robot moves away from the start, and a step must be accurate, too.
+friction_speed``, at rest), its spring, its stop (hit at ``stop_speed``, where the stop pushes twice
+as hard) and its ``hold``.  A foot carries its share of the weight, and has the ground's stiffness
+and damping and those of its bristle (without bristles: the slope of friction at rest).
+A spring between points has its own stiffness and damping.  The eigenvalues say how long a stable
+step may be (``urdf2mbs.project.stability``).  ``TIME_STEP`` is the part ``PART`` of the longest
+stable step: the robot moves away from the start, and a step must be accurate, too.
 
 The step must not be shorter than ``SHORTEST``.  Else the numbers of urdf2mbs and of the config give
 way one by one, first the number that makes the fastest mode.  A warning names each of them.  The
@@ -36,6 +36,7 @@ from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
 from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.simulation import CONTACT_STATES, JOINT_STATES, Simulation, rounded
+from urdf2mbs.spatial import add
 
 if TYPE_CHECKING:
     from urdf2mbs.mbs.mass import Array, Mass
@@ -52,8 +53,8 @@ FASTEST = 3000.0
 #: The user models that the forces of a project depend on.
 NUMBERS = (
     "joint_forces", "damping", "friction", "friction_speed", "friction_stiffness",
-    "stop_stiffness", "hold_stiffness", "hold_damping", "contact", "link_stiffness",
-    "link_damping",
+    "stop_stiffness", "spring_stiffness", "hold_stiffness", "hold_damping", "contact",
+    "link_stiffness", "link_damping",
 )  # fmt: skip
 #: By kind of slope, the user models (of contacts: the parameters of ``contact``) that give way,
 #: and the power of the factor by which.
@@ -199,6 +200,8 @@ def _slopes(
         # at stop_speed it goes in by speed / frequency
         damping = sqrt(min(feels[index[name]], 1e300) * value)
         yield Slope("stop", name, reduction[index[name]], 2.0 * value, damping)
+    for name, value in models.get("spring_stiffness", {}).items():
+        yield Slope("spring", name, reduction[index[name]], max(value, 0.0), 0.0)
     for name, value in models.get("hold_stiffness", {}).items():
         yield Slope("hold", name, reduction[index[name]], value, models["hold_damping"][name])
     contacts = conversion.simulation.contacts
@@ -212,6 +215,8 @@ def _slopes(
         for contact in contacts:
             body = owners[id(contact.point)]
             at = mass.placement.point(mass.mbs, body, contact.point.name)
+            rot = mass.placement.bodies[body].rot
+            at = add(at, contact.arm(rot, conversion.simulation.up))
             moved = mass.point(body, at) @ reduction
             yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
             if "bristle" in law:

@@ -13,14 +13,21 @@
 enum { NONE = -1 };
 
 typedef struct { int follower, leader; double multiplier, offset; } Coupling;
+typedef struct {
+    size_t damping, springs, friction, friction_time, stops, stop_speed;
+} Switches;
 typedef struct { int joint; size_t coefficient; } Damping;
+typedef struct { int joint; size_t stiffness, rest; } JointSpring;
 typedef struct { int joint; size_t coefficient, speed, stiffness; int state; } Friction;
 typedef struct { int joint; double side; size_t limit, stiffness; } Stop; /* side: 1 up, -1 down */
-typedef struct { int joint; size_t stiffness, damping, effort; } Hold;
+typedef struct { int joint; size_t stiffness, damping; } Hold;
+typedef struct { int joint; size_t most; } Effort;
 typedef struct {
     size_t ground, stiffness, speed, friction, slip_speed, bristle, bristle_time;
 } Ground;
-typedef struct { int force, state; } Contact; /* state: its place in ux; 0: no bristle */
+/* state: its place in ux; 0: no bristle. A ball or a wheel has a radius, and a wheel an axis in
+ * the body: its lowest point touches. */
+typedef struct { int force, state; double radius, axis[3]; } Contact;
 typedef struct { int force; size_t start, stop, parts[6]; } Wrench;
 typedef struct { int link; size_t stiffness, length, damping; } Spring;
 typedef struct { int isens; double axes[9]; } Sensor; /* its axes in the body, row by row */
@@ -120,20 +127,41 @@ static void bristle(MbsData *mbs_data, int state, int n, const double *rates, do
     }
 }
 
+double NAME_within_effort(const MbsData *mbs_data, int joint, double push)
+{
+    const Effort *e = efforts;
+
+    while (e->joint != joint && e->joint != 0) {
+        e++;
+    }
+    if (e->joint != 0 && number(mbs_data, e->most) > 0.0) {
+        return fmax(-number(mbs_data, e->most), fmin(number(mbs_data, e->most), push));
+    }
+    return push;
+}
+
 void NAME_joint_forces(MbsData *mbs_data)
 {
     const double *q = mbs_data->q, *qd = mbs_data->qd;
     double *Qq = mbs_data->Qq;
     const JointLaw *l;
 
-    if (number(mbs_data, damping_on) != 0.0) {
+    if (number(mbs_data, joint_forces.damping) != 0.0) {
         const Damping *d;
 
         for (d = dampings; d->joint != 0; d++) {
             Qq[d->joint] -= number(mbs_data, d->coefficient) * qd[d->joint];
         }
     }
-    if (number(mbs_data, friction_on) != 0.0) {
+    if (number(mbs_data, joint_forces.springs) != 0.0) {
+        const JointSpring *s;
+
+        for (s = joint_springs; s->joint != 0; s++) {
+            Qq[s->joint] -= number(mbs_data, s->stiffness)
+                * (q[s->joint] - number(mbs_data, s->rest));
+        }
+    }
+    if (number(mbs_data, joint_forces.friction) != 0.0) {
         const Friction *f;
 
         for (f = frictions; f->joint != 0; f++) {
@@ -144,15 +172,15 @@ void NAME_joint_forces(MbsData *mbs_data)
                 double pull;
 
                 bristle(mbs_data, f->state, 1, qd + f->joint, most / stiffness,
-                    number(mbs_data, friction_time), &pull);
+                    number(mbs_data, joint_forces.friction_time), &pull);
                 Qq[f->joint] -= stiffness * pull;
             } else {
                 Qq[f->joint] -= most * tanh(qd[f->joint] / number(mbs_data, f->speed));
             }
         }
     }
-    if (number(mbs_data, stops_on) != 0.0) {
-        const double speed = number(mbs_data, stop_speed);
+    if (number(mbs_data, joint_forces.stops) != 0.0) {
+        const double speed = number(mbs_data, joint_forces.stop_speed);
         const Stop *s;
 
         for (s = stops; s->joint != 0; s++) {
@@ -166,14 +194,10 @@ void NAME_joint_forces(MbsData *mbs_data)
         const Hold *h;
 
         for (h = holds; h->joint != 0; h++) {
-            const double effort = number(mbs_data, h->effort);
-            double push = number(mbs_data, h->stiffness) * (mbs_data->q0[h->joint] - q[h->joint])
+            const double push = number(mbs_data, h->stiffness) * (mbs_data->q0[h->joint] - q[h->joint])
                 - number(mbs_data, h->damping) * qd[h->joint];
 
-            if (effort > 0.0) { /* a motor can do no more */
-                push = fmax(-effort, fmin(effort, push));
-            }
-            Qq[h->joint] += push;
+            Qq[h->joint] += NAME_within_effort(mbs_data, h->joint, push);
         }
     }
     for (l = joint_laws; l->joint != 0; l++) {
@@ -224,8 +248,44 @@ static void ground_force(const double P[4], const double V[4], MbsData *mbs_data
     }
 }
 
-void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double tsim, int ixF,
-    double force[7])
+/* c[0] to c[2]: the vector product of two vectors. */
+static void cross(const double *a, const double *b, double *c)
+{
+    c[0] = a[1] * b[2] - a[2] * b[1];
+    c[1] = a[2] * b[0] - a[0] * b[2];
+    c[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* The force of the ground on a contact, and the torque about the centre of a ball or a wheel. */
+static void contact_force(const Contact *contact, double P[4], double R[4][4], double V[4],
+    double OM[4], MbsData *mbs_data, double force[7])
+{
+    double axis[4], arm[4], spin[4], at[4], speed[4], along = 0.0, size = 0.0;
+    int i;
+
+    for (i = 1; i <= 3; i++) { /* the rows of R are the axes of the body */
+        axis[i] = contact->axis[0] * R[1][i] + contact->axis[1] * R[2][i]
+            + contact->axis[2] * R[3][i];
+        along += up[i] * axis[i];
+    }
+    for (i = 1; i <= 3; i++) {
+        arm[i] = up[i] - along * axis[i];
+        size = hypot(size, arm[i]);
+    }
+    for (i = 1; i <= 3; i++) {
+        arm[i] *= size > 0.0 ? -contact->radius / size : 0.0;
+    }
+    cross(OM + 1, arm + 1, spin + 1);
+    for (i = 1; i <= 3; i++) {
+        at[i] = P[i] + arm[i];
+        speed[i] = V[i] + spin[i];
+    }
+    ground_force(at, speed, mbs_data, contact->state, force);
+    cross(arm + 1, force + 1, force + 4);
+}
+
+void NAME_external_force(double PxF[4], double RxF[4][4], double VxF[4], double OMxF[4],
+    MbsData *mbs_data, double tsim, int ixF, double force[7])
 {
     const Wrench *w;
     const PointLaw *l;
@@ -237,7 +297,7 @@ void NAME_external_force(double PxF[4], double VxF[4], MbsData *mbs_data, double
     }
     for (contact = contacts; contact->force != 0; contact++) {
         if (contact->force == ixF) {
-            ground_force(PxF, VxF, mbs_data, contact->state, force);
+            contact_force(contact, PxF, RxF, VxF, OMxF, mbs_data, force);
         }
     }
     for (w = wrenches; w->force != 0; w++) {

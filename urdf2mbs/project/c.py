@@ -27,7 +27,8 @@ NOTE = (
 #: The user models that are states, which C finds in ux, not in the struct of the user models.
 STATES = (JOINT_STATES, CONTACT_STATES)
 
-#: The numbers of a ground and of a wrench, by their names in the user models.
+#: The numbers of joint forces, a ground and a wrench, by their names in the user models.
+SWITCHES = ("damping", "springs", "friction", "friction_time", "stops", "stop_speed")
 GROUND = ("ground", "stiffness", "speed", "friction", "slip_speed", "bristle", "bristle_time")
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
@@ -82,14 +83,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         for s in simulation.sensors
         if s.point.sensor is not None
     ]
-    switches = {
-        "damping_on": place("joint_forces", "damping"),
-        "friction_on": place("joint_forces", "friction"),
-        "stops_on": place("joint_forces", "stops"),
-        "friction_time": place("joint_forces", "friction_time"),
-        "stop_speed": place("joint_forces", "stop_speed"),
-        "hold_on": place("hold", "on"),
-    }
+    switches = ", ".join(place("joint_forces", name) for name in SWITCHES)
     ground = ", ".join(place("contact", name) for name in GROUND)
     states = state_numbers(mbs, JOINT_STATES)
     frictions = [
@@ -102,12 +96,14 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             " * urdf2mbs writes this file anew at each conversion: do not edit it. */\n\n",
             _table("Coupling", "couplings", map(_coupling, simulation.couplings)),
             _table("Coupling", "driven", map(_coupling, simulation.driven)),
-            *(f"static const size_t {name} = {where};\n" for name, where in switches.items()),
-            "\n",
+            f"static const Switches joint_forces = {{{switches}}};\n",
+            f"static const size_t hold_on = {place('hold', 'on')};\n\n",
             _table("Damping", "dampings", rows("damping")),
+            _table("JointSpring", "joint_springs", rows("spring_stiffness", "spring_reference")),
             _table("Friction", "frictions", frictions),
             _table("Stop", "stops", stops),
-            _table("Hold", "holds", rows("hold_stiffness", "hold_damping", "effort")),
+            _table("Hold", "holds", rows("hold_stiffness", "hold_damping")),
+            _table("Effort", "efforts", rows("effort")),
             f"static const double up[4] = {{0.0, {_row(simulation.up)}}};\n",
             f"static const double across[6] = {{{_row(sum(simulation.across, ()))}}};\n",
             f"static const Ground ground = {{{ground}}};\n\n",
@@ -123,11 +119,16 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
     )
 
 
-def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, str]]:
-    """The force of each contact, and the first of its two states; 0: it has none."""
+def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, ...]]:
+    """The force of each contact, the first of its two states (0: it has none), and what rolls."""
     first = state_numbers(mbs, CONTACT_STATES).get("slip")
     return [
-        (_force(contact), str(first + 2 * k if first else 0))
+        (
+            _force(contact),
+            str(first + 2 * k if first else 0),
+            repr(contact.radius),
+            f"{{{_row(contact.axis)}}}",
+        )
         for k, contact in enumerate(simulation.contacts)
     ]
 

@@ -37,6 +37,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         f.name: (tuple(joint.name for joint in f.joints), f.rotation)
         for f in simulation.force_torques
     }
+    rolling = [contact for contact in simulation.contacts if contact.radius]
     step = (
         "# A step (s) that a Runge-Kutta integrator can take with these numbers. What bounds it:\n"
     )
@@ -50,6 +51,8 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         _assign("DEPENDENT", dependent(mbs)),
         "\n# External forces from the ground, and the URDF link of each.\n",
         _assign("CONTACTS", {_force(c.point): c.link for c in simulation.contacts}),
+        "# Balls and wheels, whose lowest point touches: radius, and a wheel's axis in the body.\n",
+        _assign("ROLLING", {_force(c.point): (c.radius, c.axis) for c in rolling}),
         f"UP = {simulation.up!r}\n",
         f"ACROSS = {tuple(tuple(x + 0.0 for x in way) for way in simulation.across)!r}\n",
         "\n# Friction: where its states are in ux, two for each contact.\n",

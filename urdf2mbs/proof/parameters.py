@@ -12,8 +12,9 @@ from urdf2mbs.urdf.model import Joint, Robot
 
 #: The user models that hold a URDF's numbers, by the names of the .mbs joints.
 STATED = (
-    "damping", "friction", "q_min", "q_max", "effort", "velocity", "soft_q_min", "soft_q_max",
-    "k_position", "k_velocity", "calibration_rising", "calibration_falling",
+    "damping", "friction", "spring_stiffness", "spring_reference", "q_min", "q_max", "effort",
+    "velocity", "soft_q_min", "soft_q_max", "k_position", "k_velocity", "calibration_rising",
+    "calibration_falling",
 )  # fmt: skip
 
 
@@ -24,7 +25,7 @@ def compare_parameters(
     frozen: Collection[str],
     models: Sequence[UserModel] | None,
 ) -> tuple[list[Difference], dict[str, str], dict[str, str]]:
-    """Compare the numbers of the URDF's joints (limits, damping, friction, controllers) with the
+    """Compare the numbers of the URDF's joints (limits, damping, springs, controllers) with the
     user models; gives the differences, what only the URDF has, and what is not compared.
 
     ``models``: the user models as the passes made them, each of which must be in the file as it
@@ -108,6 +109,9 @@ def stated(joint: Joint) -> dict[str, float]:
     if joint.dynamics is not None:
         numbers["damping"] = joint.dynamics.damping or None
         numbers["friction"] = joint.dynamics.friction or None
+        if joint.dynamics.spring_stiffness:
+            numbers["spring_stiffness"] = joint.dynamics.spring_stiffness
+            numbers["spring_reference"] = joint.dynamics.spring_reference
     if safety is not None:
         numbers |= {"k_position": safety.k_position, "k_velocity": safety.k_velocity}
         if safety.soft_lower_limit < safety.soft_upper_limit:

@@ -41,13 +41,14 @@ function makeModel({arrays, model, tables, forces, up, independent}) {
   const rows = (name, ...groups) => (tables[name] || []).map(
     ([joint, about]) => [joint, ...groups.map((group) => (model[group] || {})[about])]);
   const damping = rows("damping", "damping"), friction = rows("friction", "friction", "friction_speed");
+  const sprung = rows("sprung", "spring_stiffness", "spring_reference");
   const low = rows("low", "q_min", "stop_stiffness"), high = rows("high", "q_max", "stop_stiffness");
   const held = rows("held", "hold_stiffness", "hold_damping", "effort");
   const bristles = (tables.bristles || []).map(([joint, about, state]) =>
     [joint, state, model.friction_stiffness[about], model.friction[about]]);
   const on = model.joint_forces || {}, ground = model.contact;
   const contacts = new Map((tables.contacts || []).map((contact) => [contact, 0].flat()));
-  const wrenches = new Map(tables.wrenches), springs = new Map(tables.springs);
+  const rolling = new Map(tables.rolling), wrenches = new Map(tables.wrenches), springs = new Map(tables.springs);
   const stop = (depth, rate, stiffness) =>
     depth <= 0 ? 0 : max(0, stiffness * depth * (1 + rate / on.stop_speed));
 
@@ -65,6 +66,7 @@ function makeModel({arrays, model, tables, forces, up, independent}) {
   function jointForces({q, qd, Qq}) {
     Qq.fill(0);
     if (on.damping && s.friction) for (const [j, d] of damping) Qq[j] -= d * qd[j];
+    if (on.springs) for (const [j, k, rest] of sprung) Qq[j] -= k * (q[j] - rest);
     if (on.friction && s.friction) {
       for (const [j, f, v] of friction) Qq[j] -= f * tanh(qd[j] / v);
       for (const [j, state, k, f] of bristles) Qq[j] -= k * bristle(state, [qd[j]], f / k, on.friction_time)[0];
@@ -82,7 +84,7 @@ function makeModel({arrays, model, tables, forces, up, independent}) {
   s.user_ExtForces = (P, R, V, OM, A, OMP, _, tsim, number) => {
     const out = s.SWr[number], wrench = model[wrenches.get(number)];
     out.fill(0, 1, 7);
-    if (contacts.has(number) && s.ground) groundForce(P, V, out, contacts.get(number));
+    if (contacts.has(number) && s.ground) contactForce(P, R, V, OM, out, number);
     if (wrench && wrench.start <= tsim && tsim < wrench.stop) {
       ["Fx", "Fy", "Fz", "Mx", "My", "Mz"].forEach((part, k) => { out[k + 1] = wrench[part]; });
     }
@@ -96,6 +98,19 @@ function makeModel({arrays, model, tables, forces, up, independent}) {
   across.unshift(cross(across[0], up));
   const along = (way, v) => way[0] * v[1] + way[1] * v[2] + way[2] * v[3];
 
+  // from the centre of a ball, or of a wheel with an axis in the body, to its lowest point
+  function lowest(R, [radius, axis]) {
+    const own = [1, 2, 3].map((i) => axis[0] * R[1][i] + axis[1] * R[2][i] + axis[2] * R[3][i]);
+    const along = own.reduce((sum, x, i) => sum + x * up[i], 0), way = own.map((x, i) => up[i] - along * x);
+    return way.map((x) => -radius * x / (Math.hypot(...way) || 1));
+  }
+  function contactForce(P, R, V, OM, out, number) {
+    if (!rolling.has(number)) return groundForce(P, V, out, contacts.get(number));
+    const arm = lowest(R, rolling.get(number)), spin = cross(row(OM).subarray(1), arm);
+    groundForce([0, ...arm.map((x, i) => P[i + 1] + x)], [0, ...spin.map((x, i) => V[i + 1] + x)],
+      out, contacts.get(number));
+    cross(arm, out.subarray(1)).forEach((x, i) => { out[i + 4] = x; });
+  }
   function groundForce(P, V, out, state) {
     const depth = ground.ground - along(up, P);
     const normal = ground.stiffness * depth * (1 - along(up, V) / ground.speed);

@@ -36,7 +36,7 @@ from urdf2mbs.spatial import (
     transpose,
 )
 from urdf2mbs.urdf.elements import plain
-from urdf2mbs.urdf.model import ClosingJoint, Extension, Sensor
+from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor
 from urdf2mbs.urdf.values import quote
 
 if TYPE_CHECKING:
@@ -47,7 +47,9 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 #: What ``<gazebo>`` says of a link or a joint by one number or truth value.
-NUMBERS = ("mu1", "springStiffness", "turnGravityOff")
+NUMBERS = ("mu1", "kp", "kd", "springStiffness", "springReference", "turnGravityOff")
+#: What of them is a number of the joint's dynamics.
+SPRING = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
 #: Sensors of motion, by their type in URDF and in SDF.
 MOTION = ("imu", "accelerometer", "gyroscope")
 FORCE_TORQUE = "force_torque"
@@ -247,6 +249,7 @@ def check_extensions(reading: Reading, robot: Robot) -> None:
                     (_axis(reading, joint, frames, axis, seen_from), None)
                     for axis, seen_from in joint.axes
                 ]
+        _read_spring(robot, extension)
         _check_numbers(reading, robot, extension)
         for name in extension.motors:
             if name not in robot.joints:
@@ -254,13 +257,24 @@ def check_extensions(reading: Reading, robot: Robot) -> None:
                 reading.warn("actuator-unknown", what, extension.line, like=(name, robot.joints))
 
 
+def _read_spring(robot: Robot, extension: Extension) -> None:
+    """Give a joint the spring that ``<gazebo>`` states of it."""
+    joint = robot.joints.get(extension.reference or "")
+    for element, name in SPRING.items():
+        if joint is not None and element in extension.numbers:
+            joint.dynamics = joint.dynamics or Dynamics()
+            setattr(joint.dynamics, name, extension.numbers[element])
+
+
 def _check_numbers(reading: Reading, robot: Robot, extension: Extension) -> None:
     """Warn of mechanics in ``<gazebo>`` that have no effect here."""
     link = robot.links.get(extension.reference or "")
     weighs = link is not None and link.inertial is not None and link.inertial.mass != 0.0
+    joint = robot.joints.get(extension.reference or "")
+    sprung = joint is not None and joint.type in ("revolute", "continuous", "prismatic")
     for name, kind, what in (
         ("turnGravityOff", "link", "it has its weight here" if weighs else ""),
-        ("springStiffness", "joint", "it has no spring here"),
+        ("springStiffness", "joint", "" if sprung else "it has no spring here"),
     ):
         if extension.numbers.get(name) and what:
             reading.warn(

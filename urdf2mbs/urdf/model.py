@@ -116,10 +116,15 @@ class Limit(msgspec.Struct, gc=False):
 
 
 class Dynamics(msgspec.Struct, gc=False):
-    """``<dynamics>``: damping (N m s/rad, or N s/m) and friction (N m, or N)."""
+    """``<dynamics>``: damping (N m s/rad, or N s/m) and friction (N m, or N); and the spring that
+    ``<gazebo>`` states of the joint."""
 
     damping: float = 0.0
     friction: float = 0.0
+    spring_stiffness: float = 0.0
+    """N m/rad, or N/m."""
+    spring_reference: float = 0.0
+    """The position (rad, or m) at which the spring is at rest."""
 
 
 class Mimic(msgspec.Struct, gc=False):
@@ -176,6 +181,10 @@ def _minus(value: float | None) -> float | None:
 def _flip(joint: Joint) -> Joint:
     x, y, z = joint.axis
     limit, safety, marks = joint.limit, joint.safety_controller, joint.calibration
+    dynamics = joint.dynamics
+    if dynamics is not None:
+        rest = 0.0 - dynamics.spring_reference
+        dynamics = msgspec.structs.replace(dynamics, spring_reference=rest)
     if limit is not None:
         limit = msgspec.structs.replace(limit, lower=_minus(limit.upper), upper=_minus(limit.lower))
     if safety is not None:
@@ -187,8 +196,9 @@ def _flip(joint: Joint) -> Joint:
     if marks is not None:
         marks = Calibration(_minus(marks.falling), _minus(marks.rising))
     return msgspec.structs.replace(
-        joint, axis=(-x, -y, -z), limit=limit, safety_controller=safety, calibration=marks
-    )
+        joint, axis=(-x, -y, -z), limit=limit, dynamics=dynamics, safety_controller=safety,
+        calibration=marks,
+    )  # fmt: skip
 
 
 class Sensor(msgspec.Struct, gc=False):

@@ -1,0 +1,71 @@
+"""Wheels and balls roll: their lowest point touches, wherever they have turned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from urdf2mbs import simulate
+from urdf2mbs.disk.output import write
+from urdf2mbs.engine.config import from_values
+from urdf2mbs.engine.pipeline import Pipeline
+
+FORCE, TIME = 2.0, 0.4
+
+
+def link(name: str, mass: float, moments: str, shape: str = "") -> str:
+    xx, yy, zz = moments.split()
+    return (
+        f'<link name="{name}"><inertial><mass value="{mass}"/><inertia ixx="{xx}" iyy="{yy}" '
+        f'izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial>{shape}</link>'
+    )
+
+
+def shape(geometry: str) -> str:
+    origin = '<origin rpy="1.5707963267948966 0 0"/>'
+    return f"<collision>{origin}<geometry>{geometry}</geometry></collision>"
+
+
+def joint(name: str, kind: str, at: str) -> str:
+    return (
+        f'<joint name="{name}_joint" type="{kind}"><origin xyz="{at}"/><parent link="chassis"/>'
+        f'<child link="{name}"/><axis xyz="0 1 0"/></joint>'
+    )
+
+
+WHEEL = shape('<cylinder radius="0.08" length="0.04"/>')
+CART = (
+    '<robot name="cart">'
+    + link("chassis", 4.0, "0.05 0.08 0.1")
+    + "".join(
+        link(side, 0.5, "0.0008 0.0012 0.0008", WHEEL) + joint(side, "continuous", at)
+        for side, at in (("left", "0.1 0.2 0.08"), ("right", "0.1 -0.2 0.08"))
+    )
+    + link("ball", 0.2, "5e-5 5e-5 5e-5", shape('<sphere radius="0.03"/>'))
+    + joint("ball", "ball", "-0.15 0 0.03")
+    + "</robot>"
+)
+
+
+@pytest.mark.parametrize("language", ["python", "c"])
+def test_a_cart_that_is_pushed_rolls(tmp_path: Path, language: str) -> None:
+    (tmp_path / "cart.urdf").write_text(CART)
+    values = {
+        "source": str(tmp_path / "cart.urdf"), "base": "floating", "pipeline": "compact",
+        "output": {"project": str(tmp_path / "cart"), "language": language},
+        "passes": {
+            "contacts": {"roll": ["left", "right", "ball"]},
+            "forces": {"wrenches": {"push": {"link": "chassis", "force": [FORCE, 0.0, 0.0]}}},
+        },
+    }  # fmt: skip
+    conversion = Pipeline(*from_values(values), installed_plugins=False).run()
+    assert conversion.rejected is None
+    write(conversion)
+    results = simulate(tmp_path / "cart", time=TIME, language=language, rate=100.0)
+    # what turns adds its inertia over the square of its radius
+    mass = 5.2 + 2 * 0.0012 / 0.08**2 + 5e-5 / 0.03**2
+    way = FORCE / mass * TIME**2 / 2
+    assert results.joint("floating_base_T1")[-1] == pytest.approx(way, rel=0.02)
+    for wheel, radius in (("left_joint", 0.08), ("right_joint", 0.08), ("ball_joint_R2", 0.03)):
+        assert results.joint(wheel)[-1] * radius == pytest.approx(way, rel=0.05)
