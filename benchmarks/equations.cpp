@@ -7,6 +7,7 @@
 #include <pinocchio/multibody.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/rnea.hpp>
+#include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/rnea-derivatives.hpp>
 #include <pinocchio/algorithm/joint-configuration.hpp>
 
@@ -69,7 +70,8 @@ extern "C" int load(const char *file)
     return model.nv;
 }
 
-/// Seconds for one mass matrix and one vector of forces, or (2) for the derivatives of the forces.
+/// Seconds for one mass matrix and one vector of forces, or (2) for the derivatives of the forces,
+/// (3) inverse dynamics, (4) forward dynamics.
 extern "C" double run(int times, int what)
 {
     using namespace pinocchio;
@@ -79,6 +81,14 @@ extern "C" double run(int times, int what)
         if (what == 2) {
             computeRNEADerivatives(model, *data, q[i % 16], v[i % 16], a[i % 16]);
             sink += data->dtau_dq(0, 0);
+            continue;
+        }
+        if (what == 3) {
+            sink += rnea(model, *data, q[i % 16], v[i % 16], a[i % 16])[0];
+            continue;
+        }
+        if (what == 4) {
+            sink += aba(model, *data, q[i % 16], v[i % 16], a[i % 16])[0];
             continue;
         }
         crba(model, *data, q[i % 16], convention);

@@ -1,18 +1,20 @@
 """The generated equations beside Pinocchio: operations, compile time, microseconds.
 
-    python benchmarks/equations.py [--counts] [--generation] [--speed] [--derivatives] [ROBOT ...]
+    python benchmarks/equations.py [--counts] [--arms] [--generation] [--speed] [--derivatives]
+                                   [ROBOT ...]
 
-Without options all: the operations of every robot of ``../shared/robots``, as in
-``docs/how-equations-are-made.md``; how long the equations take to generate, which needs nothing
-else; how fast they are, and how fast their derivatives.
+Without options all: the operations of every robot of ``../shared/robots``, and of three arms, as
+in ``docs/how-equations-are-made.md``; how long the equations take to generate, which needs nothing
+else; how fast they are, and how fast their derivatives.  ROBOT is a name, or for the speed a URDF:
+those of rbd-benchmarks are ``description/urdf/simplified/{iiwa,hyq,atlas}.urdf`` there.
 
-For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus
-``nonLinearEffects``, and the three tables of ``derivatives`` against ``computeRNEADerivatives``,
-called from C++ on the same robot, arms fixed and all others floating, in turn in one run; of each
-the least of many short runs counts, so that a busy machine does not.  Needs gcc, g++, Eigen's
-headers (libeigen3-dev), ``pin``, whose wheel brings its own headers, and for derivatives
-``casadi``.  Pinocchio is its library's instances, which its Python uses too; with ``--headers``
-also compiled here, with ``-O3 -march=native``, which takes minutes.
+For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus ``nonLinearEffects``,
+``invdyna`` against ``rnea``, ``accelred`` against ``aba``, and the three tables of ``derivatives``
+against ``computeRNEADerivatives``, called from C++ on the same robot, arms fixed and all others
+floating, in turn in one run; of each the least of many short runs counts, so that a busy machine
+does not. Needs gcc, g++, Eigen's headers (libeigen3-dev), ``pin``, whose wheel brings its own
+headers, and for derivatives ``casadi``. Pinocchio is its library's instances, which its Python uses
+too; with ``--headers`` also compiled here, with ``-O3 -march=native``, which takes minutes.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from robots import ARMS, REAL, real
+from robots import ARMS, DH, REAL, by_dh, real, without_meshes
 
 from urdf2mbs.equations import Equations, generate
 from urdf2mbs.equations.files import Maker
@@ -51,6 +53,10 @@ RUN = """
 #include "mbs_data.h"
 void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
 void mbs_derivatives(double **A, double **B, double **M, MbsData *s);
+void mbs_invdyna(double *phi, MbsData *s, double tsim);
+int mbs_accelred(MbsData *s, double tsim);
+void user_call_DrivenJoints(MbsData *s, double tsim) { }
+double *user_call_JointForces(MbsData *s, double tsim) { return s->Qq; }
 double run(double **M, double **A, double **B, double *c, MbsData *s, double *q, double *qd,
            double *qdd, int n, int times)
 {
@@ -70,7 +76,14 @@ ROW = ctypes.POINTER(ctypes.c_double)
 
 
 #: What is timed.
-CALLS = {"dirdyna": "mbs_dirdyna(M, c, s, 0.0)", "derivatives": "mbs_derivatives(A, B, M, s)"}
+CALLS = {
+    "dirdyna": "mbs_dirdyna(M, c, s, 0.0)",
+    "invdyna": "mbs_invdyna(c, s, 0.0)",
+    "accelred": "mbs_accelred(s, 0.0)",
+    "derivatives": "mbs_derivatives(A, B, M, s)",
+}
+#: What Pinocchio does instead, as ``equations.cpp`` numbers it.
+WAYS = {"dirdyna": (0, 1), "derivatives": (2,), "invdyna": (3,), "accelred": (4,)}
 
 #: CasADi's C function as one of ours.
 CASADI = """
@@ -172,8 +185,13 @@ def runner(library: Any, mbs: Mbs) -> Callable[[], float]:
     return run
 
 
-def speed(names: list[str], function: str = "dirdyna") -> None:
-    """Microseconds of the mass matrix and the bias, beside Pinocchio."""
+def speed(
+    names: list[str], functions: tuple[str, ...] = ("dirdyna", "invdyna", "accelred")
+) -> None:
+    """Microseconds of mass matrix and bias, of inverse and of forward dynamics, beside
+    Pinocchio."""
+    given = {Path(name).stem: Path(name) for name in names if name.endswith(".urdf")}
+    robots = real(REAL | ARMS) | {name: without_meshes(path) for name, path in given.items()}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         libraries = {
@@ -181,14 +199,14 @@ def speed(names: list[str], function: str = "dirdyna") -> None:
             for build, flags in BUILDS.items()
             if build == "library" or "--headers" in sys.argv
         }
-        for name, text in real(REAL | ARMS).items():
-            if not names or name in names:
+        for name, text in robots.items():
+            for function in functions if not names or name in {*names, *given} else ():
                 _one(name, text.decode(), function, libraries, folder)
 
 
 def derivatives(names: list[str]) -> None:
     """Microseconds of the derivatives of the joint forces, beside Pinocchio and CasADi."""
-    speed(names, "derivatives")
+    speed(names, ("derivatives",))
 
 
 def casadis(data: bytes, folder: Path) -> tuple[Equations, int]:
@@ -218,7 +236,7 @@ def casadis(data: bytes, folder: Path) -> tuple[Equations, int]:
 
 
 def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folder: Path) -> None:
-    base = "fixed" if name in ARMS else "floating"
+    base = "fixed" if name in {*ARMS, "iiwa"} else "floating"
     if base == "fixed":
         model = pin.buildModelFromXML(text)
     else:
@@ -226,12 +244,14 @@ def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folde
     described(model, folder / "model.txt")
     theirs: dict[str, Any] = {}
     for number, (build, library) in enumerate(libraries.items()):
-        own = folder / f"{name}{number}.so"  # a copy each: it holds one model
+        own = folder / f"{name}{function}{number}.so"  # a copy each: it holds one model
         own.write_bytes(library)
         theirs[build] = ctypes.CDLL(str(own))
         theirs[build].run.restype = ctypes.c_double
         assert theirs[build].load(str(folder / "model.txt").encode()) == model.nv
-    data = convert_text(text, base=base, pipeline="compact").data
+    # the quarter turns of rbd-benchmarks' iiwa have 12 digits
+    options = {"snap": {"angle": 1e-9}} if "--snap" in sys.argv else {}
+    data = convert_text(text, base=base, pipeline="compact", options=options).data
     mbs = read(data, name, mechanics_only=True)
     runs: dict[str, Callable[[], float]] = {}
     told: dict[str, str] = {}
@@ -239,7 +259,7 @@ def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folde
         made = generate(mbs, data, name, language="c", fold=fold, functions=[function])
         for flag, flags in FLAGS.items():
             label = f"{flag}{', folded' if fold else ''}"
-            built, took = compiled(made, function, flags, folder / f"{name} {label}")
+            built, took = compiled(made, function, flags, folder / f"{name} {function} {label}")
             runs[label] = runner(built, mbs)
             count = made.counts[function].operations
             told[label] = f"{count} operations, compiled in {took:.1f} s"
@@ -247,18 +267,19 @@ def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folde
         made, count = casadis(data, folder / f"{name} CasADi")
         for flag, flags in FLAGS.items():
             label = f"{flag}, CasADi"
-            built, took = compiled(made, function, flags, folder / f"{name} {label}")
+            built, took = compiled(made, function, flags, folder / f"{name} {function} {label}")
             runs[label] = runner(built, mbs)
             told[label] = f"{count} operations, compiled in {took:.1f} s"
     best = dict.fromkeys(runs, 1.0)
     others = dict.fromkeys(theirs, 1.0)
-    ways = (2,) if function == "derivatives" else (0, 1)
     for _ in range(400):
         for build, other in theirs.items():
-            others[build] = min(others[build], *(other.run(100, way) for way in ways), 1.0)
+            others[build] = min(
+                others[build], *(other.run(100, way) for way in WAYS[function]), 1.0
+            )
         for label, run in runs.items():
             best[label] = min(best[label], run())
-    print(f"{name}: {len(mbs.numbers())} joints")
+    print(f"{name}, {function}: {len(mbs.numbers())} joints")
     for build, seconds in others.items():
         print(f"  Pinocchio, {build:18} {1e6 * seconds:6.2f} us")
     for label, seconds in best.items():
@@ -315,13 +336,26 @@ def counts(names: list[str]) -> None:
         print(f"| {', '.join(robots)} |{row}", flush=True)
 
 
-PARTS = (counts, generation, speed, derivatives)
+def arms(names: list[str]) -> None:
+    """Products and sums of three arms, as the table of ``docs/how-equations-are-made.md``."""
+    for name in DH:
+        data = convert_text(by_dh(name), base="fixed", pipeline="compact").data
+        mbs = read(data, name, mechanics_only=True)
+        for fold in (False, True) if not names or name in names else ():
+            maker = Maker(mbs, fold=fold, keep_turns=False)
+            count = [statements(made)[1] for made in (maker.invdyna(), maker.dirdyna())]
+            told = ", ".join(f"{one.products} products {one.sums} sums" for one in count)
+            print(f"{name}{', folded' if fold else ''}: invdyna, dirdyna: {told}")
+
+
+PARTS = (counts, arms, generation, speed, derivatives)
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     for part in PARTS:
         parser.add_argument(f"--{part.__name__}", action="store_true", help=part.__doc__)
     parser.add_argument("--headers", action="store_true", help="compile Pinocchio here, too")
+    parser.add_argument("--snap", action="store_true", help="with the pass snap, angle 1e-9")
     parser.add_argument("robots", nargs="*", help="only these")
     arguments = parser.parse_args()
     asked = [one for one in PARTS if getattr(arguments, one.__name__)]

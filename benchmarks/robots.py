@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from pathlib import Path
 from random import Random
 
@@ -17,6 +18,16 @@ REAL = {
 }
 #: Arms on a fixed base.
 ARMS = {"fr3": "franka/expanded/fr3_nohand.urdf", "ur5": "ur/expanded/ur5.urdf"}
+
+#: Arms whose operations are published, by the rows alpha (quarter turns), d and r (m) of modified
+#: Denavit-Hartenberg parameters (Khalil, Dombre: Modeling, Identification and Control of Robots);
+#: of the Stanford arm, the third joint slides.
+DH = {
+    "puma": [(0, 0, 0), (-1, 0, 0.2435), (0, 0.4318, -0.0934), (1, -0.0203, 0.4331), (-1, 0, 0),
+             (1, 0, 0)],
+    "stanford": [(0, 0, 0), (-1, 0, 0.154), (1, 0, 0), (0, 0, 0), (-1, 0, 0), (1, 0, 0)],
+    "rx90": [(0, 0, 0), (1, 0, 0), (0, 0.45, 0), (-1, 0, 0.45), (1, 0, 0), (-1, 0, 0)],
+}  # fmt: skip
 
 LINK = """\
   <link name="link_{i}">
@@ -62,6 +73,25 @@ def generated(shape: str, links: int) -> bytes:
             parts.append(JOINT.format(i=i, parent=parent, axis=axis, rpy=rpy, z=z))
     parts.append("</robot>\n")
     return "".join(parts).encode()
+
+
+def by_dh(name: str) -> str:
+    """The URDF of an arm, whose bodies have no number that is zero."""
+    text = f'<robot name="{name}"><link name="link_0"/>'
+    for i, (turns, d, r) in enumerate(DH[name], start=1):
+        kind = "prismatic" if (name, i) == ("stanford", 3) else "continuous"
+        inertia = {"ixx": 0.1, "ixy": 0.001, "ixz": 0.002, "iyy": 0.14, "iyz": -0.0015, "izz": 0.12}
+        tensor = " ".join(f'{key}="{i * value}"' for key, value in inertia.items())
+        text += f"""
+  <link name="link_{i}"><inertial>
+    <origin xyz="{0.01 * i} {0.02 * i} {0.03 * i}"/><mass value="{8 - i}"/><inertia {tensor}/>
+  </inertial></link>
+  <joint name="joint_{i}" type="{kind}">
+    <parent link="link_{i - 1}"/><child link="link_{i}"/><axis xyz="0 0 1"/>
+    <origin xyz="{d} {-turns * r} {r * (1 - abs(turns))}" rpy="{turns * pi / 2} 0 0"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/>
+  </joint>"""
+    return f"{text}\n</robot>"
 
 
 def without_meshes(source: Path) -> bytes:

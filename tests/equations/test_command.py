@@ -75,7 +75,8 @@ def test_a_model_that_will_not_do(
 
 def test_no_such_model_and_no_such_mix(model: Path, tmp_path: Path, capsys: Any) -> None:
     assert main(["equations", str(tmp_path / "no.mbs")]) == 2
-    assert main(["equations", str(model), "--no-pairs", "--language", "python"]) == 2
+    for language in ("python", "matlab"):
+        assert main(["equations", str(model), "--no-pairs", "--language", language]) == 2
     assert "Traceback" not in capsys.readouterr().err
 
 

@@ -30,7 +30,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=path, metavar="DIR", help="default: symbolicR of the project"
     )
     command.add_argument(
-        "--language", choices=("python", "c"), default="python", help="default: python"
+        "--language", choices=("python", "c", "matlab"), default="python", help="default: python"
     )
     command.add_argument(
         "--fold", action="store_true", help="write masses, points and the like as numbers"
@@ -60,9 +60,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     from urdf2mbs.equations import generate
     from urdf2mbs.mbs.reader import read
 
-    if arguments.no_pairs and arguments.language == "python":
-        raise ConfigError("usage", "--no-pairs is for C: leave it out, or --language python")
-    if arguments.standalone and arguments.language == "python":
+    if arguments.no_pairs and arguments.language != "c":
+        raise ConfigError("usage", "--no-pairs is for C: leave it out, or add --language c")
+    if arguments.standalone and arguments.language != "c":
         raise ConfigError("usage", "--standalone is for C: add --language c")
     if arguments.standalone and arguments.output is None:
         raise ConfigError(

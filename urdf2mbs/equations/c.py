@@ -65,14 +65,13 @@ int mbs_accelred(MbsData *s, double tsim)
 
 
 class CWriter(Writer):
-    suffix, comment, template = "c", "//", "accelred.c"
+    suffix, comment, template, lacks = "c", "//", "accelred.c", frozenset()
 
     def __init__(self, mbs: Mbs, *, pairs: bool = True) -> None:
         super().__init__(mbs)
         self.pairs = pairs
 
     def function(self, name: str, made: Made) -> str:
-        """The text of a file below its header."""
         if isinstance(made, Absent | Refused):
             text = self._stub(name, made)
         elif isinstance(made, Cases):

@@ -17,12 +17,14 @@ from urdf2mbs.equations.graph import Expr, Op
 from urdf2mbs.equations.javascript import JavaScriptWriter
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
+from urdf2mbs.equations.matlab import MatlabWriter
 from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.python import PythonWriter
 from urdf2mbs.equations.regressor import regressor
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
 from urdf2mbs.equations.standalone import headers
 from urdf2mbs.equations.tree import NONE, Tree, is_fixed
+from urdf2mbs.equations.writer import Writer
 from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, quoted
@@ -49,8 +51,11 @@ DERIVATIVES = {
 }
 #: All that Robotran has not.
 OWN = {**ENERGY, **DERIVATIVES}
-#: Functions that Robotran has in C only.
-ONLY_C = frozenset(["invdynared"])
+WRITERS: dict[str, type[Writer]] = {
+    "python": PythonWriter,
+    "javascript": JavaScriptWriter,
+    "matlab": MatlabWriter,
+}
 
 
 @dataclass
@@ -117,14 +122,14 @@ def generate(
     ]
     out.fixed = [] if keep_turns else _fixed(mbs)
     maker = Maker(mbs, fold=fold, keep_turns=keep_turns, reduced=reduced)
-    in_c = language == "c"
-    own_kind = JavaScriptWriter if language == "javascript" else PythonWriter
-    writer = CWriter(mbs, pairs=pairs) if in_c else own_kind(mbs)
+    writer = CWriter(mbs, pairs=pairs) if language == "c" else WRITERS[language](mbs)
     parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     more = (*(ENERGY if energy else ()), *(DERIVATIVES if derivatives else ()))
     for name in (*functions, *more):
-        if name in ONLY_C and not in_c:
+        if name in writer.lacks:
+            if name == "link3D" and writer.facts()["LINKS3D"]:
+                out.left_out[name] = "how Robotran has it in this language is not known"
             continue
         made: Made = _refuse_draft(mbs, name) or getattr(maker, name.lower())()
         if isinstance(made, Refused):

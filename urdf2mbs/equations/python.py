@@ -57,7 +57,6 @@ class PythonWriter(Writer):
     suffix, comment, template = "py", "#", "accelred.py.in"
 
     def function(self, name: str, made: Made) -> str:
-        """The text of a file below its header."""
         parameters, doc = FUNCTIONS[name]
         if isinstance(made, Absent | Refused):
             text = (

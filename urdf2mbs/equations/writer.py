@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from urdf2mbs.equations.routine import Count, Routine, Statement, statements
+from urdf2mbs.equations.routine import Count, Made, Routine, Statement, statements
 from urdf2mbs.mbs.model import Mbs
 
 #: What ``sensor`` and ``gensensor`` count.
@@ -21,11 +21,19 @@ PIECE = 80
 class Writer:
     """Writes the functions of one model; ``count`` is how many operations they do."""
 
+    suffix: str
+    comment: str
     template: str
+    lacks: frozenset[str] = frozenset(["invdynared"])
+    """Functions that Robotran has not in this language."""
 
     def __init__(self, mbs: Mbs) -> None:
         self.mbs = mbs
         self.count = Count()
+
+    def function(self, name: str, made: Made) -> str:
+        """The text of a file below its header."""
+        raise NotImplementedError
 
     def sections(self, *names: str) -> str:
         """Sections of the template, in this order."""
