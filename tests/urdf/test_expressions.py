@@ -18,6 +18,7 @@ from urdf2mbs.urdf.xacro import expand
 HARMLESS = (
     "1 + 2 * 3 - 4 / 5 // 6 % 7",
     "2**10 + (1 << 4) | 3 & ~5 ^ 6 >> 1",
+    "2**5000 % 7 + (1 << 9998) % 7",
     "-pi * radians(180) + sin(1)",
     "math.atan2(1, 2)",
     "1 < 2 <= 2 != 3",
@@ -129,6 +130,8 @@ TOO_LARGE = (
     "7**(10**7)",
     "10**10**10",
     "2**a_lot",
+    "2**5001",
+    "1 << 10_000",
     "1 << 10**10",
     "-1 << a_lot",
     "'x' * 10**10",
@@ -338,6 +341,42 @@ BOMBS = {
 def test_work_has_an_end(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10**5)  # a thousandth
     assert failure(tmp_path, BOMBS[name]).code == "xacro-too-large"
+
+
+@pytest.mark.parametrize(
+    ("text", "work"),
+    [
+        ("1 + 2.5", 14), ("3 * 'abc'", 35), ("'%s' % 12", 20), ("[1, 'ab', 2.5]", 9),
+        ("dict(a=1)", 21), ("range(9)", 31), ("[x for x in range(4)]", 45), ("'abcdef'[1:3]", 10),
+        ("2 ** 10", 14), ("1 << 9", 14), ("'ab'.ljust(5)", 26), ("sum([1, 2, 3])", 58), ("len('abc')", 16),
+    ],
+)  # fmt: skip
+def test_the_work_of_an_expression_is_counted(text: str, work: int) -> None:
+    """So that its bound is the same on every machine; ten for each letter that is read."""
+    guard, names = Guard(), {"dict": dict, "range": range, "sum": sum, "len": len}
+    guard.offer(names)
+    guard.evaluate(text, names)
+    assert guard.work == 10 * len(text) + work
+    guard.evaluate(text, names)
+    assert guard.work == 10 * len(text) + 2 * work, "it is read once"
+
+
+def test_the_work_for_a_robot_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Calls, copies, included files, comments, YAML and what it merges."""
+    (tmp_path / "m.yaml").write_text("a: &a {x: 1, y: 2}\nb: {<<: [*a, *a]}\nc: {<<: *a}\n")
+    source = robot(
+        tmp_path,
+        '<xacro:macro name="m" params="n x:=1"><link name="${n}"/><c/><d/></xacro:macro>'
+        '<!-- a --><!-- b --><xacro:m n=\'a${xacro.load_yaml("m.yaml")["c"]["y"]}\'/>'
+        + "<!---->" * 40
+        + "<xacro:m n='$(arg side)'/>" * 9
+        + '<e f="$(eval 1 + 2)"/>' * 20,
+    )
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10_000)
+    assert b'"a2"' in expand(source, Packages({}, source), {}).text
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 9_000)
+    with pytest.raises(ConversionError, match="the work for this robot is more than"):
+        expand(source, Packages({}, source), {})
 
 
 def test_a_quote_that_is_not_closed_in_parameters(tmp_path: Path) -> None:

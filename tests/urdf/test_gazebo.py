@@ -302,6 +302,39 @@ def test_a_sensor_without_a_name_gets_one() -> None:
     assert told.code == "sensor-renamed"
 
 
+def test_motors_rotors_starts_and_friction() -> None:
+    """All that other programs state of joints; what cannot be read is named."""
+    start = '<param name="initial_value">{}</param><param name="min">9</param>'
+    control = "".join(
+        f'<joint name="{joint}"><{kind}_interface name="position">{start.format(value)}'
+        f"</{kind}_interface></joint>"
+        for joint, kind, value in (("hip", "state", 0.5), ("mount", "command", 1), ("", "state", 2))
+    )
+    drive = (
+        '<transmission><joint name="{}">{}</joint><actuator name="m"><motorInertia>{}'
+        "</motorInertia>{}</actuator></transmission>"
+    )
+    ratio = "<mechanicalReduction>{}</mechanicalReduction>"
+    robot, said = read(
+        f"<ros2_control>{control}</ros2_control>"
+        + drive.format("hip", "", 0.5, "")
+        + drive.format("hip", ratio.format(3), 0.5, "")
+        + drive.format("hip", ratio.format(3), 0.5, ratio.format(2))
+        + drive.format("hip", "", -1, "") + drive.format("", "", 1, "")
+        + drive.format("hip", "", "x", "") + drive.format("hip", "", 1, ratio.format("y"))
+        + '<gazebo reference="hip"><mu1>0.25</mu1><springStiffness value="2"/><mu1>z</mu1></gazebo>'
+        + "<ros2_control>" + control.replace("0.5", "w") + "</ros2_control>"
+    )  # fmt: skip
+    first, *drives, surface, last = robot.extensions
+    assert (first.starts, last.starts) == ({"hip": 0.5}, {})
+    assert (first.motors, last.motors) == (["mount"], ["mount"])
+    assert [drive.rotors.get("hip") for drive in drives] == [0.5, 4.5, 2.0] + [None] * 4
+    assert [drive.motors for drive in drives] == [["hip"]] * 4 + [[]] + [["hip"]] * 2
+    assert not any("" in drive.rotors for drive in drives)
+    assert surface.numbers == {"mu1": 0.25, "springStiffness": 2.0}
+    assert sorted(one.code for one in said) == ["mechanics-unread"] + ["number-left-out"] * 3
+
+
 def test_mechanics_without_effect_are_named() -> None:
     """A link without mass has no weight that gravity could have."""
     gazebo = (

@@ -250,7 +250,10 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "environment": ('<a b="$(env URDF2MBS_NO)"/>', "xacro", "main.urdf", 2, ("URDF2MBS_NO",)),
     "command": ('<a b="$(frob x)"/>', "xacro", "main.urdf", None, ("frob",)),
     "not text": ("<link name=\"${'\\ud800'}\"/>", "xacro", "main.urdf", None, ("surrogate",)),
-    "argument": ('\n<link name="$(arg side)"/>', "xacro-arg", "main.urdf", 3, ("'side'",)),
+    "argument": (
+        '<material name="side"/>\n<link name="$(arg side)"/>',
+        "xacro-arg", "main.urdf", 3, ("'side'",),
+    ),
     "argument asked": (
         "\n<link name=\"${xacro.arg('side')}\"/>", "xacro-arg", "main.urdf", 3, ("'side'",),
     ),

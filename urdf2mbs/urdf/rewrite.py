@@ -92,8 +92,7 @@ def _used(root: Any) -> set[str]:
     used = {""}
     for element in root.iter(etree.Element):
         own = element.tag in ("joint", "link") and element.getparent() is root
-        of_link = element.tag in ("parent", "child") and "link" in element.attrib
-        if not of_link:
+        if element.tag not in ("parent", "child"):
             used |= {text for key, text in element.items() if not (own and key == "name")}
             used.add((element.text or "").strip())
     return used
