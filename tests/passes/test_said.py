@@ -1,0 +1,173 @@
+"""What the passes make of a few robots that ask for all of them, and what they say, to be read.
+
+A change is on purpose, or it is a fault.  If it is on purpose, write the texts anew and read the
+difference:  python tests/passes/test_said.py
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
+
+import msgspec
+import pytest
+from laws.rich import PASSES, RICH, joint, limit, link
+
+from urdf2mbs import Result, convert
+from urdf2mbs.mbs.model import Mbs
+
+TEXTS = Path(__file__).with_name("said")
+BALL = '<geometry><sphere radius="0.1"/></geometry>'
+LIMIT = limit(-1, 1)
+SOLID = (
+    '<inertial><origin xyz="0 0.1 0.2"/><mass value="1"/><inertia ixx="{}" ixy="0" ixz="0" '
+    'iyy="1" iyz="0" izz="1"/></inertial>'
+)
+
+#: A robot with what cannot be as it is.
+ODD = (
+    '<robot name="odd"><material name="wood"><texture filename="wood.png"/></material>'
+    + link("root", 2.0, f'<visual>{BALL}<material name="wood"/></visual>')
+    + "".join(
+        f'<link name="of_{name}">{content}</link>' + joint(name, parent, axis, more, kind)
+        for name, parent, axis, more, kind, content in (
+            ("flat", "root", "0 0 1", limit(1, -1), "revolute", SOLID.format(3)),
+            ("light", "root", "0 1 0", LIMIT, "revolute",
+             SOLID.format(1).replace('"1"', '"-1"', 1)),
+            ("shell", "root", "1 0 0", limit(-0.5, 0.5), "revolute",
+             '<collision><geometry><mesh filename="gone.stl"/></geometry></collision>'
+             f"<visual>{BALL}</visual>"),
+            ("lid", "of_shell", "1 1 0", limit(0.25, 0.5), "prismatic",
+             f'<collision>{BALL}</collision><visual><geometry><mesh filename="gone.stl" '
+             'scale="1 1 -2"/></geometry></visual>'),
+            ("flag", "of_lid", "0 0 1", LIMIT + '<dynamics damping="1"/>', "revolute", ""),
+            ("wing", "of_flat", "0 0 1", LIMIT + '<mimic joint="lid" multiplier="-9"/>', "revolute",
+             SOLID.format(1) + "<sensor/>"),
+            ("plate", "root", "0 0 2", "", "planar", SOLID.format(1)),
+            ("stuck", "root", "0 1 0", "", "fixed", SOLID.format(1)),
+            ("far", "of_stuck", "0.0001 0 1", limit(2, 9) + '<dynamics friction="2"/>', "revolute",
+             SOLID.format(1)),
+        )
+    )
+    + '<gazebo reference="of_far"><sensor name="eye" type="imu"/><mu1>0.3</mu1></gazebo>'
+    + '<gazebo reference="of_wing"><sensor name="eye" type="imu"/></gazebo>'
+    + '<gazebo reference="of_flag"><sensor name="lost" type="imu"/></gazebo>'
+    + '<gazebo><joint name="of_far" type="ball"><parent>of_far</parent><child>of_wing</child>'
+    '<pose>0 0 1 0 0 0</pose></joint><joint name="screw" type="screw"><parent>of_far</parent>'
+    "<child>of_wing</child></joint></gazebo>"
+    + '<transmission><joint name="far"/><actuator name="m"><motorInertia>0.01</motorInertia>'
+    "</actuator></transmission></robot>"
+)  # fmt: skip
+#: A robot that falls apart without its meshes, of which the URDF says little.
+BARE = (
+    '<robot name="bare"><link name="world"/>'
+    + joint("up", "world", "0 0 1", limit(-1, 1), "prismatic", rpy="0 0 0")
+    + f'<link name="of_up"><visual>{BALL}</visual></link>'
+    + joint("turn", "of_up", "1 0 0", limit(-1, 1), rpy="0 0 0") + link("of_turn")
+    + joint("hang", "of_up", "0 1 0", '<mimic joint="turn"/>', "continuous") + link("of_hang")
+    + "</robot>"
+)  # fmt: skip
+CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    "rich": (RICH, {"pipeline": "compact", "base": "floating", "passes": PASSES, "project": "p"}),
+    "rich-file": (RICH, {"pipeline": "faithful", "base": "floating"}),
+    "odd": (
+        ODD,
+        {
+            "project": "p", "pipeline": "compact", "base": "fixed",
+            "passes": {
+                "estimate-inertia": {"density": 500, "repair": True},
+                "snap": {"angle": 0.001},
+                "posture": {"joints": {"far": 90}, "hold": {"frequency": 60}},
+                "joint-parameters": {"bristles": False},
+                "contacts": {"links": ["of_far", "of_lid"], "points": {"of_far": [[0, 0, -0.4]]},
+                             "bristles": False},
+                "rotors": {"armature": {"flat": 0.2}},
+            },
+        },
+    ),
+    "odd-file": (ODD, {"pipeline": "faithful"}),
+    "bare": (BARE, {"project": "p", "passes": {"estimate-inertia": {"total_mass": 3}}}),
+    "bare-file": (BARE, {"pipeline": "compact", "passes": {"find-singular": {}}}),
+}  # fmt: skip
+
+
+def number(value: float) -> float:
+    """A number without its rounding."""
+    return 0.0 if abs(value) < 1e-9 else float(f"{value:.4g}")
+
+
+def plain(value: Any) -> Any:
+    """A value in few words: numbers without rounding, and what has a name by its name."""
+    if isinstance(value, float):
+        return number(value)
+    if isinstance(value, dict):
+        return {str(plain(key)): plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple, set)):
+        return [plain(inner) for inner in value]
+    if isinstance(value, msgspec.Struct):
+        name = getattr(value, "name", None)
+        return name if name else plain(msgspec.structs.asdict(value))
+    return value if isinstance(value, (str, int, bool, type(None))) else str(value)
+
+
+def lines(result: Result) -> Iterator[str]:
+    for found in result.diagnostics:
+        yield f"{found.level}[{found.code}] {found.link or found.joint or ''}: {found.message}"
+        if found.hint:
+            yield f"    {found.hint}"
+    for name, fact in sorted(result.conversion.facts.items()):
+        yield f"{name}: {json.dumps(plain(fact))}"
+    yield f"left out: {json.dumps(plain(result.report.left_out))}"
+    yield from parts(result.mbs)
+
+
+def parts(mbs: Mbs) -> Iterator[str]:
+    for name, owner in mbs.owners():
+        yield f"body {name}:"
+        for of in getattr(owner, "joints", ()):
+            yield f"    {of.type} {of.name} {of.nature} {plain(of.q)} {of.actuated} {of.symbols}"
+        for point in owner.points:
+            yield f"    point {point.name} {plain(point.coordinates)}: " + " ".join(
+                f"{s.name} {''.join(s.measures)}" for s in (point.sensor, point.extforce) if s
+            )
+        for shape in owner.shapes:
+            yield f"    {shape.kind} {shape.name} {plain(shape.color)} {shape.url or ''}"
+    for connection in (*mbs.cuts, *mbs.links):
+        ends = f"{connection.endpoint1} {connection.endpoint2}"
+        yield f"{connection.kind} {connection.name}: {ends} {plain(connection.length)}"
+    for constraint in mbs.user_constraints:
+        yield f"constraint {constraint.name}: {constraint.joints}"
+    for model in mbs.user_models:
+        yield f"model {model.name}:"
+        for parameter in model.parameters:
+            values = [number(float(value)) for value in parameter.values]
+            yield f"    {parameter.name} {parameter.type} {values}"
+
+
+def told(name: str, folder: Path) -> str:
+    """All lines of a case, without the folder."""
+    text, settings = CASES[name]
+    source = folder / "r.urdf"
+    source.write_text(text)
+    if "project" in settings:
+        settings = {**settings, "project": folder / "p"}
+    result = convert(source, **settings)
+    return "\n".join(lines(result)).replace(str(folder), "DIR") + "\n"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_is_made_and_said_is_as_it_was_read(name: str, tmp_path: Path) -> None:
+    assert told(name, tmp_path) == (TEXTS / f"{name}.txt").read_text()
+
+
+if __name__ == "__main__":
+    for case in CASES:
+        with TemporaryDirectory() as place:
+            (TEXTS / f"{case}.txt").write_text(told(case, Path(place)))
