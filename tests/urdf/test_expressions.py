@@ -226,6 +226,13 @@ def test_what_is_too_large_ends_at_once(tmp_path: Path, expression: str) -> None
     assert error.code == "xacro-too-large"
 
 
+def test_a_text_that_repeats_is_refused_before_it_is_made() -> None:
+    names = {"dict": dict}
+    for text in ("'%(a)s' * 4000 % dict(a='x' * 4000)", "('x' * 4000).replace('x', 'y' * 4000)"):
+        with pytest.raises(ConversionError, match="so long a text"):
+            Guard().evaluate(text, names)
+
+
 EVIL = "''.__class__"
 #: Wherever xacro evaluates something.
 PLACES = {
@@ -347,7 +354,7 @@ def test_work_has_an_end(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPa
     ("text", "work"),
     [
         ("1 + 2.5", 14), ("3 * 'abc'", 35), ("'%s' % 12", 20), ("[1, 'ab', 2.5]", 9),
-        ("dict(a=1)", 21), ("range(9)", 31), ("[x for x in range(4)]", 45),
+        ("dict(a=1)", 21), ("range(5, 9)", 22), ("[x for x in range(4)]", 45),
         ("'abcdef'[1:3]", 10), ("len('abc')", 16),
         ("2 ** 10", 14), ("1 << 9", 14), ("'ab'.ljust(5)", 26), ("sum([1, 2, 3])", 58),
     ],

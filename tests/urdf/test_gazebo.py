@@ -182,6 +182,7 @@ def test_links_that_are_not_there() -> None:
         + '<sensor name="lost" type="imu"/>'
         + '<sensor name="ft" type="force_torque"><parent joint="muont"/></sensor>'
         + ball("").replace("<parent>tool", "<parent>world")
+        + ball("").replace("<child>right", "<child>rihgt")
         + '<transmission><joint name="sholder"/></transmission>'
     )
     told = [f"{one.code}: {one.message} {one.hint or ''}" for one in said]
@@ -193,6 +194,8 @@ def test_links_that_are_not_there() -> None:
         "did you mean 'mount'?",
         "loop-left-out: joint 'pin' in <gazebo> is left out: it is on link 'world', which does "
         "not exist 'base: fixed' ties the root link to the world",
+        "loop-left-out: joint 'pin' in <gazebo> is left out: it is on link 'rihgt', which does "
+        "not exist did you mean 'right'?",
         "actuator-unknown: <transmission> is for joint 'sholder', which does not exist did you "
         "mean 'shoulder'?",
     ]
@@ -333,6 +336,17 @@ def test_motors_rotors_starts_and_friction() -> None:
     assert not any("" in drive.rotors for drive in drives)
     assert surface.numbers == {"mu1": 0.25, "springStiffness": 2.0}
     assert sorted(one.code for one in said) == ["mechanics-unread"] + ["number-left-out"] * 3
+
+
+def test_friction_in_a_link_is_of_the_link() -> None:
+    bullet = '<contact><lateral_friction value="{}"/></contact>'
+    eye = '<link name="eye">' + "".join(map(bullet.format, (0.5, "x"))) + "</link>"
+    joint = '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
+    robot, said = read(eye + joint)
+    assert [(e.tag, e.reference, e.numbers) for e in robot.extensions] == [
+        ("contact", "eye", {"mu1": 0.5}), ("contact", "eye", {}),
+    ]  # fmt: skip
+    assert [one.code for one in said] == ["number-left-out"]
 
 
 def test_mechanics_without_effect_are_named() -> None:

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.model import (
+    JOINT_TYPES,
     Box,
     Calibration,
     Collision,
@@ -284,6 +285,9 @@ def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, said: s
         (arm(joint='<origin xyz="0,5 0 0"/>'), "decimals with a point"),
         (arm(joint='<origin xyz="0,5 0,1 0"/>'), "decimals with a point"),
         (arm(joint='<origin xyz="0,5 0,1"/>'), "decimals with a point"),
+        (arm(joint='<origin xyz="0,5,1,"/>'), "separated by blanks, not commas"),
+        (arm(inertial("1,")), "decimals with a point"),
+        (arm(joint='<origin xyz="1 2"/>'), "give 3 numbers, with blanks between them"),
         ('<robot name="a&b">\n</robot>', "&amp;"),
     ],
 )
@@ -408,6 +412,13 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
     assert robot.links["base"].massless
 
 
+@pytest.mark.parametrize("kind", JOINT_TYPES)
+def test_a_joint_has_as_many_coordinates_as_pinocchio_says(kind: str) -> None:
+    pin = pytest.importorskip("pinocchio")
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    assert pin.buildModelFromXML(arm(joint=limit, kind=kind)).nv == JOINT_TYPES[kind]
+
+
 @pytest.mark.parametrize(
     ("text", "number"),
     [
@@ -471,10 +482,11 @@ def test_a_namespace_is_read_to_the_leaves(tmp_path: Path) -> None:
 
 
 def test_undeclared_prefixes_of_other_programs(tmp_path: Path) -> None:
-    text = arm().replace("</robot>", "<gazebo>\n<sensor:camera/></gazebo></robot>")
+    text = arm().replace("</robot>", "<gazebo>\n<sensor:camera/></gazebo><a:b/></robot>")
     robot, diagnostics = read(tmp_path, text)
     assert "<sensor:camera/>" in robot.extensions[0].xml
-    assert [(one.code, one.line) for one in diagnostics] == [("xml-namespace", 12)]
+    assert robot.extensions[1].xml == "<a:b/>"
+    assert [(one.code, one.line) for one in diagnostics] == [("xml-namespace", 12)] * 2
 
 
 def test_joints_of_other_elements_are_not_the_robots(tmp_path: Path) -> None:
@@ -616,11 +628,14 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
         arm('<visual><geometry><box size="1 1 1"/></geometry><material name="re"/></visual>'),
         "material-undefined", 5, ("'re'",), "tip", None,
     ),
-    "colour of 255": (
-        arm('<visual><geometry><box size="1 1 1"/></geometry>'
-            '<material name="a"><color rgba="255 0 0 1"/></material></visual>'),
-        "color-range", 6 - 1, (), "tip", None,
-    ),
+    **{
+        f"colour {rgba}": (
+            arm('<visual><geometry><box size="1 1 1"/></geometry>'
+                f'<material name="a"><color rgba="{rgba}"/></material></visual>'),
+            "color-range", 5, (), "tip", None,
+        )
+        for rgba in ("255 0 0 1", "0 0 0 1.5", "-0.25 0 0 1")
+    },
     "triangle": (
         arm(inertial(inertia=moments(ixx="1", iyy="1", izz="2.001"))),
         "inertia-triangle", 7, ("2.001",), "tip", None,

@@ -456,8 +456,7 @@ class _Run:
 
 def _copy(name: str) -> Any:
     """A new copy of one of xacro's modules."""
-    spec = find_spec(name)
-    assert spec is not None and spec.loader is not None  # noqa: PT018
+    spec: Any = find_spec(name)
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
