@@ -74,7 +74,60 @@ BARE = (
     + joint("hang", "of_up", "0 1 0", '<mimic joint="turn"/>', "continuous") + link("of_hang")
     + "</robot>"
 )  # fmt: skip
+#: A tree whose joints turn about axes in all directions.
+TREE = (
+    '<robot name="tree">' + link("l0", 2.0)
+    + "".join(
+        joint(f"j{n}", parent, axis, limit(-1, 1), kind, rpy=rpy).replace(f"of_j{n}", f"l{n}")
+        + link(f"l{n}")
+        for n, (parent, axis, kind, rpy) in enumerate(
+            (
+                ("l0", "1 2 3", "revolute", "0 0 0"), ("l1", "0 1 0", "revolute", "0.3 0 0"),
+                ("l1", "0 0 -1", "prismatic", "0.1 0.2 0.3"), ("l2", "1 1 0", "revolute", "0 0 0"),
+                ("l2", "0 0 1", "floating", "0.4 0 0"), ("l5", "-1 2 0", "revolute", "0 0.5 0"),
+                ("l5", "-1 2 0", "continuous", "0 0.5 0.7"), ("l0", "0 -2 1", "planar", "0 0 1"),
+                ("l8", "1 0 0", "revolute", "1.5707963 0 0"), ("l8", "0 1 1", "fixed", "1 1 1"),
+                ("l10", "0 1 1", "revolute", "0 0 -1.5707963267948966"), ("l11", "0 -1 1",
+                "revolute", "0 0 0"), ("l12", "1 1 1", "revolute", "1 2 3"),
+            ), start=1,
+        )
+    )
+    + "</robot>"
+)  # fmt: skip
+FAST = {
+    **PASSES,
+    "posture": {"hold": {"frequency": 900.0, "damping_ratio": 2.0, "gains": {
+        "arm": {"stiffness": 9e9, "damping": 7e4}}}},
+    "contacts": {"links": ["of_ankle"], "stiffness": 9e8, "speed": 1e-5},
+    "joint-parameters": {"stop_frequency": 800.0},
+}  # fmt: skip
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    **{
+        f"tree-{name}": (TREE, {"pipeline": "compact", "passes": {"align-frames": options}})
+        for name, options in {
+            "any": {}, "flip": {"flip": True}, "x": {"axes": "x"}, "y-flip": {"axes": "y",
+            "flip": True}, "few": {"candidates": 1}, "rounded": {"tolerance": 1e-6},
+        }.items()
+    },
+    "tree": (TREE, {"pipeline": "faithful"}),
+    "fast": (RICH, {"pipeline": "compact", "base": "floating", "passes": FAST, "project": "p"}),
+    "fast-rough": (
+        RICH,
+        {
+            "pipeline": "compact", "base": "floating", "project": "p",
+            "passes": {
+                **FAST, "joint-parameters": {"bristles": False, "friction_speed": 1e-6},
+                "contacts": {**FAST["contacts"], "bristles": False, "slip_speed": 1e-7},
+            },
+        },
+    ),
+    "weightless": (
+        RICH,
+        {
+            "pipeline": "compact", "base": "floating", "project": "p", "gravity": [0, 0, 0],
+            "passes": {"contacts": {"links": ["of_ankle"]}, "posture": {"hold": {}}},
+        },
+    ),
     "rich": (RICH, {"pipeline": "compact", "base": "floating", "passes": PASSES, "project": "p"}),
     "rich-file": (RICH, {"pipeline": "faithful", "base": "floating"}),
     "odd": (
@@ -117,38 +170,50 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, (str, int, bool, type(None))) else str(value)
 
 
+#: What other lines have, too.
+TWICE = ("joint-parameters", "project", "layout", "certificate")
+
+
 def lines(result: Result) -> Iterator[str]:
     for found in result.diagnostics:
         yield f"{found.level}[{found.code}] {found.link or found.joint or ''}: {found.message}"
         if found.hint:
             yield f"    {found.hint}"
     for name, fact in sorted(result.conversion.facts.items()):
-        yield f"{name}: {json.dumps(plain(fact))}"
-    yield f"left out: {json.dumps(plain(result.report.left_out))}"
+        if name not in TWICE and fact:
+            yield f"{name}: {json.dumps(plain(fact))}"
+    if result.report.left_out:
+        yield f"left out: {json.dumps(plain(result.report.left_out))}"
     yield from parts(result.mbs)
 
 
 def parts(mbs: Mbs) -> Iterator[str]:
     for name, owner in mbs.owners():
-        yield f"body {name}:"
-        for of in getattr(owner, "joints", ()):
-            yield f"    {of.type} {of.name} {of.nature} {plain(of.q)} {of.actuated} {of.symbols}"
-        for point in owner.points:
-            yield f"    point {point.name} {plain(point.coordinates)}: " + " ".join(
-                f"{s.name} {''.join(s.measures)}" for s in (point.sensor, point.extforce) if s
-            )
-        for shape in owner.shapes:
-            yield f"    {shape.kind} {shape.name} {plain(shape.color)} {shape.url or ''}"
+        joints = (
+            f"{of.type} {of.name} {of.nature[:3]} {plain(of.q)}{' actuated' * of.actuated}"
+            for of in getattr(owner, "joints", ())
+        )
+        points = (
+            " ".join([of.name, str(plain(of.coordinates)), *(s.name for s in signals)])
+            for of in owner.points
+            for signals in [[s for s in (of.sensor, of.extforce) if s]]
+        )
+        shapes = (f"{of.kind} {of.name} {of.color} {of.url or ''}" for of in owner.shapes)
+        yield f"{name}: {', '.join(joints)}"
+        for kind in (points, shapes):
+            listed = "; ".join(kind)
+            yield from [f"    {listed}"] if listed else ()
     for connection in (*mbs.cuts, *mbs.links):
         ends = f"{connection.endpoint1} {connection.endpoint2}"
         yield f"{connection.kind} {connection.name}: {ends} {plain(connection.length)}"
     for constraint in mbs.user_constraints:
         yield f"constraint {constraint.name}: {constraint.joints}"
     for model in mbs.user_models:
-        yield f"model {model.name}:"
-        for parameter in model.parameters:
-            values = [number(float(value)) for value in parameter.values]
-            yield f"    {parameter.name} {parameter.type} {values}"
+        values = (
+            f"{of.name} {' '.join(str(number(float(value))) for value in of.values)}"
+            for of in model.parameters
+        )
+        yield f"model {model.name}: {', '.join(values)}"
 
 
 def told(name: str, folder: Path) -> str:
