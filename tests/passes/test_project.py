@@ -12,6 +12,7 @@ import pytest
 from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
 
+from urdf2mbs import convert
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
@@ -294,3 +295,26 @@ def test_a_project_that_was_renamed(tmp_path: Path) -> None:
     (told,) = [found for found in conversion.diagnostics if found.code == "project-renamed"]
     assert "the project is called 'new', and your files use 'old_robot'" in told.message
     assert told.message.endswith(": user_ExtForces.c"), "those nobody touched are renewed"
+
+
+def test_your_files_that_name_what_is_gone_are_told(tmp_path: Path) -> None:
+    """With line and name; not those of urdf2mbs, and not other texts."""
+    project = make(tmp_path, TINY, passes={"sensors": {"links": ["hand"]}})
+    user = project / "userfctR"
+    (user / "mine.py").write_text(
+        "a = 1\nb = joint_id['shoulder']\n# shoulder\nc = wrist_roll_id\n"
+    )
+    (user / "mine.txt").write_text("'shoulder'")
+    (project / "workR" / "more").mkdir()
+    (project / "workR" / "more" / "run.c").write_text('x("hand_sensor")\n')
+    text = TINY.replace('"shoulder"', '"hip"').replace('"wrist_roll"', '"roll"')
+    said = {}
+    for new in (TINY, text):
+        (tmp_path / "r.urdf").write_text(new)
+        result = convert(tmp_path / "r.urdf", project=project)
+        said[new] = [d.message for d in result.diagnostics if d.code == "project-names-lost"]
+    assert said[TINY] == ["your files name what the model has no more: run.c:1 'hand_sensor'"]
+    assert said[text] == [
+        "your files name what the model has no more: mine.py:2 'shoulder', mine.py:4 'wrist_roll', "
+        "run.c:1 'hand_sensor'"
+    ]
