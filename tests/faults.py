@@ -43,6 +43,7 @@ ROOMS = {
     "proof/*.py": ["tests/proof"],
     "urdf/*.py": ["tests/urdf"],
     "mbs/*.py": ["tests/mbs", "tests/passes/test_emit.py"],
+    "messages/*.py": ["tests/messages", "tests/engine/test_levels.py"],
     "laws/*.py": ["tests/passes/test_check_code.py", "tests/project/test_laws.py"],
     "runtime/*.py": ["tests/project", "tests/passes/test_check_code.py", "tests/test_project.py"],
     "merge/*.py": ["tests/merge", "tests/passes/test_merge.py", "tests/passes/test_apply_edits.py"],

@@ -8,8 +8,9 @@ from hypothesis import given
 from mbs.models import few
 from mbs.test_singular import mass_matrix, trees
 
+from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.mass import Mass
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.model import Body, Joint, Mbs
 from urdf2mbs.proof.dynamics import to_pinocchio
 
 pin = pytest.importorskip("pinocchio")
@@ -32,6 +33,23 @@ def test_mass_matrix_and_velocities_are_those_of_pinocchio(mbs: Mbs) -> None:
         at = mass.placement.point(mbs, body.name, "p")
         found = np.vstack([mass.point(body.name, at), mass.turn(body.name)])
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+        moving = mass.moves[:, mass.placement.last[body.name]].nonzero()[0]
+        assert mass.placement.way(body.name) == sorted(moving, reverse=True)
+    assert mass.placement.way(None) == []
     assert not mass.point(None, (1.0, 2.0, 3.0)).any()
     assert not mass.turn(None).any()
     assert mass.point(None, (1.0, 2.0, 3.0)).shape == mass.turn(None).shape == (3, len(q))
+
+
+def test_a_body_floats_by_three_free_shifts_on_the_base() -> None:
+    def body(natures: str, parent: str | None = None) -> Body:
+        joints = [
+            Joint(f"j{number}", f"T{number}", "independent" if nature == "i" else "driven")
+            for number, nature in enumerate(natures, start=1)
+        ]
+        return Body(f"b{natures}", parent, None, [*joints, Joint("r", "R1")])
+
+    arm, whole = body("ii"), body("iii")
+    assert floating(Mbs("m", bodies=[arm, whole])) is whole
+    for other in ([arm], [body("iid")], [arm, body("iii", arm.name)]):
+        assert floating(Mbs("m", bodies=other)) is None
