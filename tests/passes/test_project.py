@@ -11,11 +11,13 @@ import numpy as np
 import pytest
 from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
+from project.test_laws import convert as with_laws
 
 from urdf2mbs import convert
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.project import FOLDER
 from urdf2mbs.testing import TINY
 
@@ -299,22 +301,36 @@ def test_a_project_that_was_renamed(tmp_path: Path) -> None:
 
 def test_your_files_that_name_what_is_gone_are_told(tmp_path: Path) -> None:
     """With line and name; not those of urdf2mbs, and not other texts."""
-    project = make(tmp_path, TINY, passes={"sensors": {"links": ["hand"]}})
+    passes = {"sensors": {"links": ["hand"]}, "contacts": {"links": ["body"]}}
+    project = make(tmp_path, TINY, passes=passes)
     user = project / "userfctR"
     (user / "mine.py").write_text(
         "a = 1\nb = joint_id['shoulder']\n# shoulder\nc = wrist_roll_id\n"
     )
     (user / "mine.txt").write_text("'shoulder'")
     (project / "workR" / "more").mkdir()
-    (project / "workR" / "more" / "run.c").write_text('x("hand_sensor")\n')
+    (project / "workR" / "more" / "run.c").write_text('x("hand_sensor", "slip")\nf = "bristle"\n')
     text = TINY.replace('"shoulder"', '"hip"').replace('"wrist_roll"', '"roll"')
     said = {}
     for new in (TINY, text):
         (tmp_path / "r.urdf").write_text(new)
         result = convert(tmp_path / "r.urdf", project=project)
         said[new] = [d.message for d in result.diagnostics if d.code == "project-names-lost"]
-    assert said[TINY] == ["your files name what the model has no more: run.c:1 'hand_sensor'"]
+    gone = "run.c:1 'hand_sensor', run.c:1 'slip', run.c:2 'bristle'"
+    assert said[TINY] == [f"your files name what the model has no more: {gone}"]
     assert said[text] == [
         "your files name what the model has no more: mine.py:2 'shoulder', mine.py:4 'wrist_roll', "
-        "run.c:1 'hand_sensor'"
+        + gone
     ]
+
+
+def test_a_law_is_said_to_be_unproven(tmp_path: Path) -> None:
+    notes = [d.message for d in with_laws(tmp_path).diagnostics if d.code == "law-unknown"]
+    assert [note.split("'")[1] for note in notes] == ["rubber", "wind"]
+
+
+@pytest.mark.parametrize(("name", "code"), [("storm", "law-missing"), ("rubber", "law-doubled")])
+def test_a_law_needs_a_function_of_its_own_name(name: str, code: str, tmp_path: Path) -> None:
+    with pytest.raises(ConversionError) as error:
+        with_laws(tmp_path, name_of_point=name)
+    assert error.value.code == code

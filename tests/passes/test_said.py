@@ -21,7 +21,7 @@ import pytest
 from laws.rich import PASSES, RICH, joint, limit, link
 
 from urdf2mbs import Result, convert
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.model import Body, Mbs
 
 TEXTS = Path(__file__).with_name("said")
 BALL = '<geometry><sphere radius="0.1"/></geometry>'
@@ -59,8 +59,9 @@ ODD = (
     + '<gazebo reference="of_far"><sensor name="eye" type="imu"/><mu1>0.3</mu1></gazebo>'
     + '<gazebo reference="of_wing"><sensor name="eye" type="imu"/></gazebo>'
     + '<gazebo reference="of_flag"><sensor name="lost" type="imu"/></gazebo>'
-    + '<gazebo><joint name="of_far" type="ball"><parent>of_far</parent><child>of_wing</child>'
-    '<pose>0 0 1 0 0 0</pose></joint><joint name="screw" type="screw"><parent>of_far</parent>'
+    + '<gazebo><joint name="of_far" type="revolute"><parent>of_far</parent><child>of_wing</child>'
+    '<pose>0 0 1 0 0 0</pose><axis><xyz>1 2 3</xyz></axis></joint>'
+    '<joint name="screw" type="screw"><parent>of_far</parent>'
     "<child>of_wing</child></joint></gazebo>"
     + '<transmission><joint name="far"/><actuator name="m"><motorInertia>0.01</motorInertia>'
     "</actuator></transmission></robot>"
@@ -74,6 +75,15 @@ BARE = (
     + joint("hang", "of_up", "0 1 0", '<mimic joint="turn"/>', "continuous") + link("of_hang")
     + "</robot>"
 )  # fmt: skip
+#: Point masses, which nothing resists to turn.
+POINT = '<inertial><mass value="2"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+POINTS = (
+    '<robot name="points">'
+    + "".join(f'<link name="{name}">{POINT}</inertial></link>' for name in ("a", "of_b", "of_c"))
+    + joint("b", "a", "0 0 1", limit(-1, 1) + '<dynamics friction="1" damping="2"/>')
+    + joint("c", "of_b", "1 0 0", '<dynamics friction="3"/>', "continuous", at="0 0 1")
+    + "</robot>"
+)  # fmt: skip
 #: A tree whose joints turn about axes in all directions.
 TREE = (
     '<robot name="tree">' + link("l0", 2.0)
@@ -82,7 +92,7 @@ TREE = (
         + link(f"l{n}")
         for n, (parent, axis, kind, rpy) in enumerate(
             (
-                ("l0", "1 2 3", "revolute", "0 0 0"), ("l1", "0 1 0", "revolute", "0.3 0 0"),
+                ("l0", "1 2 3", "revolute", "0 0 0"), ("l1", "1e-12 1 0", "revolute", "0.3 0 0"),
                 ("l1", "0 0 -1", "prismatic", "0.1 0.2 0.3"), ("l2", "1 1 0", "revolute", "0 0 0"),
                 ("l2", "0 0 1", "floating", "0.4 0 0"), ("l5", "-1 2 0", "revolute", "0 0.5 0"),
                 ("l5", "-1 2 0", "continuous", "0 0.5 0.7"), ("l0", "0 -2 1", "planar", "0 0 1"),
@@ -96,8 +106,11 @@ TREE = (
 )  # fmt: skip
 FAST = {
     **PASSES,
-    "posture": {"hold": {"frequency": 900.0, "damping_ratio": 2.0, "gains": {
-        "arm": {"stiffness": 9e9, "damping": 7e4}}}},
+    "posture": {
+        "joints": {"leg": 0.9, "swing": -0.3},
+        "hold": {"frequency": 900.0, "damping_ratio": 2.0,
+                 "gains": {"arm": {"stiffness": 9e9, "damping": 7e4}}},
+    },
     "contacts": {"links": ["of_ankle"], "stiffness": 9e8, "speed": 1e-5},
     "joint-parameters": {"stop_frequency": 800.0},
 }  # fmt: skip
@@ -125,7 +138,15 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         RICH,
         {
             "pipeline": "compact", "base": "floating", "project": "p", "gravity": [0, 0, 0],
-            "passes": {"contacts": {"links": ["of_ankle"]}, "posture": {"hold": {}}},
+            "passes": {
+                "contacts": {"links": ["of_ankle"]},
+                "posture": {"hold": {}},
+                "forces": {
+                    "wrenches": {"pull": {"link": "of_arm", "force": [1, 0, 0]}},
+                    "springs": {"coil": {"ends": [{"link": "of_arm"}, {"link": "trunk"}],
+                                         "stiffness": 3, "length": 0.5}},
+                },
+            },
         },
     ),
     "rich": (RICH, {"pipeline": "compact", "base": "floating", "passes": PASSES, "project": "p"}),
@@ -147,7 +168,8 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "odd-file": (ODD, {"pipeline": "faithful"}),
     "bare": (BARE, {"project": "p", "passes": {"estimate-inertia": {"total_mass": 3}}}),
-    "bare-file": (BARE, {"pipeline": "compact", "passes": {"find-singular": {}}}),
+    "bare-file": (BARE, {"pipeline": "compact", "output": "2 bare.mbs"}),
+    "points": (POINTS, {"base": "floating"}),
 }  # fmt: skip
 
 
@@ -199,10 +221,14 @@ def parts(mbs: Mbs) -> Iterator[str]:
             for signals in [[s for s in (of.sensor, of.extforce) if s]]
         )
         shapes = (f"{of.kind} {of.name} {of.color} {of.url or ''}" for of in owner.shapes)
-        yield f"{name}: {', '.join(joints)}"
+        if isinstance(owner, Body):
+            yield f"{name} {plain([owner.mass, owner.com, owner.inertia])}: {', '.join(joints)}"
         for kind in (points, shapes):
             listed = "; ".join(kind)
             yield from [f"    {listed}"] if listed else ()
+    if mbs.view is not None:
+        views = (mbs.view, *mbs.view.viewpoints)
+        yield f"view: {json.dumps([plain(msgspec.structs.astuple(view)) for view in views])}"
     for connection in (*mbs.cuts, *mbs.links):
         ends = f"{connection.endpoint1} {connection.endpoint2}"
         yield f"{connection.kind} {connection.name}: {ends} {plain(connection.length)}"
@@ -223,6 +249,8 @@ def told(name: str, folder: Path) -> str:
     source.write_text(text)
     if "project" in settings:
         settings = {**settings, "project": folder / "p"}
+    if "output" in settings:
+        settings = {**settings, "output": folder / settings["output"]}
     result = convert(source, **settings)
     return "\n".join(lines(result)).replace(str(folder), "DIR") + "\n"
 
