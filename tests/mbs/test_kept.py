@@ -360,7 +360,20 @@ def more(mbs: Mbs, root: Any) -> None:
     del mbs.cuts[0]
 
 
-@pytest.mark.parametrize("edit", [*EDITS, first_and_last, more], ids=lambda edit: edit.__name__)
+def moved(mbs: Mbs, root: Any) -> None:
+    """Elements go to another place or parent."""
+    trunk, arm, leg, _ = mbs.bodies
+    arm.joints.append(trunk.joints.pop(2))
+    leg.joints.insert(0, trunk.joints.pop())
+    trunk.points.reverse()
+    trunk.shapes.sort(key=lambda shape: shape.name)
+    leg.shapes.append(trunk.shapes.pop(0))
+    mbs.user_models[0].parameters.reverse()
+
+
+@pytest.mark.parametrize(
+    "edit", [*EDITS, first_and_last, more, moved], ids=lambda edit: edit.__name__
+)
 def test_our_own_file_is_changed_to_what_would_be_written_anew(edit: Any) -> None:
     mbs = read(OWN, "m.mbs")
     edit(mbs, etree.fromstring(OWN))

@@ -197,6 +197,7 @@ def test_what_refers_to_nothing_is_an_error_that_names_the_nearest() -> None:
 
 def test_the_first_free_name() -> None:
     assert free_name("a", set()) == "a"
+    assert free_name("a", {"a"}) == "a_2"
     assert free_name("a", {"a", "a_2", "a_4"}) == "a_3"
     assert free_name("A", {"a"}) == "A"
     assert free_name("A", {"a", "a_2"}, str.lower) == "A_3"

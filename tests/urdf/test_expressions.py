@@ -369,6 +369,24 @@ def test_the_work_of_an_expression_is_counted(text: str, work: int) -> None:
     assert guard.work == 10 * len(text) + 2 * work, "it is read once"
 
 
+def test_an_expression_in_an_expression_has_work_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It does not count for the outer one, and makes no room in it."""
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST", 2000)
+    guard = Guard()
+    inner: dict[str, object] = {"range": range}
+    names = {"f": lambda: guard.evaluate("[x for x in range(90)]", dict(inner)) and 1, **inner}
+    guard.evaluate("[f() for x in range(9)]", names)
+    for half in (60, 150):
+        text = f"[x for x in range({half})] and f() and [x for x in range({half})]"
+        if half == 60:
+            assert len(guard.evaluate(text, names)) == half
+        else:
+            with pytest.raises(ConversionError, match="an expression with over 2,000 letters"):
+                guard.evaluate(text, names)
+
+
 def test_the_work_for_a_robot_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Calls, copies, included files, comments, YAML and what it merges."""
     (tmp_path / "m.yaml").write_text("a: &a {x: 1, y: 2}\nb: {<<: [*a, *a]}\nc: {<<: *a}\n")

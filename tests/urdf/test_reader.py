@@ -833,6 +833,9 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr("urdf2mbs.urdf.xml._LONG", 3)
     _, said = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
     assert [(one.line, "10,000,000" in one.message) for one in said] == [(4, False), (1, True)]
+    for before, what in (("\n ", "there are blanks"), ("<!-- -->", "something stands")):
+        _, (one,) = read(tmp_path, f'{before}<?xml version="1.0"?>{link}')
+        assert what in one.message
     # what is mended does not hide what is not
     with pytest.raises(ConversionError) as caught:
         read(tmp_path, '\n<?xml version="1.0"?>\n<robot>\n<link>\n</joint></robot>')

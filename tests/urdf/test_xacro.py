@@ -249,7 +249,10 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "malformed yaml": ("${xacro.load_yaml('bad.yaml')}", "xacro", "main.urdf", 2, ("bad.yaml",)),
     "environment": ('<a b="$(env URDF2MBS_NO)"/>', "xacro", "main.urdf", 2, ("URDF2MBS_NO",)),
     "command": ('<a b="$(frob x)"/>', "xacro", "main.urdf", None, ("frob",)),
-    "not text": ("<link name=\"${'\\ud800'}\"/>", "xacro", "main.urdf", None, ("surrogate",)),
+    "not text": (
+        "<link name=\"${'\\ud800'}\"/>",
+        "xacro", "main.urdf", None, ("UnicodeEncodeError: ", "surrogate"),
+    ),
     "argument": (
         '<material name="side"/>\n<link name="$(arg side)"/>',
         "xacro-arg", "main.urdf", 3, ("'side'",),

@@ -111,7 +111,7 @@ class _Run:
         with _lock, warnings.catch_warnings(record=True) as python_warnings:
             warnings.simplefilter("always")
             try:
-                document = self.xacro.process_file(self.file, mappings=self.args, verbosity=1)
+                document = self.xacro.process_file(self.file, mappings=self.args)
                 text = document.toprettyxml(indent="  ").encode()
             except Exception as error:
                 failure = self.explain(error)
