@@ -34,7 +34,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 #: The files of a room, and the tests that must find a fault in them.
 ROOMS = {
-    "passes/*.py": ["tests/passes"],
+    "passes/*.py": ["tests/passes", "tests/engine/test_config.py"],
     "project/*.py": [
         "tests/project", "tests/passes/test_time_step.py", "tests/passes/test_check_code.py",
         "tests/passes/test_project.py", "tests/test_project.py",

@@ -151,7 +151,9 @@ def test_of_a_fixed_joint_nothing_is_left_out(tmp_path: Path, project: bool) -> 
 
 def test_elements_of_other_programs_are_counted() -> None:
     more = '<gazebo reference="arm"/><gazebo/><transmission/><ros2_control><a/></ros2_control>'
-    motor = '<transmission><joint name="shoulder"/></transmission></robot>'
+    motor = '<transmission><joint name="shoulder"/></transmission><ros2_control>'
+    motor += '<joint name="shoulder"><state_interface name="position"><param name="initial_value">'
+    motor += "0.1</param></state_interface></joint></ros2_control></robot>"
     own = TINY.replace("<mu1>", "<mu9>").replace("</mu1>", "</mu9>")
     found = convert_text(own.replace("</robot>", more + motor)).diagnostics
     (said,) = [one.message for one in found if one.code == "extension"]

@@ -170,3 +170,12 @@ def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
     result = convert_text(TINY, options={"posture": options})
     assert result.conversion.facts["posture"] == {"wrist_roll": 0.5}
     assert "is not used for shoulder, wrist_pitch: " in messages(result)["posture-state"]
+
+
+@pytest.mark.parametrize(("beyond", "told"), [(1e-10, False), (1e-6, True)])
+def test_what_rounding_adds_is_not_beyond_a_limit(
+    beyond: float, told: bool, tmp_path: Path
+) -> None:
+    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.5 + beyond}})
+    assert ("one at" in messages(result).get("posture-limit", "")) is told
+    assert starts(result)["one"] == (1.5 if told else 1.5 + beyond)

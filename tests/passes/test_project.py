@@ -91,6 +91,9 @@ def test_all_twelve_user_functions_are_there(tmp_path: Path) -> None:
 def test_code_of_another_language_goes_and_that_of_this_one_stays(tmp_path: Path) -> None:
     user = make(tmp_path, CHAIN, language="both") / "userfctR"
     assert (user / "robot_robot.c").is_file()
+    made = convert(tmp_path / "source.urdf", project=user.parent)
+    (told,) = [d.message for d in made.diagnostics if d.code == "project-obsolete"]
+    assert told.startswith("6 files of an earlier conversion fit the robot no more")
     make(tmp_path, CHAIN, language="python")
     assert not (user / "robot_robot.c").exists()
     assert (user / "robot_robot.py").is_file()

@@ -84,6 +84,15 @@ POINTS = (
     + joint("c", "of_b", "1 0 0", '<dynamics friction="3"/>', "continuous", at="0 0 1")
     + "</robot>"
 )  # fmt: skip
+#: Links without mass beside fixed joints whose forces are measured.
+MEASURED = (
+    '<robot name="measured">' + link("a")
+    + joint("mount", "a", "0 0 1", kind="fixed", at="0.1 0 0") + '<link name="of_mount"/>'
+    + joint("turn", "of_mount", "0 0 1", limit(-1, 1), at="0 0 0") + link("of_turn")
+    + joint("bend", "of_turn", "0 1 0", limit(-1, 1)) + '<link name="of_bend"/>'
+    + joint("plate", "of_bend", "0 0 1", kind="fixed", at="0 0 0", rpy="0 0 0") + link("of_plate")
+    + "</robot>"
+)  # fmt: skip
 #: A tree whose joints turn about axes in all directions.
 TREE = (
     '<robot name="tree">' + link("l0", 2.0)
@@ -141,6 +150,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
             "passes": {
                 "contacts": {"links": ["of_ankle"]},
                 "posture": {"hold": {}},
+                "joint-parameters": {"bristles": False, "friction_speed": 0.5},
                 "forces": {
                     "wrenches": {"pull": {"link": "of_arm", "force": [1, 0, 0]}},
                     "springs": {"coil": {"ends": [{"link": "of_arm"}, {"link": "trunk"}],
@@ -169,6 +179,10 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "odd-file": (ODD, {"pipeline": "faithful"}),
     "bare": (BARE, {"project": "p", "passes": {"estimate-inertia": {"total_mass": 3}}}),
     "bare-file": (BARE, {"pipeline": "compact", "output": "2 bare.mbs"}),
+    "measured": (
+        MEASURED,
+        {"pipeline": "compact", "project": "p", "passes": {"force-torque": {"joints": ["*"]}}},
+    ),
     "points": (POINTS, {"base": "floating"}),
 }  # fmt: skip
 

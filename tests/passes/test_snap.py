@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -106,6 +107,9 @@ def test_a_slide_moves_a_tip_by_as_much_as_it_reaches() -> None:
     )  # fmt: skip
     moves = convert_text(text, passes=SNAP).conversion.facts["snap"]["moves"]
     assert moves == pytest.approx((2 + 5) * (1.5708 - float(RIGHT)), rel=1e-9)
+    free = re.sub("<limit[^>]*>", "", text)
+    moves = convert_text(free, passes=SNAP).conversion.facts["snap"]["moves"]
+    assert moves == pytest.approx(2 * (1.5708 - float(RIGHT)), rel=1e-9)
     axis = text.replace('"1.5708 0 0"', '"0 0 0"').replace('xyz="0 0 1"', 'xyz="0 0.00005 1"')
     moves = convert_text(axis, passes=SNAP).conversion.facts["snap"]["moves"]
     assert moves == pytest.approx((2 + 5) * 2 * 0.00005, rel=1e-6)
