@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import pytest
 
+from urdf2mbs.engine.config import Config
 from urdf2mbs.messages.diagnostics import (
     ConfigError,
     ConversionError,
@@ -18,7 +20,7 @@ from urdf2mbs.messages.diagnostics import (
     render,
     some,
 )
-from urdf2mbs.messages.levels import judge
+from urdf2mbs.messages.levels import judge, weigh
 
 
 @pytest.mark.parametrize(
@@ -50,6 +52,19 @@ def test_errors_that_were_found_before_stand_first_and_warnings_do_not() -> None
     assert caught.value.diagnostic() == one
     assert [said.code for said in caught.value.said] == ["zero"]
     assert memory_full("reading").code == "memory-full"
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_a_hint_does_not_recommend_the_level_that_is_set() -> None:
+    said = [
+        Diagnostic("warning", code, "m", hint=hint)
+        for code, hint in (("a", "--level a=error"), ("b", "mend it"), ("c", "--level"), ("d", "x"))
+    ]
+    config = Config(source="r", diagnostics={"a": "error", "b": "note", "d": "ignore"})
+    found = [(one.level, one.code, one.hint) for one in weigh(said, config)]
+    assert found == [("error", "a", None), ("note", "b", "mend it"), ("warning", "c", "--level")]
+    strict = Config(source="r", strict=True, diagnostics={"b": "warning"})
+    assert [one.level for one in weigh(said, strict)] == ["error", "warning", "error", "error"]
 
 
 @pytest.mark.parametrize(

@@ -269,3 +269,17 @@ def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
     at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
     result = convert_text(text, base="floating", passes={"contacts": {"points": {"a": at}}})
     assert ("contacts-balance" in [found.code for found in result.diagnostics]) is falls
+
+
+@pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])
+def test_a_corner_counts_up_to_a_fiftieth_of_the_mesh_above_the_lowest(
+    height: float, count: int, tmp_path: Path
+) -> None:
+    corners = ["0.3 0.1 0", "0.3 -0.1 0", "-0.3 -0.1 0", f"-0.3 0.1 {height}", "0 0 0.3"]
+    (tmp_path / "foot.obj").write_text(
+        "".join(f"v {corner}\n" for corner in corners) + "f 1 2 3\nf 1 3 4\nf 1 2 5\n"
+    )
+    source = tmp_path / "r.urdf"
+    source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="foot.obj"/>'))
+    (body, *_) = convert(source, options={"contacts": {"links": ["body"]}}).mbs.bodies
+    assert sum(point.extforce is not None for point in body.points) == count

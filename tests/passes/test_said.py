@@ -21,7 +21,10 @@ import pytest
 from laws.rich import PASSES, RICH, joint, limit, link
 
 from urdf2mbs import Result, convert
+from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.model import Body, Mbs
+from urdf2mbs.passes.time_step import _slopes
+from urdf2mbs.project.stability import reduction_of
 
 TEXTS = Path(__file__).with_name("said")
 BALL = '<geometry><sphere radius="0.1"/></geometry>'
@@ -73,6 +76,11 @@ BARE = (
     + f'<link name="of_up"><visual>{BALL}</visual></link>'
     + joint("turn", "of_up", "1 0 0", limit(-1, 1), rpy="0 0 0") + link("of_turn")
     + joint("hang", "of_up", "0 1 0", '<mimic joint="turn"/>', "continuous") + link("of_hang")
+    + joint("lead", "of_up", "0 1 0", "", "continuous") + '<link name="of_lead"/>'
+    + joint("flag", "of_up", "0 1 0", '<mimic joint="lead"/>', "continuous")
+    + '<link name="of_flag"/>' + joint("light", "of_up", "0 1 0", "", "continuous")
+    + '<link name="of_light"/>' + link("of_sway")
+    + joint("sway", "of_up", "0 1 0", '<mimic joint="light" multiplier="2"/>', "continuous")
     + "</robot>"
 )  # fmt: skip
 #: Point masses, which nothing resists to turn.
@@ -221,6 +229,16 @@ def lines(result: Result) -> Iterator[str]:
     if result.report.left_out:
         yield f"left out: {json.dumps(plain(result.report.left_out))}"
     yield from parts(result.mbs)
+    if result.conversion.settings.project is not None:
+        mass = Mass(result.mbs)
+        models = {
+            model.name: {of.name: float(of.values[0]) for of in model.parameters}
+            for model in result.mbs.user_models
+        }
+        reduction = reduction_of(mass, result.conversion.simulation)
+        for slope in _slopes(result.conversion, mass, reduction, models):
+            numbers = [*map(number, (slope.stiffness, slope.damping, abs(slope.row).sum()))]
+            yield f"slope {slope.kind} {slope.name}: {numbers}"
 
 
 def parts(mbs: Mbs) -> Iterator[str]:

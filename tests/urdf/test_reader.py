@@ -1090,7 +1090,9 @@ def test_a_joint_that_is_flipped_has_all_its_numbers_the_other_way_round(tmp_pat
     assert turn.safety_controller == SafetyController(1.0, 0.0, -0.7, 0.2)
     assert turn.calibration == Calibration(-0.5, -0.25)
     assert robot.with_flipped(["turn"]).with_flipped(["turn"]) == robot
-    robot, _ = read(tmp_path, arm(joint='<limit upper="inf"/><calibration rising="1"/>'))
+    odd = '<limit upper="inf"/><calibration rising="1"/><safety_controller k_velocity="2"/>'
+    robot, _ = read(tmp_path, arm(joint=odd))
+    assert robot.joints["turn"].safety_controller == SafetyController(2.0, 0.0, 0.0, 0.0)
     turn = robot.with_flipped(["turn"]).joints["turn"]
     assert turn.limit == Limit(None, 0.0)
     assert turn.calibration == Calibration(None, -1.0)

@@ -295,6 +295,7 @@ def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     for word in words:
         assert word in error.message
     assert "Error'>" not in error.message
+    assert (" more ..." in error.message) == name.endswith("without an end")
     assert len(error.message) < 2500
 
 

@@ -176,7 +176,7 @@ class _Search:
     counts the turns before the joint up to an exchange.
     """
 
-    def __init__(self, options: AlignFrames, joints: int = 1) -> None:
+    def __init__(self, options: AlignFrames, joints: int) -> None:
         self.small = options.tolerance
         self.any = options.axes == "any"
         self.ks = (1, 2, 3) if self.any else ("xyz".index(options.axes) + 1,)
