@@ -218,3 +218,14 @@ def test_without_any_mass_all_joints_that_move_are_singular() -> None:
     mbs.bodies[1].joints[0].nature = "driven"
     found = find_singular(mbs, {"j2": Rule("j0", 1.0, 0.0)})
     assert [(one.joint, one.why) for one in found] == [("j0", "moves-nothing")]
+
+
+@pytest.mark.parametrize(
+    ("angle", "nearly"), [(pi / 2, False), (1.5708, True), (1.570797, True), (1.5712, None)]
+)
+def test_an_angle_in_few_digits_is_nearly_singular(angle: float, nearly: bool | None) -> None:
+    middle = Joint("b", "R3", "driven", angle)  # turns the last axis onto the first
+    body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", "R2")])
+    body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
+    found = find_singular(Mbs("gimbal", bodies=[body]))
+    assert [one.nearly for one in found] == ([] if nearly is None else [nearly])
