@@ -229,3 +229,17 @@ def test_an_angle_in_few_digits_is_nearly_singular(angle: float, nearly: bool | 
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
     found = find_singular(Mbs("gimbal", bodies=[body]))
     assert [one.nearly for one in found] == ([] if nearly is None else [nearly])
+
+
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
+@pytest.mark.parametrize(("kind", "singular"), [("R1", True), ("R2", False)])
+def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
+    size: float, kind: str, singular: bool
+) -> None:
+    turn = _turn(0.4, 0.0)
+    tensor = size * turn @ np.diag((0.0, 1.0, 1.0)) @ turn.T
+    joints = [Joint("c", "R3", "driven", 0.4), Joint("a", kind), Joint("d", "R3", "driven", -0.4)]
+    body = Body("rod", None, None, joints, size)
+    xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
+    body.inertia = (xx, xy, xz, yy, yz, zz)
+    assert [one.joint for one in exactly(Mbs("rod", bodies=[body]))] == ["a"] * singular
