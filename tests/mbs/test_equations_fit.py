@@ -6,10 +6,12 @@ import re
 from pathlib import Path
 
 import pytest
+from mbs.models import everything
 
 from urdf2mbs.equations import generate
 from urdf2mbs.mbs.equations_fit import fingerprint, fits
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
 
 
@@ -73,6 +75,55 @@ def test_whatever_changes_the_equations_changes_the_checksum(model: bytes) -> No
 def test_what_counts(model: bytes, old: bytes, new: bytes, same: bool) -> None:
     assert old in model
     assert (fingerprint(model.replace(old, new), "tree") == fingerprint(model, "tree")) is same
+
+
+#: An edit of the model that has everything, and the first of the checksums that it changes.
+EDITS = {
+    ("sensor of other measures", '<sensor name="imu" Pos="true"', '<sensor name="imu"'): "tree",
+    ("force of other measures", '"push" Pos="true"', '"push"'): "tree",
+    ("no sensor", '<sensor name="touch"/>', ""): "tree",
+    ("renamed sensor", '"imu"', '"eye"'): "",
+    ("renamed point", "tip</pointname>", "end</pointname>"): "",
+    ("renamed body", "arm</bodyname>", "limb</bodyname>"): "",
+    ("renamed joint", "swing</jointname>", "sway</jointname>"): "",
+    ("another end", "<pointname>rail</pointname>\n      </endpoint2>",
+     "<pointname>origin</pointname>\n      </endpoint2>"): "tree",
+    ("another body's end", "<bodyname>leg</bodyname>\n        <pointname>origin</pointname>\n"
+     "      </endpoint2>\n      <length>", "<bodyname>arm</bodyname>\n        <pointname>origin"
+     "</pointname>\n      </endpoint2>\n      <length>"): "tree",
+    ("another kind of link", "link3D>", "link>"): "tree",
+    ("no length", "<length>2.765625<", "<length>0.0<"): "tree",
+    ("another length", "<length>2.765625<", "<length>2.5<"): "numbers",
+    ("another mass", "<mass>0.140625<", "<mass>0.25<"): "numbers",
+    ("another centre", "<x>0.15625<", "<x>0.25<"): "numbers",
+    ("no centre", "<x>0.15625<", "<x>0.0<"): "tree",
+    ("a centre that rounding left", "<x>0.15625<", "<x>1e-17<"): "tree",
+    ("another inertia", "<Ixy>0.21875<", "<Ixy>0.25<"): "numbers",
+    ("no gravity along x", "<x>2.171875<", "<x>0.0<"): "tree",
+    ("a point at zero", "<x>0.375<", "<x>0.0<"): "tree",
+    ("a driven joint that starts elsewhere", "<q>0.09375<", "<q>0.5<"): "fixed",
+    ("a free joint that starts elsewhere", "<q>0.015625<", "<q>0.5<"): "",
+    ("a driven joint that moves", "<q/>\n        </symbols>",
+     "<q/><qd/>\n        </symbols>"): "tree",
+    ("another name", "<mbsname>machine<", "<mbsname>robot<"): "tree",
+    ("the other parent point", "shoulder</pointname>\n      </parent>",
+     "handle</pointname>\n      </parent>"): "tree",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit[0])
+def test_each_part_of_a_model_counts_as_far_as_the_equations_rely_on_it(
+    edit: tuple[str, str, str],
+) -> None:
+    _, old, new = edit
+    text = write(everything()).decode()
+    assert old in text
+    counts = [
+        fingerprint(text.encode(), parts) != fingerprint(text.replace(old, new).encode(), parts)
+        for parts in ("tree", "tree, fixed", "tree, numbers")
+    ]
+    first = ("tree", "fixed", "numbers", "").index(EDITS[edit])
+    assert counts == [False] * first + [True] * (3 - first)
 
 
 def test_a_body_that_is_moved_in_the_diagram_counts_for_nothing(model: bytes) -> None:

@@ -16,6 +16,7 @@ from mbs.models import everything, few
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
 from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.mbs.unknown import unknown
 from urdf2mbs.mbs.writer import write
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
@@ -334,3 +335,97 @@ def test_two_thousand_bodies_are_changed_in_a_file() -> None:
     del mbs.bodies[1::4]
     mbs.bodies.insert(0, mbs.bodies.pop())
     assert read(write(mbs), "m.mbs") == mbs
+
+
+def first_and_last(mbs: Mbs, root: Any) -> None:
+    """All that is first or last in its list goes."""
+    del mbs.bodies[0].points[0], mbs.bodies[0].shapes[-1], mbs.bodies[0].joints[0]
+    del mbs.bodies[2:], mbs.cuts[1:], mbs.links[0], mbs.user_models[0].parameters[1:]
+    assert mbs.view is not None
+    del mbs.view.lights[0]
+    mbs.user_constraints[0].joints = mbs.user_constraints[0].joints[1:]
+    mbs.bodies[1].point, mbs.cuts[0].endpoint1 = None, ("arm", "tip")
+
+
+def more(mbs: Mbs, root: Any) -> None:
+    """Something new before, between and behind, and where there was nothing."""
+    point = Point("new", (1.0, 2.0, 3.0), sensor=Sensor("fresh", ("Pos",)))
+    mbs.bodies[0].points[:0] = [point, Point("newer")]
+    mbs.bodies[1].points.append(Point("tail"))
+    mbs.bodies[2].mass, mbs.bodies[2].com = 4.0, (0.0, 1.0, 0.0)
+    mbs.bodies.append(Body("foot", "leg", None, [Joint("twist", "R3", q=0.5)]))
+    mbs.user_constraints[1].joints = ("twist",)
+    mbs.base.points.insert(0, Point("before"))
+    mbs.cuts.insert(1, mbs.cuts[0])
+    del mbs.cuts[0]
+
+
+def moved(mbs: Mbs, root: Any) -> None:
+    """Elements go to another place or parent."""
+    trunk, arm, leg, _ = mbs.bodies
+    arm.joints.append(trunk.joints.pop(2))
+    leg.joints.insert(0, trunk.joints.pop())
+    trunk.points.reverse()
+    trunk.shapes.sort(key=lambda shape: shape.name)
+    leg.shapes.append(trunk.shapes.pop(0))
+    mbs.user_models[0].parameters.reverse()
+
+
+@pytest.mark.parametrize(
+    "edit", [*EDITS, first_and_last, more, moved], ids=lambda edit: edit.__name__
+)
+def test_our_own_file_is_changed_to_what_would_be_written_anew(edit: Any) -> None:
+    mbs = read(OWN, "m.mbs")
+    edit(mbs, etree.fromstring(OWN))
+    fresh = deepcopy(mbs)
+    fresh.origin = None
+    assert write(mbs) == write(fresh)
+
+
+def test_what_comes_from_another_file_brings_all_that_is_in_it() -> None:
+    theirs = OWN.replace(b"<bodyname>leg</bodyname>", b"<bodyname>leg</bodyname><hers/>", 1)
+    other = read(theirs, "other.mbs")
+    mbs = read(write(Mbs("m", bodies=[Body("trunk", joints=[Joint("j", "R1")])])), "m.mbs")
+    leg = other.bodies[2]
+    leg.name, leg.mass, leg.joints[0].q = "stilt", 3.0, 0.25
+    mbs.bodies.append(leg)
+    assert other.origin is not None
+    again = write(mbs, other=other.origin.source)
+    (body,) = etree.fromstring(again).xpath("//body[bodyname='stilt']")
+    assert [child.tag for child in body][:5] == ["bodyname", "hers", "parent", "joint", "mass"]
+    assert read(again, "m.mbs") == mbs
+    assert b"<hers/>" not in write(mbs)
+
+
+def test_what_the_model_does_not_know() -> None:
+    """By the object, the path from its element, and the text with one spelling of numbers."""
+    data = OWN
+    for old, new in (
+        (b"<base>", b'<base size="9" at="2"><!-- why --><mine>\n 1.50</mine>'),
+        (b"<bodyname>leg</bodyname>", b'<bodyname>leg</bodyname><a><b x="+2"> t </b>u</a><a/><a/>'),
+        (b"<x3D_com/>", b"<x3D_com/><x3D_frame/><x3D_hand/>"),
+        (b"<nature>driven</nature>", b'<nature unit="m">driven</nature>'),
+        (b'<sensor name="touch"/>', b'<sensor name="touch" Jerk="true"/>'),
+        (b'R="4"', b'R="4" A="1e0"'),
+    ):
+        assert data.count(old)
+        data = data.replace(old, new, 1)
+    mbs = read(data, "m.mbs")
+    usual = unknown(read(OWN, "m.mbs"))  # MBSysPad's symbols
+    found = {n: dict(texts.items() - usual.get(n, {}).items()) for n, texts in unknown(mbs).items()}
+
+    def of(part: Any) -> dict[str, str]:
+        return found.pop(part.origin.number)
+
+    trunk, _, leg, _ = mbs.bodies
+    assert of(leg) == {"a": '<a><b x="2.0">t</b></a>', "a[2]": "<a></a>", "a[3]": "<a></a>"}
+    assert of(trunk) == {"graphics/x3D/x3D_hand": "<x3D_hand></x3D_hand>"}
+    assert of(trunk.joints[1]) == {"nature/@unit": "m"}
+    assert of(trunk.points[1].sensor) == {"@Jerk": "true"}
+    assert {number: texts for number, texts in found.items() if texts} == {
+        0: {
+            "base/@at": "2", "base/@size": "9", "base/mine": "<mine>1.5</mine>",
+            "x3D/background/color/@A": "1e0",
+        }
+    }  # fmt: skip
+    assert unknown(Mbs("m")) == {}

@@ -10,10 +10,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mbs.models import everything, few, models
 
-from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor, UserConstraint
-from urdf2mbs.mbs.names import C_KEYWORDS, identifiers, rename
+from urdf2mbs.mbs.model import (
+    Body,
+    Connection,
+    Joint,
+    Mbs,
+    Parameter,
+    Point,
+    Sensor,
+    UserConstraint,
+    UserModel,
+    UserVariable,
+)
+from urdf2mbs.mbs.names import C_KEYWORDS, free_name, identifiers, rename
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.messages.diagnostics import ConversionError
 
 names = st.lists(
     st.text(max_size=6)
@@ -150,3 +162,42 @@ def test_a_renamed_model_can_be_read_and_is_renamed_no_further(mbs: Mbs) -> None
     rename(again)
     assert again == mbs
     assert read(write(mbs), "m.mbs") == mbs
+
+
+def test_user_elements_have_name_spaces_of_their_own() -> None:
+    """A parameter that is called as a joint keeps to the joint's new name."""
+    parameters = [Parameter(name, "scalar") for name in ("j-1", "2x", "2x")]
+    mbs = Mbs("m", bodies=[Body("b", joints=[Joint("j-1", "R1")])])
+    mbs.user_constraints = [UserConstraint("a b"), UserConstraint("a_b", ("j-1",))]
+    mbs.user_models = [UserModel("a b"), UserModel("a_b", parameters), UserModel("b")]
+    mbs.user_variables = [UserVariable("a b", "in", "1"), UserVariable("a_b", "in", "1")]
+    rename(mbs)
+    assert [element.name for element in mbs.user_constraints] == ["a_b_constraint", "a_b"]
+    assert [element.name for element in mbs.user_models] == ["a_b_model", "a_b", "b"]
+    assert [element.name for element in mbs.user_variables] == ["a_b_variable", "a_b"]
+    assert [part.name for part in parameters] == ["j_1", "n_2x", "n_2x_parameter"]
+    assert mbs.user_constraints[1].joints == ("j_1",)
+
+
+def test_what_refers_to_nothing_is_an_error_that_names_the_nearest() -> None:
+    for cut, said in (
+        (Connection("ball", "c", ("hip", None), ("hib", None)), "ball 'c' refers to body 'hib'"),
+        (Connection("rod", "c", ("hip", "ankel"), (None, None)),
+         "rod 'c' refers to point 'ankel' of body 'hip', which has none such"),
+        (Connection("rod", "c", (None, "x"), (None, None)), "point 'x' of the base, which"),
+    ):  # fmt: skip
+        body = Body("hip", joints=[Joint("j", "R1")], points=[Point("ankle")])
+        with pytest.raises(ConversionError) as caught:
+            rename(Mbs("m", bodies=[body], cuts=[cut]))
+        assert caught.value.code == "name-unknown"
+        assert said in caught.value.message
+        near = "hip" if "hib" in said else "ankle" if "ankel" in said else ""
+        assert (caught.value.hint or "") == (f"did you mean '{near}'?" if near else "")
+
+
+def test_the_first_free_name() -> None:
+    assert free_name("a", set()) == "a"
+    assert free_name("a", {"a"}) == "a_2"
+    assert free_name("a", {"a", "a_2", "a_4"}) == "a_3"
+    assert free_name("A", {"a"}) == "A"
+    assert free_name("A", {"a", "a_2"}, str.lower) == "A_3"

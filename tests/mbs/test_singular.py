@@ -184,3 +184,62 @@ def test_turns_about_different_axes_may_be_about_one(middle: Joint, always: bool
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
     found = exactly(Mbs("gimbal", bodies=[body]))
     assert [(one.joint, one.always) for one in found] == [("a", always)]
+
+
+def chain(*parts: tuple[str, float, tuple[float, float, float]]) -> Mbs:
+    """Bodies in a row, each with a joint of a type, a point mass and its place."""
+    bodies = []
+    for number, (kind, mass, com) in enumerate(parts):
+        parent = None if number == 0 else f"b{number - 1}"
+        bodies.append(Body(f"b{number}", parent, None, [Joint(f"j{number}", kind)], mass, com))
+    return Mbs("chain", bodies=bodies)
+
+
+@pytest.mark.parametrize(
+    ("parts", "told"),
+    [
+        ((("R1", 1.0, (0, 1, 0)), ("R2", 0.0, (0, 0, 0))), [("j1", "moves-nothing", ())]),
+        ((("R3", 1.0, (0, 0, 1)),), [("j0", "no-inertia", ())]),
+        ((("R3", 0.0, (0, 0, 0)), ("R3", 1.0, (0, 1, 0))), [("j0", "together", ("j1",))]),
+        ((("T1", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0)), ("R3", 1.0, (1, 0, 0))),
+         [("j1", "together", ("j2",))]),
+        ((("T1", 0.0, (0, 0, 0)), ("T1", 1.0, (0, 0, 0))), [("j0", "together", ("j1",))]),
+        ((("T1", 0.0, (0, 0, 0)), ("T2", 1.0, (0, 0, 0))), []),
+    ],
+)  # fmt: skip
+def test_why_a_joint_is_singular_and_what_moves_along(parts: Any, told: Any) -> None:
+    found = find_singular(chain(*parts))
+    assert [(one.joint, one.why, one.others) for one in found] == told
+    assert all(one.always and not one.nearly for one in found)
+
+
+def test_without_any_mass_all_joints_that_move_are_singular() -> None:
+    mbs = chain(("R1", 0.0, (0, 0, 0)), ("R2", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0)))
+    mbs.bodies[1].joints[0].nature = "driven"
+    found = find_singular(mbs, {"j2": Rule("j0", 1.0, 0.0)})
+    assert [(one.joint, one.why) for one in found] == [("j0", "moves-nothing")]
+
+
+@pytest.mark.parametrize(
+    ("angle", "nearly"), [(pi / 2, False), (1.5708, True), (1.570797, True), (1.5712, None)]
+)
+def test_an_angle_in_few_digits_is_nearly_singular(angle: float, nearly: bool | None) -> None:
+    middle = Joint("b", "R3", "driven", angle)  # turns the last axis onto the first
+    body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", "R2")])
+    body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
+    found = find_singular(Mbs("gimbal", bodies=[body]))
+    assert [one.nearly for one in found] == ([] if nearly is None else [nearly])
+
+
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
+@pytest.mark.parametrize(("kind", "singular"), [("R1", True), ("R2", False)])
+def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
+    size: float, kind: str, singular: bool
+) -> None:
+    turn = _turn(0.4, 0.0)
+    tensor = size * turn @ np.diag((0.0, 1.0, 1.0)) @ turn.T
+    joints = [Joint("c", "R3", "driven", 0.4), Joint("a", kind), Joint("d", "R3", "driven", -0.4)]
+    body = Body("rod", None, None, joints, size)
+    xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
+    body.inertia = (xx, xy, xz, yy, yz, zz)
+    assert [one.joint for one in exactly(Mbs("rod", bodies=[body]))] == ["a"] * singular

@@ -107,3 +107,28 @@ def test_a_link_that_is_nowhere_is_a_difference(tmp_path: Path) -> None:
     found = convert_text(TINY, plugins=[plugin], after={"assign-names": "lose"}).report.proof
     assert found.same is False
     assert [(d.kind, d.link) for d in found.differences] == [("frame-lost", "tool")]
+
+
+def test_a_change_that_no_pass_declares_is_a_difference(tmp_path: Path) -> None:
+    """Though the .mbs is that of the changed robot."""
+    plugin = tmp_path / "lighten.py"
+    text = """
+from making import hookimpl, make
+
+def run(conversion, options):
+    conversion.robot.links["arm"].inertial.mass = 0.25
+
+@hookimpl
+def urdf2mbs_passes():
+    return [make("lighten", run, reads=("robot",), writes=WRITES)]
+"""
+    for writes, same in (("()", False), ("('robot',)", True)):
+        plugin.write_text(text.replace("WRITES", writes))
+        result = convert_text(TINY, plugins=[plugin], after={"expand": "lighten"})
+        proof = result.report.proof
+        assert proof is not None
+        assert proof.same is same
+        said = [found.message for found in proof.differences]
+        assert [message.endswith("does not say so by writes = ('robot',)") for message in said] == (
+            [] if same else [True]
+        )

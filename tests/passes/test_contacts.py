@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
+from proving import SOLID, link, robot
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.passes.contacts import _cylinder
 from urdf2mbs.spatial import add, dot, rotate
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.urdf import model as urdf
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -246,3 +249,72 @@ def test_friction_is_the_smallest_that_the_urdf_states() -> None:
         result = convert_text(text, passes={"contacts": {**feet, **options}})
         (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
         assert {p.name: p.values for p in law.parameters}["friction"] == (friction,)
+
+
+def test_a_cylinder_that_leans_touches_with_the_ends_of_its_lowest_line() -> None:
+    shape = urdf.Cylinder(0.5, 2.0)
+    assert _cylinder(shape, (0.0, 0.6, -0.8))[0] == (0.5, 0.0, -1.0)
+    assert _cylinder(shape, (0.0, 0.6, 0.8))[0] == (0.5, 0.0, 1.0)
+    assert _cylinder(shape, (0.48, 0.64, -0.6)) == [
+        pytest.approx((0.3, 0.4, 1.0)), pytest.approx((0.3, 0.4, -1.0)),
+    ]  # fmt: skip
+
+
+def test_the_toe_of_a_long_foot_is_no_corner(tmp_path: Path) -> None:
+    """Each quarter counts by the foot's own length and width; the tip is between two corners."""
+    corners = ["0.2 0.01 0", "0.2 -0.01 0", "-0.1 0.01 0", "-0.1 -0.01 0", "0.23 0 0", "0 0 0.3"]
+    (tmp_path / "foot.obj").write_text(
+        "".join(f"v {corner}\n" for corner in corners) + "f 1 2 3\nf 2 3 4\nf 1 2 5\nf 1 2 6\n"
+    )
+    source = tmp_path / "r.urdf"
+    for mesh, told in (("foot.obj", ""), ("none.obj", "it was not found"), ("r.urdf", "r.urdf")):
+        source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', f'<mesh filename="{mesh}"/>'))
+        options: dict[str, Any] = {"contacts": {"links": ["body"]}}
+        if told:
+            with pytest.raises(ConfigError, match="no shape to take points of"):
+                convert(source, options=options)
+            continue
+        (body, *_) = convert(source, options=options).mbs.bodies
+        found = [p.coordinates[:2] for p in body.points if p.extforce is not None]
+        around = ((0.2, -0.01), (0.2, 0.01), (-0.1, 0.01), (-0.1, -0.01))
+        assert found == [pytest.approx(at) for at in around]
+    text = source.read_text().replace(
+        "</visual>", "</visual><collision><geometry><sphere radius='1'/></geometry></collision>"
+        "<collision><geometry><mesh filename='none.obj'/></geometry></collision>", 1,
+    )  # fmt: skip
+    source.write_text(text)
+    (said,) = [d for d in convert(source, options=options).diagnostics if d.code == "contacts-mesh"]
+    assert said.message.endswith("mesh 'none.obj' cannot be used: it was not found")
+
+
+@pytest.mark.parametrize(
+    ("base", "gravity", "told"),
+    [("floating", -9.81, True), ("fixed", -9.81, False), ("floating", 0.0, False)],
+)
+def test_only_what_can_fall_is_told_to(base: str, gravity: float, told: bool) -> None:
+    feet = {"contacts": {"points": {"body": [[1, 0, 0], [1, 1, 0]]}}}
+    result = convert_text(TINY, base=base, gravity=(0.0, 0.0, gravity), passes=feet)
+    assert ("contacts-balance" in [found.code for found in result.diagnostics]) is told
+
+
+@pytest.mark.parametrize(("places", "falls"), [("1 1, 1 -1, -1 0", False), ("1 1, 1 -1", True),
+                                               ("0 1, 0 -1", False), ("0 0", False)])  # fmt: skip
+def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
+    text = robot(link("a", SOLID.replace("0.1 -0.2 0.3", "0 0 1")))
+    at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
+    result = convert_text(text, base="floating", passes={"contacts": {"points": {"a": at}}})
+    assert ("contacts-balance" in [found.code for found in result.diagnostics]) is falls
+
+
+@pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])
+def test_a_corner_counts_up_to_a_fiftieth_of_the_mesh_above_the_lowest(
+    height: float, count: int, tmp_path: Path
+) -> None:
+    corners = ["0.3 0.1 0", "0.3 -0.1 0", "-0.3 -0.1 0", f"-0.3 0.1 {height}", "0 0 0.3"]
+    (tmp_path / "foot.obj").write_text(
+        "".join(f"v {corner}\n" for corner in corners) + "f 1 2 3\nf 1 3 4\nf 1 2 5\n"
+    )
+    source = tmp_path / "r.urdf"
+    source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="foot.obj"/>'))
+    (body, *_) = convert(source, options={"contacts": {"links": ["body"]}}).mbs.bodies
+    assert sum(point.extforce is not None for point in body.points) == count

@@ -61,6 +61,8 @@ def test_every_sample_arrives_in_the_project(tmp_path: Path) -> None:
         assert len(shown(conversion, shape)) == len(TRIANGLES)
     report = conversion.facts["convert-meshes"]
     assert (report["converted"], report["kept"], report["unusable"]) == (len(SAMPLES), 0, 0)
+    drawn = [data for path, data in conversion.files.items() if path.suffix == ".wrl"]
+    assert report["bytes"] == sum(map(len, drawn))
     textures = sum(sample.texture for sample in SAMPLES)
     written = [path.suffix for path in conversion.files]
     assert written.count(".wrl") == len(SAMPLES)
@@ -357,3 +359,17 @@ def test_progress_names_each_mesh(tmp_path: Path) -> None:
     conversion.files.clear()
     ConvertMeshes().run(conversion)
     assert ["1 of 2" in told[0], "gone.stl" in told[1]] == [True, True]
+
+
+def test_what_all_meshes_together_may_take_is_bounded(tmp_path: Path) -> None:
+    """So many bytes are read of meshes that are converted, and no more."""
+    data = stl_binary_data()
+    paths = [tmp_path / f"{name}.stl" for name in "abc"]
+    for path in paths:
+        path.write_bytes(data)
+    options = ConvertMeshes(at_most=2.5 * len(data) / 2**20)  # type: ignore[arg-type]
+    conversion = convert(tmp_path, [visual(path) for path in paths], options=options)
+    report = conversion.facts["convert-meshes"]
+    assert (report["converted"], report["unusable"]) == (2, 1)
+    assert list(report["lost"]["too_large"]) == [str(paths[2])]
+    assert codes(conversion) == ["mesh-too-large"]

@@ -376,3 +376,24 @@ def test_estimates_make_the_same_robot_as_stated_inertias() -> None:
         assert one.mass == pytest.approx(two.mass)
         assert one.com == pytest.approx(two.com)
         assert one.inertia == pytest.approx(two.inertia, abs=1e-12)
+
+
+def test_a_face_without_an_area_is_passed_over(tmp_path: Path) -> None:
+    triangles = box_triangles((0.2, 0.3, 0.5), (0.5, -0.25, 1.0))
+    flat = np.array([[triangles[0][0], triangles[0][1], triangles[0][1]]])
+    found, means = of_mesh(tmp_path, np.concatenate((triangles, flat)))
+    assert_near(found, BOX, SINGLE)
+    assert means == "collision geometry"
+
+
+def test_nothing_to_estimate_is_told() -> None:
+    result = estimated(SOLID, more=link("b") + joint("a", "b"))
+    assert [d.code for d in result.diagnostics if d.level == "warning"] == ["nothing-estimated"]
+    assert result.report.passes["estimate-inertia"] == {"links": {}}
+
+
+def test_the_masses_that_are_known_are_those_of_all_links() -> None:
+    box = shape("collision", '<box size="1 1 1"/>')
+    with pytest.raises(ConfigError, match="that have a mass already weigh 4 kg"):
+        estimated(SOLID, more=link("b", SOLID) + joint("a", "b") + link("c", box)
+                  + joint("a", "c"), total_mass=4)  # fmt: skip

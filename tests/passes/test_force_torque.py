@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from project.standin import MbsData, make, user_functions
+from proving import SOLID, joint, link, robot
 
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
@@ -29,9 +30,9 @@ def test_a_force_torque_sensor_weighs_what_hangs_on_it(tmp_path: Path, preset: s
     data = MbsData(project / "dataR" / "robot.mbs")
     moved = data.mbs
     for body in moved.bodies:
-        for joint in body.joints:
-            if joint.name.startswith("tool_mount_T") or joint.name.startswith("tool_mount_R"):
-                joint.nature = "independent"
+        for own in body.joints:
+            if own.name.startswith(("tool_mount_T", "tool_mount_R")):
+                own.nature = "independent"
     model = to_pinocchio(moved)
     order = [data.joint_id[name] for name in list(model.names)[1:]]
     q = np.array([data.q0[k] for k in order])
@@ -88,3 +89,20 @@ def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
         convert_text(TINY, options={"force-torque": options})
     assert caught.value.code == code
+
+
+def test_three_sensors_of_one_name_are_three() -> None:
+    text = robot(
+        *(link(name, SOLID) for name in "abcd"),
+        *(joint("a", child, "fixed", name=f"to_{child}") for child in "bcd"),
+        *(f'<sensor name="ft" type="force_torque"><parent joint="to_{child}"/></sensor>'
+          for child in "bcd"),
+    )  # fmt: skip
+    result = convert_text(text, passes={"force-torque": {"joints": ["to_*"]}})
+    found = [sensor.name for sensor in result.conversion.simulation.force_torques]
+    assert found == ["ft", "to_c_ft", "to_d_ft"]
+    result = convert_text(
+        text.replace('"ft"', '"one"', 1), passes={"force-torque": {"joints": ["to_c"]}}
+    )
+    (said,) = [one.message for one in result.diagnostics if one.code == "force-torque"]
+    assert said.startswith("force-torque sensors at fixed joints that are left out: to_b, to_d; ")

@@ -98,6 +98,9 @@ LEGS = [
         # wheels
         ([*chain(4), link("wheel", SOLID), joint("l4", "wheel", "continuous"),
           link("other", SOLID), joint("l4", "other", "continuous")], "free root", False),
+        ([*chain(4), link("wheel", SOLID), joint("l4", "wheel", "continuous"), link("cap", SOLID),
+          joint("wheel", "cap", "fixed"), link("other", SOLID),
+          joint("l4", "other", "continuous")], "free root", False),
         # nothing moves
         ([*chain(0), link("b", SOLID), joint("l0", "b", "fixed")], "free root", False),
     ],

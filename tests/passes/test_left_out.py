@@ -149,3 +149,33 @@ def test_of_a_fixed_joint_nothing_is_left_out(tmp_path: Path, project: bool) -> 
     codes = {found.code for found in result.diagnostics}
     assert not codes & {"joint-dynamics", "limit", "safety-controller", "calibration"}
     assert result.report.left_out == {}
+
+
+def test_elements_of_other_programs_are_counted() -> None:
+    more = '<gazebo reference="arm"/><gazebo/><transmission/><ros2_control><a/></ros2_control>'
+    motor = '<transmission><joint name="shoulder"/></transmission><ros2_control>'
+    motor += '<joint name="shoulder"><state_interface name="position"><param name="initial_value">'
+    motor += "0.1</param></state_interface></joint></ros2_control></robot>"
+    own = TINY.replace("<mu1>", "<mu9>").replace("</mu1>", "</mu9>")
+    found = convert_text(own.replace("</robot>", more + motor)).diagnostics
+    (said,) = [one.message for one in found if one.code == "extension"]
+    count = 2 + own.count("<gazebo")
+    assert said == (
+        f".mbs has no place for {count} <gazebo>, 1 <transmission>, 1 <ros2_control>; left out"
+    )
+
+
+@pytest.mark.parametrize("count", [80, 81])
+def test_a_model_that_is_too_large_for_the_generator_is_told(count: int) -> None:
+    own = LEADS.partition("<joint")[0]
+    text = own.replace('name="b"', 'name="x"').replace('name="c"', 'name="y"')
+    inertial = text[text.index("<inertial>") : text.index("</inertial>") + len("</inertial>")]
+    text = '<robot name="r"><link name="l0"/>' + "".join(
+        f'<link name="l{n}">{inertial}</link><joint name="j{n}" type="continuous"><parent '
+        f'link="l{n - 1}"/><child link="l{n}"/></joint>'
+        for n in range(1, count + 1)
+    )
+    found = convert_text(text + "</robot>", base="fixed").diagnostics
+    told = [one.message for one in found if one.code == "generator-limits"]
+    assert len(told) == (count > 80)
+    assert all("81 joints (80); " in message for message in told)

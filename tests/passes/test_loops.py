@@ -239,3 +239,21 @@ def test_cassies_rods_close(shared: Path, tmp_path: Path, monkeypatch: pytest.Mo
     assert conversion.rejected is None
     dependent = [j.name for b in conversion.mbs.bodies for j in b.joints if j.nature == "dependent"]
     assert sorted(dependent) == ["LeftTarsusPitch", "RightTarsusPitch"]
+
+
+def test_a_loop_that_can_never_close_is_told_as_that() -> None:
+    """The bars of a plane that lie one metre apart."""
+    cuts = {
+        "other": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right"}]},
+        "pin": {"ends": [{"link": "coupler", "at": [1, 1, 0]}, BALL["pin"]["ends"][1]]},
+    }
+    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": cuts}})
+    (told,) = [d for d in result.diagnostics if d.code in ("loop-never-closes", "loop-open")]
+    assert told.code == "loop-never-closes"
+    assert "'pin'" in told.message
+    assert "other" not in told.message
+
+
+def test_joints_in_gazebo_that_became_cuts_are_not_left_out() -> None:
+    result = convert_text(FOUR_BAR.replace("</robot>", SDF), base="fixed")
+    assert "extension" not in [found.code for found in result.diagnostics]

@@ -125,3 +125,57 @@ def test_ros2_control_says_where_joints_start() -> None:
         result = convert_text(text, passes={"posture": options})
         assert starts(result)["wrist_pitch"] == start
         assert ("number-left-out" in [d.code for d in result.diagnostics]) == (value == "${q}")
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("hang", "joint 'hang' follows another joint"),
+        ("stuck", "joint 'stuck' has no position of its own"),
+        ("flag", "joint 'flag' is not in the .mbs: "),
+        ("nobody", "no joint is called 'nobody'"),
+    ],
+)
+def test_joints_that_have_no_position(tmp_path: Path, name: str, says: str) -> None:
+    text = LIMITED.replace('"two"', '"hang"').replace(
+        "</robot>",
+        '<link name="c"/><joint name="stuck" type="fixed"><parent link="b"/><child link="c"/>'
+        '</joint><link name="d"/><joint name="flag" type="continuous"><parent link="b"/>'
+        '<child link="d"/></joint></robot>',
+    )
+    with pytest.raises(ConfigError) as caught:
+        convert_project(text, tmp_path, posture={"joints": {name: 1.0}})
+    assert says in caught.value.message
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "middle"),
+    [(0.5, 1.5, 1.0), (0.1234, 0.12346, 0.12343), (-3.0, -1.0, -2.0), (1.0, 1.0046, 1.0)],
+)
+def test_the_middle_is_short_and_within_the_limits(low: float, high: float, middle: float) -> None:
+    """In few digits where few will do."""
+    text = TINY.replace('lower="-1" upper="1"', f'lower="{low}" upper="{high}"')
+    assert f'"{high}"' in text
+    (said,) = [d for d in convert_text(text).diagnostics if d.code == "posture-limit"]
+    assert f": {middle!r}" in (said.hint or "")
+
+
+def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
+    (tmp_path / "r.srdf").write_text(
+        '<robot name="r"><group_state name="s" group="g"><joint name="shoulder" value="0 0 1"/>'
+        '<joint name="wrist_pitch" value="inf"/><joint name="wrist_roll" value="0.5"/>'
+        "</group_state></robot>"
+    )
+    options = {"srdf": str(tmp_path / "r.srdf"), "state": "s"}
+    result = convert_text(TINY, options={"posture": options})
+    assert result.conversion.facts["posture"] == {"wrist_roll": 0.5}
+    assert "is not used for shoulder, wrist_pitch: " in messages(result)["posture-state"]
+
+
+@pytest.mark.parametrize(("beyond", "told"), [(1e-10, False), (1e-6, True)])
+def test_what_rounding_adds_is_not_beyond_a_limit(
+    beyond: float, told: bool, tmp_path: Path
+) -> None:
+    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.5 + beyond}})
+    assert ("one at" in messages(result).get("posture-limit", "")) is told
+    assert starts(result)["one"] == (1.5 if told else 1.5 + beyond)

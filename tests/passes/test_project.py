@@ -11,10 +11,13 @@ import numpy as np
 import pytest
 from passes.test_mimic import CHAIN
 from project.standin import MbsData, make, user_functions
+from project.test_laws import convert as with_laws
 
+from urdf2mbs import convert
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.project import FOLDER
 from urdf2mbs.testing import TINY
 
@@ -88,6 +91,9 @@ def test_all_twelve_user_functions_are_there(tmp_path: Path) -> None:
 def test_code_of_another_language_goes_and_that_of_this_one_stays(tmp_path: Path) -> None:
     user = make(tmp_path, CHAIN, language="both") / "userfctR"
     assert (user / "robot_robot.c").is_file()
+    made = convert(tmp_path / "source.urdf", project=user.parent)
+    (told,) = [d.message for d in made.diagnostics if d.code == "project-obsolete"]
+    assert told.startswith("6 files of an earlier conversion fit the robot no more")
     make(tmp_path, CHAIN, language="python")
     assert not (user / "robot_robot.c").exists()
     assert (user / "robot_robot.py").is_file()
@@ -294,3 +300,40 @@ def test_a_project_that_was_renamed(tmp_path: Path) -> None:
     (told,) = [found for found in conversion.diagnostics if found.code == "project-renamed"]
     assert "the project is called 'new', and your files use 'old_robot'" in told.message
     assert told.message.endswith(": user_ExtForces.c"), "those nobody touched are renewed"
+
+
+def test_your_files_that_name_what_is_gone_are_told(tmp_path: Path) -> None:
+    """With line and name; not those of urdf2mbs, and not other texts."""
+    passes = {"sensors": {"links": ["hand"]}, "contacts": {"links": ["body"]}}
+    project = make(tmp_path, TINY, passes=passes)
+    user = project / "userfctR"
+    (user / "mine.py").write_text(
+        "a = 1\nb = joint_id['shoulder']\n# shoulder\nc = wrist_roll_id\n"
+    )
+    (user / "mine.txt").write_text("'shoulder'")
+    (project / "workR" / "more").mkdir()
+    (project / "workR" / "more" / "run.c").write_text('x("hand_sensor", "slip")\nf = "bristle"\n')
+    text = TINY.replace('"shoulder"', '"hip"').replace('"wrist_roll"', '"roll"')
+    said = {}
+    for new in (TINY, text):
+        (tmp_path / "r.urdf").write_text(new)
+        result = convert(tmp_path / "r.urdf", project=project)
+        said[new] = [d.message for d in result.diagnostics if d.code == "project-names-lost"]
+    gone = "run.c:1 'hand_sensor', run.c:1 'slip', run.c:2 'bristle'"
+    assert said[TINY] == [f"your files name what the model has no more: {gone}"]
+    assert said[text] == [
+        "your files name what the model has no more: mine.py:2 'shoulder', mine.py:4 'wrist_roll', "
+        + gone
+    ]
+
+
+def test_a_law_is_said_to_be_unproven(tmp_path: Path) -> None:
+    notes = [d.message for d in with_laws(tmp_path).diagnostics if d.code == "law-unknown"]
+    assert [note.split("'")[1] for note in notes] == ["rubber", "wind"]
+
+
+@pytest.mark.parametrize(("name", "code"), [("storm", "law-missing"), ("rubber", "law-doubled")])
+def test_a_law_needs_a_function_of_its_own_name(name: str, code: str, tmp_path: Path) -> None:
+    with pytest.raises(ConversionError) as error:
+        with_laws(tmp_path, name_of_point=name)
+    assert error.value.code == code

@@ -147,3 +147,15 @@ def test_sensors_of_the_urdf_have_places_and_links() -> None:
     bad, lost = [one for one in result.diagnostics if one.code == "sensor-left-out"]
     assert "sensor 'bad' is left out: the text of <pose> is '1 2 x 0 0 0'" in bad.message
     assert "sensor 'lost' is left out: it is on link 'nowhere', which does not" in lost.message
+
+
+@pytest.mark.parametrize(("apart", "count"), [(0.0, 1), (1e-9, 1), (1e-3, 2)])
+def test_a_sensor_that_is_there_twice_is_one(apart: float, count: int) -> None:
+    sensors = "".join(
+        f'<gazebo reference="hand"><sensor name="imu" type="imu"><pose>0 0 {z} 0.5 0 0</pose>'
+        "</sensor></gazebo>"
+        for z in (1.0, 1.0 + apart)
+    )
+    result = convert_text(TINY.replace("</robot>", f"{sensors}</robot>"))
+    names = [sensor["name"] for sensor in result.report.passes["sensors"]]
+    assert names == ["imu", "hand_imu"][:count]

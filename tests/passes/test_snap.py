@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -96,3 +97,19 @@ def test_certificate_and_page_know(
     # an angle that is further off than the config allows is not the same robot
     proof.write_text(proof.read_text().replace('"snap": 0.0001', '"snap": 2e-06'))
     assert certificate.replay("r.urdf", "p/dataR/p.mbs", str(proof)) == 3
+
+
+def test_a_slide_moves_a_tip_by_as_much_as_it_reaches() -> None:
+    """The turn of the origin, times the way to the tip and the slide's farthest end."""
+    text = robot(
+        link("a", SOLID), link("b", SOLID.replace("0.1 -0.2 0.3", "0 0 2")),
+        joint("a", "b", "prismatic", rpy="1.5708 0 0").replace('lower="-1"', 'lower="-5"'),
+    )  # fmt: skip
+    moves = convert_text(text, passes=SNAP).conversion.facts["snap"]["moves"]
+    assert moves == pytest.approx((2 + 5) * (1.5708 - float(RIGHT)), rel=1e-9)
+    free = re.sub("<limit[^>]*>", "", text)
+    moves = convert_text(free, passes=SNAP).conversion.facts["snap"]["moves"]
+    assert moves == pytest.approx(2 * (1.5708 - float(RIGHT)), rel=1e-9)
+    axis = text.replace('"1.5708 0 0"', '"0 0 0"').replace('xyz="0 0 1"', 'xyz="0 0.00005 1"')
+    moves = convert_text(axis, passes=SNAP).conversion.facts["snap"]["moves"]
+    assert moves == pytest.approx((2 + 5) * 2 * 0.00005, rel=1e-6)

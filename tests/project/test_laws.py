@@ -14,7 +14,6 @@ from urdf2mbs import simulate
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.runtime.c_code import compiler
 from urdf2mbs.testing import TINY
 
@@ -105,15 +104,3 @@ def test_the_laws_move_the_robot_the_same_way_in_c(tmp_path: Path) -> None:
     np.testing.assert_allclose(*forces, rtol=0, atol=1e-6)
     assert forces[0][-1, 5] == pytest.approx(0.1)  # its torque about z is the time
     assert np.abs(forces[0][:, 2]).max() > 0.01
-
-
-def test_a_law_is_said_to_be_unproven(tmp_path: Path) -> None:
-    notes = [d.message for d in convert(tmp_path).diagnostics if d.code == "law-unknown"]
-    assert [note.split("'")[1] for note in notes] == ["rubber", "wind"]
-
-
-@pytest.mark.parametrize(("name", "code"), [("storm", "law-missing"), ("rubber", "law-doubled")])
-def test_a_law_needs_a_function_of_its_own_name(name: str, code: str, tmp_path: Path) -> None:
-    with pytest.raises(ConversionError) as error:
-        convert(tmp_path, name_of_point=name)
-    assert error.value.code == code

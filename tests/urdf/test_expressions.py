@@ -18,6 +18,7 @@ from urdf2mbs.urdf.xacro import expand
 HARMLESS = (
     "1 + 2 * 3 - 4 / 5 // 6 % 7",
     "2**10 + (1 << 4) | 3 & ~5 ^ 6 >> 1",
+    "2**5000 % 7 + (1 << 9998) % 7",
     "-pi * radians(180) + sin(1)",
     "math.atan2(1, 2)",
     "1 < 2 <= 2 != 3",
@@ -129,6 +130,8 @@ TOO_LARGE = (
     "7**(10**7)",
     "10**10**10",
     "2**a_lot",
+    "2**5001",
+    "1 << 10_000",
     "1 << 10**10",
     "-1 << a_lot",
     "'x' * 10**10",
@@ -221,6 +224,13 @@ def test_what_is_no_data_is_refused(tmp_path: Path, expression: str) -> None:
 def test_what_is_too_large_ends_at_once(tmp_path: Path, expression: str) -> None:
     error = failure(tmp_path, '<xacro:property name="a_lot" value="${10**9}"/>' + link(expression))
     assert error.code == "xacro-too-large"
+
+
+def test_a_text_that_repeats_is_refused_before_it_is_made() -> None:
+    names = {"dict": dict}
+    for text in ("'%(a)s' * 4000 % dict(a='x' * 4000)", "('x' * 4000).replace('x', 'y' * 4000)"):
+        with pytest.raises(ConversionError, match="so long a text"):
+            Guard().evaluate(text, names)
 
 
 EVIL = "''.__class__"
@@ -338,6 +348,61 @@ BOMBS = {
 def test_work_has_an_end(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10**5)  # a thousandth
     assert failure(tmp_path, BOMBS[name]).code == "xacro-too-large"
+
+
+@pytest.mark.parametrize(
+    ("text", "work"),
+    [
+        ("1 + 2.5", 14), ("3 * 'abc'", 35), ("'%s' % 12", 20), ("[1, 'ab', 2.5]", 9),
+        ("dict(a=1)", 21), ("range(5, 9)", 22), ("[x for x in range(4)]", 45),
+        ("'abcdef'[1:3]", 10), ("len('abc')", 16),
+        ("2 ** 10", 14), ("1 << 9", 14), ("'ab'.ljust(5)", 26), ("sum([1, 2, 3])", 58),
+    ],
+)  # fmt: skip
+def test_the_work_of_an_expression_is_counted(text: str, work: int) -> None:
+    """So that its bound is the same on every machine; ten for each letter that is read."""
+    guard, names = Guard(), {"dict": dict, "range": range, "sum": sum, "len": len}
+    guard.offer(names)
+    guard.evaluate(text, names)
+    assert guard.work == 10 * len(text) + work
+    guard.evaluate(text, names)
+    assert guard.work == 10 * len(text) + 2 * work, "it is read once"
+
+
+def test_an_expression_in_an_expression_has_work_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It does not count for the outer one, and makes no room in it."""
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST", 2000)
+    guard = Guard()
+    inner: dict[str, object] = {"range": range}
+    names = {"f": lambda: guard.evaluate("[x for x in range(90)]", dict(inner)) and 1, **inner}
+    guard.evaluate("[f() for x in range(9)]", names)
+    for half in (60, 150):
+        text = f"[x for x in range({half})] and f() and [x for x in range({half})]"
+        if half == 60:
+            assert len(guard.evaluate(text, names)) == half
+        else:
+            with pytest.raises(ConversionError, match="an expression with over 2,000 letters"):
+                guard.evaluate(text, names)
+
+
+def test_the_work_for_a_robot_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Calls, copies, included files, comments, YAML and what it merges."""
+    (tmp_path / "m.yaml").write_text("a: &a {x: 1, y: 2}\nb: {<<: [*a, *a]}\nc: {<<: *a}\n")
+    source = robot(
+        tmp_path,
+        '<xacro:macro name="m" params="n x:=1"><link name="${n}"/><c/><d/></xacro:macro>'
+        '<!-- a --><!-- b --><xacro:m n=\'a${xacro.load_yaml("m.yaml")["c"]["y"]}\'/>'
+        + "<!---->" * 40
+        + "<xacro:m n='$(arg side)'/>" * 9
+        + '<e f="$(eval 1 + 2)"/>' * 20,
+    )
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10_000)
+    assert b'"a2"' in expand(source, Packages({}, source), {}).text
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 9_000)
+    with pytest.raises(ConversionError, match="the work for this robot is more than"):
+        expand(source, Packages({}, source), {})
 
 
 def test_a_quote_that_is_not_closed_in_parameters(tmp_path: Path) -> None:

@@ -182,6 +182,7 @@ def test_links_that_are_not_there() -> None:
         + '<sensor name="lost" type="imu"/>'
         + '<sensor name="ft" type="force_torque"><parent joint="muont"/></sensor>'
         + ball("").replace("<parent>tool", "<parent>world")
+        + ball("").replace("<child>right", "<child>rihgt")
         + '<transmission><joint name="sholder"/></transmission>'
     )
     told = [f"{one.code}: {one.message} {one.hint or ''}" for one in said]
@@ -193,6 +194,8 @@ def test_links_that_are_not_there() -> None:
         "did you mean 'mount'?",
         "loop-left-out: joint 'pin' in <gazebo> is left out: it is on link 'world', which does "
         "not exist 'base: fixed' ties the root link to the world",
+        "loop-left-out: joint 'pin' in <gazebo> is left out: it is on link 'rihgt', which does "
+        "not exist did you mean 'right'?",
         "actuator-unknown: <transmission> is for joint 'sholder', which does not exist did you "
         "mean 'shoulder'?",
     ]
@@ -300,6 +303,50 @@ def test_a_sensor_without_a_name_gets_one() -> None:
     robot, (told,) = read(text)
     assert robot.extensions[0].sensors[0].name == "tool_imu"
     assert told.code == "sensor-renamed"
+
+
+def test_motors_rotors_starts_and_friction() -> None:
+    """All that other programs state of joints; what cannot be read is named."""
+    start = '<param name="initial_value">{}</param><param name="min">9</param>'
+    control = "".join(
+        f'<joint name="{joint}"><{kind}_interface name="position">{start.format(value)}'
+        f"</{kind}_interface></joint>"
+        for joint, kind, value in (("hip", "state", 0.5), ("mount", "command", 1), ("", "state", 2))
+    )
+    drive = (
+        '<transmission><joint name="{}">{}</joint><actuator name="m"><motorInertia>{}'
+        "</motorInertia>{}</actuator></transmission>"
+    )
+    ratio = "<mechanicalReduction>{}</mechanicalReduction>"
+    robot, said = read(
+        f"<ros2_control>{control}</ros2_control>"
+        + drive.format("hip", "", 0.5, "")
+        + drive.format("hip", ratio.format(3), 0.5, "")
+        + drive.format("hip", ratio.format(3), 0.5, ratio.format(2))
+        + drive.format("hip", "", -1, "") + drive.format("", "", 1, "")
+        + drive.format("hip", "", "x", "") + drive.format("hip", "", 1, ratio.format("y"))
+        + '<gazebo reference="hip"><mu1>0.25</mu1><springStiffness value="2"/><mu1>z</mu1></gazebo>'
+        + "<ros2_control>" + control.replace("0.5", "w") + "</ros2_control>"
+    )  # fmt: skip
+    first, *drives, surface, last = robot.extensions
+    assert (first.starts, last.starts) == ({"hip": 0.5}, {})
+    assert (first.motors, last.motors) == (["mount"], ["mount"])
+    assert [drive.rotors.get("hip") for drive in drives] == [0.5, 4.5, 2.0] + [None] * 4
+    assert [drive.motors for drive in drives] == [["hip"]] * 4 + [[]] + [["hip"]] * 2
+    assert not any("" in drive.rotors for drive in drives)
+    assert surface.numbers == {"mu1": 0.25, "springStiffness": 2.0}
+    assert sorted(one.code for one in said) == ["mechanics-unread"] + ["number-left-out"] * 3
+
+
+def test_friction_in_a_link_is_of_the_link() -> None:
+    bullet = '<contact><lateral_friction value="{}"/></contact>'
+    eye = '<link name="eye">' + "".join(map(bullet.format, (0.5, "x"))) + "</link>"
+    joint = '<joint name="see" type="fixed"><parent link="tool"/><child link="eye"/></joint>'
+    robot, said = read(eye + joint)
+    assert [(e.tag, e.reference, e.numbers) for e in robot.extensions] == [
+        ("contact", "eye", {"mu1": 0.5}), ("contact", "eye", {}),
+    ]  # fmt: skip
+    assert [one.code for one in said] == ["number-left-out"]
 
 
 def test_mechanics_without_effect_are_named() -> None:

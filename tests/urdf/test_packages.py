@@ -203,10 +203,22 @@ def test_a_package_that_is_nowhere(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         packages.find("nowhere")
     error = caught.value
     assert (error.code, error.exit_code) == ("package-not-found", 1)
-    for place in (str(tmp_path / "home"), "ROS_PACKAGE_PATH=/some/where", "AMENT_PREFIX_PATH"):
+    for place in (
+        str(tmp_path / "home"), "ROS_PACKAGE_PATH=/some/where", "AMENT_PREFIX_PATH=(not set)",
+        "the table of packages (nowhere_description)",
+    ):  # fmt: skip
         assert place in error.message
     for advice in ("nowhere_description", "packages: {nowhere: DIR}", "--package nowhere=DIR"):
         assert advice in (error.hint or "")
+
+
+def test_the_nearest_of_two_packages_counts(tmp_path: Path) -> None:
+    (tmp_path / ".git").mkdir()
+    near, far = (package(tmp_path / folder / "hand") for folder in ("stack/in", "away/in"))
+    assert Packages({}, source(tmp_path / "stack" / "arm")).find("hand") == near
+    assert Packages({}, source(tmp_path / "away" / "arm")).find("hand") == far
+    with pytest.raises(ConversionError, match=r"the table of packages \(empty\)"):
+        Packages({}, source(tmp_path)).find("foot")
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "a/b", "/etc", "a\0b"])

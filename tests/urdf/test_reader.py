@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.model import (
+    JOINT_TYPES,
     Box,
     Calibration,
     Collision,
@@ -90,6 +91,7 @@ def mimics(*pairs: str) -> str:
     return "\n".join([*lines, "</robot>"])
 
 
+XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 ENTITIES = "".join(f'<!ENTITY {b} "{f"&{a};" * 10}">' for a, b in pairwise("abcdefghi"))
 LAUGHS = f'<!DOCTYPE r [<!ENTITY a "ha">{ENTITIES}]>\n'
 
@@ -152,6 +154,12 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
         ),
         "name-doubled", 7, ("'a_b'", "line 6"),
     ),
+    "joint twice that a text names": (
+        tree("a>b", "b>c").replace('name="b_c"', 'name="a_b"').replace(
+            "</robot>", "<plugin><joint> a_b </joint></plugin></robot>"
+        ),
+        "name-doubled", 7, ("'a_b'", "line 6"),
+    ),
     "no links": ('<robot name="r"></robot>', "no-links", 1, ()),
     "link without a name": ("<robot>\n<link/></robot>", "name-missing", 2, ("link",)),
     "link with an empty name": ('<robot>\n<link name=" "/></robot>', "name-missing", 2, ("link",)),
@@ -208,6 +216,9 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
         )
         for word in ("nan", "inf", "1e999", "0x10", "1_000", "1,5", "\N{ARABIC-INDIC DIGIT ONE}")
     },
+    "a long number": (
+        arm(inertial("heavy " * 20)), "number-invalid", 6, ("'heavy heavy", "hea...': "),
+    ),
     "mass in words": (arm(inertial("heavy")), "number-invalid", 6, ("'tip'", "heavy")),
     # physics
     "zero axis": (arm(joint='<axis xyz="0 0 0"/>'), "axis-zero", 9, ("'turn'",)),
@@ -234,6 +245,39 @@ def test_bad_input_is_one_error_that_says_where(tmp_path: Path, name: str) -> No
 
 
 @pytest.mark.parametrize(
+    ("text", "code", "said"),
+    [
+        (
+            '<robot>\n<link name="a"/><joint name="j" type="$${x}"/></robot>',
+            "xacro-unexpanded", "type='${x}' of joint 'j' was left by xacro\n  joint 'j' is in ",
+        ),
+        (
+            f'<robot {XMLNS}><xacro:macro name="arm"/><xacro:macro name="hand"/></robot>',
+            "no-links", "defines the macro(s) 'arm, hand' and calls none\n  convert the file that ",
+        ),
+        (
+            '<robot>\n<link name="a"><inertial><mass value="$${m}"/></inertial></link></robot>',
+            "xacro-unexpanded", "value='${m}' of link 'a' was left by xacro",
+        ),
+        (
+            f'<robot {XMLNS}><xacro:macro name="arm"/><link/></robot>',
+            "name-missing", "a link without a name\n",
+        ),
+        (
+            f'<robot {XMLNS}><xacro:macro name="arm"><a/></xacro:macro><xacro:arm/></robot>',
+            "no-links", "the robot has no links\n  ",
+        ),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, said: str) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, text)
+    error = caught.value
+    assert (error.code, error.file) == (code, f"{tmp_path / 'robot.urdf'} (expanded)")
+    assert said in str(error)
+
+
+@pytest.mark.parametrize(
     ("text", "hint"),
     [
         (arm(kind="revolut"), "did you mean 'revolute'?"),
@@ -241,6 +285,9 @@ def test_bad_input_is_one_error_that_says_where(tmp_path: Path, name: str) -> No
         (arm(joint='<origin xyz="0,5 0 0"/>'), "decimals with a point"),
         (arm(joint='<origin xyz="0,5 0,1 0"/>'), "decimals with a point"),
         (arm(joint='<origin xyz="0,5 0,1"/>'), "decimals with a point"),
+        (arm(joint='<origin xyz="0,5,1,"/>'), "separated by blanks, not commas"),
+        (arm(inertial("1,")), "decimals with a point"),
+        (arm(joint='<origin xyz="1 2"/>'), "give 3 numbers, with blanks between them"),
         ('<robot name="a&b">\n</robot>', "&amp;"),
     ],
 )
@@ -251,7 +298,8 @@ def test_the_hint_says_what_to_do(tmp_path: Path, text: str, hint: str) -> None:
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
-    (tmp_path / "robot.urdf").touch()
+    for name in ("robot.urdf", "robt.stl", "arm.urdf"):
+        (tmp_path / name).touch()
     for path, code in (
         (tmp_path / "robt.urdf", "file-not-found"),
         (tmp_path / "robot.urdf" / "below", "file-unreadable"),
@@ -265,6 +313,9 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         assert caught.value.file == str(path)
         if path.name == "robt.urdf":
             assert caught.value.hint == "did you mean 'robot.urdf'?"
+    with pytest.raises(ConversionError) as caught:
+        read_robot(tmp_path / "robt.obj", Packages({}, tmp_path), {})
+    assert caught.value.hint == "did you mean 'robot.urdf'?"
 
 
 def test_everything_of_the_model_is_filled(tmp_path: Path) -> None:
@@ -361,6 +412,13 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
     assert robot.links["base"].massless
 
 
+@pytest.mark.parametrize("kind", JOINT_TYPES)
+def test_a_joint_has_as_many_coordinates_as_pinocchio_says(kind: str) -> None:
+    pin = pytest.importorskip("pinocchio")
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    assert pin.buildModelFromXML(arm(joint=limit, kind=kind)).nv == JOINT_TYPES[kind]
+
+
 @pytest.mark.parametrize(
     ("text", "number"),
     [
@@ -424,10 +482,11 @@ def test_a_namespace_is_read_to_the_leaves(tmp_path: Path) -> None:
 
 
 def test_undeclared_prefixes_of_other_programs(tmp_path: Path) -> None:
-    text = arm().replace("</robot>", "<gazebo>\n<sensor:camera/></gazebo></robot>")
+    text = arm().replace("</robot>", "<gazebo>\n<sensor:camera/></gazebo><a:b/></robot>")
     robot, diagnostics = read(tmp_path, text)
     assert "<sensor:camera/>" in robot.extensions[0].xml
-    assert [(one.code, one.line) for one in diagnostics] == [("xml-namespace", 12)]
+    assert robot.extensions[1].xml == "<a:b/>"
+    assert [(one.code, one.line) for one in diagnostics] == [("xml-namespace", 12)] * 2
 
 
 def test_joints_of_other_elements_are_not_the_robots(tmp_path: Path) -> None:
@@ -529,6 +588,30 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
     "commas without blanks": (
         arm(joint='<origin xyz="0,0,0.8"/>'), "number-commas", 9, ("commas",), None, "turn",
     ),
+    "attribute of a joint": (
+        arm().replace("<joint", '<joint speed="1"'),
+        "unknown-attribute", 7, ("'speed' of <joint> is",), None, "turn",
+    ),
+    "attribute of a link": (
+        arm().replace('<link name="tip"', '<link name="tip" height="1"'),
+        "unknown-attribute", 4, ("'height' of <link> is",), "tip", None,
+    ),
+    "attribute of an inertial": (
+        arm(inertial().replace("<inertial", '<inertial height="1"')),
+        "unknown-attribute", 5, ("'height' of <inertial> is",), "tip", None,
+    ),
+    "attribute of a geometry": (
+        arm('<visual><geometry height="1"><sphere radius="1"/></geometry></visual>'),
+        "unknown-attribute", 5, ("'height' of <geometry> is",), "tip", None,
+    ),
+    "two shapes": (
+        arm('<visual><geometry><sphere radius="1"/>\n<box size="1 1 1"/></geometry></visual>'),
+        "doubled-element", 6, ("<box> in <geometry>",), "tip", None,
+    ),
+    "a macro of another prefix that was left": (
+        arm().replace("</robot>", f'<x:hand {XMLNS.replace(":xacro", ":x")}/></robot>'),
+        "xacro-left", 11, ("<xacro:hand>",), None, None,
+    ),
     "two joints of one name": (
         arm(robot="").replace(
             "</robot>",
@@ -545,11 +628,14 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
         arm('<visual><geometry><box size="1 1 1"/></geometry><material name="re"/></visual>'),
         "material-undefined", 5, ("'re'",), "tip", None,
     ),
-    "colour of 255": (
-        arm('<visual><geometry><box size="1 1 1"/></geometry>'
-            '<material name="a"><color rgba="255 0 0 1"/></material></visual>'),
-        "color-range", 6 - 1, (), "tip", None,
-    ),
+    **{
+        f"colour {rgba}": (
+            arm('<visual><geometry><box size="1 1 1"/></geometry>'
+                f'<material name="a"><color rgba="{rgba}"/></material></visual>'),
+            "color-range", 5, (), "tip", None,
+        )
+        for rgba in ("255 0 0 1", "0 0 0 1.5", "-0.25 0 0 1")
+    },
     "triangle": (
         arm(inertial(inertia=moments(ixx="1", iyy="1", izz="2.001"))),
         "inertia-triangle", 7, ("2.001",), "tip", None,
@@ -694,6 +780,16 @@ def test_the_same_warning_is_said_once(tmp_path: Path) -> None:
     assert one.link is None
 
 
+@pytest.mark.parametrize("count", [19, 20, 21, 40])
+def test_the_first_twenty_errors_are_told_together(tmp_path: Path, count: int) -> None:
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, '<robot name="r">' + "<link/>\n" * count + "</robot>")
+    said = str(caught.value)
+    assert said.count("error[name-missing]") == min(count, 20)
+    assert ("the first 20 errors" in said) == (count >= 20)
+    assert caught.value.line == min(count, 20)
+
+
 def test_joints_that_mimic_one_another_are_free(tmp_path: Path) -> None:
     for pairs, free in ((("a>b", "b>c", "c>a"), "abc"), (("a>b", "b>c", "c>b"), "bc")):
         robot, (one,) = read(tmp_path, mimics(*pairs))
@@ -716,7 +812,7 @@ def test_the_limits_that_can_be_read_stay(tmp_path: Path) -> None:
     assert "; effort of <limit> is 'inf'" in said.message
 
 
-def test_harmless_slips_of_xml(tmp_path: Path) -> None:
+def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     link = '<robot name="r"><link name="ä"/></robot>'
     latin = f'<?xml version="1.0" encoding="iso-8859-1"?>{link}'.encode("iso-8859-1")
     for text, line in (
@@ -728,11 +824,18 @@ def test_harmless_slips_of_xml(tmp_path: Path) -> None:
         (f'<?xml version="1.0"?>\n<?xml version="1.0"?>{link}'.encode(), 2),
         (f"<!-- a\n -- b -->{link}".encode(), 1),
         (f"<!-- a --->\n{link}".encode(), 1),
+        (f"<!-- <?xml?> -- -->{link}".encode(), 1),
         (b"\n" + latin, 2),
         (b"<!-- 90\xb0 -->" + link.encode(), 1),
     ):
         robot, (one,) = read(tmp_path, text)
         assert (one.code, one.line, list(robot.links)) == ("xml-mended", line, ["ä"])
+    monkeypatch.setattr("urdf2mbs.urdf.xml._LONG", 3)
+    _, said = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
+    assert [(one.line, "10,000,000" in one.message) for one in said] == [(4, False), (1, True)]
+    for before, what in (("\n ", "there are blanks"), ("<!-- -->", "something stands")):
+        _, (one,) = read(tmp_path, f'{before}<?xml version="1.0"?>{link}')
+        assert what in one.message
     # what is mended does not hide what is not
     with pytest.raises(ConversionError) as caught:
         read(tmp_path, '\n<?xml version="1.0"?>\n<robot>\n<link>\n</joint></robot>')
@@ -941,9 +1044,6 @@ def test_every_line_of_a_long_file() -> None:
     assert [joint.line for joint in robot.joints.values()] == [*range(count, 2 * count - 3)]
 
 
-XMLNS = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
-
-
 @pytest.mark.parametrize(
     ("text", "there"),
     [
@@ -977,10 +1077,33 @@ def test_a_quaternion_of_an_origin_is_its_rotation() -> None:
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
 
 
-def test_soft_limits_change_places_and_signs_where_a_joint_is_flipped() -> None:
-    safety = '<safety_controller soft_lower_limit="-0.2" soft_upper_limit="0.7" k_velocity="1"/>'
-    text = TINY.replace("</joint>", f"{safety}</joint>", 1)
-    robot = convert_text(text).robot
-    name = next(n for n, joint in robot.joints.items() if joint.safety_controller)
-    found = robot.with_flipped([name]).joints[name].safety_controller
-    assert (found.soft_lower_limit, found.soft_upper_limit) == (-0.7, 0.2)
+def test_a_joint_that_is_flipped_has_all_its_numbers_the_other_way_round(tmp_path: Path) -> None:
+    own = (
+        '<axis xyz="1 2 3"/><limit lower="-1" upper="4" effort="5" velocity="6"/>'
+        '<safety_controller soft_lower_limit="-0.2" soft_upper_limit="0.7" k_velocity="1"/>'
+        '<calibration rising="0.25" falling="0.5"/>'
+    )
+    robot, _ = read(tmp_path, arm(joint=own))
+    turn = robot.with_flipped(["turn"]).joints["turn"]
+    assert turn.axis == (-1.0, -2.0, -3.0)
+    assert turn.limit == Limit(-4.0, 1.0, 5.0, 6.0)
+    assert turn.safety_controller == SafetyController(1.0, 0.0, -0.7, 0.2)
+    assert turn.calibration == Calibration(-0.5, -0.25)
+    assert robot.with_flipped(["turn"]).with_flipped(["turn"]) == robot
+    odd = '<limit upper="inf"/><calibration rising="1"/><safety_controller k_velocity="2"/>'
+    robot, _ = read(tmp_path, arm(joint=odd))
+    assert robot.joints["turn"].safety_controller == SafetyController(2.0, 0.0, 0.0, 0.0)
+    turn = robot.with_flipped(["turn"]).joints["turn"]
+    assert turn.limit == Limit(None, 0.0)
+    assert turn.calibration == Calibration(None, -1.0)
+
+
+@pytest.mark.parametrize("flipped", [[], ["a"], ["b"], ["a", "b"]])
+def test_a_follower_of_flipped_joints_keeps_its_rule(tmp_path: Path, flipped: list[str]) -> None:
+    rule = '<mimic joint="a" multiplier="3" offset="0.5"/>'
+    text = mimics("b>a").replace('<mimic joint="a"/>', rule)
+    mimic = read(tmp_path, text)[0].with_flipped(flipped).joints["b"].mimic
+    sign = {name: -1.0 if name in flipped else 1.0 for name in "ab"}
+    for q in (0.0, 0.7):
+        found = sign["b"] * (mimic.multiplier * sign["a"] * q + mimic.offset)
+        assert found == pytest.approx(3.0 * q + 0.5)

@@ -249,8 +249,14 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "malformed yaml": ("${xacro.load_yaml('bad.yaml')}", "xacro", "main.urdf", 2, ("bad.yaml",)),
     "environment": ('<a b="$(env URDF2MBS_NO)"/>', "xacro", "main.urdf", 2, ("URDF2MBS_NO",)),
     "command": ('<a b="$(frob x)"/>', "xacro", "main.urdf", None, ("frob",)),
-    "not text": ("<link name=\"${'\\ud800'}\"/>", "xacro", "main.urdf", None, ("surrogate",)),
-    "argument": ('\n<link name="$(arg side)"/>', "xacro-arg", "main.urdf", 3, ("'side'",)),
+    "not text": (
+        "<link name=\"${'\\ud800'}\"/>",
+        "xacro", "main.urdf", None, ("UnicodeEncodeError: ", "surrogate"),
+    ),
+    "argument": (
+        '<material name="side"/>\n<link name="$(arg side)"/>',
+        "xacro-arg", "main.urdf", 3, ("'side'",),
+    ),
     "argument asked": (
         "\n<link name=\"${xacro.arg('side')}\"/>", "xacro-arg", "main.urdf", 3, ("'side'",),
     ),
@@ -289,6 +295,7 @@ def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     for word in words:
         assert word in error.message
     assert "Error'>" not in error.message
+    assert (" more ..." in error.message) == name.endswith("without an end")
     assert len(error.message) < 2500
 
 

@@ -49,7 +49,7 @@ class Mass:
                 self.behind[joints[j].before] += self.behind[j]
         momenta = np.einsum("jab,jb->aj", self.behind, self.twists)
         upper = np.where(self.moves, self.twists @ momenta, 0.0)
-        self.matrix: Array = np.triu(upper) + np.triu(upper, 1).T
+        self.matrix: Array = upper + np.triu(upper, 1).T
         """(n, n), symmetric."""
 
     def point(self, body: str | None, at: Vec) -> Array:

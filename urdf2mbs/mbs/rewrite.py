@@ -60,8 +60,7 @@ class _Rewriter:
 
     def change(self, kept: _Element, was: _Element, now: _Element) -> None:
         """Change one element of the file, and what is in it."""
-        if was.tag != now.tag:
-            kept.tag = now.tag
+        kept.tag = now.tag
         if (was.text or "").strip() != (now.text or "").strip():
             kept.text = now.text
         for name in dict.fromkeys([*was.keys(), *now.keys()]):

@@ -138,7 +138,7 @@ class _Writer:
         origin = part.origin
         if self.source is None or origin is None:
             return ""
-        if self.other is not None and origin.source is self.other:
+        if origin.source is self.other:
             return f' {FROM}="{origin.number}"'
         if origin.source is not self.source:
             return ""

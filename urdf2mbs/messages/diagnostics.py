@@ -28,7 +28,6 @@ class ConversionError(Exception):
         line: int | None = None,
         hint: str | None = None,
     ) -> None:
-        super().__init__(message)
         self.code = code
         self.message = message
         self.file = file

@@ -88,12 +88,12 @@ def _colour(shape: Shape, material: Material | None, known: dict[str, Material])
 
 
 def _warn_of_left_out(conversion: Conversion) -> None:
-    links = conversion.robot.links.values()
-    textured = [
-        link.name
-        for link in links
-        if any(visual.material and visual.material.texture for visual in link.visuals)
-    ]
+    links, known = conversion.robot.links.values(), conversion.robot.materials
+    textured = []
+    for link in links:
+        used = [visual.material for visual in link.visuals if visual.material]
+        if any(known.get(material.name, material).texture for material in used):
+            textured.append(link.name)
     if textured:
         conversion.warn(
             "texture",

@@ -64,8 +64,6 @@ def _bare(segment: Segment, conversion: Conversion) -> bool:
 def _join(segment: Segment, body: Segment, carried: dict[str, Segment]) -> bool:
     """Put the segment's joints before the body's, if all that lies between can be moved."""
     last, first = segment.steps[-1], body.steps[0]
-    if not (last.joint.moves and first.joint.moves):
-        return False
     before, after = ZERO, ZERO
     if first.xyz != ZERO:
         for before, after in _splits(last, first):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.urdf import xml
 from urdf2mbs.urdf.messages import Messages
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
 #: The elements of xacro itself.
 INSTRUCTIONS = frozenset(
@@ -78,11 +78,6 @@ FOREIGN = frozenset(("gazebo", "transmission", "sensor", "ros2_control", "mujoco
 
 class Elements(Messages):
     """The XML of one file: its elements' children and attributes."""
-
-    def __init__(self, file: str, expanded: Sequence[str]) -> None:
-        super().__init__(file, expanded)
-        self.legacy: str | None = None
-        """The first ``<property>`` that xacro does not read any more."""
 
     def xml(self, data: bytes) -> Any:
         root, slips = xml.parse(data, self.file)
@@ -165,28 +160,15 @@ class Elements(Messages):
         tag, line = element.tag, element.sourceline
         if is_xacro(element):
             what = f"<xacro:{plain(tag).rpartition(':')[2]}> was left by xacro: left out"
-            if self.expanded:
-                self.warn("xacro-macro-unknown", what, line, level="error")
-            else:
-                self.warn("xacro-left", what, line)
+            self.warn("xacro-left", what, line)
         elif tag == "property":
             name = element.get("name") or ""
-            self.legacy = self.legacy or name or "?"
             what = "<property> without the prefix xacro: has no effect, and is not used"
             self.warn("property-unused", what, line, owner=("property", name))
         elif tag in LEGACY:
             what = f"<{tag}> without the prefix xacro: is not read by xacro any more"
             self.warn("xacro-legacy", what, line, hint=LEGACY_HINT.format(tag=tag), level="error")
         return is_xacro(element) or tag in LEGACY
-
-    def fail_unexpanded(self, what: str, line: int | None) -> NoReturn:
-        if self.legacy is not None:
-            what = (
-                f"{what}: '{self.legacy}' is given by <property> without the prefix xacro:, which "
-                "is not read by xacro any more"
-            )
-            self.fail("xacro-legacy", what, line, LEGACY_HINT.format(tag="property"))
-        self.fail("xacro-unexpanded", f"{what} was left by xacro", line)
 
 
 def _meaning(name: str, known: Iterable[str], text: str) -> str:

@@ -84,7 +84,7 @@ def read_extension(reading: Reading, element: Any) -> Extension:
             if (name := joint.get("name"))
             and (tag == "transmission" or joint.find("command_interface") is not None)
         ]
-        for transmission in [element] if tag == "transmission" else element.iter("transmission"):
+        for transmission in element.iter("transmission"):
             read_rotor(reading, transmission, extension)
         for start in element.iterfind("joint/state_interface[@name='position']/param"):
             name = start.getparent().getparent().get("name")

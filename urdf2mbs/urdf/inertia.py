@@ -56,8 +56,6 @@ def nearest(inertial: Inertial) -> tuple[Inertial, float]:
     is the Frobenius norm of the change of J.
     """
     xx, xy, xz, yy, yz, zz = inertial.inertia
-    if not any(inertial.inertia):
-        return Inertial(max(inertial.mass, 0.0), inertial.inertia, inertial.origin), 0.0
     half = (xx + yy + zz) / 2
     values, axes = principal((half - xx, -xy, -xz, half - yy, -yz, half - zz))
     kept = [max(value, 0.0) for value in values]

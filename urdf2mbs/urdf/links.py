@@ -56,25 +56,24 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     parts = reading.parts(element)
     origin = reading.origin(parts.get("origin"))
     mass_element, inertia_element = parts.get("mass"), parts.get("inertia")
-    mass, tensor = 0.0, NO_INERTIA
-    if mass_element is not None:
-        mass = reading.number(mass_element, "value", reading.attribute(mass_element, "value"))
-        if mass < 0.0:
-            reading.warn(
-                "mass-negative", "no body has a mass below zero; it is kept",
-                mass_element.sourceline, detail=f"{mass!r} kg", hint=REPAIR,
-            )  # fmt: skip
-    stated = inertia_element is not None and bool(inertia_element.attrib)
-    if stated:
-        tensor = read_inertia(reading, inertia_element)
-        if tensor != NO_INERTIA:
-            check_inertia(reading, tensor, mass, inertia_element)
     line = element.sourceline
     if mass_element is None:
         what = "<inertial> without <mass> is not used, as in ROS: no mass, no inertia"
         hint = "give <mass value=.../>, or take <inertial> away"
         reading.warn("inertial-incomplete", what, line, hint=hint)
         return None
+    mass = reading.number(mass_element, "value", reading.attribute(mass_element, "value"))
+    if mass < 0.0:
+        reading.warn(
+            "mass-negative", "no body has a mass below zero; it is kept",
+            mass_element.sourceline, detail=f"{mass!r} kg", hint=REPAIR,
+        )  # fmt: skip
+    tensor = NO_INERTIA
+    stated = inertia_element is not None and bool(inertia_element.attrib)
+    if stated:
+        tensor = read_inertia(reading, inertia_element)
+        if tensor != NO_INERTIA:
+            check_inertia(reading, tensor, mass, inertia_element)
     if not stated:
         what = "<inertial> without <inertia>: mass, but no inertia, as in ROS"
         hint = "give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>"

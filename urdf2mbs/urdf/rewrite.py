@@ -22,12 +22,11 @@ def split_balls(root: Any) -> list[str]:
     The first has the joint's origin; between the joints are links without mass.
     """
     split = []
-    taken: set[str] = set()
+    taken = _names(root)
     for joint in [joint for joint in root.iterchildren("joint") if joint.get("type") in BALLS]:
         name, child = joint.get("name"), joint.find("child")
         if not name or child is None or joint.find("parent") is None:
             continue  # the reader says what is missing
-        taken = taken or _names(root)
         names = [_free(f"{name}_R{k}", taken) for k in (1, 2, 3)]
         dynamics = joint.findall("dynamics")
         for part in list(joint):
@@ -60,14 +59,13 @@ def rename_doubled(root: Any) -> dict[str, str]:
     """
     children: dict[str, set[str | None]] = {}
     renamed: dict[str, str] = {}
-    taken: set[str] = set()
+    taken = _names(root)
     used: set[str] = set()
     for joint in root.iterchildren("joint"):
         name, child = joint.get("name"), joint.find("child")
         link = None if child is None else child.get("link")
         if name and link and link not in children.setdefault(name, {link}):
             children[name].add(link)
-            taken = taken or _names(root)
             used = used or _used(root)
             if name not in used:
                 own = _free(name, taken)
@@ -92,8 +90,7 @@ def _used(root: Any) -> set[str]:
     used = {""}
     for element in root.iter(etree.Element):
         own = element.tag in ("joint", "link") and element.getparent() is root
-        of_link = element.tag in ("parent", "child") and "link" in element.attrib
-        if not of_link:
+        if element.tag not in ("parent", "child"):
             used |= {text for key, text in element.items() if not (own and key == "name")}
             used.add((element.text or "").strip())
     return used

@@ -67,10 +67,10 @@ class Reading(Elements):
                 self.firsts.setdefault((child.tag, child.get("name")), child)
         return self.firsts[kind, name]
 
-    def text(self, element: Any, attribute: str, text: str) -> str:
+    def text(self, element: Any, attribute: str, text: str) -> None:
         if "${" in text or "$(" in text:
-            self.fail_unexpanded(f"{attribute}={quote(text)} of {self.where}", element.sourceline)
-        return text
+            what = f"{attribute}={quote(text)} of {self.where} was left by xacro"
+            self.fail("xacro-unexpanded", what, element)
 
     def number(self, element: Any, attribute: str, text: str | None) -> float:
         try:  # without a tuple: a robot is read in two thirds of the time

@@ -111,7 +111,7 @@ class _Run:
         with _lock, warnings.catch_warnings(record=True) as python_warnings:
             warnings.simplefilter("always")
             try:
-                document = self.xacro.process_file(self.file, mappings=self.args, verbosity=1)
+                document = self.xacro.process_file(self.file, mappings=self.args)
                 text = document.toprettyxml(indent="  ").encode()
             except Exception as error:
                 failure = self.explain(error)
@@ -346,7 +346,7 @@ class _Run:
         macros = [(macro, _find_file(macro)) for macro in reversed(xacro.macrostack or [])]
         file = files[-1]
         if line is None:
-            defining = [absolute(where) for _, where in macros if where][:1]
+            defining = [absolute(where) for _, where in macros if where]
             places = list(dict.fromkeys([*defining, *self.files()]))
             file, line = written.locate(signs, places) or (file, None)
         stack: list[str] = []
@@ -378,9 +378,9 @@ class _Run:
         if isinstance(ours, ConfigError):
             return ConfigError(ours.code, ours.message, hint=ours.hint)
         if ours is not None:
-            word = _find_words(ours.message)[:1]
-            calls = [f"$(arg {name})" for name in word if ours.code == "xacro-arg"]
-            signs = [*calls, *(signs if ours.code.startswith("xacro-") else ()), *word]
+            words = _find_words(ours.message)
+            calls = [f"$(arg {word})" for word in words]
+            signs = [*calls, *(signs if ours.code.startswith("xacro-") else ()), *words]
             return self.fault(ours.code, ours.message, signs, ours.hint)
         if (syntax := find(ExpatError)) is not None:
             return self.explain_syntax(syntax)
@@ -456,8 +456,7 @@ class _Run:
 
 def _copy(name: str) -> Any:
     """A new copy of one of xacro's modules."""
-    spec = find_spec(name)
-    assert spec is not None and spec.loader is not None  # noqa: PT018
+    spec: Any = find_spec(name)
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -489,10 +488,7 @@ def _find_file(macro: Any) -> str | None:
 
 
 def _sentence(error: BaseException) -> str:
-    """An exception's message on one line.  xacro's own exceptions repeat the one they wrap."""
-    wrapped = getattr(error, "exc", None)
-    if wrapped is not None and error.args and str(error.args[0]).startswith("<class "):
-        return _sentence(wrapped)
+    """An exception's message on one line."""
     text = " ".join(str(error).split())
     kind = type(error).__name__
     return text if kind.endswith("Exception") and text else f"{kind}: {text}".rstrip(": ")

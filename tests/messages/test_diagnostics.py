@@ -1,0 +1,122 @@
+"""Messages: one form for all, safe on a terminal, and short enough to read."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import pytest
+
+from urdf2mbs.engine.config import Config
+from urdf2mbs.messages.diagnostics import (
+    ConfigError,
+    ConversionError,
+    Diagnostic,
+    counted,
+    memory_full,
+    nearest,
+    printable,
+    quoted,
+    render,
+    some,
+)
+from urdf2mbs.messages.levels import judge, weigh
+
+
+@pytest.mark.parametrize(
+    ("given", "wanted"),
+    [
+        ((None, None, None), "error[c]: m"),
+        (("f", None, None), "f: error[c]: m"),
+        (("f", 3, "do this"), "f:3: error[c]: m\n  do this"),
+        ((None, 3, None), "error[c]: m"),
+    ],
+)
+def test_an_error_says_where_and_what_to_do(given: Any, wanted: str) -> None:
+    file, line, hint = given
+    assert render("error", "c", "m", *given) == wanted
+    error = ConversionError("c", "m", file=file, line=line, hint=hint)
+    assert str(error) == str(error.diagnostic()) == wanted
+    assert error.diagnostic() == Diagnostic("error", "c", "m", file=file, line=line, hint=hint)
+
+
+def test_errors_that_were_found_before_stand_first_and_warnings_do_not() -> None:
+    error = ConversionError("last", "l")
+    error.said = [Diagnostic("error", "first", "f"), Diagnostic("warning", "w", "w")]
+    assert str(error) == "error[first]: f\nerror[last]: l"
+    assert (error.exit_code, ConfigError("c", "m").exit_code) == (1, 2)
+    judge([Diagnostic("warning", "w", "w"), Diagnostic("note", "n", "n")])
+    one = Diagnostic("error", "one", "1", file="f", line=2, hint="h")
+    with pytest.raises(ConversionError) as caught:
+        judge([Diagnostic("error", "zero", "0"), Diagnostic("warning", "w", "w"), one])
+    assert caught.value.diagnostic() == one
+    assert [said.code for said in caught.value.said] == ["zero"]
+    assert memory_full("reading").code == "memory-full"
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_a_hint_does_not_recommend_the_level_that_is_set() -> None:
+    said = [
+        Diagnostic("warning", code, "m", hint=hint)
+        for code, hint in (("a", "--level a=error"), ("b", "mend it"), ("c", "--level"), ("d", "x"))
+    ]
+    config = Config(source="r", diagnostics={"a": "error", "b": "note", "d": "ignore"})
+    found = [(one.level, one.code, one.hint) for one in weigh(said, config)]
+    assert found == [("error", "a", None), ("note", "b", "mend it"), ("warning", "c", "--level")]
+    strict = Config(source="r", strict=True, diagnostics={"b": "warning"})
+    assert [one.level for one in weigh(said, strict)] == ["error", "warning", "error", "error"]
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        ("ä b\nc", "ä b\nc"),
+        ("\x1b[31m", "\\x1b[31m"),
+        ("a\tb\x07", "a\tb\\x07"),
+        ("a\u202eb\u2066", "a\\u202eb\\u2066"),
+        ("a\u00a0b", "a\u00a0b"),
+        ("\x85\r", "\\x85\\r"),
+    ],
+)
+def test_nothing_acts_on_a_terminal(text: str, wanted: str) -> None:
+    assert printable(text) == wanted
+
+
+def test_a_name_cannot_begin_a_line_and_a_hint_can() -> None:
+    assert render("note", "c", "a\nerror: b", None, None, "x\n  y") == (
+        "note[c]: a\\nerror: b\n  x\n  y"
+    )
+
+
+@pytest.mark.parametrize("length", [1991, 1992, 5000])
+def test_a_long_line_is_cut_in_the_middle(length: int) -> None:
+    line, hint = render("note", "c", "m" * length, None, None, "hint").split("\n")
+    assert hint == "  hint"
+    whole = "note[c]: " + "m" * length
+    assert line == (whole if len(whole) <= 2000 else f"{whole[:1000]} ... {whole[-1000:]}")
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"), [("ä", "ä"), ("a\nb", "a\\nb"), ("\\n", "\\\\n"), ("\u202e", "\\u202e")]
+)
+def test_a_name_in_code_stays_a_name(text: str, wanted: str) -> None:
+    assert quoted(text) == wanted
+
+
+def test_counts_and_lists() -> None:
+    assert [counted(n, "joint") for n in (0, 1, 2)] == ["0 joints", "1 joint", "2 joints"]
+    assert [counted(2, thing) for thing in ("body", "mesh", "inertia")] == [
+        "2 bodies", "2 meshes", "2 inertias",
+    ]  # fmt: skip
+    assert counted(1, "body") == "1 body"
+    assert some([]) == ""
+    assert some("abcde") == "a, b, c, d, e"
+    assert some("abcdef") == "a, b, c, d, e and 1 more"
+    assert some(iter("abcd"), 2) == "a, b and 2 more"
+
+
+def test_the_nearest_name_is_offered_if_it_is_like_the_wrong_one() -> None:
+    assert nearest("shuolder", ["elbow", "shoulder"]) == "did you mean 'shoulder'?"
+    assert nearest("ab", ["ac"]) == "did you mean 'ac'?"
+    assert nearest("abc", ["axy"]) is None
+    assert nearest("abc", []) is None
