@@ -32,19 +32,20 @@ import coverage
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+PROJECT = [
+    "tests/project", "tests/passes/test_time_step.py", "tests/passes/test_check_code.py",
+    "tests/passes/test_project.py", "tests/test_project.py",
+]  # fmt: skip
 #: The files of a room, and the tests that must find a fault in them.
 ROOMS = {
     "passes/*.py": ["tests/passes/test_{stem}.py"],
-    "project/*.py": [
-        "tests/project", "tests/passes/test_time_step.py", "tests/passes/test_check_code.py",
-        "tests/passes/test_project.py", "tests/test_project.py",
-    ],
+    "project/*.py": PROJECT,
     "equations/*.py": ["tests/equations", "tests/project/test_c.py"],
     "proof/*.py": ["tests/proof"],
     "urdf/*.py": ["tests/urdf"],
     "mbs/*.py": ["tests/mbs", "tests/passes/test_emit.py"],
     "laws/*.py": ["tests/passes/test_check_code.py", "tests/project/test_laws.py"],
-    "runtime/*.py": ["tests/project", "tests/passes/test_check_code.py", "tests/test_project.py"],
+    "runtime/*.py": PROJECT,
     "merge/*.py": ["tests/merge", "tests/passes/test_merge.py", "tests/passes/test_apply_edits.py"],
     "report/*.py": ["tests/report"],
 }  # fmt: skip
