@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +111,7 @@ def found(made: Made, *, in_c: bool = False, **changed: bytes) -> list[str]:
     assert proof.same == (not proof.differences)
     if proof.same:
         assert not proof.not_compared
-        assert len(proof.by_code) == 9
+        assert len(proof.by_code) == 10
     return [difference.message for difference in proof.differences]
 
 
@@ -129,6 +130,18 @@ def test_a_fault_in_the_code_is_found(made: Made, fault: str) -> None:
     *place, named = PLANTED[fault]
     messages = found(made, **planted(made, *place))
     assert any(named in message for message in messages), messages[:3]
+
+
+@pytest.mark.parametrize(("point", "named"), [
+    ("wind_at", "force 'wind': is"), ("rope_1", "end of spring 'rope'"), ("tie_2", "end of cut"),
+    ("of_swing_contact_1", "contact 'of_swing_contact_1_force': is"), ("of_right_at", "'of_right'"),
+])  # fmt: skip
+def test_a_point_elsewhere_is_found(made: Made, point: str, named: str) -> None:
+    file, place = "dataR/rich.mbs", rf"(>{point}</pointname>\s*<coordinates>\s*<x>)(.*)(?=</x>)"
+    text, count = re.subn(place, lambda m: f"{m[1]}{float(m[2]) + 1e-3}", made[1][file].decode())
+    assert count == 1
+    messages = found(made, **{file: text.encode()})
+    assert any(named in message for message in messages), messages[:5]
 
 
 @pytest.mark.slow
