@@ -34,7 +34,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = [
     "tests/project", "tests/passes/test_time_step.py", "tests/passes/test_check_code.py",
-    "tests/passes/test_project.py", "tests/test_project.py",
+    "tests/passes/test_project.py", "tests/test_project.py", "tests/equations/test_callable.py",
 ]  # fmt: skip
 #: The files of a room, and the tests that must find a fault in them.
 ROOMS = {
