@@ -40,6 +40,7 @@ PROJECT = [
 ROOMS = {
     "passes/*.py": ["tests/passes/test_{stem}.py"],
     "project/*.py": PROJECT,
+    "equations/javascript.py": ["tests/report/test_live.py"],
     "equations/*.py": ["tests/equations", "tests/project/test_c.py"],
     "proof/*.py": ["tests/proof"],
     "urdf/*.py": ["tests/urdf"],
