@@ -42,7 +42,7 @@ ROOMS = {
     "project/*.py": PROJECT,
     "equations/javascript.py": ["tests/report/test_live.py"],
     "equations/*.py": ["tests/equations", "tests/project/test_c.py"],
-    "proof/*.py": ["tests/proof"],
+    "proof/*.py": ["tests/proof", "tests/passes/test_check_code.py"],
     "urdf/*.py": ["tests/urdf"],
     "mbs/*.py": ["tests/mbs", "tests/passes/test_emit.py"],
     "laws/*.py": ["tests/passes/test_check_code.py", "tests/project/test_laws.py"],
