@@ -13,6 +13,7 @@ from robots import CONVERTIBLE
 from runtime import Truth, error, pin, random_state
 
 from urdf2mbs import Robot, load_equations
+from urdf2mbs.mbs.model import BASE
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.runtime.c_code import FLAGS
 
@@ -62,6 +63,10 @@ def compare(robot: Robot, mbs: Mbs) -> None:
             wanted = truth.sensor(s, joint, at)
             pairs.append((robot.position(place, q), wanted.P[1:]))
             pairs.append((robot.jacobian(place, q), wanted.J[1:, 1:]))
+    for point in mbs.base.points:
+        place = BASE, point.name
+        pairs.append((robot.position(place, q), np.array(point.coordinates)))
+        pairs.append((robot.jacobian(place, q), np.zeros((6, len(q)))))
     driven = [joint.nature == "driven" for body in mbs.bodies for joint in body.joints]
     s.qdd[1:][driven] = 0.0
     tau = truth.forces(s, accelerated=True)

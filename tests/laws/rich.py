@@ -92,7 +92,10 @@ PASSES: dict[str, Any] = {
             "gains": {"arm": {"stiffness": 30.0, "damping": 0.5}},
         },
     },
-    "contacts": {"links": ["of_ankle"], "roll": ["of_roller"], "friction": 0.7},
+    "contacts": {
+        "links": ["of_ankle"], "roll": ["of_roller"], "points": {"of_swing": [[0.1, 0.0, 0.2]]},
+        "friction": 0.7,
+    },
     "forces": {
         "wrenches": {"wind": {"link": "of_slide", "at": [0.1, 0.2, 0.3], "force": [1.0, 2.0, 3.0],
                               "torque": [0.1, 0.2, 0.3], "start": 0.5, "stop": 1.5}},

@@ -215,8 +215,8 @@ def test_turns_are_counted_as_they_will_be(one: tuple[float, ...], two: tuple[fl
     """The search counts zeros; what is written comes from ``fewest_turns``."""
     rot = from_rpy((one[0], one[1], two[2]))
     ways = [len(fewest_turns(_exchange(rot, by))) for by in range(3)]
-    assert _Search(AlignFrames(), 1).turns(rot) == min(ways)
-    assert _Search(AlignFrames(axes="y"), 1).turns(rot) == ways[0]
+    assert _Search(AlignFrames()).turns(rot) == min(ways)
+    assert _Search(AlignFrames(axes="y")).turns(rot) == ways[0]
 
 
 # -- the search against all there is ----------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +118,7 @@ def found(made: Made, *, in_c: bool = False, **changed: bytes) -> list[str]:
     assert proof.same == (not proof.differences)
     if proof.same:
         assert not proof.not_compared
-        assert len(proof.by_code) == 11
+        assert len(proof.by_code) == 12
     return [difference.message for difference in proof.differences]
 
 
@@ -136,6 +137,18 @@ def test_a_fault_in_the_code_is_found(made: Made, fault: str) -> None:
     *place, named = PLANTED[fault]
     messages = found(made, **planted(made, *place))
     assert any(named in message for message in messages), messages[:3]
+
+
+@pytest.mark.parametrize(("point", "named"), [
+    ("wind_at", "force 'wind': is"), ("rope_1", "end of spring 'rope'"), ("tie_2", "end of cut"),
+    ("of_swing_contact_1", "contact 'of_swing_contact_1_force': is"), ("of_right_at", "'of_right'"),
+])  # fmt: skip
+def test_a_point_elsewhere_is_found(made: Made, point: str, named: str) -> None:
+    file, place = "dataR/rich.mbs", rf"(>{point}</pointname>\s*<coordinates>\s*<x>)(.*)(?=</x>)"
+    text, count = re.subn(place, lambda m: f"{m[1]}{float(m[2]) + 1e-3}", made[1][file].decode())
+    assert count == 1
+    messages = found(made, **{file: text.encode()})
+    assert any(named in message for message in messages), messages[:5]
 
 
 @pytest.mark.slow
@@ -189,21 +202,29 @@ def test_what_is_compared_is_no_longer_called_unknown(tmp_path: Path) -> None:
 
 
 PLUGIN = '''
-from urdf2mbs.plugin import Pass, hookimpl, simulation
+from urdf2mbs.plugin import Pass, hookimpl, mbs, simulation
 
 class Laws(Pass):
-    """A torque in a joint."""
-    reads = ("joints",)
-    writes = ("forces",)
-    factor: float | None = None
+    """A torque in a joint, and a force at a point."""
+    reads = ("joints", "bodies")
+    writes = ("anchors", "forces")
+    torque: float | None = None
+    force: float | None = None
 
     def run(self, conversion):
         (arm,) = [j for step, j in conversion.single_coordinates() if step.joint.name == "arm"]
-        should = None if self.factor is None else lambda q, qd: self.factor * q ** 3
-        conversion.simulation.laws.append(simulation.Law("rubber", """
+        _, point = conversion.add_point("here", "of_hand", (0.1, 0.0, 0.0), "laws-link", "laws: at")
+        point.extforce = mbs.Sensor("breeze", ("Pos", "Vit"))
+        torque = None if self.torque is None else lambda q, qd: self.torque * q ** 3
+        force = None if self.force is None else lambda P, V, t: \
+            (-V[0], 0, self.force * P[2], 0, 0, t)
+        conversion.simulation.laws += [simulation.Law("rubber", """
 def rubber(mbs_data, joint):
     return -3.0 * mbs_data.q[joint] ** 3
-""", "", joints=[arm], should=should))
+""", "", joints=[arm], should=torque), simulation.Law("wind", """
+def wind(P, V, mbs_data, tsim, ixF):
+    return (-V[1], 0.0, 2.0 * P[3], 0.0, 0.0, tsim)
+""", "", points=[point], should=force)]
 
 @hookimpl
 def urdf2mbs_passes():
@@ -211,19 +232,25 @@ def urdf2mbs_passes():
 '''
 
 
-@pytest.mark.parametrize(("factor", "same"), [(None, True), (-3.0, True), (3.0, False)])
-def test_the_law_of_a_plugin(factor: float | None, same: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("should", "found"), [
+    ({}, None), ({"torque": -3.0, "force": 2.0}, None),
+    ({"torque": 3.0}, "joint 'arm': its forces: is "), ({"force": 1.0}, "force 'breeze': is "),
+])  # fmt: skip
+def test_the_law_of_a_plugin(should: dict[str, float], found: str | None, tmp_path: Path) -> None:
     (tmp_path / "laws.py").write_text(PLUGIN)
-    options = {**PASSES, **({"laws": {"factor": factor}} if factor else {})}
+    passes = {name: PASSES[name] for name in ("align-frames", "mimic")}
+    options = {**passes, **({"laws": should} if should else {})}
     proof = convert(
         tmp_path, options, plugins=[str(tmp_path / "laws.py")],
         after={"joint-parameters": "laws"},
     ).proof  # fmt: skip
     assert proof is not None
-    assert proof.same is same
-    assert ("law 'rubber'" in proof.not_compared) is (factor is None)
-    if not same:
-        assert proof.differences[0].message.startswith("joint 'arm': its forces: is ")
+    assert proof.same is (found is None)
+    if found:
+        assert proof.differences[0].message.startswith(found)
+    else:
+        assert ("law 'rubber'" in proof.not_compared) is ("torque" not in should)
+        assert ("force 'breeze'" in proof.not_compared) is ("force" not in should)
 
 
 def test_verify_runs_the_code_only_when_asked(tmp_path: Path) -> None:

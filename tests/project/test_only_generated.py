@@ -333,15 +333,23 @@ def test_results_are_robotrans_files(tmp_path: Path) -> None:
     assert np.array_equal(columns["energy.potential"], results.energy()[:, 1])
     assert columns["push1.arm.Fz"].tolist() == [0.0, 0.0, 2.0, 2.0, 0.0, 0.0]
     assert columns["push1.arm.dz"].tolist() == [results.data.l[3, results.data.body_id["arm"]]] * 6
+    results.data.qd[:] = 7.0
+    truth, sensor = Truth(results.data), results.sensor("tool_sensor")
+    frame = truth.model.getFrameId("hand/tool")
+    for k, (q, qd) in enumerate(zip(results.q, results.qd, strict=True)):
+        pin.forwardKinematics(truth.model, truth.data, q[truth.order], qd[truth.order])
+        place = pin.updateFramePlacement(truth.model, truth.data, frame)
+        ways = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        speed = pin.getFrameVelocity(truth.model, truth.data, frame, ways)
+        pairs = ((sensor.P[k], place.translation), (sensor.V[k], speed.linear),
+                 (sensor.R[k], place.rotation.T), (sensor.OM[k], speed.angular))  # fmt: skip
+        for found, should in pairs:
+            assert np.allclose(found, should, rtol=0, atol=1e-12)
+    assert np.abs(sensor.V[-1]).max() > 0.0
+    assert (results.data.qd == 7.0).all()  # as before
     pd = pytest.importorskip("pandas", reason="the table of results is one of pandas")
     table = pd.read_csv(folder / "dirdyn.csv")
     pd.testing.assert_frame_equal(results.table(), table, rtol=1e-14, atol=0)
-    # a sensor against Pinocchio
-    truth, sensor = Truth(results.data), results.sensor("tool_sensor")
-    frame = truth.model.getFrameId("hand/tool")
-    for q, position in zip(results.q, sensor.P, strict=True):
-        pin.framesForwardKinematics(truth.model, truth.data, q[truth.order])
-        assert np.allclose(position, truth.data.oMf[frame].translation, rtol=0, atol=1e-12)
 
 
 def test_driven_joints_feel_what_drives_them(tmp_path: Path) -> None:

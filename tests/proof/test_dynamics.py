@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs.api import verify
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.proof.dynamics import compare_dynamics
 from urdf2mbs.testing import TINY, convert_text
 
 pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
@@ -52,3 +55,46 @@ def test_slips_and_xacro_in_a_urdf(slip: str, tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text(text)
     (tmp_path / "r.mbs").write_bytes(convert_text(text).data)
     assert verify(str(tmp_path / "r.urdf"), tmp_path / "r.mbs", engine="pinocchio").same
+
+
+def compare(text: str, mbs: Mbs, moving: list[str]) -> dict[str, float]:
+    """How far the dynamics of a URDF and an .mbs are apart, by kind."""
+    return compare_dynamics(text.encode(), mbs, {name: (name,) for name in moving})[1]
+
+
+@pytest.mark.parametrize("kilogram", [1e-6, 1.0, 1e6])
+def test_a_deviation_counts_as_much_in_a_light_robot(kilogram: float) -> None:
+    """A tenth more mass and inertia everywhere."""
+    text = re.sub(
+        '(mass value|i[xyz]{2})="(.*?)"', lambda m: f'{m[1]}="{float(m[2]) * kilogram}"', TINY
+    )
+    mbs = read(convert_text(TINY, base="fixed").data, "")
+    for body in mbs.bodies:
+        body.mass = 1.1 * kilogram * (body.mass or 0.0)
+        body.inertia = tuple(1.1 * kilogram * number for number in body.inertia or ())
+    found = compare(text, mbs, [joint.name for body in mbs.bodies for joint in body.joints])
+    assert found["mass matrix"] == pytest.approx(0.1, rel=1e-9)
+    assert 1e-3 < found["gravity forces"] < 0.1
+    assert 1e-3 < found["inverse dynamics"] < 0.1
+
+
+@pytest.mark.parametrize(
+    ("kind", "moved"), [("R1", {"rpy": "0.4 0 0"}), ("T1", {"xyz": "0.4 0 0"})]
+)
+def test_a_driven_joint_is_held_at_its_value(kind: str, moved: dict[str, str]) -> None:
+    links = [link("world"), *(link(name, SOLID) for name in "ab")]
+    text = robot(*links, joint("world", "a", axis="0 1 0"), joint("a", "b", "fixed", **moved))
+    turning = robot(*links, joint("world", "a", axis="0 1 0"), joint("a", "b", axis="1 0 0"))
+    mbs = read(convert_text(turning).data, "")
+    held = mbs.bodies[1].joints[0]
+    held.type, held.nature, held.q = kind, "driven", 0.4
+    assert max(compare(text, mbs, ["world_to_a"]).values()) <= 1e-12
+
+
+def test_a_body_without_inertia_has_a_mass() -> None:
+    mbs = read(convert_text(TINY, base="fixed").data, "")
+    for body in mbs.bodies:
+        body.inertia = None
+    text = re.sub('(i[xyz]{2})=".*?"', r'\1="0"', TINY)
+    moving = [joint.name for body in mbs.bodies for joint in body.joints]
+    assert max(compare(text, mbs, moving).values()) <= 1e-12

@@ -87,7 +87,6 @@ def close_loops(data: MbsData) -> None:
         data.q[data.qv[1:]] -= np.linalg.solve(jac[1:, data.qv[1:]], h[1:])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_page_computes_what_python_computes(
     browser: Browser, tmp_path: Path, name: str

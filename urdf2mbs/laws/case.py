@@ -72,16 +72,16 @@ class Case:
         """Go to one of the states that laws share: 0 is the start, others are random.  Gives q,
         qd and qdd."""
         if state not in self._states:
-            out = self.near_start(np.pi) if state else self.near_start(0.0)
+            out = self.near_start(np.pi if state else 0.0)
             self.move(*out[:2])
             self._states[state] = out, self.ours, self.theirs
         (q, qd, qdd), self.ours, self.theirs = self._states[state]
         return q, qd, qdd
 
     def near_start(self, reach: float) -> tuple[Any, Any, Any]:
-        """Random q, qd and qdd of what moves; the start, if there is no reach (rad, m)."""
+        """Random qd and qdd of what moves, and q at most ``reach`` (rad, m) from the start."""
         q, qd, qdd = np.array([self.data.q0, *np.zeros((2, self.ours.size))])
-        out = self.random.uniform(-1.0, 1.0, (3, len(self.moving))) * (reach > 0.0)
+        out = self.random.uniform(-1.0, 1.0, (3, len(self.moving)))
         q[self.moving] += reach * out[0]
         qd[self.moving], qdd[self.moving] = out[1:]
         return q, qd, qdd

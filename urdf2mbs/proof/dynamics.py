@@ -59,13 +59,12 @@ def to_pinocchio(mbs: Mbs) -> Any:
                 turn = pin.AngleAxis(own.q or 0.0, axis).toRotationMatrix()
                 pose = pose * pin.SE3(turn, np.zeros(3))
         at[body.name] = (joint, pose)
-        if body.mass or body.inertia:
-            xx, xy, xz, yy, yz, zz = body.inertia or (0.0,) * 6
-            inertia = pin.Inertia.Zero()  # its constructor refuses an inertia of -1e-20
-            inertia.mass = body.mass or 0.0
-            inertia.lever = np.asarray(body.com or (0.0,) * 3)
-            inertia.inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            model.appendBodyToJoint(joint, inertia, pose)
+        xx, xy, xz, yy, yz, zz = body.inertia or (0.0,) * 6
+        inertia = pin.Inertia.Zero()  # its constructor refuses an inertia of -1e-20
+        inertia.mass = body.mass or 0.0
+        inertia.lever = np.asarray(body.com or (0.0,) * 3)
+        inertia.inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        model.appendBodyToJoint(joint, inertia, pose)
         model.addFrame(pin.Frame(body.name, joint, 0, pose, pin.FrameType.BODY))
         for point in body.points:
             there = pose * pin.SE3(np.eye(3), np.asarray(point.coordinates))

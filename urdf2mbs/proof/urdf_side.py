@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
-from math import cos, hypot, sin, sqrt
+from math import cos, hypot, sin
 
 from urdf2mbs.proof.groups import Side, only_ground
 from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, compose, cross, moved, seen, shift, spin
@@ -94,11 +94,9 @@ def _move(turns: bool, axis: Vec) -> tuple[Vec, Callable[[float], Frame]]:
 def _direction(axis: Vec) -> Vec:
     if axis in AXES:
         return axis
-    largest = max(map(abs, axis))
-    x, y, z = (c / largest for c in axis)
-    length = sqrt(x * x + y * y + z * z)
-    x, y, z = (0.0 if abs(c / length) <= ALIGNED else c for c in (x, y, z))
-    length = sqrt(x * x + y * y + z * z)
+    length = hypot(*axis)
+    x, y, z = (0.0 if abs(c / length) <= ALIGNED else c for c in axis)
+    length = hypot(x, y, z)
     return (x / length, y / length, z / length)
 
 
