@@ -20,12 +20,11 @@ TOLERANCE = 1e-9
 AXES, ZERO = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
 MOMENTS, SYMBOLS = ("xx", "xy", "xz", "yy", "yz", "zz"), {"q", "qd", "qdd"}
 #: User models: those called as their attribute in URDF is, and those of the ends of a range.
-SPRING = {"springStiffness": "spring_stiffness", "springReference": "spring_reference"}
-PLAIN = ["damping", "friction", "effort", "velocity", "k_position", "k_velocity", *SPRING.values()]
+SPRING = {"spring_stiffness": "<springStiffness>", "spring_reference": "<springReference>"}
+PLAIN = ["damping", "friction", "effort", "velocity", "k_position", "k_velocity", *SPRING]
 ENDS = "q_min q_max soft_q_min soft_q_max calibration_rising calibration_falling".split()
 ENDS = dict(zip(ENDS, "lower upper soft_lower_limit soft_upper_limit rising falling".split()))
 ZEROS = {"limit": ("lower", "upper")}
-ZEROS["spring"] = ("spring_reference",)
 ZEROS["safety_controller"] = ("k_position", "soft_lower_limit", "soft_upper_limit")
 
 
@@ -200,13 +199,14 @@ def stated(joint, kind, flipped):
     """A URDF joint's number for a user model; None: the URDF has none."""
     said = {key: "0" for part in joint for key in ZEROS.get(part.tag, ())}
     said |= {key: text for part in joint for key, text in part.items()}
+    said |= {key: joint.get(tag, "0") for key, tag in SPRING.items()}
     other = [end for end in ENDS if end.rpartition("_")[0] == kind.rpartition("_")[0] != kind]
     kind, sign = (other[kind == other[0]], -1.0) if flipped and kind in ENDS else (kind, 1.0)
     number, *ends = (float(said.get(ENDS.get(one, one), "nan")) for one in (kind, *other))
     no_room = kind in ENDS and "calibration" not in kind and not ends[0] < ends[1]
     endless = kind in ("q_min", "q_max") and joint.get("type") == "continuous"
     nothing = kind in ("damping", "friction") and number == 0.0
-    nothing |= kind in SPRING.values() and float(said.get("spring_stiffness", "0")) == 0.0
+    nothing |= kind in SPRING and float(said["spring_stiffness"]) == 0.0
     sign = -1.0 if flipped and kind == "spring_reference" else sign
     return sign * number if isfinite(number) and not (no_room or endless or nothing) else None
 
@@ -217,13 +217,8 @@ def compare_rest(robot, model, proof, names, wrong):
     things, counts = [], Counter()
     urdf = {joint.get("name"): joint for joint in robot.iterfind("joint")}
     for gazebo in robot.iterfind("gazebo"):
-        said = {
-            SPRING[part.tag]: part.get("value") or part.text
-            for part in gazebo
-            if part.tag in SPRING
-        }
-        if said and gazebo.get("reference") in urdf:
-            ET.SubElement(urdf[gazebo.get("reference")], "spring", said)
+        for part in gazebo if gazebo.get("reference") in urdf else ():
+            urdf[gazebo.get("reference")].set(f"<{part.tag}>", part.get("value") or part.text)
     tied = {tie.text for tie in model.iterfind("user_constraints//jointname")}
     for joint in model.iterfind("bodytree/body/joint"):
         name, nature = joint.findtext("jointname"), joint.findtext("nature")
