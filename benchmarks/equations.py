@@ -31,6 +31,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pinocchio as pin
@@ -39,6 +40,7 @@ from robots import ARMS, DH, REAL, by_dh, real, without_meshes
 from urdf2mbs.equations import Equations, generate
 from urdf2mbs.equations.files import Maker
 from urdf2mbs.equations.routine import statements
+from urdf2mbs.equations.tree import NONE, Tree
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
@@ -337,15 +339,17 @@ def counts(names: list[str]) -> None:
 
 
 def arms(names: list[str]) -> None:
-    """Products and sums of three arms, as the table of ``docs/how-equations-are-made.md``."""
-    for name in DH:
+    """Products and sums of three arms, as the table of ``docs/how-equations-are-made.md``: with
+    ``frc`` and ``trq`` on all bodies, and without."""
+    for name in [arm for arm in DH if not names or arm in names]:
         data = convert_text(by_dh(name), base="fixed", pipeline="compact").data
         mbs = read(data, name, mechanics_only=True)
-        for fold in (False, True) if not names or name in names else ():
+        for fold, loads in ((False, True), (False, False), (True, True), (True, False)):
             maker = Maker(mbs, fold=fold, keep_turns=False)
-            count = [statements(made)[1] for made in (maker.invdyna(), maker.dirdyna())]
-            told = ", ".join(f"{one.products} products {one.sums} sums" for one in count)
-            print(f"{name}{', folded' if fold else ''}: invdyna, dirdyna: {told}")
+            with patch.object(Tree, "loads", Tree.loads if loads else lambda *_: (NONE, NONE)):
+                count = statements(maker.invdyna())[1]
+            told = f"{', folded' if fold else ''}{'' if loads else ', no loads'}"
+            print(f"{name}{told}: {count.products} products + {count.sums} sums")
 
 
 PARTS = (counts, arms, generation, speed, derivatives)

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from urdf2mbs.equations.c import PARAMETERS
 from urdf2mbs.mbs.model import Mbs
 
 #: The functions that need nothing but the data.
-DECLARED = """\
-void mbs_dirdyna(double **M, double *c, MbsData *s, double tsim);
-void mbs_invdyna(double *phi, MbsData *s, double tsim);
-int mbs_accelred(MbsData *s, double tsim);
-void mbs_sensor(MbsSensor *sens, MbsData *s, int isens);
-void mbs_gensensor(MbsSensor *sens, MbsData *s, int isens);
-void mbs_energy(double *E, MbsData *s);
-void mbs_momentum(double *P, double *L, MbsData *s);
-void mbs_com(double *P, MbsData *s);
-void mbs_derivatives(double **Dq, double **Dqd, double **Dqdd, MbsData *s);
-void mbs_regressor(double **Y, MbsData *s);
-"""
+DECLARED = "".join(
+    f"{'int' if name == 'accelred' else 'void'} mbs_{name}({PARAMETERS[name]});\n"
+    for name in ("dirdyna", "invdyna", "accelred", "sensor", "gensensor", "energy", "momentum",
+                 "com", "derivatives", "regressor")
+)  # fmt: skip
 
 
 def headers(mbs: Mbs) -> dict[str, str]:
