@@ -9,7 +9,7 @@ import pytest
 from mbs.models import everything
 
 from urdf2mbs.equations import generate
-from urdf2mbs.mbs.equations_fit import fingerprint, fits
+from urdf2mbs.mbs.equations_fit import check_equations, fingerprint, fits
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import TINY, convert_text
@@ -146,3 +146,22 @@ def test_files_that_mbsyspad_saved(shared: Path, name: str) -> None:
     assert files
     for file in files:
         assert len(fingerprint(file.read_bytes(), "tree, fixed")) == 64
+
+
+def test_a_program_ends_where_its_equations_are_of_another_model(
+    model: bytes, tmp_path: Path
+) -> None:
+    for folder in ("dataR", "symbolicR"):
+        (tmp_path / folder).mkdir()
+    for name in ("mbs_invdyna_m.py", "mbs_sensor_m.py"):
+        (tmp_path / "symbolicR" / name).write_bytes(code(model)[1])
+    (tmp_path / "symbolicR" / "mbs_invdyna_other.py").write_bytes(
+        b"# Fits (tree): sha256 " + b"0" * 64
+    )
+    (tmp_path / "dataR" / "m.mbs").write_bytes(model)
+    check_equations(tmp_path, "m")
+    (tmp_path / "dataR" / "m.mbs").write_bytes(model.replace(b"<type>R3<", b"<type>R2<"))
+    with pytest.raises(
+        SystemExit, match=r"another model than .*m\.mbs: mbs_invdyna_m\.py and 1 more"
+    ):
+        check_equations(tmp_path, "m")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -330,3 +331,21 @@ def test_a_body_that_is_its_own_parent() -> None:
     own = data.replace(b"<bodyname>base</bodyname>", b"<bodyname>arm</bodyname>")
     with pytest.raises(ConversionError, match="body 'arm' is its own parent"):
         read(own, "m.mbs")
+
+
+def test_what_a_file_leaves_out_is_zero() -> None:
+    """Moments of an inertia, and the places, turns and sizes of shapes and drawings."""
+    text = write(everything()).decode()
+    text = re.sub(r"<Ixy>.*?</Ixy>\s*|<Izz>.*?</Izz>\s*", "", text)
+    for tag in ("position", "rotation", "scale", "transparency"):
+        text = re.sub(rf"(?s)(<cone>.*?)<{tag}>.*?</{tag}>\s*", r"\1", text, count=1)
+    text = re.sub(r"(?s)(<name_pos>.*?)<size>.*?</size>\s*", r"\1", text, count=2)
+    mbs = read(text.encode(), "m.mbs")
+    trunk = mbs.bodies[0]
+    assert trunk.inertia is not None
+    assert [moment == 0.0 for moment in trunk.inertia] == [False, True, False, False, False, True]
+    cone = next(shape for shape in trunk.shapes if shape.kind == "cone")
+    assert (cone.position, cone.rotation) == ((0.0,) * 3, (0.0,) * 3)
+    assert (cone.scale, cone.transparency) == ((1.0,) * 3, 0.0)
+    assert mbs.base.drawing is not None
+    assert mbs.base.drawing.size == (0.0, 0.0)

@@ -18,12 +18,15 @@ from urdf2mbs.mbs.model import (
     Body,
     Connection,
     Joint,
+    Light,
     Mbs,
     Parameter,
     Point,
     Sensor,
     Shape,
     UserModel,
+    View,
+    Viewpoint,
 )
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.testing import convert_text
@@ -413,3 +416,21 @@ def test_what_is_not_finite_is_refused_and_its_element_named(
     spoil(mbs)
     with pytest.raises(ValueError, match=f"^{element} has the number (nan|-?inf)"):
         write(mbs)
+
+
+def test_a_view_has_the_values_that_mbsyspad_gives_a_new_one() -> None:
+    zero = (0.0, 0.0, 0.0)
+    view = View(viewpoints=[Viewpoint("v", zero, zero)], lights=[Light("l", zero)])
+    top = tree(Mbs("m", view=view)).find("x3D")
+    assert top is not None
+    assert texts(top, "shapeScaleFactors/*") == ["0.1", "0.2", "0.2", "0.3"]
+    (camera,) = top.findall("viewpoints/viewpoint")
+    assert [camera.findtext(tag) for tag in ("joint", "projection", "scale", "fieldOfView")] == [
+        "base", "perspective", "1.0", "0.785",
+    ]  # fmt: skip
+    assert texts(camera, "up/*") == ["0.0", "0.0", "1.0"]
+    assert [camera.findtext(f"{end}ClipDst") for end in ("front", "back")] == ["0.01", "50.0"]
+    color = top.find("background/color")
+    assert color is not None
+    assert dict(color.attrib) == {"R": "153", "G": "153", "B": "255"}
+    assert top.find("lights/directionalLight/active") is not None

@@ -304,6 +304,10 @@ def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
     at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
     result = convert_text(text, base="floating", passes={"contacts": {"points": {"a": at}}})
     assert ("contacts-balance" in [found.code for found in result.diagnostics]) is falls
+    # without a leg, it sinks in by a thousandth of a metre
+    (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+    stiffness = next(float(p.values[0]) for p in law.parameters if p.name == "stiffness")
+    assert stiffness == pytest.approx(2 * 9.81 / len(at) / 0.001, rel=0.05)
 
 
 @pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])

@@ -179,3 +179,8 @@ def test_what_rounding_adds_is_not_beyond_a_limit(
     result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.5 + beyond}})
     assert ("one at" in messages(result).get("posture-limit", "")) is told
     assert starts(result)["one"] == (1.5 if told else 1.5 + beyond)
+
+
+def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:
+    result = convert_text(LIMITED, project=tmp_path / "robot", without=["posture"])
+    assert starts(result) == {"one": 0.0, "two": 0.2}

@@ -228,8 +228,14 @@ def test_what_is_too_large_ends_at_once(tmp_path: Path, expression: str) -> None
 
 def test_a_text_that_repeats_is_refused_before_it_is_made() -> None:
     names = {"dict": dict}
-    for text in ("'%(a)s' * 4000 % dict(a='x' * 4000)", "('x' * 4000).replace('x', 'y' * 4000)"):
-        with pytest.raises(ConversionError, match="so long a text"):
+    for text, what in (
+        ("'%(a)s' * 4000 % dict(a='x' * 4000)", "so long a text"),
+        ("('x' * 4000).replace('x', 'y' * 4000)", "so long a text"),
+        ("'abc' * 300_000", "so long a repetition"),
+        ("300_000 * 'abc'", "so long a repetition"),
+        ("'%1000d' % 1", "so wide a field"),
+    ):
+        with pytest.raises(ConversionError, match=what):
             Guard().evaluate(text, names)
 
 

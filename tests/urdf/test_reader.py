@@ -698,6 +698,11 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
         '<material name="red"><color rgba="1 0 0"/></material></robot>',
         "number-left-out", 2, ("'red'", "3 given"), None, None,
     ),
+    "colour of a material that is used": (
+        arm('<visual><geometry><box size="1 1 1"/></geometry><material name="red"/></visual>')
+        .replace("</robot>", '<material name="red"><color rgba="x"/></material></robot>'),
+        "number-left-out", 11, ("'red'",), None, None,
+    ),
     # what is odd, and kept
     "tensor with five": (
         arm(inertial(inertia=UNIT.replace('iyz="0"', ""))),
@@ -1075,6 +1080,20 @@ def test_a_quaternion_of_an_origin_is_its_rotation() -> None:
         text = text.replace("<robot ", '<robot version="1.1" ', 1)
         found = convert_text(text).robot.joints["tool_mount"].origin.rpy
         np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-12)
+
+
+def test_numbers_that_an_element_does_not_state(tmp_path: Path) -> None:
+    parts = '<dynamics/><limit/><calibration/><safety_controller k_velocity="2"/>'
+    turn = read(tmp_path, arm(joint=parts))[0].joints["turn"]
+    assert (turn.dynamics.damping, turn.dynamics.friction) == (0.0, 0.0)
+    limit, marks, safety = turn.limit, turn.calibration, turn.safety_controller
+    assert (limit.lower, limit.upper, limit.effort, limit.velocity) == (0.0, 0.0, None, None)
+    assert (marks.rising, marks.falling) == (None, None)
+    assert (safety.k_position, safety.soft_lower_limit, safety.soft_upper_limit) == (0.0, 0.0, 0.0)
+    mimic = read(tmp_path, mimics("b>a"))[0].joints["b"].mimic
+    assert (mimic.multiplier, mimic.offset) == (1.0, 0.0)
+    assert (Inertial().mass, Inertial().inertia) == (0.0, (0.0,) * 6)
+    assert Mesh("m").scale == (1.0, 1.0, 1.0)
 
 
 def test_a_joint_that_is_flipped_has_all_its_numbers_the_other_way_round(tmp_path: Path) -> None:
