@@ -124,6 +124,16 @@ def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
     assert "NOT CHECKED" in Html(make(conversion).data).visible
 
 
+def test_what_is_left_out_is_named_in_one_place(tiny: Path, tmp_path: Path) -> None:
+    conversion = run(tiny, tmp_path / "p")
+    for code, message in (("collision", "no <shapes>"), ("mesh-not-found", "another")):
+        conversion.note(code, message)
+    html = make(conversion).data.decode()
+    section = html.partition('<section id="left-out">')[2].partition("</section>")[0]
+    assert "<li>no &lt;shapes&gt;</li></ul>" in section
+    assert "another" not in section
+
+
 def test_every_message_is_there(tiny: Path, tmp_path: Path) -> None:
     conversion = run(tiny, tmp_path / "p")
     html = Html(make(conversion).data)

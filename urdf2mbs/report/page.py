@@ -35,6 +35,8 @@ from urdf2mbs.simulation import Simulation
 
 #: The package that brings three.js, and where in it three.js is.
 THREE = ("jupyter-threejs-sage", "jupyter_threejs_sage/static/r130/three.min.js")
+#: Messages about what the URDF has and the .mbs has no place for.
+LEFT_OUT = ("collision", "extension", "texture", "rotors-left-out", "loop-left-out")
 
 
 class Page(msgspec.Struct):
@@ -391,7 +393,9 @@ def _names(conversion: Conversion) -> str:
 
 
 def _left_out(conversion: Conversion) -> str:
-    """Every number of the URDF's joints that has found no place."""
+    """What the messages name, and every number of the URDF's joints that has found no place."""
+    said = [escape(one.message) for one in conversion.diagnostics if one.code in LEFT_OUT]
+    parts = f"<ul>{''.join(f'<li>{text}</li>' for text in said)}</ul>" if said else ""
     rows = []
     for name, parts in left_out(conversion).items():
         for part, values in parts.items():
@@ -401,8 +405,9 @@ def _left_out(conversion: Conversion) -> str:
             )
             rows.append(("", [escape(name), escape(part.replace("_", " ")), escape(listed)]))
     if not rows:
-        return '<p class="note">Nothing.</p>'
-    return table(("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]"), rows)
+        return parts or '<p class="note">Nothing.</p>'
+    columns = ("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]")
+    return parts + table(columns, rows)
 
 
 def _proof(conversion: Conversion) -> str:
