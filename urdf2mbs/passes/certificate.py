@@ -8,6 +8,7 @@ rigid group.  ``proof/certificate.py`` replays the comparison.  A rejected file 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Literal
@@ -18,13 +19,17 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.model import UserConstraint, UserModel
+from urdf2mbs.mbs.model import BASE, ORIGIN, Connection
 from urdf2mbs.proof.verdict import Compared, Proof
+from urdf2mbs.spatial import ZERO, Pose, compose, inverse
 
 STATEMENT = "https://in-toto.io/Statement/v1"
 PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
 #: What of a config says where files are, and not what is made of them.
 _PLACES = ("source", "output", "packages", "sweep")
+
+#: What of a robot's changes moves or weighs something.
+_VALUES = ("mass", "centre", "inertia", "type", "parent", "child", "origin", "axis", "mimic")
 
 
 class Certificate(Pass):
@@ -119,25 +124,70 @@ def _warned(conversion: Conversion, proof: Proof) -> list[str]:
 def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
     """The rest, which is ours: versions, options, what plugins changed, and all groups."""
     from importlib.metadata import version
+    from xml.etree.ElementTree import fromstring
+
+    from urdf2mbs.proof.certificate import rest_of
 
     mbs = conversion.mbs
-    others: list[UserModel | UserConstraint] = [*mbs.user_models, *mbs.user_constraints]
     packages = ["urdf2mbs"] + ["xacro"] * (conversion.expanded is not None)
     return {
         "versions": {package: version(package) for package in packages},
         "options": _options(conversion.settings.config),
         "changed": [str(change) for change in conversion.changed],
-        "snap": conversion.facts.get("snap", {}).get("angle"),
-        "gravity": mbs.base.gravity,
-        "base_joint": conversion.inserted if conversion.floating else None,
+        "changes": msgspec.to_builtins([*_changes(conversion)]),
         "flipped": conversion.names.flipped,
         "held": conversion.frozen,
         "but_for": proof.but_for,
         "by_code": proof.by_code,
         "not_compared": proof.not_compared,
-        "declared": [thing.name for thing in others],
+        "rest": rest_of(fromstring(conversion.files[conversion.settings.output])),
+        "ends": [end for cut in mbs.cuts for end in _ends(conversion, cut)],
+        "frames": {
+            link: ("joint" if at.joint else "body", at.joint or at.body or BASE, _rows(at.pose))
+            for link, at in conversion.frames.items()
+        },
         "groups": [_group(group) for group in proof.compared],
     }
+
+
+def _changes(conversion: Conversion) -> Iterator[tuple[str, str, Any, Any]]:
+    """Each value of the URDF that passes changed or added: its kind, its link or joint, before and
+    after."""
+    robot = conversion.robot
+    changes = [change for changed in conversion.changed for change in changed.changes]
+    links, joints = ([c.name for c in changes if c.kind == f"{k}-added"] for k in ("link", "joint"))
+    if conversion.inserted is not None:
+        joints.append(conversion.inserted)
+        links.append(robot.joints[conversion.inserted].parent)
+    for change in changes:
+        if change.kind in _VALUES:
+            yield change.kind, change.name, change.before, change.after
+    for name in links:
+        yield "link", name, None, name
+        inertial = robot.links[name].inertial
+        if inertial is not None:
+            yield "mass", name, None, inertial.mass
+            yield "centre", name, None, inertial.origin
+            yield "inertia", name, None, inertial.inertia
+    for name in joints:
+        for kind in ("type", "parent", "child", "origin", "axis", "mimic"):
+            yield kind, name, None, getattr(robot.joints[name], kind)
+
+
+def _ends(conversion: Conversion, cut: Connection) -> Iterator[tuple[Any, ...]]:
+    """Where a cut ends: the cut, a link, the point in it with the axes of the body; and both names
+    in the .mbs."""
+    links = {at.body: (link, at.pose) for link, at in conversion.frames.items() if not at.joint}
+    points = conversion.mbs.points()
+    for body, point in (cut.endpoint1, cut.endpoint2):
+        link, pose = links[body]
+        at = Pose(points[body, point].coordinates if point else ZERO)
+        yield cut.name, link, _rows(compose(inverse(pose), at)), body or BASE, point or ORIGIN
+
+
+def _rows(frame: Pose) -> list[list[float]]:
+    """A frame as three rows: of rotation, and origin (m)."""
+    return [[*frame.rot[3 * k : 3 * k + 3], frame.xyz[k]] for k in range(3)]
 
 
 def _group(group: Compared) -> dict[str, Any]:
@@ -146,8 +196,7 @@ def _group(group: Compared) -> dict[str, Any]:
     numbers["deviation"] = float(f"{group.deviation:.1e}")  # the rest of its digits is noise
     found = numbers.pop("found")
     for values in (numbers, found) if found else (numbers,):
-        frame = values["place"]  # as three rows: of rotation, and origin (m)
-        values["place"] = [[*frame[3 * k : 3 * k + 3], frame[9 + k]] for k in range(3)]
+        values["place"] = _rows(Pose(values["place"][9:], values["place"][:9]))
     return numbers | {"found": found} if found else numbers
 
 
