@@ -22,14 +22,12 @@ from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import BASE, ORIGIN, Connection
 from urdf2mbs.proof.verdict import Compared, Proof
 from urdf2mbs.spatial import ZERO, Pose, compose, inverse
+from urdf2mbs.urdf.model import Inertial, Joint, Link
 
 STATEMENT = "https://in-toto.io/Statement/v1"
 PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
 #: What of a config says where files are, and not what is made of them.
 _PLACES = ("source", "output", "packages", "sweep")
-
-#: What of a robot's changes moves or weighs something.
-_VALUES = ("mass", "centre", "inertia", "type", "parent", "child", "origin", "axis", "mimic")
 
 
 class Certificate(Pass):
@@ -135,7 +133,6 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
         "options": _options(conversion.settings.config),
         "changed": [str(change) for change in conversion.changed],
         "changes": msgspec.to_builtins([*_changes(conversion)]),
-        "flipped": conversion.names.flipped,
         "held": conversion.frozen,
         "but_for": proof.but_for,
         "by_code": proof.by_code,
@@ -151,27 +148,45 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
 
 
 def _changes(conversion: Conversion) -> Iterator[tuple[str, str, Any, Any]]:
-    """Each value of the URDF that passes changed or added: its kind, its link or joint, before and
-    after."""
-    robot = conversion.robot
-    changes = [change for changed in conversion.changed for change in changed.changes]
-    links, joints = ([c.name for c in changes if c.kind == f"{k}-added"] for k in ("link", "joint"))
-    if conversion.inserted is not None:
-        joints.append(conversion.inserted)
-        links.append(robot.joints[conversion.inserted].parent)
-    for change in changes:
-        if change.kind in _VALUES:
-            yield change.kind, change.name, change.before, change.after
-    for name in links:
-        yield "link", name, None, name
-        inertial = robot.links[name].inertial
-        if inertial is not None:
-            yield "mass", name, None, inertial.mass
-            yield "centre", name, None, inertial.origin
-            yield "inertia", name, None, inertial.inertia
-    for name in joints:
-        for kind in ("type", "parent", "child", "origin", "axis", "mimic"):
-            yield kind, name, None, getattr(robot.joints[name], kind)
+    """Each value that passes changed or added, also of joints that count the other way round: its
+    kind, its link or joint, what the replay reads in the URDF, and what it became."""
+    from xml.etree.ElementTree import ParseError, fromstring
+
+    from urdf2mbs.proof.certificate import urdf_values
+
+    flipped, inserted = conversion.names.flipped, conversion.inserted
+    robot, read = conversion.robot.with_flipped(flipped), {}
+    changes = [change.name for changed in conversion.changed for change in changed.changes]
+    if changes or flipped:
+        with suppress(ParseError):  # the reader mends what no other parser reads
+            read = urdf_values(fromstring(conversion.expanded or conversion.source))
+    added = () if inserted is None else (inserted, robot.joints[inserted].parent)
+    for name in dict.fromkeys((*changes, *flipped, *added)):
+        for part in (robot.links.get(name), robot.joints.get(name)):
+            for kind, after in _said(part).items():
+                before = read.get((kind, name))
+                if after != before:
+                    yield kind, name, before, after
+
+
+def _said(part: Link | Joint | None) -> dict[str, list[Any]]:
+    """What of a link or joint moves or weighs something, as the replay reads it."""
+    from urdf2mbs.proof.certificate import NUMBERS
+
+    if isinstance(part, Joint):
+        said: dict[str, list[Any]] = {
+            "type": [part.type], "parent": [part.parent], "child": [part.child],
+            "origin": [*part.origin.xyz, *part.origin.rpy], "axis": [*part.axis],
+            "mimic": [part.mimic and part.mimic.joint],
+        }  # fmt: skip
+        for kind, (element, attribute) in NUMBERS.items():
+            said[kind] = [getattr(getattr(part, element), attribute, None)]
+        return {kind: value for kind, value in said.items() if value != [None]}
+    if part is None:
+        return {}
+    mass, inertia, origin = msgspec.structs.astuple(part.inertial or Inertial())
+    centre = [*origin.xyz, *origin.rpy]
+    return {"link": [part.name], "mass": [mass], "inertia": [*inertia], "centre": centre}
 
 
 def _ends(conversion: Conversion, cut: Connection) -> Iterator[tuple[Any, ...]]:

@@ -20,24 +20,40 @@ from random import Random
 TOLERANCE = 1e-9
 AXES, ZERO = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
 LAST, MOMENTS = [0.0, 0.0, 0.0, 1.0], ("xx", "xy", "xz", "yy", "yz", "zz")
-SYMBOLS = ("q", "qd", "qdd")
+SYMBOLS, WORDS = ("q", "qd", "qdd"), ("link", "type", "parent", "child", "mimic")
 #: What the coordinates of a joint do: turn (R), or shift (T).
 COORDINATES = {
     "revolute": "R", "continuous": "R", "prismatic": "T", "planar": "TTR", "floating": "TTTRRR",
     "fixed": "",
 }  # fmt: skip
-SAFETY, CALIBRATION = "safety_controller", "calibration"
-#: User models that hold numbers of the URDF: the element, and its attribute.
+LIMIT, SAFETY, CALIBRATION = "limit", "safety_controller", "calibration"
+#: User models that hold numbers of the URDF's joints: the element, and its attribute.
 NUMBERS = {
     "damping": ("dynamics", "damping"), "friction": ("dynamics", "friction"),
-    "effort": ("limit", "effort"), "velocity": ("limit", "velocity"),
-    "q_min": ("limit", "lower"), "q_max": ("limit", "upper"),
+    "effort": (LIMIT, "effort"), "velocity": (LIMIT, "velocity"),
+    "q_min": (LIMIT, "lower"), "q_max": (LIMIT, "upper"),
     "k_velocity": (SAFETY, "k_velocity"), "k_position": (SAFETY, "k_position"),
     "soft_q_min": (SAFETY, "soft_lower_limit"), "soft_q_max": (SAFETY, "soft_upper_limit"),
     "calibration_rising": (CALIBRATION, "rising"), "calibration_falling": (CALIBRATION, "falling"),
 }  # fmt: skip
-#: Of a joint that counts the other way round, these change places.
-ENDS = {"min": "max", "max": "min", "rising": "falling", "falling": "rising"}
+#: What is read of the URDF: kinds of values, each with its element and attributes.
+KINDS = {
+    "link": {
+        "link": (".", "name"), "mass": ("inertial/mass", "value"),
+        "centre": ("inertial[mass]/origin", "xyz", "rpy"),
+        "inertia": ("inertial[mass]/inertia", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    },
+    "joint": {
+        "type": (".", "type"), "parent": ("parent", "link"), "child": ("child", "link"),
+        "origin": ("origin", "xyz", "rpy"), "axis": ("axis", "xyz"), "mimic": ("mimic", "joint"),
+        **NUMBERS,
+    },
+}  # fmt: skip
+#: What the URDF means where it says nothing.
+UNSAID = {
+    "mass": [0.0], "centre": [0.0] * 6, "inertia": [0.0] * 6,
+    "origin": [0.0] * 6, "axis": [1.0, 0.0, 0.0],
+}  # fmt: skip
 
 
 # --- frames: 4 x 4 matrices of a rotation, row by row, and an origin (m) ---
@@ -69,9 +85,10 @@ def step(kind, axis, q):
     return frame([[i + s * a + c * b for i, a, b in zip(*rows)] for rows in terms])
 
 
-def from_rpy(xyz, rpy):
-    x, y, z = (step("R", axis, angle) for axis, angle in zip(AXES, rpy))
-    return product(frame(AXES, xyz), z, y, x)
+def origin(xyzrpy):
+    """The frame of an <origin>: x, y, z, roll, pitch, yaw."""
+    x, y, z = (step("R", axis, angle) for axis, angle in zip(AXES, xyzrpy[3:]))
+    return product(frame(AXES, xyzrpy), z, y, x)
 
 
 def moments(mass, tensor, at):
@@ -144,36 +161,20 @@ def compare(one, two, places, coordinates, what, wrong):
     return max(worst.values(), default=0.0)
 
 
-def numbers(element, path, key, default=ZERO):
-    """The numbers of an attribute; ``path`` leads to its element."""
-    found = element.find(path)
-    text = None if found is None else found.get(key)
-    return [*default] if text is None else [float(word) for word in text.split()]
-
-
-def origin(element):
-    return {key: numbers(element, "origin", key) for key in ("xyz", "rpy")}
-
-
-def urdf_values(robot):
-    """What the URDF says of links and joints, by kind and name, as the certificate has it."""
+def urdf_values(robot: ET.Element) -> dict[tuple[str, str], list]:
+    """What the URDF says of links and joints, by kind and name, as lists of numbers or words."""
     values = {}
-    for link in robot.iterfind("link"):
-        name = link.get("name")
-        values["link", name] = name
-        for inertial in link.iterfind("inertial[mass]"):
-            values["mass", name] = numbers(inertial, "mass", "value")[0]
-            values["centre", name] = origin(inertial)
-            values["inertia", name] = [numbers(inertial, "inertia", f"i{k}")[0] for k in MOMENTS]
-    for joint in robot.iterfind("joint"):
-        name = joint.get("name")
-        values["type", name] = joint.get("type")
-        values["parent", name], values["child", name] = (
-            joint.find(end).get("link") for end in ("parent", "child")
-        )
-        values["origin", name] = origin(joint)
-        values["axis", name] = numbers(joint, "axis", "xyz", AXES[0])
-        values["mimic", name] = joint.find("mimic") is not None
+    elements = [(e, kinds) for tag, kinds in KINDS.items() for e in robot.iterfind(tag)]
+    for element, kinds in elements:
+        for kind, (path, *keys) in kinds.items():
+            part, at = element.find(path), (kind, element.get("name"))
+            if part is None:
+                values[at] = UNSAID.get(kind)
+            elif kind in WORDS:
+                values[at] = [part.get(keys[0])]
+            else:
+                zeros = "0 0 0" if kind in ("centre", "origin", "axis") else "0"
+                values[at] = [float(n) for key in keys for n in part.get(key, zeros).split()]
     return values
 
 
@@ -188,35 +189,31 @@ def change(values, changes, wrong):
 def motions(joint, values, proof, wrong):
     """The coordinates of a URDF joint, each with T or R, and its axis."""
     own = [group for group in proof["groups"] if group["joint"] == joint]
-    kinds, axis = COORDINATES[values["type", joint]], values["axis", joint]
-    if len(own) != len(kinds) and (own or joint not in proof["held"]):
-        wrong(f"joint '{joint}' has {len(own)} coordinates, and should have {len(kinds)}")
+    (kind,), axis = values["type", joint], values["axis", joint]
+    if len(own) != len(COORDINATES[kind]) and (own or joint not in proof["held"]):
+        wrong(f"joint '{joint}' ({kind}) has {len(own)} coordinates")
     if not own:
         return []
-    length = sqrt(sum(c * c for c in axis)) * (-1.0 if joint in proof["flipped"] else 1.0)
+    length = sqrt(sum(c * c for c in axis))
     # which two axes of its plane a planar joint has, the URDF leaves open
     axes = [*(group["axis"] for group in own[:-1]), [c / length for c in axis]]
     axes = [*AXES, *AXES] if len(own) == 6 else axes
     if not apart(product(axes[-3:], [*zip(*axes[-3:])]), AXES, (1.0, 1.0, 1.0)) < TOLERANCE:
         wrong(f"the axes of joint '{joint}' are not square to each other")
-    return [(group["coordinate"], motion) for group, *motion in zip(own, kinds, axes)]
+    return [(group["coordinate"], motion) for group, *motion in zip(own, COORDINATES[kind], axes)]
 
 
 def urdf_robot(values, proof, wrong):
     """The robot of the URDF: each link is a part."""
-    joints = {name: child for (kind, name), child in values.items() if kind == "child"}
+    joints = {name: said[0] for (kind, name), said in values.items() if kind == "child"}
     links = [name for kind, name in values if kind == "link"]
-    robot = {}
-    todo = [(link, "", []) for link in links if link not in joints.values()]
+    robot, todo = {}, [(link, "", []) for link in links if link not in joints.values()]
     for link, before, way in todo:
-        own = None
-        if ("mass", link) in values:
-            mass, tensor, at = (values[kind, link] for kind in ("mass", "inertia", "centre"))
-            own = moments(mass, tensor, from_rpy(**at))
-        robot["link", link] = before, way, own
+        (mass,), tensor, centre = (values[kind, link] for kind in ("mass", "inertia", "centre"))
+        robot["link", link] = before, way, moments(mass, tensor, origin(centre))
         for name, child in joints.items():
-            if values["parent", name] == link:
-                way = [(None, from_rpy(**values["origin", name]))]
+            if values["parent", name] == [link]:
+                way = [(None, origin(values["origin", name]))]
                 todo.append((child, ("link", link), way + motions(name, values, proof, wrong)))
     return robot
 
@@ -269,7 +266,7 @@ def mbs_robot(model, names):
 # --- what else is in the .mbs ---
 
 
-def rest_of(model):
+def rest_of(model: ET.Element) -> list[list[str]]:
     """All that the .mbs says beside its bodies: each thing as a list of words."""
     parts = [part for part in model if part.tag not in ("base", "bodytree")]
     rest = [[thing.tag, *words_of(thing)] for part in parts for thing in part]
@@ -289,9 +286,8 @@ def words_of(element):
     return [text.strip() for text in element.itertext() if text.strip()]
 
 
-def compare_joints(robot, model, values, proof, names, wrong):
+def compare_joints(model, values, proof, names, wrong):
     """Compare natures, <symbols>, and the numbers of the URDF's joints."""
-    urdf = {joint.get("name"): joint for joint in robot.iterfind("joint")}
     for joint in model.iterfind("bodytree/body/joint"):
         name, nature = joint.findtext("jointname"), joint.findtext("nature")
         symbols, own = joint.find("symbols"), names.get(name)
@@ -302,17 +298,12 @@ def compare_joints(robot, model, values, proof, names, wrong):
         follows = values.get(("mimic", own))  # in what way, the certificate says
         if not fine or ((own is None) != (nature == "driven") and not follows):
             wrong(f"joint '{name}' ({nature}, without {sorted(lost)}) does not move as it should")
-        for kind in NUMBERS if own in urdf else ():
-            text = model.findtext(
-                f"user_models/user_model[name='{kind}']/parameter[name='{name}']/value", ""
-            )
-            what, _, end = kind.rpartition("_")
-            flip = own in proof["flipped"] and end in ENDS
-            tag, key = NUMBERS[f"{what}_{ENDS[end]}" if flip else kind]
-            number = numbers(urdf[own], tag, key)[0] * (-1.0 if flip else 1.0)
-            edit = f"joint '{own}': {kind} is {text}, "
-            if text and float(text) != number and not any(edit in one for one in proof["but_for"]):
-                wrong(f"joint '{name}': {kind} is {text}, and in the URDF {number}")
+        for kind in NUMBERS:
+            place = f"user_models/user_model[name='{kind}']/parameter[name='{name}']/value"
+            text, should = model.findtext(place), values.get((kind, own))
+            known = [f"joint '{own}': {kind} is {text}, " in edit for edit in proof["but_for"]]
+            if text is not None and [float(text)] != should and not any(known):
+                wrong(f"joint '{name}': {kind} is {text}, and in the URDF {should}")
 
 
 class Refuse(ET.TreeBuilder):
@@ -352,10 +343,11 @@ def replay(*files):
         certified[end] = ("link", link), [(None, [*place, LAST])], None
         places[end] = ("point", body, point), frame()
     off = compare(certified, mbs_robot(model, names), places, listed, "the .mbs", wrong.append)
-    compare_joints(robot, model, values, proof, names, wrong.append)
+    compare_joints(model, values, proof, names, wrong.append)
     rest, should = rest_of(model), proof["rest"]
     odd = [thing for thing in rest + should if (thing in rest) != (thing in should)]
-    wrong += [f"{' '.join(thing)}: only in the .mbs, or only in the certificate" for thing in odd]
+    if rest != should:
+        wrong.append(f"only in the .mbs, or only in the certificate: {odd}")
     verdict = "NOT " * bool(wrong) + f"the same robot: {len(listed)} groups, to {off:.0e}"
     edits = [f"what moves with '{name}' (edited)" for name in listed if "found" in listed[name]]
     known = (proof["but_for"] | proof["not_compared"]).items()
