@@ -194,7 +194,8 @@ def _ends(conversion: Conversion, cut: Connection) -> Iterator[tuple[Any, ...]]:
     in the .mbs."""
     links = {at.body: (link, at.pose) for link, at in conversion.frames.items() if not at.joint}
     points = conversion.mbs.points()
-    for body, point in (cut.endpoint1, cut.endpoint2):
+    known = [end for end in (cut.endpoint1, cut.endpoint2) if end[0] in links]
+    for body, point in known:  # a body that people drew has no link
         link, pose = links[body]
         at = Pose(points[body, point].coordinates if point else ZERO)
         yield cut.name, link, _rows(compose(inverse(pose), at)), body or BASE, point or ORIGIN

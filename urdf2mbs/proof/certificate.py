@@ -337,7 +337,8 @@ def replay(*files):
     for link in urdf:
         kind, name, place = proof["frames"][link[1]]
         there = names.get(name, ("joint", name)) if kind == "joint" else (kind, name)
-        places[link] = there, [*place, LAST]
+        if not any(f"link '{link[1]}': its frame is " in edit for edit in proof["but_for"]):
+            places[link] = there, [*place, LAST]
     for cut, link, place, body, point in proof["ends"]:
         end = "end of a cut", cut, body, point
         certified[end] = ("link", link), [(None, [*place, LAST])], None
