@@ -65,7 +65,10 @@ class Certificate(Pass):
 def _text(data: Any) -> bytes:
     import json  # a name of a file may be no text, which msgspec refuses
 
-    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+    text = json.dumps(data, allow_nan=False).encode()
+    with suppress(msgspec.DecodeError):
+        text = msgspec.json.format(text, indent=1)
+    return text + b"\n"
 
 
 def _files(conversion: Conversion, folder: Path) -> list[Any]:
