@@ -42,6 +42,8 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
                              "--set posture.state=home",)),
     "mbs": ("broken.mbs", MODEL),
     **{kind: (f"broken.{kind}", (f"convert {kind}.urdf -o out/",)) for kind in MESHES},
+    "edits": ("broken.yaml", ("convert tiny.urdf -o out/ --set apply-edits.file=broken.yaml",)),
+    "certificate": ("p/dataR/p.proof.json", ("verify tiny.urdf p", "verify tiny.urdf p --code")),
 }  # fmt: skip
 MESHED = (
     '<robot name="r"><link name="a"><visual><geometry><mesh filename="broken.{}"/></geometry>'
@@ -62,6 +64,7 @@ def prepare() -> None:
         Path(f"{kind}.urdf").write_text(MESHED.format(kind))
     Path("tiny.urdf").write_text(TINY)
     Path("tiny.mbs").write_bytes(convert("tiny.urdf").data)
+    convert("tiny.urdf", project="p").write()
 
 
 def attempt(kind: str, data: bytes) -> list[str]:

@@ -143,7 +143,7 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
         "rest": rest_of(fromstring(conversion.files[conversion.settings.output])),
         "ends": [end for cut in mbs.cuts for end in _ends(conversion, cut)],
         "frames": {
-            link: ("joint" if at.joint else "body", at.joint or at.body or BASE, _rows(at.pose))
+            link: ("joint" if at.joint else "body", at.joint or at.body or BASE, _flat(at.pose))
             for link, at in conversion.frames.items()
         },
         "groups": [_group(group) for group in proof.compared],
@@ -200,23 +200,22 @@ def _ends(conversion: Conversion, cut: Connection) -> Iterator[tuple[Any, ...]]:
     known = [end for end in (cut.endpoint1, cut.endpoint2) if end[0] in links]
     for body, point in known:  # a body that people drew has no link
         link, pose = links[body]
-        at = Pose(points[body, point].coordinates if point else ZERO)
-        yield cut.name, link, _rows(compose(inverse(pose), at)), body or BASE, point or ORIGIN
+        at = compose(inverse(pose), Pose(points[body, point].coordinates if point else ZERO))
+        yield cut.name, link, _flat(at), body or BASE, point or ORIGIN
 
 
-def _rows(frame: Pose) -> list[list[float]]:
-    """A frame as three rows: of rotation, and origin (m)."""
-    return [[*frame.rot[3 * k : 3 * k + 3], frame.xyz[k]] for k in range(3)]
+def _flat(frame: Pose) -> list[float]:
+    """A rotation row by row, then an origin (m)."""
+    return [*frame.rot, *frame.xyz]
 
 
 def _group(group: Compared) -> dict[str, Any]:
     """What was compared; of what people have edited, also what is in the .mbs."""
     numbers = msgspec.structs.asdict(group)
     numbers["deviation"] = float(f"{group.deviation:.1e}")  # the rest of its digits is noise
-    found = numbers.pop("found")
-    for values in (numbers, found) if found else (numbers,):
-        values["place"] = _rows(Pose(values["place"][9:], values["place"][:9]))
-    return numbers | {"found": found} if found else numbers
+    if not group.found:
+        del numbers["found"]
+    return numbers
 
 
 def _options(config: Config) -> dict[str, Any]:

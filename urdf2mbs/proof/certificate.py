@@ -19,7 +19,7 @@ from random import Random
 
 TOLERANCE = 1e-9
 AXES, ZERO = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
-LAST, MOMENTS = [0.0, 0.0, 0.0, 1.0], ("xx", "xy", "xz", "yy", "yz", "zz")
+MOMENTS = ("xx", "xy", "xz", "yy", "yz", "zz")
 SYMBOLS, WORDS = ("q", "qd", "qdd"), ("link", "type", "parent", "child", "mimic")
 #: What the coordinates of a joint do: turn (R), or shift (T).
 COORDINATES = {
@@ -60,7 +60,11 @@ UNSAID = {
 
 
 def frame(rotation=AXES, xyz=ZERO):
-    return [[*row, x] for row, x in zip(rotation, xyz)] + [LAST]
+    return [[*row, x] for row, x in zip(rotation, xyz)] + [[0.0, 0.0, 0.0, 1.0]]
+
+
+def unpacked(numbers):
+    return frame([numbers[k : k + 3] for k in (0, 3, 6)], numbers[9:])
 
 
 def product(first, *others):
@@ -222,7 +226,7 @@ def certified_robot(groups, urdf):
     """The robot of the certificate: each group is a part.  Links are where the URDF has them."""
     robot = {}
     for name, g in groups.items():
-        way = [(None, [*g["place"], LAST]), (name, ("TR"[g["turns"]], g["axis"]))]
+        way = [(None, unpacked(g["place"])), (name, ("TR"[g["turns"]], g["axis"]))]
         own = moments(g["mass"], g["inertia"], frame(AXES, g["centre"]))
         robot["group", name] = g["parent"], way, own
     at, mover = poses(urdf, dict.fromkeys(groups, 0.0))
@@ -338,10 +342,10 @@ def replay(*files):
         kind, name, place = proof["frames"][link[1]]
         there = names.get(name, ("joint", name)) if kind == "joint" else (kind, name)
         if not any(f"link '{link[1]}': its frame is " in edit for edit in proof["but_for"]):
-            places[link] = there, [*place, LAST]
+            places[link] = there, unpacked(place)
     for cut, link, place, body, point in proof["ends"]:
         end = "end of a cut", cut, body, point
-        certified[end] = ("link", link), [(None, [*place, LAST])], None
+        certified[end] = ("link", link), [(None, unpacked(place))], None
         places[end] = ("point", body, point), frame()
     off = compare(certified, mbs_robot(model, names), places, listed, "the .mbs", wrong.append)
     compare_joints(model, values, proof, names, wrong.append)
@@ -360,5 +364,5 @@ def replay(*files):
 if __name__ == "__main__":
     try:
         sys.exit(replay(*sys.argv[1:]) if len(sys.argv) == 4 else __doc__)
-    except (OSError, ET.ParseError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except Exception as error:  # a file is not what it should be
         sys.exit(f"{type(error).__name__}: {error}\n{__doc__}")
