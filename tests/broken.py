@@ -27,7 +27,13 @@ from urdf2mbs.testing import TINY
 CORPUS = Path(__file__).resolve().parent / "corpus"
 PATIENCE = 20.0
 """s"""
-CONVERT = ("lint {}", "convert {} -o out/", "report {} -o out/page.html", "verify {} tiny.mbs")
+CONVERT = (
+    "lint {}",
+    "convert {} -o out/",
+    "report {} -o out/page.html",
+    "verify {} tiny.mbs",
+    "convert {} -o out/ --pipeline compact --set snap.angle=0.01 --set align-frames.flip=true",
+)
 MODEL = ("diagram {} -o out/a.svg", "verify tiny.urdf {}", "verify tiny.mbs {}", "diff tiny.mbs {}",
          "equations {} -o out/ --language c --energy --derivatives")  # fmt: skip
 MESHES = ("stl", "obj", "ply", "dae", "glb", "gltf", "wrl")

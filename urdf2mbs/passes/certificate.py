@@ -161,7 +161,7 @@ def _changes(conversion: Conversion) -> Iterator[tuple[str, str, Any, Any]]:
     robot, read = conversion.robot.with_flipped(flipped), {}
     changes = [change.name for changed in conversion.changed for change in changed.changes]
     if changes or flipped:
-        with suppress(ParseError):  # the reader mends what no other parser reads
+        with suppress(ParseError, ValueError):  # the reader mends what no other parser reads
             read = urdf_values(fromstring(conversion.expanded or conversion.source))
     added = () if inserted is None else (inserted, robot.joints[inserted].parent)
     for name in dict.fromkeys((*changes, *flipped, *added)):
