@@ -20,6 +20,7 @@ from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import BASE, ORIGIN, Connection
+from urdf2mbs.proof.parameters import stated
 from urdf2mbs.proof.verdict import Compared, Proof
 from urdf2mbs.spatial import ZERO, Pose, compose, inverse
 from urdf2mbs.urdf.model import Inertial, Joint, Link
@@ -174,17 +175,13 @@ def _changes(conversion: Conversion) -> Iterator[tuple[str, str, Any, Any]]:
 
 def _said(part: Link | Joint | None) -> dict[str, list[Any]]:
     """What of a link or joint moves or weighs something, as the replay reads it."""
-    from urdf2mbs.proof.certificate import NUMBERS
-
     if isinstance(part, Joint):
-        said: dict[str, list[Any]] = {
+        return {
             "type": [part.type], "parent": [part.parent], "child": [part.child],
             "origin": [*part.origin.xyz, *part.origin.rpy], "axis": [*part.axis],
-            "mimic": [part.mimic and part.mimic.joint],
+            **({"mimic": [part.mimic.joint]} if part.mimic else {}),
+            **{kind: [value] for kind, value in stated(part).items()},
         }  # fmt: skip
-        for kind, (element, attribute) in NUMBERS.items():
-            said[kind] = [getattr(getattr(part, element), attribute, None)]
-        return {kind: value for kind, value in said.items() if value != [None]}
     if part is None:
         return {}
     mass, inertia, origin = msgspec.structs.astuple(part.inertial or Inertial())
