@@ -205,10 +205,12 @@ def _verify(
     floats = _base(mbs)
     conversion = _read_robot(source, {**fields, "base": floats if base == "auto" else base})
     robot, gravity = conversion.robot, conversion.settings.config.gravity
-    found = match(robot, mbs)
+    found, known = match(robot, mbs), _certified(model).but_for
+    asked = [name for name in found.joints if known.get(f"joint '{name}'", "").startswith("driven")]
     proof = compare(
         robot.with_flipped(found.flipped), mbs, found.joints,
         frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
+        driven=[own for name in asked for own in found.joints[name]],
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
     inserted = conversion.inserted or ""
@@ -254,12 +256,10 @@ def _verify_code(
     from urdf2mbs.passes.check_code import code_of
     from urdf2mbs.runtime.code import prove_code
 
-    certificate = Path(paths[1]).with_suffix(".proof.json")
-    asked: dict[str, Any] = {"plugins": ()}
-    if certificate.is_file():
-        asked = msgspec.json.decode(files.read(certificate))["predicate"]["urdf2mbs"]["options"]
-    if "plugins" in asked:
-        why = "made with plugins" if certificate.is_file() else f"there is no '{certificate.name}'"
+    asked = _certified(paths[1]).options
+    if asked is None or "plugins" in asked:
+        name = Path(paths[1]).with_suffix(".proof.json").name
+        why = "made with plugins" if asked else f"there is no '{name}'"
         verdict.not_compared["the generated code"] = why
         return
     settings = {key: value for key, value in asked.items() if key in _OPTIONS} | fields
@@ -277,6 +277,22 @@ def _verify_code(
         elif data is not None and not own:
             code[name] = data
     prove_code(conversion, verdict, code, in_c=in_c)
+
+
+class _Certified(msgspec.Struct):
+    """What a certificate says that concerns the comparison."""
+
+    options: dict[str, Any] | None = None
+    but_for: dict[str, str] = {}
+
+
+def _certified(model: str) -> _Certified:
+    """What the certificate beside an .mbs says; nothing, where there is none that can be read."""
+    try:
+        statement = msgspec.json.decode(files.read(Path(model).with_suffix(".proof.json")))
+        return msgspec.convert(statement["predicate"]["urdf2mbs"], _Certified)
+    except (OSError, LookupError, TypeError, msgspec.MsgspecError):
+        return _Certified()
 
 
 #: What of the options in a certificate says how the code was made, and runs nothing.

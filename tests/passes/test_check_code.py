@@ -254,8 +254,7 @@ def test_the_law_of_a_plugin(should: dict[str, float], found: str | None, tmp_pa
 
 
 def test_verify_runs_the_code_only_when_asked(tmp_path: Path) -> None:
-    # a follower that is driven is another robot, unless one knows that this was asked for
-    write(convert(tmp_path, {name: PASSES[name] for name in PASSES if name != "mimic"}))
+    write(convert(tmp_path, PASSES))
     robot, project = tmp_path / "rich.urdf", tmp_path / "rich"
     trace = tmp_path / "trace"
     user = project / "userfctR" / "user_Derivative.py"

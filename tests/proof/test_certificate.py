@@ -5,18 +5,21 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
+from math import cos, sin
 from pathlib import Path
 from typing import Any
 
 import pytest
+from proof.test_not_fooled import PLANTS
 from proof.test_planted import BIPED, PLANTED
 from proof.test_words import FOUND, MIMIC, SAID, TINY, WORLD
 
 from urdf2mbs import Result, convert
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.proof import certificate as checker
@@ -24,7 +27,7 @@ from urdf2mbs.proof import certificate as checker
 CHECKER = Path(checker.__file__)
 ALWAYS = {"certificate": {"write": "always"}}
 #: Lines of code, without docstrings, comments and empty lines.
-LONGEST = 255
+LONGEST = 276
 FILES = ("robot.urdf", "model.mbs", "model.proof.json")
 Texts = tuple[bytes, bytes, dict[str, Any]]
 
@@ -45,7 +48,7 @@ def biped(request: pytest.FixtureRequest) -> Texts:
 def tiny(text: str, folder: Path, **settings: Any) -> Texts:
     source = folder / "tiny.urdf"
     source.write_text(text)
-    return texts_of(convert(source, options=ALWAYS, **settings))
+    return texts_of(convert(source, **{"options": ALWAYS, **settings}))
 
 
 def replay(texts: Texts, folder: Path) -> int:
@@ -124,16 +127,92 @@ def test_a_fault_of_natures_and_cuts_is_found(fault: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("fault", [fault for fault in SAID if "follower that is free" not in fault])
-def test_what_the_certificate_does_not_name_is_found(fault: str, tmp_path: Path) -> None:
+def test_what_is_not_as_in_the_certificate_is_found(fault: str, tmp_path: Path) -> None:
     text, base, plant, _ = SAID[fault]
     assert replay(planted(tiny(text, tmp_path, base=base), plant), tmp_path) == 3
 
 
-def test_gravity_the_other_way(biped: Texts, tmp_path: Path) -> None:
+@pytest.mark.parametrize("where", PLANTS)
+def test_another_number_is_found(where: str, tmp_path: Path) -> None:
     def plant(mbs: Mbs) -> None:
-        mbs.base.gravity = (0.0, 0.0, 9.81)
+        PLANTS[where](mbs, 1e-4)
 
-    assert replay(planted(biped, plant), tmp_path) == 3
+    assert replay(planted(tiny(TINY, tmp_path), plant), tmp_path) == 3
+
+
+def _turn_frame(mbs: Mbs) -> None:
+    """The robot is the same, but the frame of the hand is turned."""
+    mbs.bodies[-1].joints.append(Joint("more", "R1", "driven", q=0.3))
+    mbs.bodies[-1].com = (0.0, 0.05 * sin(0.3), 0.05 * cos(0.3))
+
+
+def _move_point(name: str) -> Callable[[Mbs], None]:
+    def plant(mbs: Mbs) -> None:
+        (point,) = (p for body in mbs.bodies for p in body.points if p.name == name)
+        x, y, z = point.coordinates
+        point.coordinates = (x, y + 1e-6, z)
+
+    return plant
+
+
+#: Faults of what moves nothing by itself: frames, and where cuts, forces and sensors are.
+PLACES: dict[str, Callable[[Mbs], None]] = {
+    "a frame turned": _turn_frame,
+    "an end of a cut": _move_point("rod_2"),
+    "the other end of a cut": lambda mbs: setattr(mbs.cuts[0], "endpoint1", ("hand", None)),
+    "the length of a rod": lambda mbs: setattr(mbs.cuts[0], "length", 0.51),
+    "the point of a force": _move_point("push_at"),
+    "the point of a sensor": _move_point("hand_at"),
+    "the dependent joint": lambda mbs: [
+        setattr(j, "nature", "independent") for b in mbs.bodies for j in b.joints
+        if j.nature == "dependent"
+    ],
+}  # fmt: skip
+PASSES: Any = {
+    "loops": {"cuts": {"rod": {
+        "kind": "rod", "length": 0.5, "ends": [{"link": "body"}, {"link": "tool", "at": [0, 0, 1]}],
+    }}},
+    "forces": {"wrenches": {"push": {"link": "arm", "at": [0, 0, 1], "force": [1, 0, 0]}}},
+    "sensors": {"links": ["hand"]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", ["", *PLACES])
+def test_another_place_is_found(fault: str, tmp_path: Path) -> None:
+    texts = tiny(TINY, tmp_path, base="fixed", options=PASSES, project=tmp_path / "p")
+    plant = PLACES.get(fault, lambda mbs: None)
+    assert replay(planted(texts, plant), tmp_path) == (3 if fault else 0)
+
+
+HANDLESS = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", TINY)
+#: Passes that change the robot on purpose, and what of it.
+CHANGES: Any = {
+    "estimate-inertia": ({"density": 1000.0}, {"mass", "centre", "inertia"}),
+    "rotors": ({"armature": {"wrist_roll": 0.1}}, {"link", "inertia", "child", "axis", "mimic"}),
+    "snap": ({"angle": 1e-3}, {"origin"}),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_what_a_pass_changed_on_purpose_is_named(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The robot is the same but for these changes, and each value is what it was and became."""
+    options, kinds = CHANGES[name]
+    settings = {"base": "fixed", "options": {name: options}, "project": tmp_path / "p"}
+    texts = tiny(HANDLESS if name == "estimate-inertia" else TINY, tmp_path, **settings)
+    assert replay(texts, tmp_path) == 0
+    assert f"  but for {name} (plugin 'urdf2mbs') changed of" in capsys.readouterr().out
+    changes = texts[2]["predicate"]["urdf2mbs"]["changes"]
+    assert kinds <= {kind for kind, *_ in changes}
+    for number, change in enumerate(changes):
+        said = json.loads(json.dumps(texts[2]))
+        said["predicate"]["urdf2mbs"]["changes"][number][2] = "another"
+        assert replay((texts[0], texts[1], said), tmp_path) == 3, change
+    said = json.loads(json.dumps(texts[2]))
+    said["predicate"]["urdf2mbs"]["changes"] = []
+    if name != "rotors":
+        assert replay((texts[0], texts[1], said), tmp_path) == 3
 
 
 @pytest.mark.parametrize("text", [TINY, MIMIC, WORLD], ids=["tiny", "mimic", "world"])
@@ -149,8 +228,28 @@ def test_joints_of_all_types_and_those_that_count_the_other_way(tmp_path: Path) 
         assert replay(tiny(text, tmp_path, base="fixed"), tmp_path) == 0, kind
     flip = {"align-frames": {"flip": True}, **ALWAYS}
     said = texts_of(convert(BIPED, pipeline="compact", options=flip))
-    assert said[2]["predicate"]["urdf2mbs"]["flipped"]
+    assert "axis" in {kind for kind, *_ in said[2]["predicate"]["urdf2mbs"]["changes"]}
     assert replay(said, tmp_path) == 0
+
+
+@pytest.mark.parametrize("flip", [False, True])
+def test_springs_are_those_of_the_urdf(flip: bool, tmp_path: Path) -> None:
+    springs = "".join(
+        f"<springStiffness>{i}</springStiffness><springReference>0.{i}</springReference>"
+        f'</gazebo><gazebo reference="{name}">'
+        for i, name in ((1, "wrist_roll"), (2, "none"))
+    )
+    text = TINY.replace("</robot>", f'<gazebo reference="wrist_pitch">{springs}</gazebo></robot>')
+    settings = {"base": "fixed", "pipeline": "compact", "project": tmp_path / "p"}
+    flipped = {"align-frames": {"flip": flip}}
+    urdf, mbs, said = tiny(text, tmp_path, options=flipped, **settings)
+    assert replay((urdf, mbs, said), tmp_path) == 0
+    for old, new in ((b"<springStiffness>1<", b"<springStiffness>3<"), (b">0.2<", b">0.4<")):
+        assert old in urdf
+        other = urdf.replace(old, new)
+        digest = {"sha256": hashlib.sha256(other).hexdigest()}
+        said["predicate"]["configuration"][0]["digest"] = digest
+        assert replay((other, mbs, said), tmp_path) == 3
 
 
 @pytest.mark.parametrize("key", ["axis", "place", "mass", "centre", "inertia"])
@@ -159,7 +258,7 @@ def test_a_number_of_the_certificate_that_is_not_the_urdfs(
 ) -> None:
     said = json.loads(json.dumps(biped[2]))
     group = next(g for g in said["predicate"]["urdf2mbs"]["groups"] if g["joint"] == "left_knee")
-    row = group["place"][0] if key == "place" else group if key == "mass" else group[key]
+    row = group if key == "mass" else group[key]
     for index in ["mass"] if key == "mass" else range(len(row)):
         value = row[index]
         row[index] += 1e-3
@@ -209,6 +308,7 @@ def test_what_people_edited_is_named_and_all_else_is_compared(
     convert(source, project=tmp_path / "p").write()
     mbs = read(model.read_bytes(), "p.mbs")
     body, damping = mbs.bodies[-1], next(m for m in mbs.user_models if m.name == "damping")
+    _turn_frame(mbs)
     body.mass, damping.parameters[0].values = 7.0, ("0.25",)
     model.write_bytes(write(mbs))
     result = convert(source, project=tmp_path / "p")

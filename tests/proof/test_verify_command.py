@@ -106,3 +106,19 @@ def test_frames_that_a_model_may_choose_are_counted_and_not_listed(pair: Path, c
     assert "12 frames of links and points elsewhere than by the URDF, as a model may choose" in out
     assert "its frame is" not in out
     assert ", frame " not in out
+
+
+def test_a_follower_that_a_project_drives_on_purpose(pair: Path, capsys: Any) -> None:
+    """The certificate says so; without a certificate that says so, it is a difference."""
+    mimic = '<axis xyz="0 1 1"/><mimic joint="wrist_roll"/>'
+    (pair / "tiny.urdf").write_text(TINY.replace('<axis xyz="0 1 1"/>', mimic))
+    drive = {"mimic": {"joints": {"*": "driven"}}}
+    convert("tiny.urdf", project="p", options=drive).write()
+    assert main(["verify", "tiny.urdf", "p"]) == 0
+    assert "but for joint 'wrist_pitch' (driven, so that 'wrist_roll'" in capsys.readouterr().out
+    certificate = pair / "p" / "dataR" / "p.proof.json"
+    for text in ("{}", "[]", '{"predicate": {"urdf2mbs": {"but_for": 1}}}', "{"):
+        certificate.write_text(text)
+        assert main(["verify", "tiny.urdf", "p"]) == 3
+        assert "is driven, and should follow 'wrist_roll'" in capsys.readouterr().out
+        assert main(["verify", "tiny.urdf", "p", "--code"]) == 3

@@ -38,21 +38,29 @@ class ApplyEdits(Pass):
                 "edits-unreadable", f"cannot read '{place}': {error.strerror}"
             ) from None
         mbs = conversion.mbs
-        made = []
-        before = [(t, t.kind, t.name) for t in things(mbs) if t.kind in ("body", "joint")]
-        parts = {id(thing.part): (kind, name) for thing, kind, name in before}
-        for changes in overlay.read(data, str(place)):
-            applying = overlay.apply(mbs, changes, "edited")
-            for conflict in applying.conflicts:
-                conversion.warn("merge-conflict-won", conflict.words("the URDF", "the edit"))
-            for edit, why in applying.orphans:
-                conversion.warn("edit-left-out", f"{line(edit.change)}: not made, since {why}")
-            for change in applying.unknown:
-                conversion.warn("edit-left-out", f"{line(change)}: not made, since it is unknown")
-            made += [change for change, _ in changes if change not in applying.unknown]
-        now = {parts.get(id(t.part), (t.kind, "")): t.name for t in things(mbs)}
-        names = {key: now.get(key) for key in parts.values()}
-        follow(conversion, names, made, place.name)
-        output = conversion.settings.output
-        conversion.files[output] = seal(output, write(mbs))
+        try:
+            made = []
+            before = [(t, t.kind, t.name) for t in things(mbs) if t.kind in ("body", "joint")]
+            parts = {id(thing.part): (kind, name) for thing, kind, name in before}
+            for changes in overlay.read(data, str(place)):
+                applying = overlay.apply(mbs, changes, "edited")
+                for conflict in applying.conflicts:
+                    conversion.warn("merge-conflict-won", conflict.words("the URDF", "the edit"))
+                for edit, why in applying.orphans:
+                    conversion.warn("edit-left-out", f"{line(edit.change)}: not made, since {why}")
+                for change in applying.unknown:
+                    conversion.warn(
+                        "edit-left-out", f"{line(change)}: not made, since it is unknown"
+                    )
+                made += [change for change, _ in changes if change not in applying.unknown]
+            now = {parts.get(id(t.part), (t.kind, "")): t.name for t in things(mbs)}
+            names = {key: now.get(key) for key in parts.values()}
+            follow(conversion, names, made, place.name)
+            output = conversion.settings.output
+            conversion.files[output] = seal(output, write(mbs))
+        except (AttributeError, LookupError, TypeError, ValueError) as error:
+            raise ConfigError(
+                "edits-unreadable", f"an edit has a value that cannot be there: {error}",
+                file=str(place), hint="urdf2mbs edits writes such files",
+            ) from None  # fmt: skip
         conversion.overlay = data

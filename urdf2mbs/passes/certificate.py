@@ -8,6 +8,7 @@ rigid group.  ``proof/certificate.py`` replays the comparison.  A rejected file 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any, Literal
@@ -18,8 +19,11 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.model import UserConstraint, UserModel
+from urdf2mbs.mbs.model import BASE, ORIGIN, Connection
+from urdf2mbs.proof.parameters import stated
 from urdf2mbs.proof.verdict import Compared, Proof
+from urdf2mbs.spatial import ZERO, Pose, compose, inverse
+from urdf2mbs.urdf.model import Inertial, Joint, Link
 
 STATEMENT = "https://in-toto.io/Statement/v1"
 PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
@@ -62,7 +66,10 @@ class Certificate(Pass):
 def _text(data: Any) -> bytes:
     import json  # a name of a file may be no text, which msgspec refuses
 
-    return (json.dumps(data, indent=1, allow_nan=False) + "\n").encode()
+    text = json.dumps(data, allow_nan=False).encode()
+    with suppress(msgspec.DecodeError):
+        text = msgspec.json.format(text, indent=1)
+    return text + b"\n"
 
 
 def _files(conversion: Conversion, folder: Path) -> list[Any]:
@@ -119,36 +126,93 @@ def _warned(conversion: Conversion, proof: Proof) -> list[str]:
 def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
     """The rest, which is ours: versions, options, what plugins changed, and all groups."""
     from importlib.metadata import version
+    from xml.etree.ElementTree import fromstring
+
+    from urdf2mbs.proof.certificate import rest_of
 
     mbs = conversion.mbs
-    others: list[UserModel | UserConstraint] = [*mbs.user_models, *mbs.user_constraints]
     packages = ["urdf2mbs"] + ["xacro"] * (conversion.expanded is not None)
     return {
         "versions": {package: version(package) for package in packages},
         "options": _options(conversion.settings.config),
         "changed": [str(change) for change in conversion.changed],
-        "snap": conversion.facts.get("snap", {}).get("angle"),
-        "gravity": mbs.base.gravity,
-        "base_joint": conversion.inserted if conversion.floating else None,
-        "flipped": conversion.names.flipped,
+        "changes": msgspec.to_builtins([*_changes(conversion)]),
         "held": conversion.frozen,
         "but_for": proof.but_for,
         "by_code": proof.by_code,
         "not_compared": proof.not_compared,
-        "declared": [thing.name for thing in others],
+        "rest": rest_of(fromstring(conversion.files[conversion.settings.output])),
+        "ends": [end for cut in mbs.cuts for end in _ends(conversion, cut)],
+        "frames": {
+            link: ("joint" if at.joint else "body", at.joint or at.body or BASE, _flat(at.pose))
+            for link, at in conversion.frames.items()
+        },
         "groups": [_group(group) for group in proof.compared],
     }
+
+
+def _changes(conversion: Conversion) -> Iterator[tuple[str, str, Any, Any]]:
+    """Each value that passes changed or added, also of joints that count the other way round: its
+    kind, its link or joint, what the replay reads in the URDF, and what it became."""
+    from xml.etree.ElementTree import ParseError, fromstring
+
+    from urdf2mbs.proof.certificate import urdf_values
+
+    flipped, inserted = conversion.names.flipped, conversion.inserted
+    robot, read = conversion.robot.with_flipped(flipped), {}
+    changes = [change.name for changed in conversion.changed for change in changed.changes]
+    if changes or flipped:
+        with suppress(ParseError, ValueError):  # the reader mends what no other parser reads
+            read = urdf_values(fromstring(conversion.expanded or conversion.source))
+    added = () if inserted is None else (inserted, robot.joints[inserted].parent)
+    for name in dict.fromkeys((*changes, *flipped, *added)):
+        for part in (robot.links.get(name), robot.joints.get(name)):
+            for kind, after in _said(part).items():
+                before = read.get((kind, name))
+                if after != before:
+                    yield kind, name, before, after
+
+
+def _said(part: Link | Joint | None) -> dict[str, list[Any]]:
+    """What of a link or joint moves or weighs something, as the replay reads it."""
+    if isinstance(part, Joint):
+        return {
+            "type": [part.type], "parent": [part.parent], "child": [part.child],
+            "origin": [*part.origin.xyz, *part.origin.rpy], "axis": [*part.axis],
+            **({"mimic": [part.mimic.joint]} if part.mimic else {}),
+            **{kind: [value] for kind, value in stated(part).items()},
+        }  # fmt: skip
+    if part is None:
+        return {}
+    mass, inertia, origin = msgspec.structs.astuple(part.inertial or Inertial())
+    centre = [*origin.xyz, *origin.rpy]
+    return {"link": [part.name], "mass": [mass], "inertia": [*inertia], "centre": centre}
+
+
+def _ends(conversion: Conversion, cut: Connection) -> Iterator[tuple[Any, ...]]:
+    """Where a cut ends: the cut, a link, the point in it with the axes of the body; and both names
+    in the .mbs."""
+    links = {at.body: (link, at.pose) for link, at in conversion.frames.items() if not at.joint}
+    points = conversion.mbs.points()
+    known = [end for end in (cut.endpoint1, cut.endpoint2) if end[0] in links]
+    for body, point in known:  # a body that people drew has no link
+        link, pose = links[body]
+        at = compose(inverse(pose), Pose(points[body, point].coordinates if point else ZERO))
+        yield cut.name, link, _flat(at), body or BASE, point or ORIGIN
+
+
+def _flat(frame: Pose) -> list[float]:
+    """A rotation row by row, then an origin (m)."""
+    return [*frame.rot, *frame.xyz]
 
 
 def _group(group: Compared) -> dict[str, Any]:
     """What was compared; of what people have edited, also what is in the .mbs."""
     numbers = msgspec.structs.asdict(group)
     numbers["deviation"] = float(f"{group.deviation:.1e}")  # the rest of its digits is noise
-    found = numbers.pop("found")
-    for values in (numbers, found) if found else (numbers,):
-        frame = values["place"]  # as three rows: of rotation, and origin (m)
-        values["place"] = [[*frame[3 * k : 3 * k + 3], frame[9 + k]] for k in range(3)]
-    return numbers | {"found": found} if found else numbers
+    if not group.found:
+        del numbers["found"]
+    return numbers
 
 
 def _options(config: Config) -> dict[str, Any]:

@@ -1,9 +1,10 @@
 """Replay a certificate of urdf2mbs: python certificate.py ROBOT.urdf MODEL.mbs MODEL.proof.json
 
 Is the .mbs the robot of the URDF?  This file answers with Python's standard library alone, and
-uses no code of urdf2mbs.  It computes the mass matrix and the moments of all mass at random
-positions: of the URDF, of the .mbs, and of the numbers in the certificate.  If they agree, the
-equations of motion are the same.  Exit code: 0 the same, 3 not the same, 1 a file is unreadable.
+uses no code of urdf2mbs.  It reads three robots: that of the URDF, that of the numbers in the
+certificate, and that of the .mbs.  At random positions each link must be at the same place in all
+three, and each joint must move the same masses: then the equations of motion are the same.
+Exit code: 0 the same, 3 not the same, 1 a file is unreadable.
 The URDF of a xacro file: urdf2mbs convert ROBOT.xacro --dump DIR --stop-after expand
 """
 
@@ -12,261 +13,308 @@ import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
 from hashlib import sha256
-from math import cos, isfinite, pi, sin, sqrt
+from math import cos, pi, sin, sqrt
 from pathlib import Path
 from random import Random
 
 TOLERANCE = 1e-9
 AXES, ZERO = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0.0, 0.0)
-MOMENTS, SYMBOLS = ("xx", "xy", "xz", "yy", "yz", "zz"), {"q", "qd", "qdd"}
-#: User models: those called as their attribute in URDF is, and those of the ends of a range.
-SPRING = {"spring_stiffness": "<springStiffness>", "spring_reference": "<springReference>"}
-PLAIN = ["damping", "friction", "effort", "velocity", "k_position", "k_velocity", *SPRING]
-ENDS = "q_min q_max soft_q_min soft_q_max calibration_rising calibration_falling".split()
-ENDS = dict(zip(ENDS, "lower upper soft_lower_limit soft_upper_limit rising falling".split()))
-ZEROS = {"limit": ("lower", "upper")}
-ZEROS["safety_controller"] = ("k_position", "soft_lower_limit", "soft_upper_limit")
+MOMENTS = ("xx", "xy", "xz", "yy", "yz", "zz")
+SYMBOLS, WORDS = ("q", "qd", "qdd"), ("link", "type", "parent", "child", "mimic")
+#: What the coordinates of a joint do: turn (R), or shift (T).
+COORDINATES = {
+    "revolute": "R", "continuous": "R", "prismatic": "T", "planar": "TTR", "floating": "TTTRRR",
+    "fixed": "",
+}  # fmt: skip
+LIMIT, SAFETY, CALIBRATION = "limit", "safety_controller", "calibration"
+#: User models that hold numbers of the URDF's joints: the element, and its attribute.
+NUMBERS = {
+    "damping": ("dynamics", "damping"), "friction": ("dynamics", "friction"),
+    "effort": (LIMIT, "effort"), "velocity": (LIMIT, "velocity"),
+    "q_min": (LIMIT, "lower"), "q_max": (LIMIT, "upper"),
+    "k_velocity": (SAFETY, "k_velocity"), "k_position": (SAFETY, "k_position"),
+    "soft_q_min": (SAFETY, "soft_lower_limit"), "soft_q_max": (SAFETY, "soft_upper_limit"),
+    "calibration_rising": (CALIBRATION, "rising"), "calibration_falling": (CALIBRATION, "falling"),
+}  # fmt: skip
+SPRINGS = {
+    "spring_stiffness": ("springStiffness", "value"),
+    "spring_reference": ("springReference", "value"),
+}  # fmt: skip
+#: What is read of the URDF: kinds of values, each with its element and attributes.
+KINDS = {
+    "link": {
+        "link": (".", "name"), "mass": ("inertial/mass", "value"),
+        "centre": ("inertial[mass]/origin", "xyz", "rpy"),
+        "inertia": ("inertial[mass]/inertia", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    },
+    "joint": {
+        "type": (".", "type"), "parent": ("parent", "link"), "child": ("child", "link"),
+        "origin": ("origin", "xyz", "rpy"), "axis": ("axis", "xyz"), "mimic": ("mimic", "joint"),
+        **NUMBERS,
+    },
+    "gazebo": SPRINGS,
+}  # fmt: skip
+#: What the URDF means where it says nothing.
+UNSAID = {
+    "mass": [0.0], "centre": [0.0] * 6, "inertia": [0.0] * 6,
+    "origin": [0.0] * 6, "axis": [1.0, 0.0, 0.0],
+    "spring_reference": [0.0],
+}  # fmt: skip
 
 
-def frame(rotation, xyz):
-    """A 4 x 4 matrix: a rotation, row by row, and an origin (m)."""
+# --- frames: 4 x 4 matrices of a rotation, row by row, and an origin (m) ---
+
+
+def frame(rotation=AXES, xyz=ZERO):
     return [[*row, x] for row, x in zip(rotation, xyz)] + [[0.0, 0.0, 0.0, 1.0]]
+
+
+def unpacked(numbers):
+    return frame([numbers[k : k + 3] for k in (0, 3, 6)], numbers[9:])
 
 
 def product(first, *others):
     for other in others:
-        columns = list(zip(*other))
-        first = [[sum(map(float.__mul__, row, column)) for column in columns] for row in first]
+        columns = [*zip(*other)]
+        first = [[sum(a * b for a, b in zip(row, column)) for column in columns] for row in first]
     return first
 
 
-def seen(at, moments):
-    return product(at, moments, list(zip(*at)))
-
-
-def twist(kind, axis):
-    """The velocity of a joint at the speed 1: a turn (R) about a unit axis, or a shift (T)."""
-    x, y, z = axis
-    turn = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0))
-    rows = frame(turn, ZERO) if kind == "R" else frame([ZERO] * 3, axis)
-    return [*rows[:3], [0.0] * 4]
+def inverse(at):
+    rotation, xyz = [*zip(*at[:3])][:3], [row[3] for row in at[:3]]
+    return frame(rotation, [-sum(a * b for a, b in zip(row, xyz)) for row in rotation])
 
 
 def step(kind, axis, q):
-    """A frame after a joint: I + sin(q) K + (1 - cos(q)) K^2 by Rodrigues, or I + q K."""
-    k, first = twist(kind, axis), sin(q) if kind == "R" else q  # K^2 of a shift is 0
-    terms = zip(frame(AXES, ZERO), k, product(k, k))
-    return [[i + first * a + (1.0 - cos(q)) * b for i, a, b in zip(*rows)] for rows in terms]
+    """A frame after a joint: a shift, or a turn about a unit axis by Rodrigues' formula."""
+    if kind == "T":
+        return frame(AXES, [q * c for c in axis])
+    x, y, z = axis
+    k, s, c = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)), sin(q), 1.0 - cos(q)
+    terms = zip(AXES, k, product(k, k))
+    return frame([[i + s * a + c * b for i, a, b in zip(*rows)] for rows in terms])
 
 
-def pseudo(mass, tensor):
-    """A mass (kg) at the origin and the inertia about it (kg m^2) as the 4 x 4 sum of m r r^T,
-    r = (x, y, z, 1).  Parts add up, and J seen from a frame T is T J T^T."""
+def origin(xyzrpy):
+    """The frame of an <origin>: x, y, z, roll, pitch, yaw."""
+    x, y, z = (step("R", axis, angle) for axis, angle in zip(AXES, xyzrpy[3:]))
+    return product(frame(AXES, xyzrpy), z, y, x)
+
+
+def moments(mass, tensor, at):
+    """The sum of m r r^T, r = (x, y, z, 1), of a mass (kg) whose centre and axes are the frame
+    ``at``, and of its inertia about the centre (kg m^2).  Such sums of parts add up."""
     xx, xy, xz, yy, yz, zz = tensor
     a, b, c = (yy + zz - xx) / 2, (xx + zz - yy) / 2, (xx + yy - zz) / 2
-    return [[a, -xy, -xz, 0.0], [-xy, b, -yz, 0.0], [-xz, -yz, c, 0.0], [0.0, 0.0, 0.0, mass]]
+    own = [[a, -xy, -xz, 0.0], [-xy, b, -yz, 0.0], [-xz, -yz, c, 0.0], [0.0, 0.0, 0.0, mass]]
+    return product(at, own, [*zip(*at)])
 
 
-def dynamics(groups, position):
-    """The mass matrix, and how each coordinate's speed moves the moments of all mass."""
-    at = {name: product(g[1], step(g[2], g[3], position[name])) for name, g in groups.items()}
-    parts, matrix = {name: list(g[4]) for name, g in groups.items()} | {"": []}, {}
-    for name in reversed(groups):
-        whole = [[*map(sum, zip(*rows))] for rows in zip(pseudo(0.0, [0.0] * 6), *parts[name])]
-        parts[groups[name][0]].append(seen(at[name], whole))
-        flow, own = product(whole, list(zip(*twist(*groups[name][2:4])))), name
-        while own:
-            speed = twist(*groups[own][2:4])
-            matrix[name, own] = [sum(speed[i][k] * flow[k][i] for i in range(3) for k in range(4))]
-            flow, own = seen(at[own], flow), groups[own][0]
-        matrix[name, ""] = [value for row in flow for value in row]
-    matrix["", ""] = [sum(m[i][k] for m in parts[""]) for i in range(4) for k in range(4)]
-    return matrix
+# --- robots: dicts of parts, parents first: the part before, the way to it, and its moments, which
+# may be None.  A way is a list of names, each with a frame, or with T or R and the axis of a joint
 
 
-def rigid(parts):
-    """Rigid groups: the one before, where its joint is, T or R, its axis, and its moments; of
-    parts: a name, the part before it, the way to it, and its inertias."""
-    groups, where = {}, {"": ("", frame(AXES, ZERO))}
-    for name, before, way, weighs in parts:
-        group, at = where[before]
-        for joint in way:
-            if isinstance(joint, list):
-                at = product(at, joint)
+def poses(robot, position):
+    """Where each part and each name of a way is, and the coordinate that moves it last."""
+    at, mover = {"": frame()}, {"": ""}
+    for part, (before, way, _) in robot.items():
+        here, last = at[before], mover[before]
+        for name, motion in (*way, (part, frame())):
+            if len(motion) == 2:
+                motion, last = step(*motion, position[name]), name
+            at[name] = here = product(here, motion)
+            mover[name] = last
+    return at, mover
+
+
+def carried(robot, at, mover, coordinate, back):
+    """The moments of what a coordinate moves last, in the frame whose inverse is ``back``."""
+    total = [[0.0] * 4] * 4
+    for part, (_, _, own) in robot.items():
+        if own and mover[part] == coordinate:
+            there = product(back, at[part])
+            seen = product(there, own, [*zip(*there)])
+            total = [[a + b for a, b in zip(*rows)] for rows in zip(total, seen)]
+    return total
+
+
+def apart(one, two, sizes):
+    """How far two matrices are apart: the sum of their elements' differences, over the sizes of
+    row and column.  NaN is never small."""
+    rows = zip(one, two, sizes)
+    return sum(abs(a - b) / (k * m) for x, y, k in rows for a, b, m in zip(x, y, sizes))
+
+
+def compare(one, two, places, coordinates, what, wrong):
+    """Compare two robots at random positions; gives the largest deviation, relative.
+
+    ``places``: for each thing of the first robot, that of the second one, and the frame in it.
+    """
+    chance, worst = Random(what), Counter()
+    for reach in (0.0, pi, pi, pi):
+        position = {name: chance.uniform(-reach, reach) for name in coordinates}
+        (at, mover), (there, their_mover) = poses(one, position), poses(two, position)
+        size = max((abs(row[3]) for pose in at.values() for row in pose[:3]), default=0.0) or 1.0
+        for name, (other, place) in places.items():
+            off = apart(at[name], product(there[other], place), (1.0, 1.0, 1.0, size))
+            worst[name] += off + (mover[name] != their_mover[other])
+    for name in coordinates:
+        back = inverse(at[name])
+        ours = carried(one, at, mover, name, back)
+        theirs = carried(two, there, their_mover, name, back)
+        size = sqrt(max(abs(value) for row in ours[:3] for value in row[:3])) or 1.0
+        mass = sqrt(abs(ours[3][3])) or 1.0
+        worst["mass behind", name] = apart(ours, theirs, (size, size, size, mass))
+    for thing, off in worst.items():
+        if not off <= TOLERANCE:
+            wrong(f"{what}: {thing} is {off:.1e} off")
+    return max(worst.values(), default=0.0)
+
+
+def urdf_values(robot: ET.Element) -> dict[tuple[str, str], list]:
+    """What the URDF says of links and joints, by kind and name, as lists of numbers or words."""
+    values = {}
+    elements = [(e, kinds) for tag, kinds in KINDS.items() for e in robot.iterfind(tag)]
+    for element, kinds in elements:
+        for kind, (path, *keys) in kinds.items():
+            part, at = element.find(path), (kind, element.get("name") or element.get("reference"))
+            if part is None:
+                values.setdefault(at, UNSAID.get(kind))
+            elif kind in WORDS:
+                values[at] = [part.get(keys[0])]
             else:
-                groups[joint[0]] = group, at, *joint[1:], []
-                group, at = joint[0], frame(AXES, ZERO)
-        where[name] = group, at
-        for centre, *inertia in weighs if group else ():
-            groups[group][4].append(seen(product(at, centre), pseudo(*inertia)))
-    return groups
+                zeros = "0 0 0" if kind in ("centre", "origin", "axis") else "0"
+                text = (part.text or "").strip() or zeros
+                values[at] = [float(n) for key in keys for n in part.get(key, text).split()]
+    return values
 
 
-def compare(one, other, what, wrong):
-    """Compare two robots at random positions; gives the largest deviation, relative."""
-    chance, worst = Random(what), {"": 0.0}
-    if {name: g[0] for name, g in one.items()} != {name: g[0] for name, g in other.items()}:
-        wrong(f"{what}: other coordinates move, or stand on each other")
-        return 1.0
-    for _ in range(3):
-        position = {name: chance.uniform(-pi, pi) for name in one}
-        ours, theirs = dynamics(one, position), dynamics(other, position)
-        for (name, to), mine in ours.items():
-            own = sqrt(abs(ours[name, name][0] * ours[to, to][0])) if to else max(map(abs, mine))
-            off = [abs(a - b) / (own or 1.0) for a, b in zip(mine, theirs[name, to])]
-            worst[name] = max(worst.get(name, 0.0), max(off) if isfinite(sum(off)) else 1e300)
-    for name in sorted(worst, key=worst.get, reverse=True):
-        if worst[name] > TOLERANCE:
-            wrong(f"{what}: what {name or 'the ground'} carries is {worst[name]:.1e} off")
-    return max(worst.values())
+def change(values, changes, wrong):
+    """What passes changed on purpose: each value must be as it was, and then is as it became."""
+    for kind, name, before, after in changes:
+        if values.get((kind, name)) != before:
+            wrong(f"{kind} of '{name}' is {values.get((kind, name))}, and was {before}")
+        values[kind, name] = after
 
 
-def numbers(element, path, key, default=ZERO):
-    """The numbers of an attribute; ``path`` leads to its element."""
-    text = None if (found := element.find(path)) is None else found.get(key)
-    return default if text is None else [*map(float, text.split())]
+def motions(joint, values, proof, wrong):
+    """The coordinates of a URDF joint, each with T or R, and its axis."""
+    own = [group for group in proof["groups"] if group["joint"] == joint]
+    (kind,), axis = values["type", joint], values["axis", joint]
+    if len(own) != len(COORDINATES[kind]) and (own or joint not in proof["held"]):
+        wrong(f"joint '{joint}' ({kind}) has {len(own)} coordinates")
+    if not own:
+        return []
+    length = sqrt(sum(c * c for c in axis))
+    # which two axes of its plane a planar joint has, the URDF leaves open
+    axes = [*(group["axis"] for group in own[:-1]), [c / length for c in axis]]
+    axes = [*AXES, *AXES] if len(own) == 6 else axes
+    if not apart(product(axes[-3:], [*zip(*axes[-3:])]), AXES, (1.0, 1.0, 1.0)) < TOLERANCE:
+        wrong(f"the axes of joint '{joint}' are not square to each other")
+    return [(group["coordinate"], motion) for group, *motion in zip(own, COORDINATES[kind], axes)]
+
+
+def urdf_robot(values, proof, wrong):
+    """The robot of the URDF: each link is a part."""
+    joints = {name: said[0] for (kind, name), said in values.items() if kind == "child"}
+    links = [name for kind, name in values if kind == "link"]
+    robot, todo = {}, [(link, "", []) for link in links if link not in joints.values()]
+    for link, before, way in todo:
+        (mass,), tensor, centre = (values[kind, link] for kind in ("mass", "inertia", "centre"))
+        robot["link", link] = before, way, moments(mass, tensor, origin(centre))
+        for name, child in joints.items():
+            if values["parent", name] == [link]:
+                way = [(None, origin(values["origin", name]))]
+                todo.append((child, ("link", link), way + motions(name, values, proof, wrong)))
+    return robot
+
+
+def certified_robot(groups, urdf):
+    """The robot of the certificate: each group is a part.  Links are where the URDF has them."""
+    robot = {}
+    for name, g in groups.items():
+        way = [(None, unpacked(g["place"])), (name, ("TR"[g["turns"]], g["axis"]))]
+        own = moments(g["mass"], g["inertia"], frame(AXES, g["centre"]))
+        robot["group", name] = g["parent"], way, own
+    at, mover = poses(urdf, dict.fromkeys(groups, 0.0))
+    for link in urdf:
+        place = product(inverse(at[mover[link]]), at[link])
+        robot[link] = mover[link], [(None, place)], None
+    return robot
 
 
 def vector(element):
     return ZERO if element is None else [float(element.findtext(k, "0")) for k in "xyz"]
 
 
-def origin(element):
-    x, y, z = (step("R", axis, q) for axis, q in zip(AXES, numbers(element, "origin", "rpy")))
-    return product(frame(AXES, numbers(element, "origin", "xyz")), z, y, x)
+def mbs_robot(model, names):
+    """The robot of the .mbs: each body is a part, and each point.
 
-
-def coordinates(joint, proof, listed):
-    """A URDF joint's coordinates: the name of each, T or R, and its axis."""
-    name, kind = joint.get("name"), joint.get("type")
-    if kind == "fixed" or name in proof["held"]:
-        return []
-    if kind == "floating":
-        return [(f"{name}[{t}{k}]", t, AXES[k - 1]) for t in "TR" for k in (1, 2, 3)]
-    axis = numbers(joint, "axis", "xyz", AXES[0])
-    length = sqrt(sum(c * c for c in axis)) * (-1.0 if name in proof["flipped"] else 1.0)
-    axis = [c / length for c in axis]
-    if kind != "planar":
-        return [(name, "T" if kind == "prismatic" else "R", axis)]
-    axes = [*(listed[f"{name}[{k}]"]["axis"] for k in (0, 1)), axis]  # which two, URDF leaves open
-    square = product(axes, list(zip(*axes)))
-    if any(abs(square[i][k] - AXES[i][k]) > TOLERANCE for i in range(3) for k in range(3)):
-        raise ValueError(f"the axes of the planar joint '{name}' are not square to each other")
-    return [(f"{name}[{k}]", "TTR"[k], axis) for k, axis in enumerate(axes)]
-
-
-def urdf_parts(robot, proof, listed):
-    """Each link, parents first."""
-    ends = {joint: joint.find("parent").get("link") for joint in robot.iterfind("joint")}
-    links = {link.get("name"): link for link in robot.iterfind("link")}
-    (root,) = links.keys() - {joint.find("child").get("link") for joint in ends}
-    base = ET.Element("joint", name=proof["base_joint"] or "", type="floating")
-    todo = [(root, "", coordinates(base, proof, listed) if proof["base_joint"] else [])]
-    for name, before, way in todo:
-        weighs = []
-        for e in links[name].iterfind("inertial[mass]"):
-            tensor = [numbers(e, "inertia", f"i{k}")[0] for k in MOMENTS]
-            weighs.append((origin(e), *numbers(e, "mass", "value"), tensor))
-        yield name, before, way, weighs
-        for joint in (joint for joint, parent in ends.items() if parent == name):
-            way = [origin(joint), *coordinates(joint, proof, listed)]
-            todo.append((joint.find("child").get("link"), name, way))
-
-
-def mbs_parts(model, names):
-    """The base, and each body; ``names`` gives the URDF's coordinate of each joint that moves."""
-    points = {("", "base"): ZERO}
+    ``names``: the coordinates of the joints that move.
+    """
+    robot = {}
     for body in (model.find("base"), *model.iterfind("bodytree/body")):
-        name = body.findtext("bodyname", "base")
-        points[name, "origin"] = ZERO
-        for point in body.iterfind("point"):
-            points[name, point.findtext("pointname")] = vector(point.find("coordinates"))
-        before = body.findtext("parent/bodyname", "")
-        way = [frame(AXES, points[before, body.findtext("parent/pointname", "base")])]
+        name, way = body.findtext("bodyname", "base"), []
         for joint in body.iterfind("joint"):
             own, (kind, axis) = joint.findtext("jointname"), joint.findtext("type")
-            if own in names:
-                way.append((names[own], kind, AXES[int(axis) - 1]))
-            elif joint.findtext("nature") == "driven":
-                q = float(joint.findtext("initialvalue/q", "0"))
-                way.append(step(kind, AXES[int(axis) - 1], q))
+            motion = kind, AXES[int(axis) - 1]
+            if own not in names:
+                held = joint.findtext("nature") == "driven"
+                motion = step(*motion, float(joint.findtext("initialvalue/q", "0")) * held)
+            way.append((names.get(own, ("joint", own)), motion))
         mass, centre = float(body.findtext("mass", "0")), vector(body.find("com/coordinates"))
         tensor = [float(body.findtext(f"inertia/I{k}", "0")) for k in MOMENTS]
-        yield name, before, way, [(frame(AXES, centre), mass, tensor)]
+        parent = "point", body.findtext("parent/bodyname"), body.findtext("parent/pointname")
+        own = moments(mass, tensor, frame(AXES, centre))
+        robot["body", name] = "" if name == "base" else parent, way, own
+        robot["point", name, "origin"] = ("body", name), [], None
+        for point in body.iterfind("point"):
+            way = [(None, frame(AXES, vector(point.find("coordinates"))))]
+            robot["point", name, point.findtext("pointname")] = ("body", name), way, None
+    return robot
 
 
-def stated(joint, kind, flipped):
-    """A URDF joint's number for a user model; None: the URDF has none."""
-    said = {key: "0" for part in joint for key in ZEROS.get(part.tag, ())}
-    said |= {key: text for part in joint for key, text in part.items()}
-    said |= {key: joint.get(tag, "0") for key, tag in SPRING.items()}
-    other = [end for end in ENDS if end.rpartition("_")[0] == kind.rpartition("_")[0] != kind]
-    kind, sign = (other[kind == other[0]], -1.0) if flipped and kind in ENDS else (kind, 1.0)
-    number, *ends = (float(said.get(ENDS.get(one, one), "nan")) for one in (kind, *other))
-    no_room = kind in ENDS and "calibration" not in kind and not ends[0] < ends[1]
-    endless = kind in ("q_min", "q_max") and joint.get("type") == "continuous"
-    nothing = kind in ("damping", "friction") and number == 0.0
-    nothing |= kind in SPRING and float(said["spring_stiffness"]) == 0.0
-    sign = -1.0 if flipped and kind == "spring_reference" else sign
-    return sign * number if isfinite(number) and not (no_room or endless or nothing) else None
+# --- what else is in the .mbs ---
 
 
-def compare_rest(robot, model, proof, names, wrong):
-    """Natures, <symbols> and user models; all that the URDF does not have must be named."""
-    named = proof["but_for"] | proof["by_code"] | proof["not_compared"]
-    things, counts = [], Counter()
-    urdf = {joint.get("name"): joint for joint in robot.iterfind("joint")}
-    for gazebo in robot.iterfind("gazebo"):
-        for part in gazebo if gazebo.get("reference") in urdf else ():
-            urdf[gazebo.get("reference")].set(f"<{part.tag}>", part.get("value") or part.text)
-    tied = {tie.text for tie in model.iterfind("user_constraints//jointname")}
+def rest_of(model: ET.Element) -> list[list[str]]:
+    """All that the .mbs says beside its bodies: each thing as a list of words."""
+    parts = [part for part in model if part.tag not in ("base", "bodytree")]
+    rest = [[thing.tag, *words_of(thing)] for part in parts for thing in part]
+    rest.append(["gravity", *words_of(model.find("base/gravity"))])
+    for body in model.iterfind("bodytree/body"):
+        name = body.findtext("bodyname")
+        keys = "jointname", "type", "nature", *(f"initialvalue/{q}" for q in SYMBOLS)
+        rest += [[joint.findtext(key, "") for key in keys] for joint in body.iterfind("joint")]
+        for point in body.iterfind("point"):
+            things = (*point.iterfind("extforce"), *point.iterfind("sensor"))
+            at = words_of(point.find("coordinates"))
+            rest += [[thing.tag, thing.get("name"), name, *at] for thing in things]
+    return rest
+
+
+def words_of(element):
+    return [text.strip() for text in element.itertext() if text.strip()]
+
+
+def compare_joints(model, values, proof, names, wrong):
+    """Compare natures, <symbols>, and the numbers of the URDF's joints."""
     for joint in model.iterfind("bodytree/body/joint"):
         name, nature = joint.findtext("jointname"), joint.findtext("nature")
-        symbols, own = joint.find("symbols"), urdf.get(names.get(name))
-        lost = set() if symbols is None else SYMBOLS - {symbol.tag for symbol in symbols}
-        values = {value.tag for value in joint.iterfind("initialvalue/*") if float(value.text)}
-        counts["start"] += nature != "driven" and bool(values)
-        fine = not lost if name in names else not (values & {"q"} & lost or values - {"q"} - lost)
-        if own is not None and own.find("mimic") is not None:
-            thing = "<mimic> of " * (nature == "dependent") + f"joint '{own.get('name')}'"
-            why = {"independent": "free", "dependent": "held", "driven": "driven"}[nature]
-            fine &= named.get(thing, "").startswith(why)
-        else:
-            fine &= (name in names) != (nature == "driven")
-        if not fine or (nature == "dependent" and name not in tied and not model.findall("cuts/*")):
+        symbols, own = joint.find("symbols"), names.get(name)
+        lost = set() if symbols is None else {*SYMBOLS} - {one.tag for one in symbols}
+        moved = {value.tag for value in joint.iterfind("initialvalue/*") if float(value.text)}
+        # what is held may have a position, if its symbols have it, and no speed
+        fine = not lost if own else not (moved & {"q"} & lost or moved - {"q"} - lost)
+        follows = values.get(("mimic", own))  # in what way, the certificate says
+        if not fine or ((own is None) != (nature == "driven") and not follows):
             wrong(f"joint '{name}' ({nature}, without {sorted(lost)}) does not move as it should")
-    for kind in (*PLAIN, *ENDS):
-        place = f"user_models/user_model[name='{kind}']/parameter[name='%s']/value"
-        for name, own in ((name, own) for name, own in names.items() if own in urdf):
-            number = stated(urdf[own], kind, own in proof["flipped"])
-            text = model.findtext(place % name)
-            counts[kind] += text is None and number is not None
-            edited = any(thing.startswith(f"joint '{own}': {kind} is {text}, ") for thing in named)
-            if text is not None and (number is None or float(text) != number) and not edited:
-                wrong(f"joint '{name}': {kind} is {text}, and in the URDF {number}")
-    for element in model.iterfind("*/*"):  # cuts, links, user constraints, models and variables
-        name = element.findtext("name") or element.findtext("varname")
-        things += [f"'{name}'"] * (name not in (*PLAIN, *ENDS, *proof["declared"], None))
-    things += [f"force '{force.get('name')}'" for force in model.iterfind("bodytree//extforce")]
-    things += [f"{what} of {count} joint" for what, count in counts.items() if count]
-    for thing in things:
-        if not any(thing in known for known in named):
-            wrong(f"{thing}: the certificate does not name it")
-
-
-def snap(robot, most):
-    """Put exact angles and axes in place of those that are at most so far off (rad)."""
-    for joint in robot.iterfind("joint") if most else ():
-        rpy, axis = numbers(joint, "origin", "rpy"), numbers(joint, "axis", "xyz")
-        right = [round(angle / (pi / 4)) * pi / 4 for angle in rpy]
-        near = [b if abs(a - b) <= most else a for a, b in zip(rpy, right)]
-        if near != [*rpy]:
-            joint.find("origin").set("rpy", " ".join(map(repr, near)))
-        near = [round(c / max(map(abs, axis))) for c in axis] if any(axis) else axis
-        sizes = [sqrt(sum(c * c for c in vector)) or 1.0 for vector in (axis, near)]
-        off = [a / sizes[0] - b / sizes[1] for a, b in zip(axis, near)]
-        if any(off) and sqrt(sum(c * c for c in off)) <= most:
-            joint.find("axis").set("xyz", " ".join(map(repr, near)))
+        for kind in (*NUMBERS, *SPRINGS):
+            place = f"user_models/user_model[name='{kind}']/parameter[name='{name}']/value"
+            text, should = model.findtext(place), values.get((kind, own))
+            known = [f"joint '{own}': {kind} is {text}, " in edit for edit in proof["but_for"]]
+            if text is not None and [float(text)] != should and not any(known):
+                wrong(f"joint '{name}': {kind} is {text}, and in the URDF {should}")
 
 
 class Refuse(ET.TreeBuilder):
@@ -285,40 +333,43 @@ def replay(*files):
     for file, texts in zip(files, ((data[0], canonical), data[1:2])):
         if digests.isdisjoint(sha256(text).hexdigest() for text in texts):
             wrong.append(f"{file} is not the file that was certified")
-    snap(robot, proof.get("snap"))
     for element in model.iter():
         element.text = (element.text or "").strip()
     listed = {group["coordinate"]: group for group in proof["groups"]}
+    edited = {name: group | group.get("found", {}) for name, group in listed.items()}
     names = {group["mbs"]: name for name, group in listed.items()}
-    urdf, last = rigid(urdf_parts(robot, proof, listed)), [0.0, 0.0, 0.0, 1.0]
-    edited = {name: g | g.get("found", {}) for name, g in listed.items()}
-    notes = [f"what moves with '{name}' (edited)" for name, g in listed.items() if "found" in g]
-    claimed, found = (
-        rigid(
-            (name, g["parent"], [[*g["place"], last], (name, "TR"[g["turns"]], g["axis"])],
-             [(frame(AXES, g["centre"]), g["mass"], g["inertia"])])
-            for name, g in groups.items()
-        )
-        for groups in (listed, edited)
-    )  # fmt: skip
-    compare(urdf, claimed, "the certificate", wrong.append)
-    off = compare(urdf if edited == listed else found, rigid(mbs_parts(model, names)),
-                  "the .mbs", wrong.append)  # fmt: skip
-    compare_rest(robot, model, proof, names, wrong.append)
-    gravity = vector(model.find("base/gravity/coordinates"))
-    if not all(abs(a - b) < TOLERANCE for a, b in zip(gravity, proof["gravity"])):
-        wrong.append(f"gravity is {gravity}, and should be {proof['gravity']} m/s^2")
-    print(
-        *wrong, "NOT " * bool(wrong) + f"the same robot: {len(urdf)} groups, to {off:.0e}", sep="\n"
-    )
-    known = *proof["but_for"].items(), *proof["not_compared"].items()
-    for note in (*notes, *proof["changed"], *known):
-        print("  but for", note if isinstance(note, str) else "{} ({})".format(*note))
+    values = urdf_values(robot)
+    change(values, proof["changes"], wrong.append)
+    urdf = urdf_robot(values, proof, wrong.append)
+    groups = {name: (name, frame()) for name in listed}
+    certified = certified_robot(listed, urdf)
+    compare(urdf, certified, groups, listed, "the certificate", wrong.append)
+    certified, places = certified_robot(edited, urdf), {}
+    for link in urdf:
+        kind, name, place = proof["frames"][link[1]]
+        there = names.get(name, ("joint", name)) if kind == "joint" else (kind, name)
+        if not any(f"link '{link[1]}': its frame is " in edit for edit in proof["but_for"]):
+            places[link] = there, unpacked(place)
+    for cut, link, place, body, point in proof["ends"]:
+        end = "end of a cut", cut, body, point
+        certified[end] = ("link", link), [(None, unpacked(place))], None
+        places[end] = ("point", body, point), frame()
+    off = compare(certified, mbs_robot(model, names), places, listed, "the .mbs", wrong.append)
+    compare_joints(model, values, proof, names, wrong.append)
+    rest, should = rest_of(model), proof["rest"]
+    odd = [thing for thing in rest + should if (thing in rest) != (thing in should)]
+    if rest != should:
+        wrong.append(f"only in the .mbs, or only in the certificate: {odd}")
+    verdict = "NOT " * bool(wrong) + f"the same robot: {len(listed)} groups, to {off:.0e}"
+    edits = [f"what moves with '{name}' (edited)" for name in listed if "found" in listed[name]]
+    known = (proof["but_for"] | proof["not_compared"]).items()
+    known = [*edits, *proof["changed"], *(f"{thing} ({why})" for thing, why in known)]
+    print(*wrong, verdict, *(f"  but for {thing}" for thing in known), sep="\n")
     return 3 if wrong else 0
 
 
 if __name__ == "__main__":
     try:
         sys.exit(replay(*sys.argv[1:]) if len(sys.argv) == 4 else __doc__)
-    except (OSError, ET.ParseError, ValueError, LookupError, TypeError, AttributeError) as error:
+    except Exception as error:  # a file is not what it should be
         sys.exit(f"{type(error).__name__}: {error}\n{__doc__}")

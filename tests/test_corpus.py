@@ -1,0 +1,60 @@
+"""Files that once broke a command, and the good ones that ``fuzz.py`` starts from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from broken import CORPUS, KINDS, Finding, attempt, prepare
+
+FILES = sorted(f"{kind}/{file.name}" for kind in KINDS for file in (CORPUS / kind).iterdir())
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    prepare()
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_result_or_an_error_of_ours(file: str) -> None:
+    kind, name = file.split("/")
+    codes = attempt(kind, (CORPUS / file).read_bytes())
+    assert not any(codes) or not name.startswith("good"), codes
+
+
+def _raise(*_: Any, **__: Any) -> None:
+    raise ZeroDivisionError
+
+
+def test_what_must_not_be_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An exception, what is printed, files that are left, other equations, time."""
+    good = (CORPUS / "mbs" / "good-tiny").read_bytes()
+    assert attempt("mbs", b"<mbsDescR7/>")[0] != ""
+    with monkeypatch.context() as patch:
+        patch.setattr("urdf2mbs.api.validate", _raise)
+        with pytest.raises(ZeroDivisionError):
+            attempt("mbs", good)
+    with monkeypatch.context() as patch:
+        patch.setattr("broken.main", lambda words: print("\x1b[1m") or 0)
+        with pytest.raises(Finding, match="prints"):
+            attempt("mbs", good)
+    with monkeypatch.context() as patch:
+        patch.setattr("urdf2mbs.runtime.robot.Robot.bias", lambda self, q, qd: 0.0 * q)
+        with pytest.raises(Finding, match="the equations are not"):
+            attempt("mbs", good)
+    with monkeypatch.context() as patch:
+        patch.setattr("broken.PATIENCE", 0.0)
+        with pytest.raises(Finding, match="takes"):
+            attempt("mbs", good)
+    with monkeypatch.context() as patch:
+        patch.setattr("broken.main", lambda words: Path("half").write_bytes(b"") or _lie())
+        with pytest.raises(Finding, match="leaves"):
+            attempt("stl", b"")
+
+
+def _lie() -> None:
+    from urdf2mbs.messages.diagnostics import ConversionError
+
+    raise ConversionError("robot-unreadable", "no")
