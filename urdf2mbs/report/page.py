@@ -395,7 +395,7 @@ def _names(conversion: Conversion) -> str:
 def _left_out(conversion: Conversion) -> str:
     """What the messages name, and every number of the URDF's joints that has found no place."""
     said = [escape(one.message) for one in conversion.diagnostics if one.code in LEFT_OUT]
-    parts = f"<ul>{''.join(f'<li>{text}</li>' for text in said)}</ul>" if said else ""
+    named = f"<ul>{''.join(f'<li>{text}</li>' for text in said)}</ul>" if said else ""
     rows = []
     for name, parts in left_out(conversion).items():
         for part, values in parts.items():
@@ -405,9 +405,9 @@ def _left_out(conversion: Conversion) -> str:
             )
             rows.append(("", [escape(name), escape(part.replace("_", " ")), escape(listed)]))
     if not rows:
-        return parts or '<p class="note">Nothing.</p>'
+        return named or '<p class="note">Nothing.</p>'
     columns = ("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]")
-    return parts + table(columns, rows)
+    return named + table(columns, rows)
 
 
 def _proof(conversion: Conversion) -> str:
