@@ -8,19 +8,25 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import proving
 import pytest
 from conftest import SHARED
 from project.standin import RungeKutta, make, without_meshes
+from proving import SOLID
 
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.mass import Mass
+from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.project.stability import longest_steps, reduction_of
 from urdf2mbs.proof.dynamics import to_pinocchio
+from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.proof.motion import Motion
 from urdf2mbs.runtime import MbsData
 from urdf2mbs.runtime.c_code import CCode
 from urdf2mbs.runtime.python_code import PythonCode, loaded
+from urdf2mbs.simulation import Simulation
 from urdf2mbs.testing import TINY, convert_text
 
 pin = pytest.importorskip("pinocchio")
@@ -373,3 +379,25 @@ def test_followers_move_by_the_rules_of_the_reduction(tmp_path: Path) -> None:
     row = found[names.index(coupling.follower.name)]
     wanted = [coupling.multiplier * (name == coupling.leader.name) for name in free]
     np.testing.assert_allclose(row, wanted, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
+def test_a_closed_loop_stays_closed(kind: str) -> None:
+    """The velocities that the time step is computed with open no cut."""
+    link, joint = proving.link, proving.joint
+    text = proving.robot(
+        link("world"), *(link(name, SOLID) for name in "abcd"),
+        joint("world", "a", axis="0 0 1"), joint("world", "b", axis="0 1 0", xyz="0.3 0 0"),
+        joint("a", "c", "floating", xyz="0.1 0.2 0"), joint("b", "d", axis="1 0 0", xyz="0 0 0.2"),
+    )  # fmt: skip
+    mbs = read(convert_text(text, pipeline="faithful").data, "")
+    cut = Connection(kind, "tie", ("c", None), ("d", None), 0.3)
+    mbs.cuts.append(cut)
+    joints = mbs.joints()
+    for name, one in joints.items():
+        one.nature = "dependent" if name.startswith("a_to_c") else one.nature
+    reduction = reduction_of(Mass(mbs), Simulation())
+    still = Motion(mbs_side(mbs, joints), mbs.numbers(), len(joints) + 1)
+    rows = still.moved(*np.zeros((2, len(joints) + 1))).opening(mbs, cut)[1]
+    assert reduction.any(axis=1).sum() > reduction.shape[1]
+    np.testing.assert_allclose(rows[:, 1:] @ reduction, 0.0, atol=1e-12)

@@ -404,6 +404,32 @@ def test_a_user_function_in_c_that_does_not_compile_is_shown(tmp_path: Path) -> 
     assert (caught.value.file, caught.value.line) == (str(file), len(text.splitlines()) + 1)
 
 
+def test_a_user_function_that_is_no_python_is_shown(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY)
+    file = project / "userfctR" / "user_JointForces.py"
+    file.write_text('"""Forces."""\n\ndef user_JointForces(mbs_data, tsim:\n')
+    with pytest.raises(ConversionError) as caught:
+        simulate(project, time=0.1, language="python")
+    assert (caught.value.file, caught.value.line) == (str(file), 3)
+
+
+def test_options_are_those_of_robotran(tmp_path: Path) -> None:
+    dirdyn = MbsDirdyn(MbsData(make(tmp_path, TINY) / "dataR" / "robot.mbs"))
+    dirdyn.set_options(tf=2.0, save_anim=1)
+    assert dirdyn.get_options("tf") == 2.0
+    with pytest.raises(ConversionError, match="MbsDirdyn has no option 'save_anin'"):
+        dirdyn.set_options(save_anin=1)
+
+
+@needs_gcc
+def test_the_loop_of_user_code_in_c_is_called(tmp_path: Path) -> None:
+    project = make(tmp_path, TINY, language="c")
+    file = project / "userfctR" / "user_dirdyn.c"
+    call = "_check_step(mbs_data);"
+    file.write_text(file.read_text().replace(call, call + "\n    mbs_data->flag_stop = 1;"))
+    assert simulate(project, time=0.1).stopped
+
+
 @pytest.mark.parametrize("method", ["RK45", "Radau", "LSODA"])
 def test_a_step_that_cannot_be_taken(tmp_path: Path, method: str) -> None:
     project = make(tmp_path, TINY)
