@@ -172,7 +172,7 @@ class _Writer:
         if op != Op.ADD:
             return graph.apply(op, x, y), sign * sign_of_y
         if sign != sign_of_y:
-            y = self._second_reversed(y)
+            y = graph.mul(y, graph.pair(1, -1))  # the second is reversed
         return graph.add(x, y), sign
 
     def _both(self, x: Expr, y: Expr) -> tuple[Expr, int]:
@@ -186,10 +186,3 @@ class _Writer:
             both, sign = self.pairs[node]
             return turned * both, sign * same
         return self.graph.pair(self.scalar(x), self.scalar(y)), 1
-
-    def _second_reversed(self, x: Expr) -> Expr:
-        graph, node = self.graph, abs(x)
-        if graph.op[node] == Op.PAIR and graph.op[abs(graph.b[node])] == Op.CONST:
-            turned = graph.pair(graph.a[node], -graph.b[node])
-            return turned if x > 0 else -turned
-        return graph.mul(x, graph.pair(1, -1))
