@@ -377,7 +377,8 @@ class _Search:
             node.frames = [IDENTITY]
         elif node.kind in ("after", "fixed"):
             back = transpose(node.rot)
-            most = 16 * self.candidates  # the lists of nested fixed joints would grow
+            # all of a joint that moves; the lists of nested fixed joints would grow
+            most = 24 * (self.candidates + 1)
             known = [multiply(back, frame) for frame in node.parent.frames[:most]]
             node.frames = list(dict.fromkeys([*self._branching_frames(node), *known]))
         elif node.kind == "planar":  # its three coordinates are along given axes
@@ -415,7 +416,7 @@ class _Search:
         if not directions.vectors:  # the parent's axis is parallel, or the parent cannot turn
             for axis in axes:
                 directions.add(axis)
-        if not parent.turns_freely:
+        if not parent.turns_freely and not self.branching:  # else there would be hundreds
             room = max(room, len(directions.vectors))
         for wanted, _ in node.wanted:
             directions.add(wanted)
