@@ -14,6 +14,8 @@ settings.load_profile("no-deadline")
 
 # A shell lets a command in the background ignore Ctrl-C, and with it all commands that tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+if hasattr(signal, "SIGHUP"):  # as Windows does not; nohup lets it be ignored
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 
