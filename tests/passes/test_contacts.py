@@ -207,6 +207,11 @@ def test_a_link_that_rolls_touches_by_its_lowest_point() -> None:
         (found,) = result.report.passes["contacts"]
         assert found["point"].coordinates == (0.1, 0.0, 0.0)
         assert place(result.mbs).bodies["wheel"].xyz[2] == pytest.approx(height)
+    for ground, said in ((-0.3, []), (-0.4, ["0.1 m lower"]), (0.0, ["0.3 m higher"])):
+        passes = {"contacts": {"roll": ["wheel"], "ground": ground}}
+        result = convert_text(text.format(ball), base="floating", passes=passes)
+        notes = [one.message for one in result.diagnostics if one.code == "stand"]
+        assert [note[16 : note.index(",")] for note in notes] == said
     with pytest.raises(ConfigError, match="no sphere or cylinder"):
         convert_text(text.format('<box size="1 1 1"/>'), base="floating", passes=passes)
 

@@ -37,7 +37,7 @@ from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
 from urdf2mbs.simulation import Contact, rounded
-from urdf2mbs.spatial import ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
+from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
 
 #: All that Robotran can compute at a point.  What is not asked for is zero there, or not set.
@@ -157,9 +157,9 @@ def _stand(conversion: Conversion, rise: float) -> None:
         if joint in body.joints and joint.type[0] == "T" and joint.nature == "independent":
             up = dot(placed.axis, conversion.simulation.up)
             joint.q = (joint.q or 0.0) + rise * up
-    conversion.note(
-        "stand", f"the base starts {rise:+.4g} m higher, so that the robot touches the ground"
-    )
+    if abs(rise) > ROUNDING:
+        way = f"{abs(rise):.4g} m {'higher' if rise > 0.0 else 'lower'}"
+        conversion.note("stand", f"the base starts {way}, so that the robot touches the ground")
 
 
 def _check_balance(conversion: Conversion, placement: Placement, places: list[Vec]) -> None:
