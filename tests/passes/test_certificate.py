@@ -76,6 +76,9 @@ def test_it_has_the_numbers_of_each_rigid_group(tiny: Path, tmp_path: Path) -> N
         group["coordinate"]: group
         for group in certificate(tmp_path / "p")["predicate"]["urdf2mbs"]["groups"]
     }
+    said = certificate(tmp_path / "p")["predicate"]["urdf2mbs"]
+    assert list(said["versions"]) == ["urdf2mbs"]
+    assert (said["added"], said["changed"]) == ([], [])
     shoulder = groups["shoulder"]
     assert shoulder["parent"] == "floating_base[R3]"
     assert (shoulder["mbs"], shoulder["turns"]) == ("shoulder", True)
@@ -97,6 +100,8 @@ def test_the_same_robot_elsewhere_has_the_same_certificate(tmp_path: Path) -> No
         )  # fmt: skip
         (path,) = (path for path in result.conversion.files if path.name.endswith(".proof.json"))
         texts.append(result.conversion.files[path])
+        versions = json.loads(texts[-1])["predicate"]["urdf2mbs"]["versions"]
+        assert sorted(versions) == ["urdf2mbs", "xacro"]
         assert str(tmp_path).encode() not in texts[-1]
     assert texts[0] == texts[1]
 
