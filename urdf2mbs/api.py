@@ -291,7 +291,7 @@ def _certified(model: str) -> _Certified:
     try:
         statement = msgspec.json.decode(files.read(Path(model).with_suffix(".proof.json")))
         return msgspec.convert(statement["predicate"]["urdf2mbs"], _Certified)
-    except (OSError, LookupError, TypeError, msgspec.MsgspecError):
+    except (OSError, LookupError, TypeError, ValueError, msgspec.MsgspecError):
         return _Certified()
 
 

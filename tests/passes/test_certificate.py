@@ -76,13 +76,16 @@ def test_it_has_the_numbers_of_each_rigid_group(tiny: Path, tmp_path: Path) -> N
         group["coordinate"]: group
         for group in certificate(tmp_path / "p")["predicate"]["urdf2mbs"]["groups"]
     }
+    said = certificate(tmp_path / "p")["predicate"]["urdf2mbs"]
+    assert list(said["versions"]) == ["urdf2mbs"]
+    assert (said["added"], said["changed"]) == ([], [])
     shoulder = groups["shoulder"]
     assert shoulder["parent"] == "floating_base[R3]"
     assert (shoulder["mbs"], shoulder["turns"]) == ("shoulder", True)
     assert shoulder["axis"] == [0.0, 0.0, 1.0]
     assert shoulder["mass"] == 0.5
     assert 0.0 <= shoulder["deviation"] < 1e-12
-    assert shoulder["place"][9:] == [0.1, 0.0, 0.15]
+    assert [row[3] for row in shoulder["place"]] == [0.1, 0.0, 0.15, 1.0]
 
 
 def test_the_same_robot_elsewhere_has_the_same_certificate(tmp_path: Path) -> None:
@@ -97,6 +100,8 @@ def test_the_same_robot_elsewhere_has_the_same_certificate(tmp_path: Path) -> No
         )  # fmt: skip
         (path,) = (path for path in result.conversion.files if path.name.endswith(".proof.json"))
         texts.append(result.conversion.files[path])
+        versions = json.loads(texts[-1])["predicate"]["urdf2mbs"]["versions"]
+        assert sorted(versions) == ["urdf2mbs", "xacro"]
         assert str(tmp_path).encode() not in texts[-1]
     assert texts[0] == texts[1]
 
@@ -192,4 +197,6 @@ def test_a_slip_that_the_reader_mends_is_no_error(
     tiny.write_text(TINY.replace("0 0.5 0", "0 0.7854 0").replace(was, now))
     convert(tiny, project=tmp_path / "p", options={"snap": {"angle": 0.001}}).write()
     predicate = certificate(tmp_path / "p")["predicate"]
-    assert ["origin", "shoulder"] in [change[:2] for change in predicate["urdf2mbs"]["changes"]]
+    assert ["joint", "shoulder", "origin"] in [
+        where for where, *_ in predicate["urdf2mbs"]["changes"]
+    ]

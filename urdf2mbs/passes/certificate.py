@@ -8,10 +8,10 @@ rigid group.  ``proof/certificate.py`` replays the comparison.  A rejected file 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path, PurePosixPath, PureWindowsPath
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
@@ -19,14 +19,33 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.model import BASE, ORIGIN, Connection
+from urdf2mbs.mbs.model import BASE, ORIGIN
 from urdf2mbs.proof.parameters import stated
+from urdf2mbs.proof.rigid import Frame
 from urdf2mbs.proof.verdict import Compared, Proof
-from urdf2mbs.spatial import ZERO, Pose, compose, inverse
-from urdf2mbs.urdf.model import Inertial, Joint, Link
+from urdf2mbs.spatial import ZERO, Pose, compose
+from urdf2mbs.urdf.model import Inertial, Joint, Link, Origin
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
 
 STATEMENT = "https://in-toto.io/Statement/v1"
 PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
+#: Where the URDF has the numbers of the user models: an element of the joint, its attribute, and
+#: what it means where the URDF says nothing.
+_NUMBERS = {
+    "damping": ("dynamics", "damping", "0"), "friction": ("dynamics", "friction", "0"),
+    "spring_stiffness": ("springStiffness", "value", "0"),
+    "spring_reference": ("springReference", "value", "0"),
+    "effort": ("limit", "effort", "nan"), "velocity": ("limit", "velocity", "nan"),
+    "q_min": ("limit", "lower", "nan"), "q_max": ("limit", "upper", "nan"),
+    "k_velocity": ("safety_controller", "k_velocity", "nan"),
+    "k_position": ("safety_controller", "k_position", "nan"),
+    "soft_q_min": ("safety_controller", "soft_lower_limit", "nan"),
+    "soft_q_max": ("safety_controller", "soft_upper_limit", "nan"),
+    "calibration_rising": ("calibration", "rising", "nan"),
+    "calibration_falling": ("calibration", "falling", "nan"),
+}  # fmt: skip
 #: What of a config says where files are, and not what is made of them.
 _PLACES = ("source", "output", "packages", "sweep")
 
@@ -130,88 +149,137 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
 
     from urdf2mbs.proof.certificate import rest_of
 
-    mbs = conversion.mbs
     packages = ["urdf2mbs"] + ["xacro"] * (conversion.expanded is not None)
     return {
         "versions": {package: version(package) for package in packages},
         "options": _options(conversion.settings.config),
         "changed": [str(change) for change in conversion.changed],
-        "changes": msgspec.to_builtins([*_changes(conversion)]),
+        "changes": [*_changes(conversion)],
         "held": conversion.frozen,
+        "added": [
+            joint
+            for joint in conversion.mbs.joints()
+            if any(edit.startswith(f"joint '{joint}' of body ") for edit in proof.but_for)
+        ],
         "but_for": proof.but_for,
         "by_code": proof.by_code,
         "not_compared": proof.not_compared,
-        "rest": rest_of(fromstring(conversion.files[conversion.settings.output])),
-        "ends": [end for cut in mbs.cuts for end in _ends(conversion, cut)],
-        "frames": {
-            link: ("joint" if at.joint else "body", at.joint or at.body or BASE, _flat(at.pose))
-            for link, at in conversion.frames.items()
+        "numbers": {
+            m.name: _NUMBERS[m.name] for m in conversion.mbs.user_models if m.name in _NUMBERS
         },
+        "rest": rest_of(fromstring(conversion.files[conversion.settings.output])),
+        "frames": [*_frames(conversion, proof)],
         "groups": [_group(group) for group in proof.compared],
     }
 
 
-def _changes(conversion: Conversion) -> Iterator[tuple[str, str, Any, Any]]:
-    """Each value that passes changed or added, also of joints that count the other way round: its
-    kind, its link or joint, what the replay reads in the URDF, and what it became."""
+def _changes(conversion: Conversion) -> Iterator[tuple[list[str], tuple[str, Any], Any]]:
+    """Each element that passes changed or added, also of joints that count the other way round:
+    where it is, its text and attributes in the URDF, and the attributes that it got."""
+    flipped, inserted = conversion.names.flipped, conversion.inserted
+    robot = conversion.robot.with_flipped(flipped)
+    changed = [change.name for changed in conversion.changed for change in changed.changes]
+    added = () if inserted is None else (inserted, robot.joints[inserted].parent)
+    names = dict.fromkeys((*changed, *flipped, *added))
+    urdf = _urdf(conversion) if names else []
+    for name in names:
+        parts = {"link": robot.links.get(name), "joint": robot.joints.get(name)}
+        for tag, part in parts.items():
+            own = [e for e in urdf if e.get("name" if e.tag == tag else "reference") == name]
+            for path, after in _said(part).items():
+                found = [element for e in own for element in e.iterfind(path or ".")]
+                text, said = ((found[0].text or "").strip(), found[0].attrib) if found else ("", {})
+                if any(_read(said.get(key, text)) != _read(value) for key, value in after.items()):
+                    yield [tag, name, *filter(None, path.split("/"))], (text, said), after
+
+
+def _urdf(conversion: Conversion) -> list[Element]:
+    """The elements of the URDF, as the replay reads it."""
     from xml.etree.ElementTree import ParseError, fromstring
 
-    from urdf2mbs.proof.certificate import urdf_values
-
-    flipped, inserted = conversion.names.flipped, conversion.inserted
-    robot, read = conversion.robot.with_flipped(flipped), {}
-    changes = [change.name for changed in conversion.changed for change in changed.changes]
-    if changes or flipped:
-        with suppress(ParseError, ValueError):  # the reader mends what no other parser reads
-            read = urdf_values(fromstring(conversion.expanded or conversion.source))
-    added = () if inserted is None else (inserted, robot.joints[inserted].parent)
-    for name in dict.fromkeys((*changes, *flipped, *added)):
-        for part in (robot.links.get(name), robot.joints.get(name)):
-            for kind, after in _said(part).items():
-                before = read.get((kind, name))
-                if after != before:
-                    yield kind, name, before, after
+    with suppress(ParseError):  # the reader mends what no other parser reads
+        return [*fromstring(conversion.expanded or conversion.source)]
+    return []
 
 
-def _said(part: Link | Joint | None) -> dict[str, list[Any]]:
-    """What of a link or joint moves or weighs something, as the replay reads it."""
-    if isinstance(part, Joint):
-        return {
-            "type": [part.type], "parent": [part.parent], "child": [part.child],
-            "origin": [*part.origin.xyz, *part.origin.rpy], "axis": [*part.axis],
-            **({"mimic": [part.mimic.joint]} if part.mimic else {}),
-            **{kind: [value] for kind, value in stated(part).items()},
-        }  # fmt: skip
+def _read(text: str) -> Any:
+    """The numbers of an attribute, if it has numbers."""
+    try:
+        return [float(number) for number in text.split()]
+    except ValueError:
+        return text
+
+
+def _said(part: Link | Joint | None) -> dict[str, dict[str, str]]:
+    """The elements of a link or joint that move or weigh something, and their attributes."""
     if part is None:
         return {}
-    mass, inertia, origin = msgspec.structs.astuple(part.inertial or Inertial())
-    centre = [*origin.xyz, *origin.rpy]
-    return {"link": [part.name], "mass": [mass], "inertia": [*inertia], "centre": centre}
+    if isinstance(part, Link):
+        mass, inertia, origin = msgspec.structs.astuple(part.inertial or Inertial())
+        tensor = zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), map(repr, inertia), strict=True)
+        return {
+            "": {"name": part.name},
+            "inertial/mass": {"value": repr(mass)},
+            "inertial/inertia": dict(tensor),
+            "inertial/origin": _place(origin),
+        }
+    said = {
+        "": {"name": part.name, "type": part.type},
+        "parent": {"link": part.parent},
+        "child": {"link": part.child},
+        "origin": _place(part.origin),
+        "axis": {"xyz": _words(part.axis)},
+        **({"mimic": {"joint": part.mimic.joint}} if part.mimic else {}),
+    }
+    for kind, value in stated(part).items():
+        path, key, _ = _NUMBERS[kind]
+        said.setdefault(path, {})[key] = repr(value)
+    return said
 
 
-def _ends(conversion: Conversion, cut: Connection) -> Iterator[tuple[Any, ...]]:
-    """Where a cut ends: the cut, a link, the point in it with the axes of the body; and both names
-    in the .mbs."""
-    links = {at.body: (link, at.pose) for link, at in conversion.frames.items() if not at.joint}
+def _place(origin: Origin) -> dict[str, str]:
+    return {"xyz": _words(origin.xyz), "rpy": _words(origin.rpy)}
+
+
+def _words(numbers: Iterable[float]) -> str:
+    return " ".join(map(repr, numbers))
+
+
+def _frames(conversion: Conversion, proof: Proof) -> Iterator[tuple[str, str, Any]]:
+    """Each link, a joint, body or point of the .mbs that is fixed to it, and the link seen from
+    there.  Points are those where cuts end."""
+    moves = {group.mbs: f"joint '{group.coordinate}'" for group in proof.compared}
+    bodies = {}
+    for link, at in conversion.frames.items():
+        if at.joint is None:
+            bodies[at.body] = link, at.pose
+        if not any(f"link '{link}': its frame is " in edit for edit in proof.but_for):
+            fixed = f"body {at.body or BASE}"
+            there = moves.get(at.joint, f"held {at.joint}") if at.joint else fixed
+            yield link, there, _rows((*at.pose.rot, *at.pose.xyz))
     points = conversion.mbs.points()
-    known = [end for end in (cut.endpoint1, cut.endpoint2) if end[0] in links]
-    for body, point in known:  # a body that people drew has no link
-        link, pose = links[body]
-        at = compose(inverse(pose), Pose(points[body, point].coordinates if point else ZERO))
-        yield cut.name, link, _flat(at), body or BASE, point or ORIGIN
+    ends = (end for cut in conversion.mbs.cuts for end in (cut.endpoint1, cut.endpoint2))
+    for body, point in ends:
+        if body in bodies:  # a body that people drew has no link
+            link, pose = bodies[body]
+            x, y, z = points[body, point].coordinates if point else ZERO
+            seen = compose(Pose((-x, -y, -z)), pose)
+            yield link, f"point {body or BASE} {point or ORIGIN}", _rows((*seen.rot, *seen.xyz))
 
 
-def _flat(frame: Pose) -> list[float]:
-    """A rotation row by row, then an origin (m)."""
-    return [*frame.rot, *frame.xyz]
+def _rows(frame: Frame) -> list[list[float]]:
+    """A frame as a matrix of 4 x 4."""
+    return [[*frame[k : k + 3], frame[9 + k // 3]] for k in (0, 3, 6)] + [[0.0, 0.0, 0.0, 1.0]]
 
 
 def _group(group: Compared) -> dict[str, Any]:
     """What was compared; of what people have edited, also what is in the .mbs."""
     numbers = msgspec.structs.asdict(group)
     numbers["deviation"] = float(f"{group.deviation:.1e}")  # the rest of its digits is noise
-    if not group.found:
-        del numbers["found"]
+    numbers["place"] = _rows(group.place)
+    del numbers["found"]
+    if group.found:
+        numbers["found"] = {**group.found, "place": _rows(group.found["place"])}
     return numbers
 
 
