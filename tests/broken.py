@@ -51,6 +51,8 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "edits": ("broken.yaml", ("convert tiny.urdf -o out/ --set apply-edits.file=broken.yaml",)),
     "certificate": ("p/dataR/p.proof.json", ("verify tiny.urdf p", "verify tiny.urdf p --code")),
 }  # fmt: skip
+#: Good files that ``prepare`` makes.
+MADE = {"mbs": ("tiny.mbs", "closed/dataR/closed.mbs"), "certificate": ("p/dataR/p.proof.json",)}
 MESHED = (
     '<robot name="r"><link name="a"><visual><geometry><mesh filename="broken.{}"/></geometry>'
     "</visual></link></robot>"
@@ -71,6 +73,13 @@ def prepare() -> None:
     Path("tiny.urdf").write_text(TINY)
     Path("tiny.mbs").write_bytes(convert("tiny.urdf").data)
     convert("tiny.urdf", project="p").write()
+    shutil.copy(CORPUS / "config" / "good-closed", "closed.yaml")
+    carry_out("run closed.yaml")
+
+
+def files_of(kind: str) -> list[Path]:
+    """The files that the fuzzer starts from: those of the corpus, and those that are made."""
+    return [*sorted((CORPUS / kind).glob("*")), *map(Path, MADE.get(kind, ()))]
 
 
 def attempt(kind: str, data: bytes) -> list[str]:

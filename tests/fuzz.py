@@ -29,7 +29,7 @@ with atheris.instrument_imports(include=["urdf2mbs", "xacro"]):
     for module in walk_packages(urdf2mbs.__path__, "urdf2mbs."):
         if not module.name.endswith("__main__"):
             import_module(module.name)
-    from broken import CORPUS, KINDS, attempt, prepare
+    from broken import CORPUS, KINDS, attempt, files_of, prepare
 
 TOKEN = re.compile(rb'"[^"\n]*"|<[^<>]*>|[-+\w.]+|[<>{}\[\]:,]')
 WORDS = [*(CORPUS / "words").read_bytes().splitlines(), b"", b"\0", b"[" * 300, b"<a>" * 300]
@@ -72,10 +72,6 @@ def main() -> None:
     grown = findings / "grown"
     grown.mkdir(parents=True, exist_ok=True)
     kinds = asked.only or [*KINDS]
-    for kind in kinds:
-        for file in (CORPUS / kind).iterdir():
-            head = bytes([[*KINDS].index(kind)])  # the first byte of an input is its kind
-            (grown / f"{kind}-{file.name}").write_bytes(head + file.read_bytes())
     seen: set[str] = set()
 
     def mutate(data: bytes, limit: int, seed: int) -> bytes:
@@ -107,6 +103,10 @@ def main() -> None:
         tempfile.tempdir = folder
         os.environ["XDG_CACHE_HOME"] = str(work / "cache")
         prepare()
+        for kind in kinds:
+            for file in files_of(kind):
+                head = bytes([[*KINDS].index(kind)])  # the first byte of an input is its kind
+                (grown / f"{kind}-{file.name}").write_bytes(head + file.read_bytes())
         stay_in(Path(folder), findings)
         limits = [f"-max_total_time={60 * asked.minutes:.0f}", "-timeout=120", "-rss_limit_mb=3000"]
         options = ["-max_len=40000", "-len_control=0", f"-artifact_prefix={findings}/", str(grown)]
