@@ -24,6 +24,7 @@ from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.report.summary import Report, report
 from urdf2mbs.runtime.project import model_of
+from urdf2mbs.urdf.changes import describe
 from urdf2mbs.urdf.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
 from urdf2mbs.urdf.reader import read_file
@@ -203,9 +204,13 @@ def _verify(
     mbs, schema = _read_model(model)
     base = fields.get("base", "auto")
     floats = _base(mbs)
-    conversion = _read_robot(source, {**fields, "base": floats if base == "auto" else base})
+    certified = _certified(model)
+    fields = {**fields, "base": floats if base == "auto" else base}
+    # Pinocchio reads the URDF itself
+    passes = (certified.options or {}).get("passes") if engine == "own" else None
+    conversion = _read_robot(source, fields, passes if isinstance(passes, dict) else {})
     robot, gravity = conversion.robot, conversion.settings.config.gravity
-    found, known = match(robot, mbs), _certified(model).but_for
+    found, known = match(robot, mbs), certified.but_for
     asked = [name for name in found.joints if known.get(f"joint '{name}'", "").startswith("driven")]
     proof = compare(
         robot.with_flipped(found.flipped), mbs, found.joints,
@@ -213,6 +218,9 @@ def _verify(
         driven=[own for name in asked for own in found.joints[name]],
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
+    for change in conversion.changed:
+        changed = f"what {change.by} changed: {describe(change.changes)}"
+        proof.but_for[changed] = "on purpose, as the certificate says"
     inserted = conversion.inserted or ""
     floating_base = found.joints.get(inserted, ())
     if base == "auto" and floating_base and fixed_to_world(robot, inserted):
@@ -319,7 +327,7 @@ def _verify_robots(first: str, second: str, tolerance: float, fields: dict[str, 
     """Compare two URDFs."""
     from urdf2mbs.proof.alike import compare_robots
 
-    one, two = _read_robot(first, fields), _read_robot(second, fields)
+    one, two = _read_robot(first, fields, {}), _read_robot(second, fields, {})
     called = _called(first, second)
     names = {one.inserted: two.inserted} if one.inserted and two.inserted else {}
     proof = compare_robots(one.robot, two.robot, names, tolerance, called)
@@ -348,9 +356,15 @@ def _read_model(model: str) -> tuple[Mbs, list[str]]:
     return read(data, model), [str(problem) for problem in validate(data, model)]
 
 
-def _read_robot(source: str, fields: dict[str, Any]) -> Conversion:
-    """A robot with its base, and nothing written."""
-    given = {"source": source, "output": f"{source}.mbs", "pipeline": ["expand", "insert-base"]}
+#: The passes that make the robot which the others convert; those that change it do so when asked.
+_ROBOT = ("expand", "snap", "estimate-inertia", "insert-base", "rotors")
+
+
+def _read_robot(source: str, fields: dict[str, Any], passes: dict[str, Any]) -> Conversion:
+    """A robot with its base, and nothing written; ``passes``: what is asked of passes."""
+    asked = {name: options for name, options in passes.items() if name in _ROBOT}
+    output = {"project": f"{source}.project"}  # rotors are for projects alone
+    given = {"source": source, "output": output, "pipeline": _ROBOT, "passes": asked}
     return Pipeline(*from_values(given, **fields), installed_plugins=False).run()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+PASSES = '{"predicate": {"urdf2mbs": {"options": {"passes": 1}}}}'
 ENDS = ("arm", "hand")
 
 
@@ -117,8 +119,34 @@ def test_a_follower_that_a_project_drives_on_purpose(pair: Path, capsys: Any) ->
     assert main(["verify", "tiny.urdf", "p"]) == 0
     assert "but for joint 'wrist_pitch' (driven, so that 'wrist_roll'" in capsys.readouterr().out
     certificate = pair / "p" / "dataR" / "p.proof.json"
-    for text in ("{}", "[]", '{"predicate": {"urdf2mbs": {"but_for": 1}}}', "{"):
+    for text in ("{}", "[]", '{"predicate": {"urdf2mbs": {"but_for": 1}}}', "{", PASSES):
         certificate.write_text(text)
         assert main(["verify", "tiny.urdf", "p"]) == 3
         assert "is driven, and should follow 'wrist_roll'" in capsys.readouterr().out
-        assert main(["verify", "tiny.urdf", "p", "--code"]) == 3
+        assert main(["verify", "tiny.urdf", "p", "--code"]) == (2 if text == PASSES else 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("snap", {"angle": 1e-3}),
+        ("estimate-inertia", {"density": 1000.0}),
+        ("rotors", {"armature": {"wrist_roll": 0.1}}),
+    ],
+)
+def test_what_passes_changed_on_purpose(name: str, options: Any, pair: Path, capsys: Any) -> None:
+    """The certificate says what was asked of passes; all else is a difference."""
+    tilted = TINY.replace("0 0.5 0", "0 0.7854 0")
+    if name == "estimate-inertia":
+        tilted = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", tilted)
+    (pair / "tiny.urdf").write_text(tilted)
+    convert("tiny.urdf", project="p", options={name: options}).write()
+    assert main(["verify", "tiny.urdf", "p"]) == 0
+    said = capsys.readouterr().out.splitlines()[-1]
+    assert f"but for what {name} changed: " in said
+    assert "(on purpose, as the certificate says)" in said
+    (pair / "tiny.urdf").write_text(tilted.replace('<axis xyz="0 1 1"/>', '<axis xyz="0 2 1"/>'))
+    assert main(["verify", "tiny.urdf", "p"]) == 3
+    (pair / "tiny.urdf").write_text(tilted)
+    (pair / "p" / "dataR" / "p.proof.json").unlink()
+    assert main(["verify", "tiny.urdf", "p"]) == 3
