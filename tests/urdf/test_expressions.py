@@ -231,8 +231,8 @@ def test_a_text_that_repeats_is_refused_before_it_is_made() -> None:
     for text, what in (
         ("'%(a)s' * 4000 % dict(a='x' * 4000)", "so long a text"),
         ("('x' * 4000).replace('x', 'y' * 4000)", "so long a text"),
-        ("'abc' * 300_000", "so long a repetition"),
-        ("300_000 * 'abc'", "so long a repetition"),
+        ("'abc' * 300_000", "so long a text or list"),
+        ("300_000 * 'abc'", "so long a text or list"),
         ("'%1000d' % 1", "so wide a field"),
     ):
         with pytest.raises(ConversionError, match=what):
@@ -393,22 +393,42 @@ def test_an_expression_in_an_expression_has_work_of_its_own(
                 guard.evaluate(text, names)
 
 
-def test_the_work_for_a_robot_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Calls, copies, included files, comments, YAML and what it merges."""
-    (tmp_path / "m.yaml").write_text("a: &a {x: 1, y: 2}\nb: {<<: [*a, *a]}\nc: {<<: *a}\n")
-    source = robot(
-        tmp_path,
-        '<xacro:macro name="m" params="n x:=1"><link name="${n}"/><c/><d/></xacro:macro>'
-        '<!-- a --><!-- b --><xacro:m n=\'a${xacro.load_yaml("m.yaml")["c"]["y"]}\'/>'
-        + "<!---->" * 40
-        + "<xacro:m n='$(arg side)'/>" * 9
-        + '<e f="$(eval 1 + 2)"/>' * 20,
-    )
-    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10_000)
-    assert b'"a2"' in expand(source, Packages({}, source), {}).text
-    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 9_000)
-    with pytest.raises(ConversionError, match="the work for this robot is more than"):
-        expand(source, Packages({}, source), {})
+#: What is in a robot, the text of another file, and the work: calls, copies, comments, YAML.
+WORK = {
+    "nothing": ("", "", 14),
+    "element": ("<a/>", "", 65),
+    "text": (f'<a b="{"x" * 1996}$${{x}}"/>', "", 581),
+    "expressions": (f'<a b="{"x" * 2992}$${{x}}$${{x}}"/>', "", 839),
+    "macro": ('<xacro:macro name="m" params="a b"/>', "", 25),
+    "default": (f'<xacro:macro name="m" params="a:={"x" * 97}"/>', "", 51),
+    "call": ('<xacro:macro name="m"><a/></xacro:macro><xacro:m/>', "", 377),
+    "among": (f'<xacro:macro name="m"><a/></xacro:macro>{"<b/>" * 199}<xacro:m/>', "", 10532),
+    "include": ('<xacro:include filename="more"/>', f"<r>{' ' * 93}</r>", 47),
+    "comments": ('<xacro:include filename="more"/>', f"<r>{'<!---->' * 20}</r>", 60),
+    "yaml": ("<a b='${xacro.load_yaml(\"more\")[\"c\"]}'/>", "c: 1", 428),
+    "merge": ("<a b='${xacro.load_yaml(\"more\")[\"b\"]}'/>", "a: &a {x: 1}\nb: {<<: *a}", 949),
+    "merges": ("<a b='${xacro.load_yaml(\"more\")[\"b\"]}'/>", "a: &a {x: 1}\nb: {<<: [*a]}", 969),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WORK)
+def test_the_work_for_a_robot_is_counted(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    inside, more, work = WORK[name]
+    (tmp_path / "more").write_text(more)
+    source = tmp_path / "r.xacro"
+    source.write_text(f'<robot xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>')
+    for bound in (work, work - 1):
+        guard = Guard()
+        monkeypatch.setattr("urdf2mbs.urdf.xacro.Guard", lambda guard=guard: guard)
+        monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", bound)
+        if bound == work:
+            expand(source, Packages({}, source), {})
+            assert guard.work == work
+        else:
+            with pytest.raises(ConversionError, match="the work for this robot is more than"):
+                expand(source, Packages({}, source), {})
 
 
 def test_a_quote_that_is_not_closed_in_parameters(tmp_path: Path) -> None:

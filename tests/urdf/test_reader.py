@@ -36,6 +36,7 @@ from urdf2mbs.urdf.model import (
 )
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import has_xacro, parse
+from urdf2mbs.urdf.xml import mend
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
 
@@ -275,6 +276,16 @@ def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, said: s
     error = caught.value
     assert (error.code, error.file) == (code, f"{tmp_path / 'robot.urdf'} (expanded)")
     assert said in str(error)
+
+
+def test_what_xacro_says_stands_before_what_the_reader_says(tmp_path: Path) -> None:
+    said = "${xacro.warning('low')}<link name='a'><visual/></link>"
+    _, told = read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}</robot>")
+    assert [one.code for one in told] == ["xacro-warning", "geometry-unknown", "robot-unnamed"]
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}<link/><link/></robot>")
+    codes = [one.code for one in caught.value.said]
+    assert codes == ["xacro-warning", "geometry-unknown", "name-missing"]
 
 
 @pytest.mark.parametrize(
@@ -760,6 +771,28 @@ def test_what_is_only_warned_of(tmp_path: Path, name: str) -> None:
         assert word in one.message
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<robot>{}<link name='tip'/></robot>",
+        *map(
+            arm,
+            (
+                "{}", "<inertial>{}<mass value='0'/></inertial>", "<visual>{}</visual>",
+                "<visual><geometry>{}</geometry></visual>",
+                "<visual><material name='m'>{}</material></visual>",
+                "<collision>{}</collision>",
+            ),
+        ),
+        arm(joint="{}"),
+    ],
+)  # fmt: skip
+def test_what_xacro_left_is_named_wherever_it_stands(tmp_path: Path, text: str) -> None:
+    for element, code in (("xacro:m", "xacro-left"), ("macro", "xacro-legacy")):
+        codes = [one.code for one in read(tmp_path, text.format(f"<{element}/>"))[1]]
+        assert codes.count(code) == 1
+
+
 def test_the_first_of_two_elements_counts(tmp_path: Path) -> None:
     robot, _ = read(tmp_path, arm(inertial("1") + inertial("2"), '<axis xyz="0 1 0"/><axis/>'))
     assert robot.links["tip"].inertial == Inertial(1.0, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
@@ -835,6 +868,9 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     ):
         robot, (one,) = read(tmp_path, text)
         assert (one.code, one.line, list(robot.links)) == ("xml-mended", line, ["ä"])
+        assert (len(mend(text)[0]) == len(text)) == (text[1:] != latin), "all stays at its place"
+    for more in (0, 1):  # libxml2 reads comments of so many letters
+        assert len(parse(f"<!--{'x' * (10**7 + more)}-->{link}".encode(), "r")[1]) == more
     monkeypatch.setattr("urdf2mbs.urdf.xml._LONG", 3)
     _, said = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
     assert [(one.line, "10,000,000" in one.message) for one in said] == [(4, False), (1, True)]

@@ -238,6 +238,10 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
         '\n<xacro:include filename="deep.xacro"/>',
         "xacro", "deep", 4, ("no.xacro", "in the file", "deep.xacro", "included from", "main.urdf"),
     ),
+    "include of what the main file has, too": (
+        '<xacro:include filename="part.xacro"/>\n\n<link name="${x}"/>',
+        "xacro", "part", 2, ("'x' is not defined", "part.xacro"),
+    ),
     "malformed": ("<link>\n</lonk>", "xml-syntax", "main.urdf", 3, ("</lonk>",)),
     "malformed include": (
         '<xacro:include filename="bad.xacro"/>',
@@ -287,7 +291,8 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
 @pytest.mark.parametrize("name", BAD)
 def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     main, code, file, line, words = BAD[name]
-    source = write(tmp_path, main, deep='\n\n<xacro:include filename="no.xacro"/>', bad="<a></b>")
+    deep = '\n\n<xacro:include filename="no.xacro"/>'
+    source = write(tmp_path, main, deep=deep, bad="<a></b>", part='<link name="${x}"/>')
     (tmp_path / "bad.yaml").write_text("a: [1\n")
     error = failure(source)
     assert (error.code, error.file) == (code, str(tmp_path / f"{file}.xacro")), str(error)
@@ -295,7 +300,9 @@ def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     for word in words:
         assert word in error.message
     assert "Error'>" not in error.message
-    assert (" more ..." in error.message) == name.endswith("without an end")
+    endless = name.endswith("without an end")
+    assert (" more ..." in error.message) == endless
+    assert (error.message.count("\n  ") == 9) == endless  # four at each end
     assert len(error.message) < 2500
 
 

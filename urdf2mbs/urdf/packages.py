@@ -24,8 +24,6 @@ _SCHEME = r"(?i)(package|model|file):/*"
 _LOCALHOST = r"(?i)^//localhost(?=/)"
 #: A mesh that is not at its place is not looked for in a workspace of more folders.
 MOST_FOLDERS = 10_000
-#: The most that is read of a package.xml.
-_MOST = 2**20
 _DRIVE = r"(?i)[A-Z](:|%3A)[\\/]"
 #: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.  The last
 #: three are there once it was built.
@@ -332,7 +330,7 @@ def _below(folder: Path, name: str) -> Iterator[Path]:
 
 def _package_name(folder: Path) -> str | None:
     try:
-        text = re.sub(_COMMENT, b"", files.read(folder / "package.xml", _MOST))
+        text = re.sub(_COMMENT, b"", files.read(folder / "package.xml"))
     except (OSError, ValueError):
         return None
     match = re.search(_NAME, text)

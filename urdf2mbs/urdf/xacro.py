@@ -251,7 +251,6 @@ class _Run:
             if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
                 raise
             self.macros[node.tagName.partition(":")[2], absolute(xacro.filestack[-1])] = None
-            xacro.remove_previous_comments(node)
             xacro.replace_node(node, by=None)
             return True
 
@@ -330,8 +329,8 @@ class _Run:
         )
 
     def files(self) -> list[str]:
-        """The files being processed, the innermost last, then all others that were read."""
-        read = (*(self.xacro.filestack or ()), *self.xacro.all_includes, self.file)
+        """The files being processed, the innermost first, then all others that were read."""
+        read = (*reversed(self.xacro.filestack or ()), *self.xacro.all_includes, self.file)
         return list(dict.fromkeys(map(absolute, read)))
 
     def fault(

@@ -27,7 +27,7 @@ class Slip(msgspec.Struct, frozen=True):
 
 _BEGINS = "a URDF file begins with <?xml ...?> or <robot name=...>"
 #: Longer comments are not read by libxml2.
-_LONG = 9_999_999
+_LONG = 10_000_000
 _BOM = b"\xef\xbb\xbf"
 _DECLARATION = rb"<\?xml(?=[\s?])([^<>]*)\?>"
 _VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
