@@ -191,7 +191,7 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
     # numbers
     "two of three": (arm(joint='<origin xyz="1 2"/>'), "number-count", 9, ("'turn'", "'1 2'")),
     "four of three": (arm(joint='<axis xyz="1 2 3 4"/>'), "number-count", 9, ("'turn'", "axis")),
-    "two of one": (arm(inertial("1 2")), "number-count", 6, ("'tip'", "mass")),
+    "two of one": (arm(inertial("1 2")), "number-count", 6, ("'tip'", "a number wanted, 2")),
     "empty numbers": (arm(joint='<origin xyz=""/>'), "number-missing", 9, ("'turn'", "xyz")),
     "tensor without a moment": (
         arm(inertial(inertia=UNIT.replace('iyy="1"', ""))),
@@ -572,6 +572,12 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
     "origin of a link": (
         arm('<origin xyz="0 0 1"/>'), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
     ),
+    "origin without numbers": (
+        arm("<origin/>"), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
+    ),
+    "spring that is zero but for its children": (
+        arm('<spring k="0"><rest/></spring>'), "mechanics-unread", 5, ("<spring>",), "tip", None,
+    ),
     "inertial of the robot": (
         arm(robot="").replace("</robot>", '<inertial><mass value="1"/></inertial></robot>'),
         "mechanics-unread", 11, ("<inertial> in <robot>",), None, None,
@@ -863,6 +869,7 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         (f"<!-- a\n -- b -->{link}".encode(), 1),
         (f"<!-- a --->\n{link}".encode(), 1),
         (f"<!-- <?xml?> -- -->{link}".encode(), 1),
+        (f"<!-- a -->\n<!-- <?xml?> -- -->{link}".encode(), 2),
         (b"\n" + latin, 2),
         (b"<!-- 90\xb0 -->" + link.encode(), 1),
     ):

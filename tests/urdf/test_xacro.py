@@ -171,9 +171,11 @@ def test_what_xacro_says_is_kept_and_not_printed(
 ) -> None:
     source = write(
         tmp_path,
-        '<link name="a"/><xacro:include filename="sub.xacro"/>${xacro.message("hello")}',
+        '<link name="a"/><xacro:include filename="sub.xacro"/>${xacro.load_yaml("no.yaml")}'
+        '${xacro.message("hello")}',
         sub='<xacro:property name="x" value="1" colour="2"/>'
         '${xacro.warning("low")}${xacro.error("high")}<a b="${1 is 1}"/>',
+        no_yaml="a: 1",
     )
     said = [(one.level, one.code, one.message, one.file) for one in run(source).warnings]
     sub, main = str(tmp_path / "sub.xacro"), str(source)
@@ -304,6 +306,17 @@ def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     assert (" more ..." in error.message) == endless
     assert (error.message.count("\n  ") == 9) == endless  # four at each end
     assert len(error.message) < 2500
+
+
+def test_an_error_names_the_files_only_where_they_differ(tmp_path: Path) -> None:
+    main = '<xacro:include filename="part.xacro"/>\n<xacro:m/>'
+    macro = '<xacro:macro name="m"><link name="${1/0}"/></xacro:macro>'
+    source = write(tmp_path, main, part=macro)
+    error = failure(source)
+    assert error.file == str(tmp_path / "part.xacro")
+    assert error.message.endswith(f"\n  in the macro 'm' of {error.file}\n  in the file {source}")
+    error = failure(write(tmp_path, f"{macro}<xacro:m/>"))
+    assert error.message.endswith(f"\n  in the macro 'm' of {source}")
 
 
 def test_no_line_is_given_where_it_could_be_one_of_two(tmp_path: Path) -> None:

@@ -357,8 +357,7 @@ class _Run:
         if others or first != file:
             stack += [f"in the file {first}", *(f"included from {other}" for other in others)]
         if len(stack) > 2 * _STACK_ENDS:
-            more = len(stack) - 2 * _STACK_ENDS
-            stack[_STACK_ENDS:-_STACK_ENDS] = [f"... {more} more ..."]
+            stack[_STACK_ENDS:-_STACK_ENDS] = [f"... {len(stack) - 2 * _STACK_ENDS} more ..."]
         return ConversionError(code, "\n  ".join([text, *stack]), file=file, line=line, hint=hint)
 
     def explain(self, error: Exception) -> ConversionError:
