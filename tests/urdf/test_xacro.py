@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+import warnings
 from pathlib import Path
 
 import pytest
@@ -177,7 +178,10 @@ def test_what_xacro_says_is_kept_and_not_printed(
         '${xacro.warning("low")}${xacro.error("high")}<a b="${1 is 1}"/>',
         no_yaml="a: 1",
     )
-    said = [(one.level, one.code, one.message, one.file) for one in run(source).warnings]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # whatever the program shows of Python's warnings
+        told = run(source).warnings
+    said = [(one.level, one.code, one.message, one.file) for one in told]
     sub, main = str(tmp_path / "sub.xacro"), str(source)
     assert said[:4] == [
         ("warning", "xacro-warning", "xacro:property: unknown attribute(s): colour", sub),
@@ -244,6 +248,10 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
         '<xacro:include filename="part.xacro"/>\n\n<link name="${x}"/>',
         "xacro", "part", 2, ("'x' is not defined", "part.xacro"),
     ),
+    "what a macro of an include has, too": (
+        '<xacro:include filename="macro.xacro"/>\n<link name="${x}"/>',
+        "xacro", "main.urdf", 3, ("'x' is not defined",),
+    ),
     "malformed": ("<link>\n</lonk>", "xml-syntax", "main.urdf", 3, ("</lonk>",)),
     "malformed include": (
         '<xacro:include filename="bad.xacro"/>',
@@ -294,7 +302,9 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
 def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     main, code, file, line, words = BAD[name]
     deep = '\n\n<xacro:include filename="no.xacro"/>'
-    source = write(tmp_path, main, deep=deep, bad="<a></b>", part='<link name="${x}"/>')
+    link = '<link name="${x}"/>'
+    macro = f'<xacro:macro name="m">{link}</xacro:macro>'
+    source = write(tmp_path, main, deep=deep, bad="<a></b>", part=link, macro=macro)
     (tmp_path / "bad.yaml").write_text("a: [1\n")
     error = failure(source)
     assert (error.code, error.file) == (code, str(tmp_path / f"{file}.xacro")), str(error)

@@ -239,7 +239,7 @@ class Guard:
                 self._take(value)
             result = function(*args, **more)
             if isinstance(result, Iterator):
-                result = list(islice(result, MOST + 1))
+                result = list(islice(result, MOST))
             return self.measure(result)
 
         return watched
