@@ -885,9 +885,12 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         _, (one,) = read(tmp_path, f'{before}<?xml version="1.0"?>{link}')
         assert what in one.message
     # what is mended does not hide what is not
-    with pytest.raises(ConversionError) as caught:
-        read(tmp_path, '\n<?xml version="1.0"?>\n<robot>\n<link>\n</joint></robot>')
-    assert (caught.value.code, caught.value.line) == ("xml-syntax", 5)
+    for text, code, line in (
+        ("<link>\n</joint></robot>", "xml-syntax", 5), ("</robot><!-- a -\n", "xml-truncated", 5),
+    ):  # fmt: skip
+        with pytest.raises(ConversionError) as caught:
+            read(tmp_path, f'\n<?xml version="1.0"?>\n<robot>\n{text}')
+        assert (caught.value.code, caught.value.line) == (code, line)
 
 
 @pytest.mark.parametrize("kind", ["fixed", "floating"])
@@ -1143,12 +1146,15 @@ def test_a_joint_that_is_flipped_has_all_its_numbers_the_other_way_round(tmp_pat
     own = (
         '<axis xyz="1 2 3"/><limit lower="-1" upper="4" effort="5" velocity="6"/>'
         '<safety_controller soft_lower_limit="-0.2" soft_upper_limit="0.7" k_velocity="1"/>'
-        '<calibration rising="0.25" falling="0.5"/>'
+        '<calibration rising="0.25" falling="0.5"/><dynamics damping="3" friction="4"/>'
     )
-    robot, _ = read(tmp_path, arm(joint=own))
+    spring = "<springReference>0.5</springReference><springStiffness>2</springStiffness>"
+    end = f'<gazebo reference="turn">{spring}</gazebo></robot>'
+    robot, _ = read(tmp_path, arm(joint=own).replace("</robot>", end))
     turn = robot.with_flipped(["turn"]).joints["turn"]
     assert turn.axis == (-1.0, -2.0, -3.0)
     assert turn.limit == Limit(-4.0, 1.0, 5.0, 6.0)
+    assert turn.dynamics == Dynamics(3.0, 4.0, 2.0, -0.5)
     assert turn.safety_controller == SafetyController(1.0, 0.0, -0.7, 0.2)
     assert turn.calibration == Calibration(-0.5, -0.25)
     assert robot.with_flipped(["turn"]).with_flipped(["turn"]) == robot

@@ -170,14 +170,14 @@ class Packages:
         _, name, rest = _split(filename)
         rest = re.sub(_DRIVE, "/", rest).replace("\\", "/") if re.match(_DRIVE, rest) else rest
         local = posixpath.normpath(rest).split("/")
-        tail = [part for part in local if part not in ("", ".", "..")]
-        if not tail:
+        fitting = self._files.get(local[-1])
+        if fitting is None:
             return []
+        tail = [part for part in local if part not in ("", "..")]
         # the folders before a package are those of another machine, as are those of a whole path
         shortest = min(2, len(tail)) if rest.startswith("/") else len(tail)
         tail = [name, *tail] if name else tail
-        fitting = self._files.get(tail[-1], [])
-        longest = max((len(path.parts) for path in fitting), default=0)
+        longest = max(len(path.parts) for path in fitting)
         for start in range(max(0, len(tail) - longest), len(tail) - shortest + 1):
             end = tuple(tail[start:])
             found = [path for path in fitting if path.parts[-len(end) :] == end]
