@@ -288,6 +288,11 @@ def test_substitutions_too(tmp_path: Path, text: str, code: str) -> None:
     assert (error.code, error.line) == (code, 8)
 
 
+def test_functions_of_a_substitution_are_watched(tmp_path: Path) -> None:
+    call = '<xacro:property name="f" value="factorial(3)"/><link name="$(eval ${f})"/>'
+    assert failure(tmp_path, call).code == "xacro-expression"
+
+
 def test_a_substitution_computes(tmp_path: Path) -> None:
     source = robot(
         tmp_path,
@@ -495,7 +500,8 @@ def test_a_workspace_of_links(tmp_path: Path) -> None:
     robot(sources, '<link name="${a.link.mass}"/>')
     for file in sources.iterdir():
         (installed / file.name).symlink_to(file)
-    main = tmp_path / "main.urdf.xacro"
+    main = tmp_path / "mine" / "main.urdf.xacro"
+    main.parent.mkdir()
     main.write_text(
         '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
         '<xacro:include filename="$(find arm)/r.urdf.xacro"/></robot>'

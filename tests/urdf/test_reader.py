@@ -421,6 +421,13 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
     assert inertial_ is not None
     assert inertial_.origin == Origin()
     assert robot.links["base"].massless
+    for mass, inertia, massless in (("0", moments(), True), ("0", UNIT, False), ("1", "", False)):
+        assert read(tmp_path, arm(inertial(mass, inertia)))[0].links["tip"].massless is massless
+
+
+def test_the_joints_stand_one_branch_after_the_other(tmp_path: Path) -> None:
+    robot, _ = read(tmp_path, tree("a>b", "a>c", "b>d", "b>e", "c>f", links="abcdef"))
+    assert [joint.name for joint in robot.depth_first()] == ["a_b", "b_d", "b_e", "a_c", "c_f"]
 
 
 @pytest.mark.parametrize("kind", JOINT_TYPES)
