@@ -57,8 +57,8 @@ class ConvertMeshes(Pass):
             if conversion.meshes:
                 conversion.note(
                     "mesh-not-converted",
-                    f"{counted(len(conversion.meshes), 'mesh file')} left as they are: the .mbs "
-                    "names the .wrl files that 'output: {project: DIR}' makes of them",
+                    f"{counted(len(conversion.meshes), 'mesh file')} not converted: the .mbs "
+                    "names .wrl files, which 'output: {project: DIR}' makes",
                 )
             _note_moved(conversion)
             return
