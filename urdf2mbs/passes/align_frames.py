@@ -60,7 +60,7 @@ from urdf2mbs.spatial import (
 )
 from urdf2mbs.urdf.model import Joint
 
-X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class AlignFrames(Pass):
@@ -290,7 +290,7 @@ class _Search:
         self.k = 1 if self.any else "xyz".index(options.axes) + 1
         self.candidates = options.candidates
         self.flip = options.flip
-        self.weight = len(nodes) if self.flip else 1
+        self.weight = len(nodes)
         """The cost of a turn; a flipped joint costs 1.  So the search saves turns first, and then
         flipped joints."""
         self.nodes = nodes
@@ -355,7 +355,7 @@ class _Search:
 
     def collect_wanted(self, node: _Node) -> None:
         """Find the directions in which the joints behind a node want an axis of its frame."""
-        if not node.turns_freely or not node.children:
+        if not node.turns_freely:
             return
         directions = _Directions(node.axis, self.small)
         for child, before in node.carried():
@@ -410,20 +410,17 @@ class _Search:
             for i in range(3)
         ]
         directions = _Directions(node.axis, self.small)
-        room = self.candidates
         if parent.turns_freely:
             directions.add(rotate(back, parent.axis))
         if not directions.vectors:  # the parent's axis is parallel, or the parent cannot turn
             for axis in axes:
                 directions.add(axis)
-        if not parent.turns_freely and not self.branching:  # else there would be hundreds
-            room = max(room, len(directions.vectors))
         for wanted, _ in node.wanted:
             directions.add(wanted)
-        if len(directions.vectors) < room:
+        if len(directions.vectors) < self.candidates:
             for axis in axes:
                 directions.add(axis)
-        found = directions.vectors[:room]
+        found = directions.vectors[: self.candidates]
         if self.branching:  # the frame of ``faithful``
             turns, k = axis_turns(node.axis)
             found.append(rotate(from_turns(turns), AXES[k % 3]))
@@ -540,11 +537,9 @@ class _Directions:
         self._axis, self._small = axis, small
         # directions count as one if they differ by up to ten times the tolerance
         self._quarter = max(round(pi / 2 / (10 * small)), 1)
-        x, y, z = map(abs, axis)
-        smallest = X if x <= y and x <= z else Y if y <= z else Z
-        self._one = cross(axis, smallest)
+        self._one = cross(axis, min(AXES, key=lambda across: abs(dot(across, axis))))
         self._two = cross(axis, self._one)
-        self.counts: dict[int, int] = {}
+        self.counts: Counter[int] = Counter()
         """The number of joints for each direction, in the order of ``vectors``."""
         self.vectors: list[Vec] = []
 
@@ -557,7 +552,7 @@ class _Directions:
         key = round(angle / (pi / 2) * self._quarter) % self._quarter
         if key not in self.counts:
             self.vectors.append(across)
-        self.counts[key] = self.counts.get(key, 0) + count
+        self.counts[key] += count
 
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:
