@@ -141,6 +141,44 @@ def test_a_planar_joint_keeps_its_plane() -> None:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("axis", "axes", "found"),
+    [
+        ("1 0 0", "any", "T2 T3 R1"), ("1 0 0", "y", "r1 r3 T3 T1 R2"),
+        ("1 0 0", "z", "r1 r2 T1 T2 R3"), ("0 1 0", "any", "T3 T1 R2"),
+        ("0 1 0", "x", "r1 r2 T2 T3 R1"), ("0 0 1", "y", "r1 r2 T3 T1 R2"),
+        ("0 0 1", "z", "T1 T2 R3"), ("0 -1 0", "y", "r1 T3 T1 R2"),
+    ],
+)  # fmt: skip
+def test_a_planar_joint_turns_about_the_axis_asked_for(axis: str, axes: str, found: str) -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b", SOLID),
+        joint("world", "a", "planar", axis=axis), joint("a", "b", axis="0 1 0"),
+    )  # fmt: skip
+    result = prove(text, base="fixed", options={"align-frames": {"axes": axes}})
+    assert " ".join(chains(result)["a"]) == found
+    for step in result.conversion.steps():
+        assert sorted(map(abs, step.axis)) == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("axis", "fixed", "moving"),
+    [("1 2 3", 3, 2), ("-1 -2 -3", 3, 2), ("1 1 0", 2, 1), ("0 1 1", 3, 1), ("-1 0 0", 2, 1)],
+)
+@pytest.mark.parametrize("fingers", [2, 4])
+def test_a_palm_is_turned_for_all_its_fingers(
+    axis: str, fixed: int, moving: int, fingers: int
+) -> None:
+    for kind, rpy, wanted in (("fixed", "0 0 0.5", fixed), ("continuous", "0 0 0", moving)):
+        elements = [
+            link("world"), link("palm", SOLID), link("other", SOLID), joint("world", "other"),
+            joint("world", "palm", kind, rpy=rpy, axis="0 0 1", xyz="1 2 3"),
+        ]  # fmt: skip
+        for i in range(fingers):
+            elements += [link(f"f{i}", SOLID), joint("palm", f"f{i}", xyz=f"{i} 0 0", axis=axis)]
+        assert driven(prove(robot(*elements), base="fixed")) == wanted
+
+
 @pytest.mark.parametrize("options", [{"axes": "w"}, {"candidate": 3}, {"tolerance": "much"}])
 def test_wrong_options_are_named(options: dict[str, object]) -> None:
     with pytest.raises(ConfigError, match=next(iter(options))):
@@ -204,6 +242,15 @@ def test_a_turned_palm_is_a_body_again_where_that_saves_joints() -> None:
     assert chains(result)["palm"] == ["r1", "t3"]
     assert driven(result) == 2
     assert "ground-mass" not in {found.code for found in result.diagnostics}
+
+
+def test_a_turned_fixed_joint_that_is_a_joint_still_needs_no_turns() -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b", SOLID), link("c", SOLID),
+        joint("world", "a", axis="1 2 3"), joint("a", "b", "fixed", rpy="0.1 0.2 0.3", xyz="1 2 3"),
+        joint("b", "c", axis="0 1 1", rpy="0 1 0"),
+    )  # fmt: skip
+    assert chains(prove(text, base="fixed", without=["lump-fixed"]))["b"] == ["t3"]
 
 
 ANGLES = st.sampled_from([0.0, 0.0, pi / 2, -pi / 2, pi, pi / 4, 0.3, -2.0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import sin, tanh
+from math import sin, sqrt, tanh
 from pathlib import Path
 from typing import Any
 
@@ -231,6 +231,22 @@ def test_stiffness_and_damping_are_those_that_the_urdf_states() -> None:
         (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
         found = {p.name: float(p.values[0]) for p in law.parameters}
         assert (found["stiffness"], found["speed"]) == (stiffness, speed), stated
+
+
+def test_the_law_of_a_robot_without_weight(tmp_path: Path) -> None:
+    for options, wanted in (
+        ({"depth": 0.25}, {"stiffness": 1000.0, "speed": 0.1, "bristle": 0.25}),
+        ({"stiffness": 5e4}, {"stiffness": 5e4, "speed": 0.1, "bristle": 0.001}),
+    ):
+        contacts = {"points": {"hand": [[0, 0, 0]]}, **options}
+        result = convert_text(
+            TINY, project=tmp_path / "p", gravity=(0.0, 0.0, 0.0), passes={"contacts": contacts}
+        )
+        (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+        found = {p.name: float(p.values[0]) for p in law.parameters}
+        assert {name: found[name] for name in wanted} == wanted
+        assert found["bristle_time"] == pytest.approx(2 * sqrt(found["bristle"] / 9.81), rel=0.05)
+        assert "slip_speed" not in found
 
 
 def test_friction_is_the_smallest_that_the_urdf_states() -> None:

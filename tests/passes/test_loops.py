@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import dist, pi
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,10 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.passes.loops import SINGULAR, Cut, _from_sdf, _rows, independent_columns
+from urdf2mbs.spatial import Pose, from_rpy
 from urdf2mbs.testing import convert_text
+from urdf2mbs.urdf.model import ClosingJoint
 
 ROOT = Path(__file__).resolve().parents[2]
 LENGTH, RANGE = "loops-length", "value-range"
@@ -212,6 +215,65 @@ def test_the_chosen_joints_solve_the_constraints() -> None:
         assert np.linalg.cond(jacobian[:, columns]) < 1e4
 
 
+@pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
+def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> None:
+    """Of a cut between random chains in space, with a slider and a follower in them."""
+    random = np.random.default_rng(4)
+    text = '<robot name="r">' + "".join(link(name) for name in ("root", *"abcdef"))
+    for k, name in enumerate("abcdef"):
+        axis, xyz = (" ".join(map(str, random.normal(size=3))) for _ in range(2))
+        parent = "root" if k in (0, 3) else "abcdef"[k - 1]
+        kind_of = "prismatic" if name in "bd" else "continuous"
+        part = joint(f"j{name}", parent, name, f'<origin xyz="{xyz}"/>', kind_of)
+        more = '<mimic joint="jb" multiplier="-2"/></joint>' if name == "f" else "</joint>"
+        text += part.replace("0 1 0", axis).replace("</joint>", more)
+    ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "f", "at": [0, 0.5, 0]}]
+    options = {
+        "loops": {"cuts": {"cut": {"kind": kind, "ends": ends}}},
+        "posture": {"joints": {f"j{name}": random.normal() for name in "abcde"}},
+    }
+    (tmp_path / "r.urdf").write_text(f"{text}</robot>")
+    result = convert(tmp_path / "r.urdf", project=tmp_path / "p", base="fixed", passes=options)
+    conversion, mbs, h = result.conversion, result.mbs, 1e-6
+    (cut,) = mbs.cuts
+    (a, b) = cut.endpoint1[0], cut.endpoint2[0]
+
+    def gap() -> Any:
+        placement = place(mbs)
+        one, two = (np.array(placement.point(mbs, *end)) for end in (cut.endpoint1, cut.endpoint2))
+        turned = [np.array(placement.bodies[body].rot).reshape(3, 3) for body in (a, b)]
+        return two - one, *turned
+
+    placement = place(mbs)
+    rows = _rows(conversion, placement, cut)
+    found = np.array([[row.get(k, 0.0) for k in range(len(placement.joints))] for row in rows])
+    wanted = np.zeros_like(found)
+    _, *turned = gap()
+    for k, (placed, *_) in enumerate(placement.joints):
+        if placed.nature == "driven" or placed.name == "jf":
+            continue
+        q = placed.q or 0.0
+        for sign in (1, -1):
+            placed.q = q + sign * h
+            for coupling in conversion.simulation.couplings:
+                coupling.follow()
+            way, *after = gap()
+            if kind == "rod":
+                wanted[0, k] += sign * np.linalg.norm(way) / (2 * h)
+                continue
+            wanted[:3, k] += sign * way / (2 * h)
+            if kind == "solid":  # the speed of turning of the second body, less that of the first
+                for side, old, new in zip((-1, 1), turned, after, strict=True):
+                    spin = (new @ old.T - np.eye(3)) * sign * side / (2 * h)
+                    wanted[3:, k] += spin[2, 1], spin[0, 2], spin[1, 0]
+        placed.q = q
+        for coupling in conversion.simulation.couplings:
+            coupling.follow()
+    assert len(found) == {"rod": 1, "ball": 3, "solid": 6}[kind]
+    assert found == pytest.approx(wanted, abs=1e-6)
+    assert np.abs(found).sum(axis=1).min() > 0.1
+
+
 @pytest.mark.parametrize(
     ("cut", "code"),
     [
@@ -257,3 +319,61 @@ def test_a_loop_that_can_never_close_is_told_as_that() -> None:
 def test_joints_in_gazebo_that_became_cuts_are_not_left_out() -> None:
     result = convert_text(FOUR_BAR.replace("</robot>", SDF), base="fixed")
     assert "extension" not in [found.code for found in result.diagnostics]
+
+
+def test_columns_are_as_many_as_the_rank_and_independent() -> None:
+    """Of sparse rows, some of them sums of others; the first in order are taken."""
+    random = np.random.default_rng(6)
+    for _ in range(50):
+        own = random.normal(size=(4, 6)) * (random.random((4, 6)) < 0.5)
+        matrix = np.vstack([own, random.integers(-1, 2, size=(2, 4)) @ own])
+        rows = [{i: v for i, v in enumerate(row) if v} for row in matrix[random.permutation(6)]]
+        order = list(random.permutation(6))
+        chosen = independent_columns(rows, order)
+        rank = np.linalg.matrix_rank(matrix, tol=1e-9)
+        assert len(chosen) == rank
+        assert np.linalg.matrix_rank(matrix[:, chosen], tol=1e-9) == rank
+    for rows, chosen in (
+        ([{0: 1.0, 1: 1.0, 2: 2.0}], [0]), ([{0: 5e-3, 1: 1.0}], [1]), ([{0: 2e-2, 1: 1.0}], [0]),
+        ([{0: 2 * SINGULAR}, {1: 1.0}], [1, 0]), ([{0: SINGULAR / 2}, {1: 1.0}], [1]),
+        ([{}, {0: SINGULAR / 9}], [0]), ([{0: 1.0, 1: 1.0}, {0: -1.0, 1: 1.0}], [0, 1]),
+        ([], []), ([{0: 0.0, 1: 0.0}], []),
+    ):  # fmt: skip
+        assert independent_columns(rows, [0, 1, 2]) == chosen
+
+
+def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
+    """At its point, and a tenth of a metre along its axes; both links see them at one place."""
+    conversion = convert_text(FOUR_BAR, base="fixed").conversion
+    x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    pose = Pose((0.25, 0.5, 1.0), from_rpy((0.0, pi / 2, 0.0)))  # its z is the link's x
+    at, at_x, at_y, at_z = (
+        (0.25, 0.5, 1.0), (0.35, 0.5, 1.0), (0.25, 0.6, 1.0), (0.25, 0.5, 1.1)
+    )  # fmt: skip
+    for kind, axes, wanted, rest in (
+        ("ball", [], [("ball", at, at)], []),
+        ("fixed", [y], [("solid", at, at)], []),
+        ("revolute", [y], [("ball", at, at), ("ball", at_y, at_y)], ["pin_2"]),
+        ("continuous", [], [("ball", at, at), ("ball", at_x, at_x)], ["pin_2"]),
+        ("universal", [y, z], [("ball", at, at), ("rod", at_y, at_z)], ["pin_2"]),
+        ("universal", [(0.0, 3.0, 0.1), x], [("ball", at, at), ("rod", at_y, at_x)], ["pin_2"]),
+        ("universal", [y], [], []), ("universal", [y, (0.0, -1.0, 0.1)], [], []),
+        ("universal", [y, (0.0, 1.0, 1.0)], [], []), ("screw", [y], [], []),
+    ):  # fmt: skip
+        cuts: dict[str, Cut] = {}
+        doubtful: set[str] = set()
+        closing = ClosingJoint(
+            "pin", kind, "coupler", "right", pose, None, [(a, None) for a in axes]
+        )
+        _from_sdf(conversion, closing, cuts, doubtful)
+        assert list(cuts) == [["pin"], ["pin_1", "pin_2"]][len(wanted) - 1][: len(wanted)]
+        assert sorted(doubtful) == rest
+        for cut, (form, there, here) in zip(cuts.values(), wanted, strict=True):
+            assert (cut.kind, cut.ends[0].link, cut.ends[1].link) == (form, "coupler", "right")
+            # the coupler is 1 m above the base, the rocker 1 m beside it
+            seen = (there[0] + 1.0, there[1], there[2] - 1.0)
+            assert cut.ends[0].at == pytest.approx(seen, abs=4e-3)
+            assert cut.ends[1].at == pytest.approx(here, abs=4e-3)
+            assert cut.length == (
+                pytest.approx(dist(there, here), rel=0.03) if form == "rod" else None
+            )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,11 @@ import yaml
 from passes.test_time_step import convert_project, joint, link, messages
 
 from urdf2mbs import Result
+from urdf2mbs.conversion import Step
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.passes.posture import _limits
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.urdf.model import Joint, Limit
 
 
 def test_a_group_state(tmp_path: Path) -> None:
@@ -184,3 +188,23 @@ def test_what_rounding_adds_is_not_beyond_a_limit(
 def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:
     result = convert_text(LIMITED, project=tmp_path / "robot", without=["posture"])
     assert starts(result) == {"one": 0.0, "two": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("limit", "wanted"),
+    [
+        (None, (-inf, inf)),
+        (Limit(None, 2.0), (-inf, 2.0)),
+        (Limit(-1.0, None), (-1.0, inf)),
+        (Limit(-1.0, 2.0), (-1.0, 2.0)),
+        (Limit(2.0, 2.0), (-inf, inf)),
+        (Limit(2.0, -1.0), (-inf, inf)),
+    ],
+)
+def test_limits_that_are_missing_or_leave_no_room(
+    limit: Limit | None, wanted: tuple[float, float]
+) -> None:
+    step = Step.of(Joint("j", "revolute", "a", "b", limit=limit))
+    assert _limits(step) == wanted
+    step.flipped = True
+    assert _limits(step) == (-wanted[1], -wanted[0])
