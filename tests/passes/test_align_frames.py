@@ -246,11 +246,15 @@ def test_a_turned_palm_is_a_body_again_where_that_saves_joints() -> None:
 
 def test_a_turned_fixed_joint_that_is_a_joint_still_needs_no_turns() -> None:
     text = robot(
-        link("world"), link("a", SOLID), link("b", SOLID), link("c", SOLID),
+        *(link(name, SOLID) for name in "abcde"), link("world"),
         joint("world", "a", axis="1 2 3"), joint("a", "b", "fixed", rpy="0.1 0.2 0.3", xyz="1 2 3"),
-        joint("b", "c", axis="0 1 1", rpy="0 1 0"),
+        *(joint("b", name, axis="0 1 1", xyz="1 0 0") for name in "cde"),
     )  # fmt: skip
-    assert chains(prove(text, base="fixed", without=["lump-fixed"]))["b"] == ["t3"]
+    result = prove(text, base="fixed", without=["lump-fixed"])
+    found = chains(result)
+    assert found["b"][-1] == "t3"
+    assert [len(found[name]) for name in "cde"] == [1, 1, 1]
+    assert driven(result) == 6
 
 
 ANGLES = st.sampled_from([0.0, 0.0, pi / 2, -pi / 2, pi, pi / 4, 0.3, -2.0])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
-from proving import SOLID, link, robot
+from proving import SOLID, joint, link, robot
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.kinematics import place
@@ -231,6 +231,15 @@ def test_stiffness_and_damping_are_those_that_the_urdf_states() -> None:
         (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
         found = {p.name: float(p.values[0]) for p in law.parameters}
         assert (found["stiffness"], found["speed"]) == (stiffness, speed), stated
+
+
+def test_a_robot_without_mass_has_no_balance() -> None:
+    text = robot(link("a"), link("b"), joint("a", "b"))
+    passes = {"contacts": {"points": {"b": [[1, 0, 0]]}}}
+    result = convert_text(text, base="floating", passes=passes)
+    assert "contacts-balance" not in [found.code for found in result.diagnostics]
+    (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+    assert {p.name: p.values for p in law.parameters}["stiffness"] == ("1000.0",)
 
 
 def test_the_law_of_a_robot_without_weight(tmp_path: Path) -> None:

@@ -28,9 +28,10 @@ from meshes.samples import (
 )
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.meshes.model import MeshError
-from urdf2mbs.passes.convert_meshes import ConvertMeshes
+from urdf2mbs.passes.convert_meshes import BEGIN, ConvertMeshes, read_made
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:
@@ -295,6 +296,26 @@ def test_a_lost_texture_is_put_back(tmp_path: Path) -> None:
     texture.unlink()
     again = convert(tmp_path, [visual("box.dae")])
     assert again.files[texture] == image("PNG")
+
+
+def test_what_a_mesh_shows_otherwise_is_told_each_time(tmp_path: Path) -> None:
+    """Two files with the same fault are one warning, of the first link."""
+    for name in ("one.obj", "two.obj"):
+        (tmp_path / name).write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n")
+    for again in (False, True):
+        conversion = convert(tmp_path, [visual("one.obj"), visual("two.obj")])
+        assert bool(conversion.files) is not again
+        (said,) = [found for found in conversion.diagnostics if found.code == "mesh-part"]
+        assert said.message.endswith(": mesh one.obj, two.obj")
+        assert said.link is not None
+        write(conversion)
+
+
+def test_what_a_wrl_says_of_itself_must_be_readable() -> None:
+    for said, known in ((b"{}", False), (b"", False), (b'{"version": 1}', False)):
+        data = seal(Path("mesh.wrl"), BEGIN + said + b"\nShape {}\n")
+        assert (read_made(data) is not None) is known
+        assert read_made(data[:-9]) is None
 
 
 @pytest.mark.parametrize("content", [b"#VRML V2.0 utf8\nShape {}\n", b"", b"changed by hand"])

@@ -342,6 +342,19 @@ def test_columns_are_as_many_as_the_rank_and_independent() -> None:
         assert independent_columns(rows, [0, 1, 2]) == chosen
 
 
+def test_a_cut_has_a_name_of_its_own() -> None:
+    text = FOUR_BAR.replace("</robot>", SDF.replace('"revolute"', '"ball"'))
+    sdf = text.replace('name="pin"', 'name="left"')
+    result = convert_text(sdf, base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["left_2"]
+    assert [d.code for d in result.diagnostics if "renamed" in d.code] == ["loop-renamed"]
+    result = convert_text(text, base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin"]
+    assert "loop-renamed" not in [found.code for found in result.diagnostics]
+    with pytest.raises(ConfigError, match="a cut and a link are both called 'left'"):
+        convert_text(FOUR_BAR, options={"loops": {"cuts": {"left": BALL["pin"]}}})
+
+
 def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
     """At its point, and a tenth of a metre along its axes; both links see them at one place."""
     conversion = convert_text(FOUR_BAR, base="fixed").conversion

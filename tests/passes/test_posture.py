@@ -208,3 +208,22 @@ def test_limits_that_are_missing_or_leave_no_room(
     assert _limits(step) == wanted
     step.flipped = True
     assert _limits(step) == (-wanted[1], -wanted[0])
+
+
+def test_an_srdf_that_is_no_xml_is_told_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "r.srdf").write_text("<robot>\n<group_state>\n</robot>\n")
+    with pytest.raises(ConfigError, match="is not XML") as caught:
+        convert_text(options={"posture": {"srdf": str(tmp_path / "r.srdf"), "state": "s"}})
+    assert caught.value.line == 3
+
+
+@pytest.mark.parametrize(("count", "listed"), [(10, True), (11, False)])
+def test_the_middles_of_many_joints_are_no_hint(count: int, listed: bool) -> None:
+    text = '<robot name="r"><link name="l"/>' + "".join(
+        link(f"l{n}", 1.0, 0.01)
+        + joint(f"j{n}", "l", f"l{n}", '<limit lower="1" upper="2" effort="0" velocity="1"/>')
+        for n in range(count)
+    )
+    (said,) = [d for d in convert_text(f"{text}</robot>").diagnostics if d.code == "posture-limit"]
+    assert ('"j0": 1.5' in (said.hint or "")) is listed
+    assert ("'urdf2mbs init' writes a config" in (said.hint or "")) is not listed
