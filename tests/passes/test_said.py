@@ -146,6 +146,33 @@ FANS = tree(
     ("l10", "1 0 0", "revolute", "0.3 0 0"), ("l10", "1 0 0", "continuous", "0 0.7 0"),
     ("l14", "1e-8 1 0", "continuous", "0 0 0"),
 )  # fmt: skip
+#: Meshes that are well, mirrored, coloured, lost, broken, not ours, and with a face too many.
+FACES = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\n"
+FILES = {
+    "one.obj": FACES, "odd.obj": f"{FACES}f 1 2 4\n", "worn.obj": f"{FACES}f 1 2 4\n",
+    "bad.obj": "v 0 0 0\n", "own.obj": FACES, "p/animationR/vrml/own.wrl": "mine",
+    "p/animationR/vrml/one_mirror_y.wrl": "mine",
+}  # fmt: skip
+MESHES = (
+    '<robot name="meshes">'
+    + "".join(
+        link(f"of_m{n}", 1.0, '<visual><geometry><mesh filename="{}" scale="{}"/></geometry>'
+             '<material name="c{}"><color rgba="{}"/></material></visual>'.format(*mesh))
+        + (joint(f"m{n}", f"of_m{n - 1}", "0 0 1", kind="fixed") if n else "")
+        for n, mesh in enumerate(
+            (
+                ("one.obj", "1 2 3", 0, "1 0 0 1"), ("one.obj", "1 -2 3", 1, "1 0 0 1"),
+                ("one.obj", "-1 -2 1", 2, "1 0 0 1"), ("one.obj", "1 1 1", 3, "0 1 0 1"),
+                ("one.obj", "1 1 1", 4, "0 1 0 0.25"), ("gone.stl", "1 1 1", 5, "1 1 1 1"),
+                ("odd.obj", "1 1 1", 6, "1 1 1 1"), ("gone.stl", "1 1 1", 7, "1 1 1 1"),
+                ("worn.obj", "1 1 1", 8, "1 1 1 1"), ("bad.obj", "1 1 1", 9, "1 1 1 1"),
+                ("own.obj", "1 1 1", 10, "1 1 1 1"), ("lost.obj", "1 1 1", 11, "1 1 1 1"),
+                ("odd.obj", "1 1 1", 12, "1 1 1 1"), ("gone.stl", "1 1 1", 13, "1 1 1 1"),
+            )
+        )
+    )
+    + "</robot>"
+)  # fmt: skip
 FAST = {
     **PASSES,
     "posture": {
@@ -222,6 +249,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         {"pipeline": "compact", "project": "p", "passes": {"force-torque": {"joints": ["*"]}}},
     ),
     "points": (POINTS, {"base": "floating"}),
+    "meshes": (MESHES, {"project": "p", "files": FILES, "base": "floating"}),
 }  # fmt: skip
 
 
@@ -309,6 +337,10 @@ def told(name: str, folder: Path) -> str:
     text, settings = CASES[name]
     source = folder / "r.urdf"
     source.write_text(text)
+    settings = dict(settings)
+    for name, content in settings.pop("files", {}).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(content)
     if "project" in settings:
         settings = {**settings, "project": folder / "p"}
     if "output" in settings:
