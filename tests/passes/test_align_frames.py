@@ -179,6 +179,17 @@ def test_a_palm_is_turned_for_all_its_fingers(
         assert driven(prove(robot(*elements), base="fixed")) == wanted
 
 
+@pytest.mark.parametrize("shift", range(3))
+def test_a_palm_is_turned_for_a_plane_of_its_fingers(shift: int) -> None:
+    """Two fingers across the plane stay as they are, and each of three in it needs a turn less."""
+    elements = [link("world"), link("palm", SOLID)]
+    elements.append(joint("world", "palm", "fixed", rpy="0.1 0.2 0.3"))
+    for i, axis in enumerate(("0 1 0", "0 1 0", "1 2 1", "1 -3 1", "1 1 1")):
+        turned = " ".join((axis.split() * 2)[shift : shift + 3])
+        elements += [link(f"f{i}", SOLID), joint("palm", f"f{i}", xyz=f"{i} 0 0", axis=turned)]
+    assert driven(prove(robot(*elements), base="fixed")) == 3 + 1 + 3
+
+
 @pytest.mark.parametrize("options", [{"axes": "w"}, {"candidate": 3}, {"tolerance": "much"}])
 def test_wrong_options_are_named(options: dict[str, object]) -> None:
     with pytest.raises(ConfigError, match=next(iter(options))):

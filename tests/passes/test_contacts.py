@@ -341,10 +341,13 @@ def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
 
 
 @pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])
+@pytest.mark.parametrize("x", [0.0, 7.0])
 def test_a_corner_counts_up_to_a_fiftieth_of_the_mesh_above_the_lowest(
-    height: float, count: int, tmp_path: Path
+    x: float, height: float, count: int, tmp_path: Path
 ) -> None:
-    corners = ["0.3 0.1 0", "0.3 -0.1 0", "-0.3 -0.1 0", f"-0.3 0.1 {height}", "0 0 0.3"]
+    low, high = x - 0.3, x + 0.3
+    corners = [f"{high} 0.1 0", f"{high} -0.1 0", f"{low} -0.1 0", f"{low} 0.1 {height}"]
+    corners.append(f"{x} 0 0.3")
     (tmp_path / "foot.obj").write_text(
         "".join(f"v {corner}\n" for corner in corners) + "f 1 2 3\nf 1 3 4\nf 1 2 5\n"
     )

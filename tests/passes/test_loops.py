@@ -116,13 +116,26 @@ def test_a_joint_in_gazebo_that_cannot_become_a_cut_is_told(
     assert bool(result.mbs.cuts) == bool(cuts)
 
 
-def test_a_solid_that_is_turned_is_told_with_its_angle() -> None:
-    """At the start the coupler is level, and the rocker is turned by a quarter."""
+@pytest.mark.parametrize(
+    ("angle", "said"),
+    [
+        (pi / 2, ["1.41 m and 1.57 rad"]), (pi, ["2 m and 3.14 rad"]),
+        (5e-6, ["5e-06 m and 5e-06 rad"]), (5e-7, []), (0.0, []),
+    ],
+)  # fmt: skip
+def test_a_solid_that_is_turned_is_told_with_its_angle(angle: float, said: list[str]) -> None:
+    """At the start the coupler is level, and the rocker is turned."""
     cuts = {"pin": {"kind": "solid", **BALL["pin"]}}
-    turned = FOUR_BAR.replace(at(1, 0, 0), '<origin xyz="1 0 0" rpy="0 1.5707963267948966 0"/>')
+    turned = FOUR_BAR.replace(at(1, 0, 0), f'<origin xyz="1 0 0" rpy="0 {angle!r} 0"/>')
     result = convert_text(turned, base="fixed", options={"loops": {"cuts": cuts}})
-    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
-    assert "and 1.57 rad" in told
+    told = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    assert [text.partition(", by ")[2].partition(":")[0] for text in told] == said
+    if angle == pi / 2:  # where the points meet, the angle alone is told
+        cuts["pin"]["ends"] = [{"link": "coupler"}, {"link": "right", "at": [-1, 0, -1]}]
+        result = convert_text(turned, base="fixed", options={"loops": {"cuts": cuts}})
+        (text,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+        assert text.partition(" m and ")[2].startswith("1.57 rad")
+        assert float(text.partition(", by ")[2].partition(" m")[0]) < 1e-9
 
 
 def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
@@ -173,6 +186,7 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
     (cut,) = read(result.data, "x").cuts
     assert cut.kind == "rod"
     assert cut.length == pytest.approx(1.0)
+    assert "loop-open" not in [found.code for found in result.diagnostics]
     assert sum(nature == "dependent" for nature in natures(result).values()) == 1
     rod["rod"]["length"] = 0.75  # type: ignore[assignment]
     result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": rod}})

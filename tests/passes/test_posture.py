@@ -177,12 +177,25 @@ def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("beyond", "told"), [(1e-10, False), (1e-6, True)])
+@pytest.mark.parametrize(("limit", "side"), [(1.5, 1), (1.0, -1)])
 def test_what_rounding_adds_is_not_beyond_a_limit(
-    beyond: float, told: bool, tmp_path: Path
+    limit: float, side: int, beyond: float, told: bool, tmp_path: Path
 ) -> None:
-    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.5 + beyond}})
+    text = LIMITED.replace('"0.5"', '"1"')
+    start = limit + side * beyond
+    result = convert_project(text, tmp_path, posture={"joints": {"one": start}})
     assert ("one at" in messages(result).get("posture-limit", "")) is told
-    assert starts(result)["one"] == (1.5 if told else 1.5 + beyond)
+    assert starts(result)["one"] == (limit if told else start)
+
+
+@pytest.mark.parametrize(("start", "kind", "told"), [(6.2, "revolute", False), (-6.4, "revolute",
+                         True), (6.4, "revolute", True), (6.4, "prismatic", False)])  # fmt: skip
+def test_a_start_in_degrees_is_told_to_be_in_rad(start: float, kind: str, told: bool) -> None:
+    text = LIMITED.replace('name="one" type="revolute"', f'name="one" type="{kind}"')
+    said = messages(convert_text(text, passes={"posture": {"joints": {"one": start}}}))
+    assert ("(positions are in rad)" in said["posture-limit"]) is told
+    unit = "m" if kind == "prismatic" else "rad"
+    assert f"one at {start} of [0.5, 1.5] {unit}" in said["posture-limit"]
 
 
 def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:

@@ -442,7 +442,7 @@ class _Search:
             for k, p, q in ((1, y, z), (2, z, x), (3, x, y)):
                 if hypot(p, q) > self.small:
                     ways += [((k, atan2(q, p) + quarter * pi / 2),) for quarter in range(-2, 2)]
-            ways += [axis_turns((x, y, z))[0], axis_turns((-x, -y, -z))[0]]
+            ways.append(axis_turns((x, y, z))[0])
         frames = {turns: from_turns(turns) for turns in ways}
         costs = {
             turns: len(turns)
