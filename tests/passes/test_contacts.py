@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import sin, sqrt, tanh
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from proving import SOLID, joint, link, robot
 from urdf2mbs import convert
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.passes.contacts import _cylinder
+from urdf2mbs.passes.contacts import _box_face, _cylinder, _mesh_face
 from urdf2mbs.spatial import add, dot, rotate
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf import model as urdf
@@ -290,6 +291,35 @@ def test_a_cylinder_that_leans_touches_with_the_ends_of_its_lowest_line() -> Non
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("down", [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, 1),
+                                  (0.2, -0.3, -0.9), (-0.8, 0.5, 0.3)])  # fmt: skip
+def test_the_face_of_a_box_that_points_down(down: tuple[float, float, float]) -> None:
+    size = (1.0, 2.0, 4.0)
+    found = _box_face(size, down)
+    k = int(np.argmax(np.abs(down)))
+    assert {at[k] for at in found} == {np.sign(down[k]) * size[k] / 2}
+    assert len(set(found)) == 4
+    assert {tuple(map(abs, at)) for at in found} == {(0.5, 1.0, 2.0)}
+    for one, two in pairwise([*found, found[0]]):
+        assert sum(a != b for a, b in zip(one, two, strict=True)) == 1
+
+
+@pytest.mark.parametrize("shift", range(3))
+def test_the_corners_of_a_mesh_wherever_down_is(shift: int, tmp_path: Path) -> None:
+    def turned(at: tuple[float, ...]) -> tuple[float, ...]:
+        return (at * 2)[shift : shift + 3]
+
+    sole = [(0.0, 0.3, 0.1), (0.0, 0.3, -0.1), (0.0, -0.2, -0.15), (0.0, -0.2, 0.15)]
+    points = [*sole, (0.0, 0.31, 0.0), (-0.5, 0.0, 0.0), (0.0, 0.0, 0.0)]
+    lines = "".join("v {} {} {}\n".format(*turned(at)) for at in points)
+    (tmp_path / "foot.obj").write_text(f"{lines}f 1 2 3\nf 3 4 5\nf 5 6 7\n")
+    (tmp_path / "r.urdf").write_text(TINY)
+    conversion = convert(tmp_path / "r.urdf").conversion
+    x, y, z = turned((1.0, 0.0, 0.0))
+    found = _mesh_face(conversion, "body", urdf.Mesh("foot.obj"), (x, y, z))
+    assert found == [pytest.approx(turned(at), abs=1e-7) for at in sole]
+
+
 def test_the_toe_of_a_long_foot_is_no_corner(tmp_path: Path) -> None:
     """Each quarter counts by the foot's own length and width; the tip is between two corners."""
     corners = ["0.2 0.01 0", "0.2 -0.01 0", "-0.1 0.01 0", "-0.1 -0.01 0", "0.23 0 0", "0 0 0.3"]
@@ -328,7 +358,9 @@ def test_only_what_can_fall_is_told_to(base: str, gravity: float, told: bool) ->
 
 
 @pytest.mark.parametrize(("places", "falls"), [("1 1, 1 -1, -1 0", False), ("1 1, 1 -1", True),
-                                               ("0 1, 0 -1", False), ("0 0", False)])  # fmt: skip
+                                               ("0 1, 0 -1", False), ("0 0", False),
+                                               ("0.0008 1, 0.0008 -1", False),
+                                               ("0.002 1, 0.002 -1", True)])  # fmt: skip
 def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
     text = robot(link("a", SOLID.replace("0.1 -0.2 0.3", "0 0 1")))
     at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]

@@ -143,18 +143,18 @@ def test_mirrored_colors_and_texture_stay_on_their_corners(tmp_path: Path) -> No
 
 def test_a_mesh_without_colors_takes_the_urdfs(tmp_path: Path) -> None:
     plain, own = stl_ascii(tmp_path), obj_materials(tmp_path)
-    red, blue = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.5)
+    light, blue = (0.2, 0.6, 1.0, 1.0), (0.0, 0.0, 1.0, 0.5)
     conversion = convert(
-        tmp_path, [visual(plain, color=red), visual(plain, color=blue), visual(own, color=red)]
+        tmp_path, [visual(plain, color=light), visual(plain, color=blue), visual(own, color=light)]
     )
     first, second, third = shapes_of(conversion)
     assert file_of(conversion, first).name == "ascii.wrl"
     assert file_of(conversion, second).name == "ascii_0000ff_t50.wrl"
     looks = [wrl.read(conversion.files[file_of(conversion, s)]) for s in (first, second, third)]
-    assert looks[0][0].rgb == {(255, 0, 0)}
+    assert looks[0][0].rgb == {(51, 153, 255)}
     assert looks[1][0].rgb == {(0, 0, 255)}
     assert looks[1][0].material["transparency"] == [0.5]
-    assert (255, 0, 0) not in set().union(*(part.rgb for part in looks[2]))
+    assert (51, 153, 255) not in set().union(*(part.rgb for part in looks[2]))
 
 
 def test_names_that_a_mirrored_file_would_take(tmp_path: Path) -> None:
