@@ -13,7 +13,7 @@ put a coordinate axis of the frame in line with
 * the axis of the joint before: then this joint needs the fewest turns;
 * the axes of the joints that the body carries, and of the joints behind parallel joints: then
   those joints need fewer turns;
-* the other axes of the frame before.
+* the other axes of the frame before, if the joint before is parallel or cannot be turned.
 
 The pass tries each of these angles with 0, 1, 2 and 3 quarter turns more.  Dynamic programming,
 from the tips of the tree to the base, finds the choice with the fewest turns in all.
@@ -402,24 +402,17 @@ class _Search:
         """Directions at right angles to the joint's axis.  The search tries a frame with a
         coordinate axis in each direction."""
         parent, back = node.parent, transpose(node.rot)
-        # frames that differ by quarter turns have the same axes
-        group = 1 if not parent.turns_freely else 8 if self.flip else 4
-        axes = [
-            rotate(back, (frame[i], frame[i + 3], frame[i + 6]))
-            for frame in parent.frames[::group]
-            for i in range(3)
-        ]
         directions = _Directions(node.axis, self.small)
         if parent.turns_freely:
             directions.add(rotate(back, parent.axis))
         if not directions.vectors:  # the parent's axis is parallel, or the parent cannot turn
-            for axis in axes:
-                directions.add(axis)
+            # frames that differ by quarter turns have the same axes
+            group = 1 if not parent.turns_freely else 8 if self.flip else 4
+            for frame in parent.frames[::group]:
+                for i in range(3):
+                    directions.add(rotate(back, (frame[i], frame[i + 3], frame[i + 6])))
         for wanted, _ in node.wanted:
             directions.add(wanted)
-        if len(directions.vectors) < self.candidates:
-            for axis in axes:
-                directions.add(axis)
         found = directions.vectors[: self.candidates]
         if self.branching:  # the frame of ``faithful``
             turns, k = axis_turns(node.axis)

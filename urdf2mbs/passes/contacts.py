@@ -350,8 +350,8 @@ def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) ->
     k = int(np.argmax(np.abs(d)))
     one = np.eye(3)[(k + 1) % 3]
     one -= d * (one @ d)
-    one /= np.linalg.norm(one)
     two = np.cross(d, one)
+    # a place counts as a part of the span, so that the two need not have the length 1
     spans = [max(float(np.ptp(near @ axis)), 1e-9) for axis in (one, two)]
     corners: list[Vec] = []
     for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1)):

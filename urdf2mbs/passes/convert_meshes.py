@@ -235,7 +235,7 @@ def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[
 
 def _start_conversion(uses: dict[str, Use], options: ConvertMeshes) -> Callable[[Use], Converted]:
     """A function that converts a mesh, or raises MeshError; it reads each file once."""
-    due = [use for use in uses.values() if use.path is not None and use.due]
+    due = [use for use in uses.values() if use.due]
     looks: dict[tuple[str, str], dict[Look, None]] = {}
     for use in due:
         looks.setdefault(use.file, {}).update(dict.fromkeys(use.due))
