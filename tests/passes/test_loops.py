@@ -196,20 +196,22 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
 
 @pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
 def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> None:
-    """Of a cut between random chains in space, with a slider and a follower in them."""
+    """Of a cut between random chains in space, with sliders, leaders and followers in them and
+    beside them."""
     random = np.random.default_rng(4)
-    text = '<robot name="r">' + "".join(link(name) for name in ("root", *"abcdef"))
-    for k, name in enumerate("abcdef"):
+    text = '<robot name="r">' + "".join(link(name) for name in ("root", *"abcdefgh"))
+    leaders = {"e": "g", "f": "b", "h": "a"}
+    for k, name in enumerate("abcdefgh"):
         axis, xyz = (" ".join(map(str, random.normal(size=3))) for _ in range(2))
-        parent = "root" if k in (0, 3) else "abcdef"[k - 1]
-        kind_of = "prismatic" if name in "bd" else "continuous"
-        part = joint(f"j{name}", parent, name, f'<origin xyz="{xyz}"/>', kind_of)
-        more = '<mimic joint="jb" multiplier="-2"/></joint>' if name == "f" else "</joint>"
-        text += part.replace("0 1 0", axis).replace("</joint>", more)
-    ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "f", "at": [0, 0.5, 0]}]
+        parent = "root" if k in (0, 3, 6, 7) else "abcdefgh"[k - 1]
+        more = f'<mimic joint="j{leaders[name]}" multiplier="-2"/>' if name in leaders else ""
+        kind_of = "prismatic" if name in "bdfg" else "continuous"
+        part = joint(f"j{name}", parent, name, f'<origin xyz="{xyz}"/>{more}', kind_of)
+        text += part.replace("0 1 0", axis)
+    at_ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "f", "at": [0, 0.5, 0]}]
     options = {
-        "loops": {"cuts": {"cut": {"kind": kind, "ends": ends}}},
-        "posture": {"joints": {f"j{name}": random.normal() for name in "abcde"}},
+        "loops": {"cuts": {"cut": {"kind": kind, "ends": at_ends}}},
+        "posture": {"joints": {f"j{name}": random.normal() for name in "abcdg"}},
     }
     (tmp_path / "r.urdf").write_text(f"{text}</robot>")
     result = convert(tmp_path / "r.urdf", project=tmp_path / "p", base="fixed", passes=options)
@@ -232,7 +234,7 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
     for row, values in zip(found, _rows(conversion, placement, cut), strict=True):
         row[list(values)] = list(values.values())
     for k, (placed, *_) in enumerate(placement.joints):
-        if placed.nature == "driven" or placed.name == "jf":
+        if placed.nature == "driven" or placed.name in ("je", "jf", "jh"):
             continue
         q, sides = placed.q or 0.0, []
         for placed.q in (q + 1e-6, q - 1e-6, q):
