@@ -10,6 +10,7 @@ import pytest
 import yaml
 from merge import edits
 
+from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.diff.changes import differences
 from urdf2mbs.mbs.reader import read
@@ -107,3 +108,30 @@ def test_without_a_base_there_are_no_edits(here: Path, capsys: Any) -> None:
     Path("arm.mbs.base").unlink()
     assert main(["edits", "arm.mbs"]) == 2
     assert "error[edits-no-base]" in capsys.readouterr().err
+
+
+def test_names_follow_edits_and_what_was_otherwise_or_is_unknown_is_told(here: Path) -> None:
+    body = "kind: body, name: upper_arm"
+    for text, codes, mass, called, edited in (
+        (f"- {{change: renamed, {body}, field: name, before: upper_arm, after: bone}}\n"
+         f"- {{change: changed, {body}, field: mass, before: 1.0, after: 9.0}}\n",
+         ["merge-conflict-won"], 9.0, "bone", ["edits.yaml"]),
+        (f"- {{change: changed, {body}, field: mass, before: 3.2, after: 9.0}}\n",
+         [], 9.0, "upper_arm", ["edits.yaml"]),
+        (f"- {{change: changed, {body}, field: colour, before: 1.0, after: 9.0}}\n",
+         ["edit-left-out"], 3.2, "upper_arm", []),
+        ("- {change: renamed, kind: joint, name: shoulder_origin_R2, owner: body 'upper_arm', "
+         "field: name, before: shoulder_origin_R2, after: tilt}\n",
+         [], 3.2, "tilt", ["edits.yaml"]),
+    ):  # fmt: skip
+        Path("edits.yaml").write_text(text)
+        result = convert(
+            CONFIGS / "arm.urdf.xacro", passes={"apply-edits": {"file": here / "edits.yaml"}}
+        )
+        told = [found.code for found in result.diagnostics]
+        assert [code for code in told if code in ("merge-conflict-won", "edit-left-out")] == codes
+        assert list(result.conversion.edited) == edited
+        bodies = {body.name: body.mass for body in read(result.data, "arm.mbs").bodies}
+        assert mass == bodies["bone" if called == "bone" else "upper_arm"]
+        names = (result.names.bodies["upper_arm"], *result.names.joints["shoulder"])
+        assert called in names
