@@ -102,6 +102,33 @@ def test_what_is_no_file_of_edits(text: str, here: Path, capsys: Any) -> None:
     assert "error[edits-unreadable]" in capsys.readouterr().err
 
 
+JOINT = "kind: joint, name: wrist_roll, owner: body 'hand'"
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (f"changed, {JOINT}, field: q, after: '1'", "initial position none -> 1: Expected"),
+        (f"changed, {JOINT}, field: q, after: true", "got `bool`"),
+        (f"changed, {JOINT}, field: actuated, after: 'yes'", "Expected `bool`, got `str`"),
+        (f"changed, {JOINT}, field: symbols, after: q", "Expected `array | null`, got `str`"),
+        (f"changed, {JOINT}, field: origin, after: 3", "got `int`"),
+        (f"renamed, {JOINT}, before: wrist_roll, after: 3", "Expected `str`, got `int`"),
+        ("changed, kind: body, name: hand, field: drawing.position, after: [1]", "length 2"),
+        ("changed, kind: view, name: '', field: background, after: [1.5, 2, 3]", "`int`"),
+        ("removed, kind: model, name: arm", "no 'model' can be removed"),
+        ("removed, kind: base, name: ground", "no 'base' can be removed"),
+    ],
+)
+def test_a_value_of_another_type_is_refused(made: str, said: str, here: Path, capsys: Any) -> None:
+    Path("edits.yaml").write_text(f"- {{change: {made}}}\n")
+    assert apply() == 2
+    message = capsys.readouterr().err
+    assert "edits.yaml: error[edits-unreadable]" in message
+    assert said in message
+    assert not Path("again.mbs").exists()
+
+
 def test_without_a_base_there_are_no_edits(here: Path, capsys: Any) -> None:
     assert main(["run", "arm.yaml", "-q"]) == 0
     Path("arm.mbs.base").unlink()
