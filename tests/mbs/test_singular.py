@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
@@ -155,6 +155,32 @@ def test_couplings_leave_it_singular_where_pinocchio_says_so(
     ):
         assert least < ZERO_BELOW or least > ABOVE  # else the truth itself is not clear
         assert singular == (least < ZERO_BELOW), least
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(coupled(), st.sampled_from((1e-7, 1e7)))
+def test_a_robot_of_any_size_has_the_same_singular_joints(
+    case: tuple[Mbs, dict[str, Rule]], length: float
+) -> None:
+    mbs, rules = case
+    assume(any(any(b.com or ()) or any(p.coordinates) for b in mbs.bodies for p in b.points))
+    before = find_singular(mbs, rules)
+    joints = mbs.joints()
+    units = {name: length if joint.type[0] == "T" else 1.0 for name, joint in joints.items()}
+    for body in mbs.bodies:
+        body.com = body.com and scaled(body.com, length)
+        body.inertia = body.inertia and scaled(body.inertia, length**2)
+        for point in body.points:
+            point.coordinates = scaled(point.coordinates, length)
+    for name, joint in joints.items():
+        joint.q = joint.q and joint.q * units[name]
+    for name, (leader, multiplier, offset) in rules.items():
+        rules[name] = Rule(leader, multiplier * units[name] / units[leader], offset * units[name])
+    assert find_singular(mbs, rules) == before
+
+
+def scaled(numbers: Any, factor: float) -> Any:
+    return tuple(number * factor for number in numbers)
 
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
