@@ -158,7 +158,7 @@ def test_couplings_leave_it_singular_where_pinocchio_says_so(
 
 
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(coupled(), st.sampled_from((1e-7, 1e7)))
+@given(coupled(), st.sampled_from((1e-9, 1e9)))
 def test_a_robot_of_any_size_has_the_same_singular_joints(
     case: tuple[Mbs, dict[str, Rule]], length: float
 ) -> None:
@@ -244,6 +244,18 @@ def test_without_any_mass_all_joints_that_move_are_singular() -> None:
     mbs.bodies[1].joints[0].nature = "driven"
     found = find_singular(mbs, {"j2": Rule("j0", 1.0, 0.0)})
     assert [(one.joint, one.why) for one in found] == [("j0", "moves-nothing")]
+
+
+@pytest.mark.parametrize(("offset", "singular"), [(-0.4, ["a"]), (0.4, [])])
+def test_a_follower_starts_where_its_rule_says(offset: float, singular: list[str]) -> None:
+    """Together with a fixed turn it brings the last axis onto the first, or not."""
+    turns = [Joint("c", "R3", "driven", 0.4), Joint("b", "R3", "dependent", offset)]
+    body = Body("solid", None, None, [Joint("a", "R1"), *turns, Joint("d", "R1")])
+    other = Body("other", None, None, [Joint("l", "R1")])
+    for solid in (body, other):
+        solid.mass, solid.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
+    found = find_singular(Mbs("r", bodies=[body, other]), {"b": Rule("l", 1.0, offset)})
+    assert [one.joint for one in found if not one.always] == singular
 
 
 @pytest.mark.parametrize(

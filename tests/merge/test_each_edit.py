@@ -11,6 +11,7 @@ from mbs.models import everything
 from urdf2mbs.mbs.model import (
     Body,
     Connection,
+    Drawing,
     Joint,
     Light,
     Mbs,
@@ -55,7 +56,9 @@ def merged(mine: Edit, theirs: Edit, prefer: Any = "urdf") -> tuple[Mbs, Merged]
     new = everything()
     theirs(new)
     new = new if prefer else read(write(new), "m.mbs")
-    result = merge(sides[0], read(write(sides[1]), "m.mbs"), new, prefer)
+    edited = write(sides[1]).replace(b"<box>", b"<box><!-- mine -->")
+    result = merge(sides[0], read(edited, "m.mbs"), new, prefer)
+    assert (result.data == edited) is (not result.plan.updated)
     return read(result.data, "m.mbs"), result
 
 
@@ -244,6 +247,16 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
         new_points("new", x=7.0), new_points("new", x=9.0),
         "the URDF has a point 'new' of its own now", None,
     ),
+    "a point whose sensor has a name that the URDF took": (
+        add("bodies.0.points", Point("new", sensor=EYE)),
+        put("bodies.1.points.0.sensor", Sensor("eye")),
+        "the URDF has a sensor 'eye' of its own now", None,
+    ),
+    "two shapes that are alike, of both": (
+        all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)),
+        all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)), "",
+        all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)),
+    ),
     "a point of a name that is in another body": (
         add("bodies.1.points", Point("new")), new_points("new"), "", None,
     ),
@@ -346,3 +359,24 @@ def test_what_comes_goes_and_moves(case: str, prefer: str) -> None:
     assert [conflict.wins for conflict in done.plan.conflicts] == ([winner] if winner else [])
     assert [orphan.why for orphan in done.plan.orphaned] == ([why] if why and not winner else [])
     assert (done.orphans is None) is (not done.plan.orphaned)
+
+
+def test_the_diagram_stays_as_people_have_it() -> None:
+    """A new body is as far from the body that carries it as the new layout puts it."""
+
+    def drawn(mbs: Mbs, at: float) -> Mbs:
+        for joint in mbs.joints().values():
+            joint.position = (at, at)
+        return mbs
+
+    base, edited, new = drawn(everything(), 30.0), drawn(everything(), 30.0), everything()
+    edited.bodies[0].joints[3].position = (530.0, 30.0)
+    twist = Joint("twist", "R3")
+    new.bodies.append(Body("foot", "leg", None, [twist], drawing=Drawing()))
+    sides = [read(write(mbs), "m.mbs") for mbs in (base, edited)]
+    drawn(new, 130.0)
+    twist.position = (190.0, 140.0)
+    joints = read(merge(*sides, new).data, "m.mbs").joints()
+    assert joints["kick"].position == (30.0, 30.0)
+    assert joints["still"].position == (530.0, 30.0)
+    assert joints["twist"].position == (90.0, 40.0)

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from merge import edits
 
+from urdf2mbs import convert
 from urdf2mbs.cli import main
 from urdf2mbs.diff.changes import differences
 from urdf2mbs.mbs.reader import read
@@ -71,6 +72,23 @@ def test_many_edits_are_made_again_and_named_in_the_verdict(here: Path, capsys: 
     assert main(["run", "again.yaml", "--json"]) == 0
     assert "as edited in edits.yaml" in capsys.readouterr().out
     assert same("arm.mbs", "again.mbs") == []
+
+
+def test_links_are_where_they_were_by_their_new_names(here: Path) -> None:
+    source, called = CONFIGS / "arm.urdf.xacro", {"hand": "my_hand", "wrist_roll": "my_roll"}
+    Path("edits.yaml").write_text("".join(
+        f"- {{change: renamed, kind: {kind}, name: {name}, owner: {owner}, field: name, "
+        f"before: {name}, after: {called[name]}}}\n"
+        for kind, name, owner in (("body", "hand", "''"), ("joint", "wrist_roll", "body 'hand'"))
+    ))  # fmt: skip
+    plain = convert(source, output="r.mbs")
+    edited = convert(
+        source, output="r.mbs", options={"apply-edits": {"file": str(here / "edits.yaml")}}
+    )
+    for link, frame in plain.frames.items():
+        frame.body = called.get(frame.body or "", frame.body)
+        frame.joint = called.get(frame.joint or "", frame.joint)
+        assert edited.frames[link] == frame
 
 
 def test_later_edits_stand_behind_those_that_were_applied(here: Path) -> None:

@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from lxml import etree
 from merge import edits
 
 from urdf2mbs.cli import main
@@ -152,6 +153,7 @@ def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
     orphans = (here / "one.orphaned.mbs").read_bytes()
     assert b"<pointname>mine</pointname>" in orphans
     assert b"<pointname>later</pointname>" in orphans
+    assert len(etree.fromstring(orphans)) == 4  # two of them say why
 
 
 def test_starting_over(here: Path) -> None:
