@@ -400,6 +400,17 @@ def test_a_file_whose_elements_stand_on_one_line(edit: Any, between: bytes) -> N
     assert again.count(b"stray") <= data.count(b"stray")
 
 
+def test_a_comment_stays_between_its_neighbours() -> None:
+    root = etree.fromstring(OWN)
+    tags = ("body", "joint", "point", "sensor", "box", "cone", "rod", "link", "parameter")
+    for number, element in enumerate([*root.iter(*tags)]):
+        element.addnext(etree.Comment(f" {number} "))
+    mbs = read(etree.tostring(root), "m.mbs")
+    for edit in (mass, measures, joint_name):
+        edit(mbs, root)
+    assert canonical(etree.fromstring(write(mbs))) == canonical(root)
+
+
 def test_a_value_that_a_file_leaves_out_comes_when_it_changes() -> None:
     data = re.sub(rb"\n *<frame>.*</frame>", b"", OWN)
     mbs = read(data, "m.mbs")
