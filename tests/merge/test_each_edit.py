@@ -325,6 +325,10 @@ CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
     "a point goes whose sensor changed": (
         drop("bodies.0.points", 1), put("bodies.0.points.1.sensor.measures", ("Pos",)), "?", None,
     ),
+    "a body goes with what needs it": (no_leg, nothing, "", None),
+    "a joint goes that only a parameter is called as": (
+        no_leg, add("user_models.0.parameters", Parameter("kick", "scalar", ("1",))), "", None,
+    ),
     "a body goes that the URDF needs now": (
         no_leg, add("links", ROPE), "urdf",
         all_of(add("links", ROPE), drop("cuts", 1), drop("links", 1),
