@@ -374,11 +374,13 @@ def as_tuple(value: Any) -> Any:
 
 def _plain(content: Any) -> Any:
     """What an object says, without its places in the diagram."""
+    if isinstance(content, list | tuple):  # a file of edits has lists for tuples
+        return tuple(map(_plain, content))
     if not isinstance(content, dict):
-        return as_tuple(content)
+        return content
     shape = "rotation" in content or "target" in content
     return {
-        field: [_plain(part) for part in value] if isinstance(value, list) else _plain(value)
+        field: _plain(value)
         for field, value in content.items()
         if field != "drawing" and (field != "position" or shape)
     }
