@@ -411,6 +411,14 @@ def test_a_comment_stays_between_its_neighbours() -> None:
     assert canonical(etree.fromstring(write(mbs))) == canonical(root)
 
 
+def test_an_element_that_stands_there_empty_is_filled() -> None:
+    mbs = read(re.sub(rb"(?s)<x2D>(?:(?!<x2D>).)*?angle.*?</x2D>", b"<x2D/>", OWN), "m.mbs")
+    mbs.bodies[2].drawing = everything().bodies[2].drawing
+    again = write(mbs)
+    assert read(again, "m.mbs") == mbs
+    assert again.count(b"<x2D") == OWN.count(b"<x2D")
+
+
 def test_a_value_that_a_file_leaves_out_comes_when_it_changes() -> None:
     data = re.sub(rb"\n *<frame>.*</frame>", b"", OWN)
     mbs = read(data, "m.mbs")

@@ -122,18 +122,27 @@ def test_a_table_in_python_is_its_value(value: Any) -> None:
     text = python._assign("TABLE", value)
     exec(text, space)
     assert space["TABLE"] == value
+    assert python._assign("ZERO", [-0.0]) == "ZERO = [\n    0.0,\n]\n"
     assert all(len(line) < 100 or "long" in line for line in text.splitlines())
 
 
-@pytest.mark.parametrize("mass", [1e-14, 1.0, 1e6])
-def test_the_fastest_mode_of_a_joint_beside_light_and_heavy_ones(mass: float) -> None:
+@pytest.mark.parametrize(("mass", "rate"), [(1e-14, 100.0), (1.0, 0.1), (1e6, 100.0)])
+def test_the_fastest_mode_of_a_joint_beside_light_and_heavy_ones(mass: float, rate: float) -> None:
     """A direction without mass has no mode."""
-    matrix = np.diag([0.0, mass, 1e6])
-    slopes = [
-        Slope("spring", name, np.eye(3)[k], stiffness, 0.0)
-        for k, (name, stiffness) in enumerate([("none", 1.0), ("own", mass * 1e4), ("far", 1.0)])
-    ]
+    matrix = np.diag([0.0, mass, 1e9])
+    stiffnesses = (("none", 1.0), ("own", mass * rate**2), ("far", 1.0))
+    slopes = [Slope("spring", n, np.eye(3)[k], s, 0.0) for k, (n, s) in enumerate(stiffnesses)]
     mode = fastest(matrix, slopes)
-    assert abs(mode.rate) == pytest.approx(100.0, rel=1e-9)
-    assert mode.step == pytest.approx(longest_steps(np.array([100j]))[0], rel=1e-9)
+    assert abs(mode.rate) == pytest.approx(rate, rel=1e-9)
+    assert mode.step == pytest.approx(longest_steps(np.array([rate * 1j]))[0], rel=1e-9)
     assert mode.shares == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
+
+
+def test_the_shares_of_a_mode_are_those_of_its_forces() -> None:
+    row = np.ones(1)
+    slopes = [Slope("hold", "a", row, 100.0, 2.0), Slope("spring", "b", row, 50.0, 0.0)]
+    mode = fastest(np.ones((1, 1)), slopes)
+    rate = np.roots([1.0, 2.0, 150.0])[0]
+    assert abs(mode.rate) == pytest.approx(abs(rate), rel=1e-9)
+    assert mode.rate.real == pytest.approx(-1.0, rel=1e-9)
+    assert mode.shares == pytest.approx([1.0, 50.0 / abs(100.0 + 2.0 * rate)], rel=1e-9)
