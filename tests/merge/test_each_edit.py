@@ -122,11 +122,11 @@ def test_who_wins_where_both_changed_a_value(
         assert [c.wins for c in conflicts] == (
             [{"u": "urdf", "e": "edited"}[winner]] if said or prefer is None else []
         )  # fmt: skip
-        same, plan = merged(put(path, mine), put(path, mine), prefer)
-        assert get(same, path) == mine
-        assert not plan.plan.conflicts
-        assert not plan.plan.kept
-        assert not plan.plan.updated
+    same, plan = merged(put(path, mine), put(path, mine))
+    assert get(same, path) == mine
+    assert not plan.plan.conflicts
+    assert not plan.plan.kept
+    assert not plan.plan.updated
 
 
 def add(path: str, thing: Any, at: int = 99) -> Edit:
