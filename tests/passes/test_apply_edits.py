@@ -74,6 +74,23 @@ def test_many_edits_are_made_again_and_named_in_the_verdict(here: Path, capsys: 
     assert same("arm.mbs", "again.mbs") == []
 
 
+def test_links_are_where_they_were_by_their_new_names(here: Path) -> None:
+    source, called = CONFIGS / "arm.urdf.xacro", {"hand": "my_hand", "wrist_roll": "my_roll"}
+    Path("edits.yaml").write_text("".join(
+        f"- {{change: renamed, kind: {kind}, name: {name}, owner: {owner}, field: name, "
+        f"before: {name}, after: {called[name]}}}\n"
+        for kind, name, owner in (("body", "hand", "''"), ("joint", "wrist_roll", "body 'hand'"))
+    ))  # fmt: skip
+    plain = convert(source, output="r.mbs")
+    edited = convert(
+        source, output="r.mbs", options={"apply-edits": {"file": str(here / "edits.yaml")}}
+    )
+    for link, frame in plain.frames.items():
+        frame.body = called.get(frame.body or "", frame.body)
+        frame.joint = called.get(frame.joint or "", frame.joint)
+        assert edited.frames[link] == frame
+
+
 def test_later_edits_stand_behind_those_that_were_applied(here: Path) -> None:
     assert main(["run", "arm.yaml", "-q"]) == 0
     edit(edits.sensor, edits.renamed_joint)
@@ -101,6 +118,33 @@ def test_what_is_no_file_of_edits(text: str, here: Path, capsys: Any) -> None:
     Path("edits.yaml").write_text(text)
     assert apply() == 2
     assert "error[edits-unreadable]" in capsys.readouterr().err
+
+
+JOINT = "kind: joint, name: wrist_roll, owner: body 'hand'"
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [
+        (f"changed, {JOINT}, field: q, after: '1'", "initial position none -> 1: Expected"),
+        (f"changed, {JOINT}, field: q, after: true", "got `bool`"),
+        (f"changed, {JOINT}, field: actuated, after: 'yes'", "Expected `bool`, got `str`"),
+        (f"changed, {JOINT}, field: symbols, after: q", "Expected `array | null`, got `str`"),
+        (f"changed, {JOINT}, field: origin, after: 3", "got `int`"),
+        (f"renamed, {JOINT}, before: wrist_roll, after: 3", "Expected `str`, got `int`"),
+        ("changed, kind: body, name: hand, field: drawing.position, after: [1]", "length 2"),
+        ("changed, kind: view, name: '', field: background, after: [1.5, 2, 3]", "`int`"),
+        ("removed, kind: model, name: arm", "no 'model' can be removed"),
+        ("removed, kind: base, name: ground", "no 'base' can be removed"),
+    ],
+)
+def test_a_value_of_another_type_is_refused(made: str, said: str, here: Path, capsys: Any) -> None:
+    Path("edits.yaml").write_text(f"- {{change: {made}}}\n")
+    assert apply() == 2
+    message = capsys.readouterr().err
+    assert "edits.yaml: error[edits-unreadable]" in message
+    assert said in message
+    assert not Path("again.mbs").exists()
 
 
 def test_without_a_base_there_are_no_edits(here: Path, capsys: Any) -> None:
