@@ -139,6 +139,33 @@ def test_a_fault_in_the_code_is_found(made: Made, fault: str) -> None:
     assert any(named in message for message in messages), messages[:3]
 
 
+def test_a_fault_in_a_project_that_was_edited_is_named_beside_the_verdict(
+    made: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fault = planted(made, *PLANTED["the sign of damping"][:3])
+    monkeypatch.setattr(made[0], "edited", {"mine.yaml": []})
+    proof = copy.deepcopy(made[0].proof)
+    assert proof is not None
+    files = {name: text for name, text in made[1].items() if "symbolicR" not in name}
+    prove_code(made[0], proof, files | fault)
+    assert proof.same
+    said = [message for message, why in proof.but_for.items() if why == "as edited in mine.yaml"]
+    assert any("damping" in message for message in said)
+
+
+@pytest.mark.parametrize(("kind", "named"), [("ball", True), ("rod", False)])
+def test_a_cut_of_another_kind_than_asked_for_is_found(
+    made: Made, kind: str, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(made[0].asked["loops"].cuts["tie"], "kind", kind)
+    files = {name: text for name, text in made[1].items() if "symbolicR" not in name}
+    proof = copy.deepcopy(made[0].proof)
+    assert proof is not None
+    prove_code(made[0], proof, files)
+    said = [difference.message for difference in proof.differences]
+    assert said == [f"cut 'tie': is no {kind} in the .mbs"] * named
+
+
 @pytest.mark.parametrize(("point", "named"), [
     ("wind_at", "force 'wind': is"), ("rope_1", "end of spring 'rope'"), ("tie_2", "end of cut"),
     ("of_swing_contact_1", "contact 'of_swing_contact_1_force': is"), ("of_right_at", "'of_right'"),
