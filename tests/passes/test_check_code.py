@@ -194,13 +194,15 @@ def test_accelerations_of_a_tree_are_compared(tmp_path: Path) -> None:
         stop_after="project",
     )  # fmt: skip
     whole = conversion, code_of(conversion, ".py")
-    for change, named in (("s.qdd[6]", None), ("1.0 + s.qdd[6]", "accelerations: is")):
+    for name, before, after, named in (
+        ("accelred", "(s)\n    return", "(s)\n    s.qdd[6] = s.qdd[6]\n    return", None),
+        ("accelred", "(s)\n    return", "(s)\n    s.qdd[6] += 1\n    return", "accelerations: is"),
+        ("dirdyna", "    c[1] = ", "    c[1] = 1.0 + ", "the bias forces: is"),
+        ("dirdyna", "    M[1, 1] = ", "    M[1, 1] = 1.0 + ", "the mass matrix: is"),
+    ):
         proof = copy.deepcopy(conversion.proof)
         assert proof is not None
-        fault = planted(
-            whole, "symbolicR/mbs_accelred_rich.py", "    _accelerations(s)\n    return",
-            f"    _accelerations(s)\n    s.qdd[6] = {change}\n    return",
-        )  # fmt: skip
+        fault = planted(whole, f"symbolicR/mbs_{name}_rich.py", before, after)
         prove_code(conversion, proof, whole[1] | fault)
         assert proof.same is (named is None)
         assert named is None or named in proof.differences[0].message

@@ -452,3 +452,30 @@ def test_the_arrays_of_a_model(tmp_path: Path) -> None:
     assert data.g.tolist() == [0.0, 0.1, 0.2, -9.7]
     with pytest.raises(ConversionError, match="cannot read"):
         MbsData(tmp_path / "nowhere.mbs")
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler")
+@pytest.mark.parametrize("call", [
+    lambda code, y: code.accelerate(0.0, y), lambda code, y: code.slopes(0.0, y),
+    lambda code, _: code.solve(), lambda code, _: code.jacobian(),
+])  # fmt: skip
+def test_what_python_raises_comes_through_c(rich: Path, call: Any) -> None:
+    data = MbsData(model(rich))
+
+    def fails(*_: Any) -> None:
+        raise ZeroDivisionError
+
+    data.user_cons_hJ = fails
+    with loaded(data):
+        code = CCode(data, user_in_c=False)
+        with pytest.raises(ZeroDivisionError):
+            call(code, code.state())
+
+
+def test_the_language_of_equations(slider: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = model(slider)
+    assert load_equations(file).language == ("python" if compiler() is None else "c")
+    assert load_equations(file, math=np).language == "python"
+    assert load_equations(file, language="python").language == "python"
+    monkeypatch.setattr("urdf2mbs.runtime.robot.compiler", lambda: None)
+    assert load_equations(file).language == "python"
