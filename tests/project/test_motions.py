@@ -174,7 +174,7 @@ def test_all_that_a_run_has_computed_is_kept_and_written(rich: Path, tmp_path: P
     data.pushes = [Push("of_arm", (1.0, 2.0, 3.0), 0.001, 0.002), Push("rope_1", (0.0, 0.0, -4.0))]
     dirdyn = MbsDirdyn(data)
     dirdyn.set_options(
-        tf=0.003, framerate=2000, resfilename="mine", respath=tmp_path / "r",
+        tf=0.003, framerate=2000, resfilename="mine", respath=str(tmp_path / "r"),
         animpath=tmp_path / "a", language="python",
     )  # fmt: skip
     results = dirdyn.run()
