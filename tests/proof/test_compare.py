@@ -290,3 +290,13 @@ def test_a_joint_of_another_nature_is_one_difference() -> None:
     assert [found.kind for found in proof.differences] == ["nature"]
     assert set(proof.largest) >= {"motion", "frame"}
     assert max(proof.largest.values()) <= 1e-12
+
+
+def test_a_body_without_mass_weighs_nothing() -> None:
+    result, mbs = pieces()
+    before = compared(result, mbs).mbs_mass
+    hand = body(mbs, "hand")
+    hand.mass = None
+    proof = compared(result, mbs)
+    assert (before, proof.mbs_mass) == pytest.approx((2.6, 2.5))
+    assert proof.urdf_mass == before

@@ -49,6 +49,9 @@ SLIPS = {
     "a follower": lambda text: text.replace(
         '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll"/>'
     ),
+    "joints that move no mass": lambda text: re.sub(
+        r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", text
+    ),
     "a ball joint": lambda text: text.replace(
         'name="wrist_pitch" type="revolute"', 'name="wrist_pitch" type="ball"'
     ),
