@@ -279,3 +279,24 @@ def test_a_link_whose_mass_is_lost_is_named(pipeline: str) -> None:
     frames = {**alone.frames, "b": result.frames["b"]}
     found = compared(result, mbs, frames=frames).differences
     assert any("link 'b': its 3 kg are not in the .mbs" in d.message for d in found)
+
+
+def test_a_joint_of_another_nature_is_one_difference() -> None:
+    """It is held where the .mbs has it, so that nothing else differs."""
+    result, mbs = pieces()
+    own = own_joint(mbs, "wrist_roll")
+    own.nature, own.q = "driven", 0.3
+    proof = compared(result, mbs)
+    assert [found.kind for found in proof.differences] == ["nature"]
+    assert set(proof.largest) >= {"motion", "frame"}
+    assert max(proof.largest.values()) <= 1e-12
+
+
+def test_a_body_without_mass_weighs_nothing() -> None:
+    result, mbs = pieces()
+    before = compared(result, mbs).mbs_mass
+    hand = body(mbs, "hand")
+    hand.mass = None
+    proof = compared(result, mbs)
+    assert (before, proof.mbs_mass) == pytest.approx((2.6, 2.5))
+    assert proof.urdf_mass == before

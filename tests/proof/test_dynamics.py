@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from proving import SOLID, joint, link, robot
 
@@ -12,10 +13,10 @@ from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.proof.dynamics import compare_dynamics
+from urdf2mbs.proof.dynamics import compare_dynamics, to_pinocchio
 from urdf2mbs.testing import TINY, convert_text
 
-pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
+pinocchio = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
 
 def test_bodies_that_are_not_depth_first(tmp_path: Path) -> None:
@@ -43,6 +44,20 @@ XACRO = (
 SLIPS = {
     "a blank line first": lambda text: "\n" + text,
     "a comment with --": lambda text: text.replace("</robot>", "<!-- a -- b --></robot>"),
+    "commas": lambda text: text.replace('xyz="0 0 0.3"', 'xyz="0, 0, 0.3"'),
+    "a number on two lines": lambda text: text.replace('<mass value="2"/>', '<mass value="2\n"/>'),
+    "a follower": lambda text: text.replace(
+        '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll"/>'
+    ),
+    "joints that move no mass": lambda text: re.sub(
+        r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", text
+    ),
+    "a ball joint": lambda text: text.replace(
+        'name="wrist_pitch" type="revolute"', 'name="wrist_pitch" type="ball"'
+    ),
+    "two joints of one name": lambda text: text.replace(
+        'joint name="wrist_pitch"', 'joint name="wrist_roll"'
+    ),
     "xacro": lambda text: text.replace('<robot name="tiny">', XACRO).replace(
         '<mass value="0.5"/>', '<mass value="${2 * half}"/>'
     ),
@@ -52,9 +67,25 @@ SLIPS = {
 @pytest.mark.parametrize("slip", SLIPS)
 def test_slips_and_xacro_in_a_urdf(slip: str, tmp_path: Path) -> None:
     text = SLIPS[slip](TINY)
+    assert slip == "xacro" or text != TINY
     (tmp_path / "r.urdf").write_text(text)
     (tmp_path / "r.mbs").write_bytes(convert_text(text).data)
     assert verify(str(tmp_path / "r.urdf"), tmp_path / "r.mbs", engine="pinocchio").same
+
+
+def test_bodies_and_points_are_frames_of_the_model() -> None:
+    mbs = read(convert_text(TINY, base="fixed").data, "")
+    model = to_pinocchio(mbs)
+    data = model.createData()
+    pinocchio.framesForwardKinematics(model, data, pinocchio.neutral(model))
+    at = {frame.name: pose for frame, pose in zip(model.frames, data.oMf, strict=True)}
+    for body in mbs.bodies:
+        assert body.points
+        for point in body.points:
+            expected = at[body.name].act(np.array(point.coordinates))
+            seen = at[f"{body.name}/{point.name}"]
+            assert np.allclose(seen.translation, expected, rtol=0.0, atol=1e-15)
+            assert np.array_equal(seen.rotation, at[body.name].rotation)
 
 
 def compare(text: str, mbs: Mbs, moving: list[str]) -> dict[str, float]:

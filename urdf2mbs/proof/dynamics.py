@@ -210,8 +210,6 @@ def _elementary_urdf(
     order: list[str] = []
     for number, element in enumerate(root.findall("joint")):
         name, kind = element.get("name", ""), element.get("type")
-        for mimic in element.findall("mimic"):
-            element.remove(mimic)
         if kind == "fixed" or name not in joints:
             element.set("type", "fixed")
             element.set("name", f"{own}{number}")
