@@ -134,6 +134,8 @@ JOINT = "kind: joint, name: wrist_roll, owner: body 'hand'"
         (f"renamed, {JOINT}, before: wrist_roll, after: 3", "Expected `str`, got `int`"),
         ("changed, kind: body, name: hand, field: drawing.position, after: [1]", "length 2"),
         ("changed, kind: view, name: '', field: background, after: [1.5, 2, 3]", "`int`"),
+        (f"changed, {JOINT}, field: q, afer: 1", "unknown field `afer`"),
+        ("changed, kind: point, name: hand, owner: body 'pitch', field: coordinates", "got `null`"),
         ("removed, kind: model, name: arm", "no 'model' can be removed"),
         ("removed, kind: base, name: ground", "no 'base' can be removed"),
     ],
@@ -145,6 +147,12 @@ def test_a_value_of_another_type_is_refused(made: str, said: str, here: Path, ca
     assert "edits.yaml: error[edits-unreadable]" in message
     assert said in message
     assert not Path("again.mbs").exists()
+
+
+def test_a_number_may_have_no_point(here: Path) -> None:
+    Path("edits.yaml").write_text(f"- {{change: changed, {JOINT}, field: q, after: 1e-3}}\n")
+    assert apply() == 0
+    assert read(Path("again.mbs").read_bytes(), "").joints()["wrist_roll"].q == 0.001
 
 
 def test_without_a_base_there_are_no_edits(here: Path, capsys: Any) -> None:

@@ -51,8 +51,11 @@ def read(data: bytes, file: str) -> list[list[tuple[Change, Any]]]:
     """
     import yaml
 
+    from urdf2mbs.engine.yaml_text import Loader
+
     try:
-        documents = [document or [] for document in yaml.safe_load_all(data)]
+        # of the safe kind
+        documents = [document or [] for document in yaml.load_all(data, Loader)]
         return [
             [(change, _added(change)) for change in changes]
             for changes in msgspec.convert(documents, list[list[Change]])
@@ -84,7 +87,7 @@ def apply(mbs: Mbs, changes: list[tuple[Change, Any]], prefer: Prefer) -> Applyi
         if edit.target is not None:
             part = edit.target.part
             try:
-                msgspec.convert(content(part), type(part))
+                msgspec.convert(msgspec.to_builtins(part, enc_hook=lambda _: None), type(part))
             except msgspec.ValidationError as error:
                 raise ValueError(f"{line(edit.change)}: {error}") from None
     return applying
