@@ -124,6 +124,7 @@ def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> N
     mbs = read(model.read_bytes(), "")
     one, *_, last = mbs.bodies
     mbs.joints()["shoulder"].q, last.com, last.inertia = 0.3, (1.0, 2.0, 3.0), (9.0, 1, 2, 8, 3, 7)
+    mbs.bodies[1].com = mbs.bodies[1].inertia = None
     ends = (one.name, None), (last.name, None)
     mbs.cuts.append(Connection("rod", "rod", *ends, 0.7))
     mbs.links += [Connection(kind, kind, *ends) for kind in ("link", "link3D")]
