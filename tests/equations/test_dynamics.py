@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import astuple
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -190,7 +191,11 @@ def test_c_in_pieces(tmp_path: Path) -> None:
     data = found[0].convert(pipeline="compact").data
     mbs = read(data, "robot.mbs", mechanics_only=True)
     made = generate(mbs, data, "robot.mbs", language="c")
-    assert b"mbs_dirdyna_5(M, c, s, w, v);" in made.files[f"mbs_dirdyna_{mbs.name}.c"]
+    text = made.files[f"mbs_dirdyna_{mbs.name}.c"]
+    assert b"mbs_dirdyna_5(M, c, s, w, v);" in text
+    for array in (b"w", b"v"):  # no place is left out, and the size is the last number
+        places = {int(number) for number in re.findall(rb"\b%s\[(\d+)\]" % array, text)}
+        assert places == set(range(len(places)))
     only = {f"mbs_{name}_{mbs.name}.c" for name in ("dirdyna", "invdyna", "accelred")}
     made.files = {name: text for name, text in made.files.items() if name in only}
     eq = CEquations(made, mbs, tmp_path)
