@@ -23,8 +23,8 @@ NAMES: list[Labels] = [
 def find_mirrored(tree: Tree) -> tuple[dict[int, int], dict[int, Labels]]:
     """By number the twin of each joint that has one, and the axes of frames in second limbs.
 
-    Joints that move, behind the same one or behind two twins, are twins if as many move behind
-    them, with the same branches; else if at least half as many do.
+    Joints that move alike, behind the same one or behind two twins, are twins: first those with as
+    many behind them, in the same branches.
     """
     finder = _Finder(tree)
     finder.find()
