@@ -133,7 +133,7 @@ def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> N
     mbs.links += [Connection(kind, kind, *ends) for kind in ("link", "link3D")]
     model.write_bytes(write(mbs))
     data = MbsData(model)
-    made = generate(mbs, model.read_bytes(), "m.mbs", language="c", standalone=True).files
+    made = generate(data.mbs, model.read_bytes(), "m.mbs", language="c", standalone=True).files
     assert made.keys() > headers(data.mbs).keys()
     for name, text in headers(data.mbs).items():
         assert made[name].endswith(text.encode())
@@ -155,6 +155,6 @@ def test_what_is_not_generated_stops_the_run() -> None:
     refused = {name: writer.function(name, Refused("no")) for name in ("accelred", "dirdyna")}
     assert "int mbs_accelred(" in refused["accelred"]
     assert refused["accelred"].endswith("    return MBS_INFO_FAILURE;\n}\n")
-    assert refused["dirdyna"].startswith("void mbs_dirdyna(")
+    assert "void mbs_dirdyna(" in refused["dirdyna"]
     assert "return" not in refused["dirdyna"]
     assert all("s->flag_stop = 1;" in text for text in refused.values())
