@@ -147,7 +147,7 @@ def compare_dynamics(
                 largest[kind] = off
                 at[kind] = order[int(np.unravel_index(apart.argmax(), apart.shape)[0])]
     found = [
-        Difference(kind, f"{kind}: {off:.3g} relative, most at joint '{at[kind]}'", min(off, 1.0))
+        Difference(kind, f"{kind}: {off:.3g} relative, most at joint '{at[kind]}'", off)
         for kind, off in largest.items()
         if not off <= tolerance
     ]
