@@ -80,6 +80,8 @@ def test_a_joint_that_is_held_stands_where_it_is_held() -> None:
     held = own_joint(mbs, "shoulder")
     held.nature, held.q = "driven", 0.4
     assert kinds(compared(result, mbs)) == {"nature"}
+    held.type, held.q = "T3", 0.0
+    assert kinds(compared(result, mbs)) == {"nature"}
 
 
 @pytest.mark.parametrize(("kind", "unit"), [("continuous", "rad"), ("prismatic", "m")])
@@ -147,6 +149,13 @@ def test_inertia_without_mass_counts() -> None:
     assert kinds(compared(result, mbs)) == {"inertia"}
 
 
+def test_a_point_mass_may_be_without_inertia() -> None:
+    point = '<inertial><mass value="2"/></inertial>'
+    result, mbs = pieces(robot(link("world"), link("a", point), joint("world", "a")))
+    mbs.bodies[0].inertia = None
+    assert compared(result, mbs).largest["inertia"] == 0.0
+
+
 def test_where_nothing_has_mass_there_is_no_centre() -> None:
     rotor = SOLID.replace('<mass value="2"/>', '<mass value="0"/>')
     result, mbs = pieces(robot(link("world"), link("a", rotor), joint("world", "a")))
@@ -212,6 +221,20 @@ def test_a_body_that_hangs_on_another_one() -> None:
         proof = compared(result, mbs, frames=frames)
         assert [(found.kind, found.joint) for found in proof.differences] == [("parent", "a_to_c")]
         assert max(proof.largest.values()) <= 1e-12
+    body(mbs, "c").mass = 3.0
+    assert kinds(compared(result, mbs, frames=None)) == {"parent", "mass"}
+
+
+def test_a_planar_joint_that_goes_another_way_round_is_one_difference() -> None:
+    result, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a", "planar")))
+    mbs.bodies[0].joints.insert(0, mbs.bodies[0].joints.pop(1))
+    (found,) = (found for found in compared(result, mbs).differences if found.kind == "parent")
+    assert found.joint == "world_to_a"
+
+
+def test_a_short_axis_may_be_a_little_tilted() -> None:
+    text = robot(link("world"), link("a", SOLID), joint("world", "a", axis="1e-7 0 1e-3"))
+    assert compared(*pieces(text)).same
 
 
 def test_a_frame_that_is_not_where_it_is_said_to_be() -> None:

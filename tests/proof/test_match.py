@@ -77,13 +77,15 @@ def test_joints_are_found_by_the_names_of_a_conversion(pipeline: str) -> None:
     assert found == {name: tuple(own) for name, own in result.names.coordinates.items()}
 
 
-@pytest.mark.parametrize(("kind", "other"), [("continuous", "T3"), ("prismatic", "R3")])
-def test_a_joint_of_the_right_kind_goes_before_one_of_the_right_name(kind: str, other: str) -> None:
-    result = convert_text(robot(link("world"), link("a", SOLID), joint("world", "a", kind)))
-    (own,) = result.mbs.bodies[0].joints
+@pytest.mark.parametrize("kind", ["continuous", "prismatic", "planar", "floating"])
+def test_a_joint_of_the_right_kind_goes_before_one_of_the_right_name(kind: str) -> None:
+    solids = (link(name, SOLID) for name in "ab")
+    result = convert_text(robot(link("world"), *solids, joint("world", "a"), joint("a", "b", kind)))
+    first, *others = result.names.coordinates["a_to_b"]
+    own = next(own for own in result.mbs.bodies[1].joints if own.name == first)
     own.name += "_joint"
-    result.mbs.bodies[0].joints.append(Joint("world_to_a", other))
-    assert match(result.robot, result.mbs).joints == {"world_to_a": ("world_to_a_joint",)}
+    result.mbs.bodies[1].joints.append(Joint(first, "R1" if own.type[0] == "T" else "T1"))
+    assert match(result.robot, result.mbs).joints["a_to_b"] == (own.name, *others)
 
 
 @pytest.mark.parametrize("kind", ["T1", "T2", "T3", "R1", "R2", "R3"])
