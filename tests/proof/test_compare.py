@@ -398,6 +398,8 @@ def test_a_cut_of_a_joint_in_gazebo_is_no_deviation() -> None:
         proof = compared(result, mbs)
         assert (f"cut '{name}' (ball)" in proof.not_compared) is stated
         assert (f"cut '{name}' (ball)" in proof.but_for) is not stated
+
+
 @pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
 def test_a_slip_in_an_axis_is_seen_against_its_length(length: float) -> None:
     assert _direction((length, 1e-10 * length, 0.0)) == (1.0, 0.0, 0.0)
