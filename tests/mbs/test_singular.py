@@ -285,3 +285,12 @@ def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
     xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
     body.inertia = (xx, xy, xz, yy, yz, zz)
     assert [one.joint for one in exactly(Mbs("rod", bodies=[body]))] == ["a"] * singular
+
+
+@pytest.mark.parametrize(("inertia", "turns"), [(1e-6, True), (1e-12, True), (1e-35, False)])
+def test_a_small_inertia_is_one_and_dust_is_none(inertia: float, turns: bool) -> None:
+    """Of 1 kg whose centre is on the axis of its joint, in a robot of 1 m."""
+    own = (inertia, 0.0, 0.0, inertia, 0.0, inertia)
+    body = Body("b", None, None, [Joint("j", "R1", "independent")], mass=1.0, inertia=own)
+    body.com = (1.0, 0.0, 0.0)
+    assert (find_singular(Mbs("r", bodies=[body])) == []) is turns

@@ -212,6 +212,18 @@ def test_all_that_a_run_has_computed_is_kept_and_written(rich: Path, tmp_path: P
     assert columns[f"{second}.Fz"].tolist() == [-4.0] * 7
 
 
+def test_a_body_without_mass_weighs_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "dataR" / "r.mbs"
+    file.parent.mkdir()
+    heavy = Body("heavy", None, None, [Joint("one", "R1", "independent")], mass=2.0)
+    bare = Body("bare", "heavy", None, [Joint("two", "R1", "driven")])
+    file.write_bytes(write_mbs(Mbs("r", bodies=[heavy, bare])))
+    data = MbsData(file)
+    assert list(data.m) == [0.0, 2.0, 0.0]
+    assert not data.l.any()
+    assert not data.In.any()
+
+
 def test_a_push_does_the_work_of_its_point(rich: Path) -> None:
     robot, chance = load_equations(model(rich), language="python"), np.random.default_rng(7)
     data = MbsData(model(rich))
