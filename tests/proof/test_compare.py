@@ -411,3 +411,22 @@ def test_a_group_reaches_as_far_as_its_farthest_part() -> None:
     for x in (0.5, -2.0, 1.0):
         side.put(f"at {x}", 0, (1.0, (0.0, x, 0.0), (0.0,) * 6))
     assert side.groups[0].reach == 2.0
+
+
+def test_where_a_frame_should_be_is_said() -> None:
+    result, mbs = pieces()
+    frames = {"hand": LinkFrame("arm", None, Pose()), "tool": LinkFrame("none", None, Pose())}
+    said = [found.message for found in compared(result, mbs, frames=frames).frames]
+    assert said[0] == "link 'hand': moves with another body"
+    assert said[1] == "link 'tool': there is no 'none'"
+
+
+def test_how_far_an_axis_is_beside_is_said() -> None:
+    """The body and what hangs on it are where they should be, and the axis alone is not."""
+    result, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a")))
+    own = body(mbs, "a")
+    own.joints = [Joint("to", "T1", "driven", q=0.01), *own.joints,
+                  Joint("back", "T1", "driven", q=-0.01)]  # fmt: skip
+    (found,) = compared(result, mbs).differences
+    assert found.kind == "axis"
+    assert "its axis is 0.01 m beside where it should be" in found.message

@@ -113,3 +113,14 @@ def test_a_joints_zero_is_told_though_its_link_is_a_little_off(tmp_path: Path) -
     (told,) = [one.message for one in verify(str(source), model).differences if one.kind == "zero"]
     assert "joint 'shoulder': its zero is the URDF's 0.3 rad" in told
     assert "and link 'arm' is shifted by" in told
+
+
+def test_names_that_become_one_are_told_apart_by_the_order_of_writing() -> None:
+    """What stands at the base's own origin is written first."""
+    links = [link("base"), *(link(name, SOLID) for name in "ab")]
+    joints = [joint("base", "a", name="j-1", xyz="1 0 0"), joint("base", "b", name="j.1")]
+    result = convert_text(robot(*links, *joints))
+    own = {name: tuple(names) for name, names in result.names.coordinates.items()}
+    found = match(result.robot, result.mbs).joints
+    assert {name: found[name] for name in ("j-1", "j.1")} == {k: own[k] for k in ("j-1", "j.1")}
+    assert own["j-1"] != own["j.1"]

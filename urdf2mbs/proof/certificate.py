@@ -113,8 +113,7 @@ def compare(one, two, places, joints, what, wrong):
         (at, mover), (there, their_mover) = poses(one, position), poses(two, position)
         size = max((abs(row[3]) for pose in at.values() for row in pose[:3]), default=0.0) or 1.0
         for name, other, place in places:
-            off = apart(at[name], product(there[other], place), (1.0, 1.0, 1.0, size))
-            worst[name] += off + (mover[name] != their_mover[other])
+            worst[name] += apart(at[name], product(there[other], place), (1.0, 1.0, 1.0, size))
     sides = (one, at, mover), (two, there, their_mover)
     for name in joints:
         ours, theirs = (carried(*side, name, inverse(at[name])) for side in sides)
