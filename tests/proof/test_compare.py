@@ -10,7 +10,7 @@ from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
 from urdf2mbs.api import verify
-from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Point
+from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.groups import only_ground
@@ -323,7 +323,8 @@ def test_a_link_whose_mass_is_lost_is_named(pipeline: str) -> None:
     alone, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a")))
     frames = {**alone.frames, "b": result.frames["b"]}
     found = compared(result, mbs, frames=frames).differences
-    assert any("link 'b': its 3 kg are not in the .mbs" in d.message for d in found)
+    (lost,) = (d for d in found if "link 'b': its 3 kg are not in the .mbs" in d.message)
+    assert (lost.urdf, lost.mbs, lost.size) == (3.0, 0.0, pytest.approx(3 / 5))
 
 
 def test_a_joint_of_another_nature_is_one_difference() -> None:
@@ -430,3 +431,17 @@ def test_how_far_an_axis_is_beside_is_said() -> None:
     (found,) = compared(result, mbs).differences
     assert found.kind == "axis"
     assert "its axis is 0.01 m beside where it should be" in found.message
+
+
+def test_a_number_that_the_urdf_has_not_is_told_as_such() -> None:
+    result, mbs = pieces()
+    (damping,) = (model for model in mbs.user_models if model.name == "damping")
+    (own,) = damping.parameters
+    damping.parameters = [Parameter(own.name, "scalar", ("7",)),
+                          Parameter("wrist_roll", "scalar", ("8",))]  # fmt: skip
+    told = {found.joint: found.message for found in compared(result, mbs).differences}
+    stated = result.robot.joints[own.name].dynamics.damping
+    assert told == {
+        own.name: f"joint '{own.name}': damping is 7, and should be {stated:.9g}",
+        "wrist_roll": "joint 'wrist_roll': damping is 8, and the URDF has none",
+    }

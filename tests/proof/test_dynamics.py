@@ -10,7 +10,7 @@ import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs.api import verify
-from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.proof.dynamics import compare_dynamics, to_pinocchio
@@ -129,3 +129,15 @@ def test_a_body_without_inertia_has_a_mass() -> None:
     text = re.sub('(i[xyz]{2})=".*?"', r'\1="0"', TINY)
     moving = [joint.name for body in mbs.bodies for joint in body.joints]
     assert max(compare(text, mbs, moving).values()) <= 1e-12
+
+
+def test_other_joints_are_told_and_not_compared() -> None:
+    mbs = read(convert_text(TINY, base="fixed").data, "")
+    joints = {name: (name,) for name in ("shoulder", "wrist_roll", "wrist_pitch")}
+    mbs.bodies[-1].joints.append(Joint("more", "R1", "independent"))
+    (found,), largest = compare_dynamics(TINY.encode(), mbs, joints)
+    assert (found.kind, largest) == ("joint-missing", {})
+    assert found.message.endswith("other joints: 4 degrees of freedom instead of 3")
+    mbs.joints()["shoulder"].name = "elbow"
+    (found,), largest = compare_dynamics(TINY.encode(), mbs, joints)
+    assert found.message.endswith("other joints: shoulder")

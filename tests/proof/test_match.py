@@ -77,6 +77,15 @@ def test_joints_are_found_by_the_names_of_a_conversion(pipeline: str) -> None:
     assert found == {name: tuple(own) for name, own in result.names.coordinates.items()}
 
 
+def test_joints_of_one_spelling_are_told_apart() -> None:
+    names = ["a b", "a-b", "a.b", "a:b"]
+    links = [link("world"), *(link(f"l{k}", SOLID) for k in range(4))]
+    joints = [joint("world", f"l{k}", name=name) for k, name in enumerate(names)]
+    result = convert_text(robot(*links, *joints))
+    found = match(result.robot, result.mbs).joints
+    assert found == {name: tuple(result.names.coordinates[name]) for name in names}
+
+
 @pytest.mark.parametrize("kind", ["continuous", "prismatic", "planar", "floating"])
 def test_a_joint_of_the_right_kind_goes_before_one_of_the_right_name(kind: str) -> None:
     solids = (link(name, SOLID) for name in "ab")

@@ -40,6 +40,8 @@ def test_how_fast_a_cut_opens(kind: str) -> None:
     rates, bends = (after - before) / (2 * h), (after - 2 * gap + before) / h**2
     np.testing.assert_allclose((rows @ qd)[:count], rates[:count], atol=1e-6)
     np.testing.assert_allclose(acceleration[:count], bends[:count], atol=1e-5)
+    speeds = [opening(t)[1] @ (qd + t * qdd) for t in (-h, h)]
+    np.testing.assert_allclose(acceleration, (speeds[1] - speeds[0]) / (2 * h), atol=1e-5)
     assert np.abs(rates[:count]).min() > 1e-3
     if kind == "rod":
         here = Motion(side, numbers, len(q)).moved(q, qd)
