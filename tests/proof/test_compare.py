@@ -13,7 +13,9 @@ from urdf2mbs.api import verify
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.compare import compare
+from urdf2mbs.proof.groups import only_ground
 from urdf2mbs.proof.match import match
+from urdf2mbs.proof.urdf_side import _direction
 from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.testing import TINY, convert_text
 
@@ -300,3 +302,16 @@ def test_a_body_without_mass_weighs_nothing() -> None:
     proof = compared(result, mbs)
     assert (before, proof.mbs_mass) == pytest.approx((2.6, 2.5))
     assert proof.urdf_mass == before
+
+
+@pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])
+def test_a_slip_in_an_axis_is_seen_against_its_length(length: float) -> None:
+    assert _direction((length, 1e-10 * length, 0.0)) == (1.0, 0.0, 0.0)
+    assert _direction((length, 1e-8 * length, 0.0)) == pytest.approx((1.0, 1e-8, 0.0), rel=1e-6)
+
+
+def test_a_group_reaches_as_far_as_its_farthest_part() -> None:
+    side = only_ground("base")
+    for x in (0.5, -2.0, 1.0):
+        side.put(f"at {x}", 0, (1.0, (0.0, x, 0.0), (0.0,) * 6))
+    assert side.groups[0].reach == 2.0
