@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -315,3 +316,14 @@ def test_a_group_reaches_as_far_as_its_farthest_part() -> None:
     for x in (0.5, -2.0, 1.0):
         side.put(f"at {x}", 0, (1.0, (0.0, x, 0.0), (0.0,) * 6))
     assert side.groups[0].reach == 2.0
+
+
+def test_a_link_without_mass_is_placed_by_what_it_carries() -> None:
+    """So the joint that is wrong is named, and not the one after it."""
+    result, mbs = pieces()
+    body(mbs, "arm").points[0].coordinates = (0.05, 0.0, 0.3)
+    (found,) = compared(result, mbs).differences
+    assert found.message.startswith("link 'wrist': joint 'wrist_roll' puts it elsewhere")
+    result, mbs = pieces(re.sub(r'(?s)(<link name="arm">\s*)<inertial>.*?</inertial>', r"\1", TINY))
+    own_joint(mbs, "shoulder").type = "R1"
+    assert kinds(compared(result, mbs)) == {"axis"}
