@@ -56,7 +56,7 @@ SAYS = {
     "warn", "note", "fail", "progress", "ConfigError", "ConversionError", "TypeVar", "lru_cache",
     "_called", "_causes", "_count", "_find_words", "_grouped", "_in_words", "_lost", "_meaning",
     "_quote", "_remarks", "_sentence", "_short", "_some", "base_in_words", "describe", "in_words",
-    "message", "places", "places_of", "quote", "where", "words", "__repr__", "__str__",
+    "message", "places", "places_of", "quote", "some", "where", "words", "__repr__", "__str__",
 }  # fmt: skip
 #: Robots whose conversion must go on and be proven.
 ROBOTS = ("biped.urdf.xacro", "hexapod.urdf.xacro", "arm.urdf.xacro", "lamp.urdf")

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from urdf2mbs.cli import main
+from urdf2mbs.equations import generate
+from urdf2mbs.equations.c import CWriter
+from urdf2mbs.equations.routine import Refused
 from urdf2mbs.equations.standalone import headers
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.runtime.data import MbsData
-from urdf2mbs.testing import convert_text
+from urdf2mbs.testing import TINY, convert_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -124,12 +127,16 @@ def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> N
     mbs = read(model.read_bytes(), "")
     one, *_, last = mbs.bodies
     mbs.joints()["shoulder"].q, last.com, last.inertia = 0.3, (1.0, 2.0, 3.0), (9.0, 1, 2, 8, 3, 7)
+    mbs.bodies[1].com = mbs.bodies[1].inertia = None
     ends = (one.name, None), (last.name, None)
     mbs.cuts.append(Connection("rod", "rod", *ends, 0.7))
     mbs.links += [Connection(kind, kind, *ends) for kind in ("link", "link3D")]
     model.write_bytes(write(mbs))
     data = MbsData(model)
+    made = generate(data.mbs, model.read_bytes(), "m.mbs", language="c", standalone=True).files
+    assert made.keys() > headers(data.mbs).keys()
     for name, text in headers(data.mbs).items():
+        assert made[name].endswith(text.encode())
         (tmp_path / name).write_text(text)
     (tmp_path / "main.c").write_text(PRINT)
     words = [gcc, "-std=c99", "-Wall", "-Werror", f"-DPOINTS={data.npt}", "main.c", "-o", "main"]
@@ -140,3 +147,14 @@ def test_the_model_for_c_alone_is_the_runtimes(model: Path, tmp_path: Path) -> N
     rows = [data.q, data.g, data.m, data.lrod, *zero, *data.l[1:], *data.In[1:], *data.dpt[1:]]
     found = [[float(word) for word in line.split()] for line in printed.splitlines()]
     assert found == [list(row) for row in (*rows, *loads)]
+
+
+def test_what_is_not_generated_stops_the_run() -> None:
+    """In C: accelred says so by what it returns, the others stop the run."""
+    writer = CWriter(read(convert_text(TINY).data, ""))
+    refused = {name: writer.function(name, Refused("no")) for name in ("accelred", "dirdyna")}
+    assert "int mbs_accelred(" in refused["accelred"]
+    assert refused["accelred"].endswith("    return MBS_INFO_FAILURE;\n}\n")
+    assert "void mbs_dirdyna(" in refused["dirdyna"]
+    assert "return" not in refused["dirdyna"]
+    assert all("s->flag_stop = 1;" in text for text in refused.values())

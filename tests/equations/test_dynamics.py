@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import astuple
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,15 +13,18 @@ from conftest import SHARED
 from robots import CONVERTIBLE, RealRobot
 from runtime import CEquations, Data, PythonEquations, Truth, error, random_state
 
+from urdf2mbs import convert
 from urdf2mbs.equations import generate
+from urdf2mbs.equations.python import PythonWriter
+from urdf2mbs.mbs.model import Connection, Sensor
 from urdf2mbs.mbs.reader import read
+from urdf2mbs.testing import TINY, convert_text
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from urdf2mbs.mbs.model import Mbs
 
 TOLERANCE = 1e-12
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 WALKMAN = SHARED / "mbs-samples" / "walkman_robotran.mbs"
 
 
@@ -100,6 +106,44 @@ def test_walkmans_own_file_folded(tmp_path: Path) -> None:
     compare(eq, mbs)
 
 
+#: The operations of biped: products, sums, functions, divisions, signs, and those done in pairs.
+WORK = {
+    "c": {
+        "dirdyna": (2435, 1645, 34, 0, 160, 2724), "invdyna": (1094, 864, 34, 0, 30, 1186),
+        "accelred": (2633, 2256, 34, 22, 9, 0), "gensensor": (4281, 3246, 268, 0, 349, 0),
+    },
+    "python": {
+        "dirdyna": (2013, 1645, 34, 0, 119, 0), "invdyna": (900, 864, 34, 0, 20, 0),
+        "accelred": (2633, 2256, 34, 22, 9, 0), "gensensor": (4281, 3246, 268, 0, 349, 0),
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("language", WORK)
+def test_the_operations_of_a_biped(language: str) -> None:
+    """They are counted exactly: a change that costs some shows here, and one that saves some."""
+    data = convert(CONFIGS / "biped.urdf.xacro", pipeline="compact").data
+    made = generate(read(data, ""), data, "biped.mbs", language=language)
+    work = {name: astuple(count) for name, count in made.counts.items() if count.operations}
+    assert work == WORK[language]
+
+
+def test_what_is_asked_of_a_model() -> None:
+    """Only what a model has is called, or has memory."""
+    mbs = read(convert_text(TINY).data, "")
+    for body in mbs.bodies:
+        for joint in body.joints:
+            joint.nature = "independent"
+    assert set(PythonWriter(mbs).facts().values()) == {False}
+    mbs.bodies[-1].points[0].extforce = Sensor("push")
+    mbs.bodies[-1].joints[-1].nature = "driven"
+    mbs.links.append(Connection("link", "spring", (None, None), (mbs.bodies[-1].name, None)))
+    facts = PythonWriter(mbs).facts()
+    assert facts == {"ANY_DRIVEN": True, "LINKS": True, "LINKS3D": False, "EXTFORCES": True}
+    mbs.links[0].kind = "link3D"
+    assert PythonWriter(mbs).facts() == facts | {"LINKS": False, "LINKS3D": True}
+
+
 @pytest.mark.parametrize("fold", [False, True], ids=["symbols", "folded"])
 def test_c(fold: bool, tmp_path: Path) -> None:
     mbs, data = model(SHARED / "mbs-samples" / "minimal.mbs")
@@ -147,7 +191,11 @@ def test_c_in_pieces(tmp_path: Path) -> None:
     data = found[0].convert(pipeline="compact").data
     mbs = read(data, "robot.mbs", mechanics_only=True)
     made = generate(mbs, data, "robot.mbs", language="c")
-    assert b"mbs_dirdyna_5(M, c, s, w, v);" in made.files[f"mbs_dirdyna_{mbs.name}.c"]
+    text = made.files[f"mbs_dirdyna_{mbs.name}.c"]
+    assert b"mbs_dirdyna_5(M, c, s, w, v);" in text
+    for array in (b"w", b"v"):  # no place is left out, and the size is the last number
+        places = {int(number) for number in re.findall(rb"\b%s\[(\d+)\]" % array, text)}
+        assert places == set(range(len(places)))
     only = {f"mbs_{name}_{mbs.name}.c" for name in ("dirdyna", "invdyna", "accelred")}
     made.files = {name: text for name, text in made.files.items() if name in only}
     eq = CEquations(made, mbs, tmp_path)

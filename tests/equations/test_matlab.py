@@ -186,6 +186,10 @@ def test_octave_computes_what_python_computes(make: Any, tmp_path: Path) -> None
 
 def test_matlab_says_what_it_leaves_out() -> None:
     mbs = model_with_all()
+    made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="matlab")
+    assert "link3D" not in made.left_out
+    (link,) = (text for name, text in made.files.items() if name.startswith("mbs_link_"))
+    assert f"Flink = zeros({len(mbs.links)},1);".encode() in link
     mbs.links[0].kind = "link3D"
     made = generate(mbs, b"<mbsDescR7/>", "m.mbs", language="matlab")
     assert "link3D" in made.left_out

@@ -13,7 +13,7 @@ from robots import CONVERTIBLE
 from runtime import CEquations, Truth, error, random_state
 
 from urdf2mbs.equations import generate
-from urdf2mbs.equations.graph import Graph
+from urdf2mbs.equations.graph import Graph, Op
 from urdf2mbs.equations.mirror import find_mirrored
 from urdf2mbs.equations.pairs import in_pairs
 from urdf2mbs.equations.routine import Routine, statements
@@ -122,6 +122,17 @@ def test_any_compiler_without_pairs() -> None:
     for text in made.files.values():
         assert b"pair" not in text
         assert b"vector_size" not in text
+
+
+@pytest.mark.parametrize("part", [Op.FIRST, Op.SECOND])
+def test_a_pair_of_which_half_is_used_has_a_name(part: Op) -> None:
+    graph = Graph()
+    routine = Routine(graph)
+    pair = graph.pair(graph.symbol("a[1]"), graph.symbol("a[2]"))
+    routine.store("c[1]", graph.part(part, pair))
+    first, last = statements(routine)[0]
+    assert (first.text, first.pair) == ("PAIR(a[1], a[2])", True)
+    assert last.text == f"{first.variable}[{part - Op.FIRST}]"
 
 
 def test_twins_that_need_each_other_are_taken_apart() -> None:

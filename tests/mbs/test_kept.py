@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
@@ -368,6 +369,8 @@ def moved(mbs: Mbs, root: Any) -> None:
     trunk.points.reverse()
     trunk.shapes.sort(key=lambda shape: shape.name)
     leg.shapes.append(trunk.shapes.pop(0))
+    arm.points.append(Point("fist", extforce=trunk.points[0].extforce))
+    trunk.points[0].extforce = None
     mbs.user_models[0].parameters.reverse()
 
 
@@ -380,6 +383,55 @@ def test_our_own_file_is_changed_to_what_would_be_written_anew(edit: Any) -> Non
     fresh = deepcopy(mbs)
     fresh.origin = None
     assert write(mbs) == write(fresh)
+
+
+@pytest.mark.parametrize("between", [b"", b" stray "])
+@pytest.mark.parametrize("edit", [*EDITS, first_and_last, more, moved])
+def test_a_file_whose_elements_stand_on_one_line(edit: Any, between: bytes) -> None:
+    head, root, rest = OWN.partition(b"<mbsDescR7>")
+    mbs = read(data := head + re.sub(rb">\s+<", b">" + between + b"<", root + rest), "m.mbs")
+    assert write(mbs) == data
+    edit(mbs, etree.fromstring(data))
+    fresh = deepcopy(mbs)
+    fresh.origin = None
+    again = write(mbs)
+    tight = [re.sub(rb">(stray|\s)+<", b"><", text) for text in (again, write(fresh))]
+    assert tight[0] == tight[1]
+    assert again.count(b"stray") <= data.count(b"stray")
+
+
+def test_a_comment_stays_between_its_neighbours() -> None:
+    root = etree.fromstring(OWN)
+    tags = ("body", "joint", "point", "sensor", "box", "cone", "rod", "link", "parameter")
+    for number, element in enumerate([*root.iter(*tags)]):
+        element.addnext(etree.Comment(f" {number} "))
+    mbs = read(etree.tostring(root), "m.mbs")
+    for edit in (mass, measures, joint_name):
+        edit(mbs, root)
+    assert canonical(etree.fromstring(write(mbs))) == canonical(root)
+
+
+def test_an_element_that_stands_there_empty_is_filled() -> None:
+    mbs = read(re.sub(rb"(?s)<x2D>(?:(?!<x2D>).)*?angle.*?</x2D>", b"<x2D/>", OWN), "m.mbs")
+    mbs.bodies[2].drawing = everything().bodies[2].drawing
+    again = write(mbs)
+    assert read(again, "m.mbs") == mbs
+    assert again.count(b"<x2D") == OWN.count(b"<x2D")
+
+
+def test_a_value_that_a_file_leaves_out_comes_when_it_changes() -> None:
+    data = re.sub(rb"\n *<frame>.*</frame>", b"", OWN)
+    mbs = read(data, "m.mbs")
+    assert mbs.view is not None
+    mbs.view.joint = 7.0
+    joint = rb"(<shapeScaleFactors>\n *)<joint>.*</joint>"
+    assert write(mbs) == re.sub(joint, rb"\1<joint>7.0</joint>", data)
+    mbs.view.frame = 0.5
+    again = etree.fromstring(write(mbs))
+    assert [child.tag for child in again.find("x3D/shapeScaleFactors")] == [
+        "frame", "joint", "com", "point",
+    ]  # fmt: skip
+    assert read(write(mbs), "m.mbs") == mbs
 
 
 def test_what_comes_from_another_file_brings_all_that_is_in_it() -> None:

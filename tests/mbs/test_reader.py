@@ -11,7 +11,17 @@ from hypothesis import given
 from lxml import etree
 from mbs.models import everything, few, models
 
-from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
+from urdf2mbs.mbs.model import (
+    Base,
+    Body,
+    Drawing,
+    Joint,
+    Light,
+    Mbs,
+    Point,
+    Shape,
+    Viewpoint,
+)
 from urdf2mbs.mbs.reader import read, validate
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -215,6 +225,7 @@ def test_an_empty_file(data: bytes) -> None:
         (" +.5e1 ", "", "number-invalid", 13, "<mass>"),
         (" +.5e1 ", "nan", "number-invalid", 13, "'nan'"),
         (" +.5e1 ", "1_0", "number-invalid", 13, "'1_0'"),
+        (" +.5e1 ", "1e309", "number-invalid", 13, "'1e309' in <mass> is too large"),
         (" +.5e1 ", "0x10", "number-invalid", 13, "'0x10'"),
         (" +.5e1 ", "1,5", "number-invalid", 13, "'1,5'"),
         (" +.5e1 ", "٣", "number-invalid", 13, ""),
@@ -349,3 +360,26 @@ def test_what_a_file_leaves_out_is_zero() -> None:
     assert (cone.scale, cone.transparency) == ((1.0,) * 3, 0.0)
     assert mbs.base.drawing is not None
     assert mbs.base.drawing.size == (0.0, 0.0)
+
+
+def test_what_an_object_is_without_its_elements() -> None:
+    """As MBSysPad shows it, and as a script makes it."""
+    text = write(everything()).decode()
+    for tag in ("viewpoint", "directionalLight", "cylinder", "base_body"):
+        text = re.sub(rf"(?s)<{tag}>.*?</{tag}>", f"<{tag}><u/></{tag}>", text, count=1)
+    text = re.sub(r"(?s)<background>.*?</background>|<shapeScaleFactors>.*?</shape.*?>", "", text)
+    mbs = read(text.encode(), "m.mbs")
+    assert mbs.view is not None
+    zero, up = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+    eye = Viewpoint("", zero, zero, up, "base", "perspective", 1.0, 0.785, 0.01, 50.0)
+    assert mbs.view.viewpoints == [eye]
+    assert mbs.view.lights[0] == Light("", zero, "base", False)
+    assert (mbs.view.background, mbs.view.frame) == ((153, 153, 255), 0.1)
+    assert (mbs.view.joint, mbs.view.com, mbs.view.point) == (0.2, 0.2, 0.3)
+    grey, whole = (128, 128, 128), (1.0, 1.0, 1.0)
+    assert mbs.bodies[0].shapes[1] == Shape("cylinder", "", zero, zero, whole, grey, 0.0)
+    none = (0.0, 0.0)
+    assert mbs.base.drawing == Drawing(none, none, (), "rectangle", none, 0.0)
+    assert Mbs("m") == Mbs("m", "1.0", Base("ground", (0.0, 0.0, -9.81)))
+    assert Light("", zero).active
+    assert not Joint("j", "R1").actuated

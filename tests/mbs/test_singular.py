@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
@@ -157,6 +157,32 @@ def test_couplings_leave_it_singular_where_pinocchio_says_so(
         assert singular == (least < ZERO_BELOW), least
 
 
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(coupled(), st.sampled_from((1e-9, 1e9)))
+def test_a_robot_of_any_size_has_the_same_singular_joints(
+    case: tuple[Mbs, dict[str, Rule]], length: float
+) -> None:
+    mbs, rules = case
+    assume(any(any(b.com or ()) or any(p.coordinates) for b in mbs.bodies for p in b.points))
+    before = find_singular(mbs, rules)
+    joints = mbs.joints()
+    units = {name: length if joint.type[0] == "T" else 1.0 for name, joint in joints.items()}
+    for body in mbs.bodies:
+        body.com = body.com and scaled(body.com, length)
+        body.inertia = body.inertia and scaled(body.inertia, length**2)
+        for point in body.points:
+            point.coordinates = scaled(point.coordinates, length)
+    for name, joint in joints.items():
+        joint.q = joint.q and joint.q * units[name]
+    for name, (leader, multiplier, offset) in rules.items():
+        rules[name] = Rule(leader, multiplier * units[name] / units[leader], offset * units[name])
+    assert find_singular(mbs, rules) == before
+
+
+def scaled(numbers: Any, factor: float) -> Any:
+    return tuple(number * factor for number in numbers)
+
+
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(trees())
 def test_locking_the_joints_that_are_found_makes_it_regular(mbs: Mbs) -> None:
@@ -199,6 +225,10 @@ def chain(*parts: tuple[str, float, tuple[float, float, float]]) -> Mbs:
     ("parts", "told"),
     [
         ((("R1", 1.0, (0, 1, 0)), ("R2", 0.0, (0, 0, 0))), [("j1", "moves-nothing", ())]),
+        ((("R1", 1.0, (0, 1, 0)), ("R2", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0))),
+         [("j1", "moves-nothing", ()), ("j2", "moves-nothing", ())]),
+        ((("R3", 0.0, (0, 0, 0)), ("T1", 0.0, (0, 0, 0)), ("T2", 1.0, (0, 0, 0))),
+         [("j0", "together", ("j1", "j2"))]),
         ((("R3", 1.0, (0, 0, 1)),), [("j0", "no-inertia", ())]),
         ((("R3", 0.0, (0, 0, 0)), ("R3", 1.0, (0, 1, 0))), [("j0", "together", ("j1",))]),
         ((("T1", 0.0, (0, 0, 0)), ("R3", 0.0, (0, 0, 0)), ("R3", 1.0, (1, 0, 0))),
@@ -218,6 +248,18 @@ def test_without_any_mass_all_joints_that_move_are_singular() -> None:
     mbs.bodies[1].joints[0].nature = "driven"
     found = find_singular(mbs, {"j2": Rule("j0", 1.0, 0.0)})
     assert [(one.joint, one.why) for one in found] == [("j0", "moves-nothing")]
+
+
+@pytest.mark.parametrize(("offset", "singular"), [(-0.4, ["a"]), (0.4, [])])
+def test_a_follower_starts_where_its_rule_says(offset: float, singular: list[str]) -> None:
+    """Together with a fixed turn it brings the last axis onto the first, or not."""
+    turns = [Joint("c", "R3", "driven", 0.4), Joint("b", "R3", "dependent", offset)]
+    body = Body("solid", None, None, [Joint("a", "R1"), *turns, Joint("d", "R1")])
+    other = Body("other", None, None, [Joint("l", "R1")])
+    for solid in (body, other):
+        solid.mass, solid.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
+    found = find_singular(Mbs("r", bodies=[body, other]), {"b": Rule("l", 1.0, offset)})
+    assert [one.joint for one in found if not one.always] == singular
 
 
 @pytest.mark.parametrize(
@@ -243,3 +285,12 @@ def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
     xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
     body.inertia = (xx, xy, xz, yy, yz, zz)
     assert [one.joint for one in exactly(Mbs("rod", bodies=[body]))] == ["a"] * singular
+
+
+@pytest.mark.parametrize(("inertia", "turns"), [(1e-6, True), (1e-12, True), (1e-35, False)])
+def test_a_small_inertia_is_one_and_dust_is_none(inertia: float, turns: bool) -> None:
+    """Of 1 kg whose centre is on the axis of its joint, in a robot of 1 m."""
+    own = (inertia, 0.0, 0.0, inertia, 0.0, inertia)
+    body = Body("b", None, None, [Joint("j", "R1", "independent")], mass=1.0, inertia=own)
+    body.com = (1.0, 0.0, 0.0)
+    assert (find_singular(Mbs("r", bodies=[body])) == []) is turns

@@ -141,6 +141,59 @@ def test_a_planar_joint_keeps_its_plane() -> None:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("axis", "axes", "found"),
+    [
+        ("1 0 0", "any", "T2 T3 R1"), ("1 0 0", "y", "r1 r3 T3 T1 R2"),
+        ("1 0 0", "z", "r1 r2 T1 T2 R3"), ("0 1 0", "any", "T3 T1 R2"),
+        ("0 1 0", "x", "r1 r2 T2 T3 R1"), ("0 0 1", "y", "r1 r2 T3 T1 R2"),
+        ("0 0 1", "z", "T1 T2 R3"), ("0 -1 0", "y", "r1 T3 T1 R2"),
+    ],
+)  # fmt: skip
+def test_a_planar_joint_turns_about_the_axis_asked_for(axis: str, axes: str, found: str) -> None:
+    text = robot(
+        link("world"), link("a", SOLID), link("b", SOLID),
+        joint("world", "a", "planar", axis=axis), joint("a", "b", axis="0 1 0"),
+    )  # fmt: skip
+    result = prove(text, base="fixed", options={"align-frames": {"axes": axes}})
+    assert " ".join(chains(result)["a"]) == found
+    for step in result.conversion.steps():
+        assert sorted(map(abs, step.axis)) == [0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("axis", "fixed", "moving"),
+    [("1 2 3", 3, 2), ("-1 -2 -3", 3, 2), ("1 1 0", 2, 1), ("0 1 1", 3, 1), ("-1 0 0", 2, 1)],
+)
+@pytest.mark.parametrize("fingers", [2, 4])
+def test_a_palm_is_turned_for_all_its_fingers(
+    axis: str, fixed: int, moving: int, fingers: int
+) -> None:
+    for kind, rpy, wanted in (("fixed", "0 0 0.5", fixed), ("continuous", "0 0 0", moving)):
+        elements = [
+            link("world"), link("palm", SOLID), link("other", SOLID), joint("world", "other"),
+            joint("world", "palm", kind, rpy=rpy, axis="0 0 1", xyz="1 2 3"),
+        ]  # fmt: skip
+        for i in range(fingers):
+            elements += [link(f"f{i}", SOLID), joint("palm", f"f{i}", xyz=f"{i} 0 0", axis=axis)]
+        result = prove(robot(*elements), base="fixed")
+        assert driven(result) == wanted
+        # else the palm is a part of the ground
+        codes = {found.code for found in result.diagnostics}
+        assert ("ground-mass" in codes) is ("palm" not in chains(result))
+
+
+@pytest.mark.parametrize("shift", range(3))
+def test_a_palm_is_turned_for_a_plane_of_its_fingers(shift: int) -> None:
+    """Two fingers across the plane stay as they are, and each of three in it needs a turn less."""
+    elements = [link("world"), link("palm", SOLID)]
+    elements.append(joint("world", "palm", "fixed", rpy="0.1 0.2 0.3"))
+    for i, axis in enumerate(("0 1 0", "0 1 0", "1 2 1", "1 -3 1", "1 1 1")):
+        turned = " ".join((axis.split() * 2)[shift : shift + 3])
+        elements += [link(f"f{i}", SOLID), joint("palm", f"f{i}", xyz=f"{i} 0 0", axis=turned)]
+    assert driven(prove(robot(*elements), base="fixed")) == 3 + 1 + 3
+
+
 @pytest.mark.parametrize("options", [{"axes": "w"}, {"candidate": 3}, {"tolerance": "much"}])
 def test_wrong_options_are_named(options: dict[str, object]) -> None:
     with pytest.raises(ConfigError, match=next(iter(options))):
@@ -191,19 +244,17 @@ def test_compact_never_has_more_joints_than_faithful(text: str) -> None:
     assert driven(flipped) <= driven(compact) <= driven(faithful)
 
 
-def test_a_turned_palm_is_a_body_again_where_that_saves_joints() -> None:
-    """One turn before six fingers, not one at each of four fingers."""
-    elements = [
-        link("world"),
-        link("palm", SOLID),
-        joint("world", "palm", "fixed", rpy="1.5708 0 0"),
-    ]
-    for i, axis in enumerate(("1 0 0", "0 1 0", "0 0 1") * 2):
-        elements += [link(f"f{i}", SOLID), joint("palm", f"f{i}", xyz=f"{i} 0 0", axis=axis)]
-    result = prove(robot(*elements), base="fixed")
-    assert chains(result)["palm"] == ["r1", "t3"]
-    assert driven(result) == 2
-    assert "ground-mass" not in {found.code for found in result.diagnostics}
+def test_a_turned_fixed_joint_that_is_a_joint_still_needs_no_turns() -> None:
+    text = robot(
+        *(link(name, SOLID) for name in "abcde"), link("world"),
+        joint("world", "a", axis="1 2 3"), joint("a", "b", "fixed", rpy="0.1 0.2 0.3", xyz="1 2 3"),
+        *(joint("b", name, axis="0 1 1", xyz="1 0 0") for name in "cde"),
+    )  # fmt: skip
+    result = prove(text, base="fixed", without=["lump-fixed"])
+    found = chains(result)
+    assert found["b"][-1] == "t3"
+    assert [len(found[name]) for name in "cde"] == [1, 1, 1]
+    assert driven(result) == 6
 
 
 ANGLES = st.sampled_from([0.0, 0.0, pi / 2, -pi / 2, pi, pi / 4, 0.3, -2.0])

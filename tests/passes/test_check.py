@@ -132,3 +132,11 @@ def urdf2mbs_passes():
         assert [message.endswith("does not say so by writes = ('robot',)") for message in said] == (
             [] if same else [True]
         )
+
+
+def test_a_file_that_is_no_mbs_is_neither_read_nor_merged(tmp_path: Path) -> None:
+    output = tmp_path / "tiny.txt"
+    result = convert_text(TINY, output=output)
+    assert result.conversion.proof.same
+    assert list(result.conversion.files) == [output]
+    assert not result.conversion.behind

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from laws.rich import PASSES, convert
+from laws.rich import PASSES, convert, joint, link
 
 from urdf2mbs import verify
 from urdf2mbs.cli import main
@@ -19,6 +19,7 @@ from urdf2mbs.runtime.c_code import compiler
 from urdf2mbs.runtime.code import prove_code
 
 ROBOT, USER = "userfctR/rich_robot.py", "userfctR/user_"
+ONE = "\n        <type>scalar</type>\n        <value>1.0</value>"
 #: What is planted in the generated files, and what the message names.
 PLANTED = {
     "a rule's offset": (ROBOT, "m * q[leader] - b", "m * q[leader] + b", "'slide': its rule"),
@@ -80,6 +81,15 @@ PLANTED = {
         "symbolicR/mbs_dirdyna_rich.py", "    c[1] = ", "    c[1] = 1.0 + ", "accelerations"),
     "loops": (
         "symbolicR/mbs_cons_jdqd_rich.py", "Jdqd[1] = ", "Jdqd[1] = 1.0 + ", "loops, their acc"),
+    "how far a loop is open": (
+        "symbolicR/mbs_cons_hJ_rich.py", "- lrod[1] * ", "- 1.1 * lrod[1] * ", "how far they"),
+    "the speed of a loop": (
+        "symbolicR/mbs_cons_hJ_rich.py", "Jac[1, 37] = ", "Jac[1, 37] = 1.1 * ", "their speed"),
+    "friction of the ground": (
+        "dataR/rich.mbs", "<value>0.7</value>", "<value>0.6</value>", "contact law"),
+    "no damping": (
+        "dataR/rich.mbs", f"damping</name>{ONE}", f"damping</name>{ONE[:-11]}0.0</value>",
+        "damping: the URDF states it"),
     "springs": ("symbolicR/mbs_link_rich.py", "Z[1] =", "Z[1] = 0.5 * ", "inverse dynamics"),
     "a sensor's motion": (
         "symbolicR/mbs_sensor_rich.py", "sens.A[1] = ", "sens.A[1] = 1.0 + ", "its A"),
@@ -137,6 +147,92 @@ def test_a_fault_in_the_code_is_found(made: Made, fault: str) -> None:
     *place, named = PLANTED[fault]
     messages = found(made, **planted(made, *place))
     assert any(named in message for message in messages), messages[:3]
+
+
+OTHERWISE: dict[str, Any] = {
+    "link 'of_swing': has 0": lambda c: (c.simulation, "contacts", [
+        contact for contact in c.simulation.contacts if contact.link != "of_swing"]),
+    "joint 'arm': is held": lambda c: (c.asked["posture"].hold, "joints", ["leg"]),
+    "joint 'roller': is not held": lambda c: (c.asked["posture"].hold, "joints", ["*"]),
+    "'hand', its place": lambda c: (c.simulation.force_torques[0], "link", "trunk"),
+    "sensor 'gyro': is not there": lambda c: (c.simulation, "sensors", [
+        sensor for sensor in c.simulation.sensors if sensor.name != "gyro"]),
+    "joint 'arm': its start": lambda c: (c.asked["posture"], "joints", {"arm": 0.4}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("named", OTHERWISE)
+def test_what_was_asked_for_otherwise_is_found(
+    made: Made, named: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(*OTHERWISE[named](made[0]))
+    messages = found(made, **{"userfctR/none.py": b""})
+    assert any(named in message for message in messages), messages[:5]
+
+
+def test_a_force_elsewhere_or_without_a_law_is_found(made: Made) -> None:
+    file = "dataR/rich.mbs"
+    first, second = (f'"of_{name}_contact_1_force"' for name in ("ankle", "swing"))
+    parts = re.split(f"({first}|{second})", made[1][file].decode())
+    swapped = "".join({first: second, second: first}.get(part, part) for part in parts)
+    messages = found(made, **{file: swapped.encode()})
+    assert any("seen from its link" in message for message in messages), messages[:5]
+    user = planted(made, f"{USER}ExtForces.py", "SWr[7:10] =", "SWr[1] = 1.0\n    SWr[7:10] =")
+    stray, count = re.subn(
+        r"(?s)(<pointname>rope_1</pointname>.*?</graphics>)",
+        r'\1<extforce name="stray" Pos="true"/>', made[1][file].decode(),
+    )  # fmt: skip
+    assert count == 1
+    messages = found(made, **{file: stray.encode()}, **user)
+    assert any("'stray', which has no law: is" in message for message in messages), messages[:5]
+
+
+def test_accelerations_of_a_tree_are_compared(tmp_path: Path) -> None:
+    text = '<robot name="rich">' + link("trunk") + joint("arm", "trunk", "0 0 1", kind="continuous")
+    conversion = convert(
+        tmp_path, {"equations": {"language": "python"}}, text + link("of_arm") + "</robot>",
+        stop_after="project",
+    )  # fmt: skip
+    whole = conversion, code_of(conversion, ".py")
+    for name, before, after, named in (
+        ("accelred", "(s)\n    return", "(s)\n    s.qdd[6] = s.qdd[6]\n    return", None),
+        ("accelred", "(s)\n    return", "(s)\n    s.qdd[6] += 1\n    return", "accelerations: is"),
+        ("dirdyna", "    c[1] = ", "    c[1] = 1.0 + ", "the bias forces: is"),
+        ("dirdyna", "    M[1, 1] = ", "    M[1, 1] = 1.0 + ", "the mass matrix: is"),
+    ):
+        proof = copy.deepcopy(conversion.proof)
+        assert proof is not None
+        fault = planted(whole, f"symbolicR/mbs_{name}_rich.py", before, after)
+        prove_code(conversion, proof, whole[1] | fault)
+        assert proof.same is (named is None)
+        assert named is None or named in proof.differences[0].message
+
+
+def test_a_fault_in_a_project_that_was_edited_is_named_beside_the_verdict(
+    made: Made, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fault = planted(made, *PLANTED["the sign of damping"][:3])
+    monkeypatch.setattr(made[0], "edited", {"mine.yaml": []})
+    proof = copy.deepcopy(made[0].proof)
+    assert proof is not None
+    files = {name: text for name, text in made[1].items() if "symbolicR" not in name}
+    prove_code(made[0], proof, files | fault)
+    assert proof.same
+    said = [message for message, why in proof.but_for.items() if why == "as edited in mine.yaml"]
+    assert any("damping" in message for message in said)
+
+
+@pytest.mark.parametrize(("kind", "named"), [("ball", True), ("rod", False)])
+def test_a_cut_of_another_kind_than_asked_for_is_found(
+    made: Made, kind: str, named: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(made[0].asked["loops"].cuts["tie"], "kind", kind)
+    files = {name: text for name, text in made[1].items() if "symbolicR" not in name}
+    proof = copy.deepcopy(made[0].proof)
+    assert proof is not None
+    prove_code(made[0], proof, files)
+    said = [difference.message for difference in proof.differences]
+    assert said == [f"cut 'tie': is no {kind} in the .mbs"] * named
 
 
 @pytest.mark.parametrize(("point", "named"), [

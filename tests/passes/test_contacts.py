@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from math import sin, tanh
+from itertools import pairwise
+from math import sin, sqrt, tanh
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from project.standin import MbsData, from1, make, user_functions
-from proving import SOLID, link, robot
+from proving import SOLID, joint, link, robot
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.passes.contacts import _cylinder
+from urdf2mbs.passes.contacts import _box_face, _cylinder, _mesh_face
 from urdf2mbs.spatial import add, dot, rotate
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf import model as urdf
@@ -233,6 +234,31 @@ def test_stiffness_and_damping_are_those_that_the_urdf_states() -> None:
         assert (found["stiffness"], found["speed"]) == (stiffness, speed), stated
 
 
+def test_a_robot_without_mass_has_no_balance() -> None:
+    text = robot(link("a"), link("b"), joint("a", "b"))
+    passes = {"contacts": {"points": {"b": [[1, 0, 0]]}}}
+    result = convert_text(text, base="floating", passes=passes)
+    assert "contacts-balance" not in [found.code for found in result.diagnostics]
+    (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+    assert {p.name: p.values for p in law.parameters}["stiffness"] == ("1000.0",)
+
+
+def test_the_law_of_a_robot_without_weight(tmp_path: Path) -> None:
+    for options, wanted in (
+        ({"depth": 0.25}, {"stiffness": 1000.0, "speed": 0.1, "bristle": 0.25}),
+        ({"stiffness": 5e4}, {"stiffness": 5e4, "speed": 0.1, "bristle": 0.001}),
+    ):
+        contacts = {"points": {"hand": [[0, 0, 0]]}, **options}
+        result = convert_text(
+            TINY, project=tmp_path / "p", gravity=(0.0, 0.0, 0.0), passes={"contacts": contacts}
+        )
+        (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+        found = {p.name: float(p.values[0]) for p in law.parameters}
+        assert {name: found[name] for name in wanted} == wanted
+        assert found["bristle_time"] == pytest.approx(2 * sqrt(found["bristle"] / 9.81), rel=0.05)
+        assert "slip_speed" not in found
+
+
 def test_friction_is_the_smallest_that_the_urdf_states() -> None:
     feet = {"links": ["body", "hand"], "points": {"body": [[0, 0, 0]], "hand": [[0, 0, 0]]}}
     gazebo = "".join(
@@ -263,6 +289,35 @@ def test_a_cylinder_that_leans_touches_with_the_ends_of_its_lowest_line() -> Non
     assert _cylinder(shape, (0.48, 0.64, -0.6)) == [
         pytest.approx((0.3, 0.4, 1.0)), pytest.approx((0.3, 0.4, -1.0)),
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize("down", [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, 1),
+                                  (0.2, -0.3, -0.9), (-0.8, 0.5, 0.3)])  # fmt: skip
+def test_the_face_of_a_box_that_points_down(down: tuple[float, float, float]) -> None:
+    size = (1.0, 2.0, 4.0)
+    found = _box_face(size, down)
+    k = int(np.argmax(np.abs(down)))
+    assert {at[k] for at in found} == {np.sign(down[k]) * size[k] / 2}
+    assert len(set(found)) == 4
+    assert {tuple(map(abs, at)) for at in found} == {(0.5, 1.0, 2.0)}
+    for one, two in pairwise([*found, found[0]]):
+        assert sum(a != b for a, b in zip(one, two, strict=True)) == 1
+
+
+@pytest.mark.parametrize("shift", range(3))
+def test_the_corners_of_a_mesh_wherever_down_is(shift: int, tmp_path: Path) -> None:
+    def turned(at: tuple[float, ...]) -> tuple[float, ...]:
+        return (at * 2)[shift : shift + 3]
+
+    sole = [(0.0, 0.3, 0.1), (0.0, 0.3, -0.1), (0.0, -0.2, -0.15), (0.0, -0.2, 0.15)]
+    points = [*sole, (0.0, 0.31, 0.0), (-0.5, 0.0, 0.0), (0.0, 0.0, 0.0)]
+    lines = "".join("v {} {} {}\n".format(*turned(at)) for at in points)
+    (tmp_path / "foot.obj").write_text(f"{lines}f 1 2 3\nf 3 4 5\nf 5 6 7\n")
+    (tmp_path / "r.urdf").write_text(TINY)
+    conversion = convert(tmp_path / "r.urdf").conversion
+    x, y, z = turned((1.0, 0.0, 0.0))
+    found = _mesh_face(conversion, "body", urdf.Mesh("foot.obj"), (x, y, z))
+    assert found == [pytest.approx(turned(at), abs=1e-7) for at in sole]
 
 
 def test_the_toe_of_a_long_foot_is_no_corner(tmp_path: Path) -> None:
@@ -303,7 +358,9 @@ def test_only_what_can_fall_is_told_to(base: str, gravity: float, told: bool) ->
 
 
 @pytest.mark.parametrize(("places", "falls"), [("1 1, 1 -1, -1 0", False), ("1 1, 1 -1", True),
-                                               ("0 1, 0 -1", False), ("0 0", False)])  # fmt: skip
+                                               ("0 1, 0 -1", False), ("0 0", False),
+                                               ("0.0008 1, 0.0008 -1", False),
+                                               ("0.002 1, 0.002 -1", True)])  # fmt: skip
 def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
     text = robot(link("a", SOLID.replace("0.1 -0.2 0.3", "0 0 1")))
     at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
@@ -316,10 +373,13 @@ def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
 
 
 @pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])
+@pytest.mark.parametrize("x", [0.0, 7.0])
 def test_a_corner_counts_up_to_a_fiftieth_of_the_mesh_above_the_lowest(
-    height: float, count: int, tmp_path: Path
+    x: float, height: float, count: int, tmp_path: Path
 ) -> None:
-    corners = ["0.3 0.1 0", "0.3 -0.1 0", "-0.3 -0.1 0", f"-0.3 0.1 {height}", "0 0 0.3"]
+    low, high = x - 0.3, x + 0.3
+    corners = [f"{high} 0.1 0", f"{high} -0.1 0", f"{low} -0.1 0", f"{low} 0.1 {height}"]
+    corners.append(f"{x} 0 0.3")
     (tmp_path / "foot.obj").write_text(
         "".join(f"v {corner}\n" for corner in corners) + "f 1 2 3\nf 1 3 4\nf 1 2 5\n"
     )

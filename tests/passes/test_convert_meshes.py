@@ -28,9 +28,10 @@ from meshes.samples import (
 )
 
 from urdf2mbs.conversion import Conversion
+from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Shape
 from urdf2mbs.meshes.model import MeshError
-from urdf2mbs.passes.convert_meshes import ConvertMeshes
+from urdf2mbs.passes.convert_meshes import BEGIN, ConvertMeshes, read_made
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:
@@ -142,18 +143,18 @@ def test_mirrored_colors_and_texture_stay_on_their_corners(tmp_path: Path) -> No
 
 def test_a_mesh_without_colors_takes_the_urdfs(tmp_path: Path) -> None:
     plain, own = stl_ascii(tmp_path), obj_materials(tmp_path)
-    red, blue = (1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.5)
+    light, blue = (0.2, 0.6, 1.0, 1.0), (0.0, 0.0, 1.0, 0.5)
     conversion = convert(
-        tmp_path, [visual(plain, color=red), visual(plain, color=blue), visual(own, color=red)]
+        tmp_path, [visual(plain, color=light), visual(plain, color=blue), visual(own, color=light)]
     )
     first, second, third = shapes_of(conversion)
     assert file_of(conversion, first).name == "ascii.wrl"
     assert file_of(conversion, second).name == "ascii_0000ff_t50.wrl"
     looks = [wrl.read(conversion.files[file_of(conversion, s)]) for s in (first, second, third)]
-    assert looks[0][0].rgb == {(255, 0, 0)}
+    assert looks[0][0].rgb == {(51, 153, 255)}
     assert looks[1][0].rgb == {(0, 0, 255)}
     assert looks[1][0].material["transparency"] == [0.5]
-    assert (255, 0, 0) not in set().union(*(part.rgb for part in looks[2]))
+    assert (51, 153, 255) not in set().union(*(part.rgb for part in looks[2]))
 
 
 def test_names_that_a_mirrored_file_would_take(tmp_path: Path) -> None:
@@ -295,6 +296,26 @@ def test_a_lost_texture_is_put_back(tmp_path: Path) -> None:
     texture.unlink()
     again = convert(tmp_path, [visual("box.dae")])
     assert again.files[texture] == image("PNG")
+
+
+def test_what_a_mesh_shows_otherwise_is_told_each_time(tmp_path: Path) -> None:
+    """Two files with the same fault are one warning, of the first link."""
+    for name in ("one.obj", "two.obj"):
+        (tmp_path / name).write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n")
+    for again in (False, True):
+        conversion = convert(tmp_path, [visual("one.obj"), visual("two.obj")])
+        assert bool(conversion.files) is not again
+        (said,) = [found for found in conversion.diagnostics if found.code == "mesh-part"]
+        assert said.message.endswith(": mesh one.obj, two.obj")
+        assert said.link is not None
+        write(conversion)
+
+
+def test_what_a_wrl_says_of_itself_must_be_readable() -> None:
+    for said, known in ((b"{}", False), (b"", False), (b'{"version": 1}', False)):
+        data = seal(Path("mesh.wrl"), BEGIN + said + b"\nShape {}\n")
+        assert (read_made(data) is not None) is known
+        assert read_made(data[:-9]) is None
 
 
 @pytest.mark.parametrize("content", [b"#VRML V2.0 utf8\nShape {}\n", b"", b"changed by hand"])

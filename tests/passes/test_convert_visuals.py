@@ -10,6 +10,7 @@ from evaluator import rotation
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import GREY, Shape
+from urdf2mbs.passes.convert_visuals import _stem
 
 ROBOT = """<robot name="coloured">
   <material name="blue"><color rgba="0 0.2 1 0.25"/></material>
@@ -82,3 +83,17 @@ def test_meshes_whose_names_differ_in_case_only(tmp_path: Path) -> None:
               for name in ("a.stl", "b/A.STL", "b/a.dae", "a.stl")]  # fmt: skip
     found = [shape.url.rpartition("/")[2] for shape in visuals(tmp_path, *meshes)]
     assert found == ["a.wrl", "A_2.wrl", "a_3.wrl", "a.wrl"]
+
+
+@pytest.mark.parametrize(
+    ("files", "stems"),
+    [
+        (["a b.stl", "A_B.dae"], ["a_b", "A_B_2"]),
+        ([r"c:\x\arm.1.stl", "con.stl", "con.obj"], ["arm_1", "con_mesh", "con_mesh_2"]),
+        ([".stl", "///"], ["_stl", "mesh"]),
+        (["x" * 300 + ".stl"], ["x" * 150]),
+    ],
+)
+def test_stems_of_mesh_files(files: list[str], stems: list[str]) -> None:
+    taken: set[str] = set()
+    assert [_stem(file, taken) for file in files] == stems

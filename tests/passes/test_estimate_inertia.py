@@ -386,6 +386,12 @@ def test_a_face_without_an_area_is_passed_over(tmp_path: Path) -> None:
     assert means == "collision geometry"
 
 
+def test_what_a_body_can_have_is_not_repaired() -> None:
+    result = convert_text(options={"estimate-inertia": {"repair": True}})
+    assert "inertia-repaired" not in [found.code for found in result.diagnostics]
+    assert "inertia-repair" not in result.conversion.facts
+
+
 def test_nothing_to_estimate_is_told() -> None:
     result = estimated(SOLID, more=link("b") + joint("a", "b"))
     assert [d.code for d in result.diagnostics if d.level == "warning"] == ["nothing-estimated"]

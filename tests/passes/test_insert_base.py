@@ -44,6 +44,9 @@ WELDED = (link("world"), A, joint("world", "a", "fixed"))
          ("ground", "fixed", "world"), "is called world"),
         ((link("mount"), link("world"), A, joint("mount", "world", "fixed"), joint("mount", "a")),
          "auto", False, None, "root link 'mount' is welded to world"),
+        ((link("mount"), link("plate"), link("world"), A, joint("mount", "plate", "fixed"),
+          joint("plate", "world", "fixed"), joint("mount", "a")),
+         "auto", False, None, "root link 'mount' is welded to world"),
         # a world that can move away is none
         ((link("cart"), link("world"), A, joint("cart", "world"), joint("cart", "a")), "auto",
          False, None, "has no mass, nor has what is fixed"),

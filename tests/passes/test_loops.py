@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import dist, pi
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,10 @@ from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.passes.loops import SINGULAR, Cut, _from_sdf, _rows, independent_columns
+from urdf2mbs.spatial import Pose, from_rpy
 from urdf2mbs.testing import convert_text
+from urdf2mbs.urdf.model import ClosingJoint
 
 ROOT = Path(__file__).resolve().parents[2]
 LENGTH, RANGE = "loops-length", "value-range"
@@ -113,13 +116,26 @@ def test_a_joint_in_gazebo_that_cannot_become_a_cut_is_told(
     assert bool(result.mbs.cuts) == bool(cuts)
 
 
-def test_a_solid_that_is_turned_is_told_with_its_angle() -> None:
-    """At the start the coupler is level, and the rocker is turned by a quarter."""
+@pytest.mark.parametrize(
+    ("angle", "said"),
+    [
+        (pi / 2, ["1.41 m and 1.57 rad"]), (pi, ["2 m and 3.14 rad"]),
+        (5e-6, ["5e-06 m and 5e-06 rad"]), (5e-7, []), (0.0, []),
+    ],
+)  # fmt: skip
+def test_a_solid_that_is_turned_is_told_with_its_angle(angle: float, said: list[str]) -> None:
+    """At the start the coupler is level, and the rocker is turned."""
     cuts = {"pin": {"kind": "solid", **BALL["pin"]}}
-    turned = FOUR_BAR.replace(at(1, 0, 0), '<origin xyz="1 0 0" rpy="0 1.5707963267948966 0"/>')
+    turned = FOUR_BAR.replace(at(1, 0, 0), f'<origin xyz="1 0 0" rpy="0 {angle!r} 0"/>')
     result = convert_text(turned, base="fixed", options={"loops": {"cuts": cuts}})
-    (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
-    assert "and 1.57 rad" in told
+    told = [found.message for found in result.diagnostics if found.code == "loop-open"]
+    assert [text.partition(", by ")[2].partition(":")[0] for text in told] == said
+    if angle == pi / 2:  # where the points meet, the angle alone is told
+        cuts["pin"]["ends"] = [{"link": "coupler"}, {"link": "right", "at": [-1, 0, -1]}]
+        result = convert_text(turned, base="fixed", options={"loops": {"cuts": cuts}})
+        (text,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
+        assert text.partition(" m and ")[2].startswith("1.57 rad")
+        assert float(text.partition(", by ")[2].partition(" m")[0]) < 1e-9
 
 
 def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
@@ -170,6 +186,7 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
     (cut,) = read(result.data, "x").cuts
     assert cut.kind == "rod"
     assert cut.length == pytest.approx(1.0)
+    assert "loop-open" not in [found.code for found in result.diagnostics]
     assert sum(nature == "dependent" for nature in natures(result).values()) == 1
     rod["rod"]["length"] = 0.75  # type: ignore[assignment]
     result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": rod}})
@@ -177,39 +194,60 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
     assert "by 0.25 m" in told
 
 
-def test_the_chosen_joints_solve_the_constraints() -> None:
-    """Against Pinocchio's Jacobian, for a cut between random chains in space."""
-    pin = pytest.importorskip("pinocchio")
-    from urdf2mbs.proof.dynamics import to_pinocchio
+@pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
+def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> None:
+    """Of a cut between random chains in space, with sliders, leaders and followers in them and
+    beside them."""
+    random = np.random.default_rng(4)
+    text = '<robot name="r">' + "".join(link(name) for name in ("root", *"abcdefgh"))
+    leaders = {"e": "g", "f": "b", "h": "a"}
+    for k, name in enumerate("abcdefgh"):
+        axis, xyz = (" ".join(map(str, random.normal(size=3))) for _ in range(2))
+        parent = "root" if k in (0, 3, 6, 7) else "abcdefgh"[k - 1]
+        more = f'<mimic joint="j{leaders[name]}" multiplier="-2"/>' if name in leaders else ""
+        kind_of = "prismatic" if name in "bdfg" else "continuous"
+        part = joint(f"j{name}", parent, name, f'<origin xyz="{xyz}"/>{more}', kind_of)
+        text += part.replace("0 1 0", axis)
+    at_ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "f", "at": [0, 0.5, 0]}]
+    options = {
+        "loops": {"cuts": {"cut": {"kind": kind, "ends": at_ends}}},
+        "posture": {"joints": {f"j{name}": random.normal() for name in "abcdg"}},
+    }
+    (tmp_path / "r.urdf").write_text(f"{text}</robot>")
+    result = convert(tmp_path / "r.urdf", project=tmp_path / "p", base="fixed", passes=options)
+    conversion, mbs = result.conversion, result.mbs
+    (cut,) = mbs.cuts
+    ends = (cut.endpoint1, cut.endpoint2)
 
-    random = np.random.default_rng(2)
-    for _ in range(5):
-        names = "abcdefg"
-        text = '<robot name="r">' + "".join(link(name) for name in ("root", *names))
-        for k, name in enumerate(names):
-            parent = "root" if k in (0, 3) else names[k - 1]
-            axis = " ".join(map(str, random.normal(size=3)))
-            xyz = random.normal(size=3)
-            text += joint(f"j{name}", parent, name, at(*xyz)).replace("0 1 0", axis)
-        ends = [{"link": "c", "at": [0.1, 0.2, 0.3]}, {"link": "g", "at": [0, 0.5, 0]}]
-        cuts = {"ball": {"ends": ends}}
-        options = {"loops": {"cuts": cuts}}
-        result = convert_text(f"{text}</robot>", base="fixed", options=options)
-        mbs = read(result.data, "r.mbs")
-        model = to_pinocchio(mbs)
-        data = model.createData()
-        pin.computeJointJacobians(model, data, np.zeros(model.nq))
-        pin.updateFramePlacements(model, data)
-        rows = []
-        for owner, point in (mbs.cuts[0].endpoint1, mbs.cuts[0].endpoint2):
-            frame = model.getFrameId(f"{owner}/{point}")
-            world = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-            rows.append(pin.getFrameJacobian(model, data, frame, world)[:3])
-        jacobian = rows[1] - rows[0]
-        chosen = [k for k, v in natures(result).items() if v == "dependent"]
-        columns = [list(model.names).index(name) - 1 for name in chosen]
-        assert len(columns) == 3
-        assert np.linalg.cond(jacobian[:, columns]) < 1e4
+    def state() -> tuple[Any, ...]:
+        for coupling in conversion.simulation.couplings:
+            coupling.follow()
+        placement = place(mbs)
+        one, two = (np.array(placement.point(mbs, *end)) for end in ends)
+        turned = [np.array(placement.bodies[body].rot).reshape(3, 3) for body, _ in ends]
+        return two - one, *turned
+
+    gap, *turned = state()
+    placement = place(mbs)
+    found = np.zeros(({"rod": 1, "ball": 3, "solid": 6}[kind], len(placement.joints)))
+    wanted = np.zeros_like(found)
+    for row, values in zip(found, _rows(conversion, placement, cut), strict=True):
+        row[list(values)] = list(values.values())
+    for k, (placed, *_) in enumerate(placement.joints):
+        if placed.nature == "driven" or placed.name in ("je", "jf", "jh"):
+            continue
+        q, sides = placed.q or 0.0, []
+        for placed.q in (q + 1e-6, q - 1e-6, q):
+            sides.append(state())
+        way, *turning = ((a - b) / 2e-6 for a, b in zip(*sides[:2], strict=True))
+        one, two = (speed @ rot.T for speed, rot in zip(turning, turned, strict=True))
+        spin = two - one
+        if kind == "rod":
+            wanted[0, k] = gap @ way / np.linalg.norm(gap)
+        else:
+            wanted[:, k] = [*way, spin[2, 1], spin[0, 2], spin[1, 0]][: len(wanted)]
+    assert found == pytest.approx(wanted, abs=1e-6)
+    assert np.abs(found).sum(axis=1).min() > 0.1
 
 
 @pytest.mark.parametrize(
@@ -257,3 +295,74 @@ def test_a_loop_that_can_never_close_is_told_as_that() -> None:
 def test_joints_in_gazebo_that_became_cuts_are_not_left_out() -> None:
     result = convert_text(FOUR_BAR.replace("</robot>", SDF), base="fixed")
     assert "extension" not in [found.code for found in result.diagnostics]
+
+
+def test_columns_are_as_many_as_the_rank_and_independent() -> None:
+    """Of sparse rows, some of them sums of others; the first in order are taken."""
+    random = np.random.default_rng(6)
+    for _ in range(50):
+        own = random.normal(size=(4, 6)) * (random.random((4, 6)) < 0.5)
+        matrix = np.vstack([own, random.integers(-1, 2, size=(2, 4)) @ own])
+        rows = [{i: v for i, v in enumerate(row) if v} for row in matrix[random.permutation(6)]]
+        order = list(random.permutation(6))
+        chosen = independent_columns(rows, order)
+        rank = np.linalg.matrix_rank(matrix, tol=1e-9)
+        assert len(chosen) == rank
+        assert np.linalg.matrix_rank(matrix[:, chosen], tol=1e-9) == rank
+    for rows, chosen in (
+        ([{0: 1.0, 1: 1.0, 2: 2.0}], [0]), ([{0: 5e-3, 1: 1.0}], [1]), ([{0: 2e-2, 1: 1.0}], [0]),
+        ([{0: 2 * SINGULAR}, {1: 1.0}], [1, 0]), ([{0: SINGULAR / 2}, {1: 1.0}], [1]),
+        ([{}, {0: SINGULAR / 9}], [0]), ([{0: 1.0, 1: 1.0}, {0: -1.0, 1: 1.0}], [0, 1]),
+        ([], []), ([{0: 0.0, 1: 0.0}], []),
+    ):  # fmt: skip
+        assert independent_columns(rows, [0, 1, 2]) == chosen
+
+
+def test_a_cut_has_a_name_of_its_own() -> None:
+    text = FOUR_BAR.replace("</robot>", SDF.replace('"revolute"', '"ball"'))
+    sdf = text.replace('name="pin"', 'name="left"')
+    result = convert_text(sdf, base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["left_2"]
+    assert [d.code for d in result.diagnostics if "renamed" in d.code] == ["loop-renamed"]
+    result = convert_text(text, base="fixed")
+    assert [cut.name for cut in result.mbs.cuts] == ["pin"]
+    assert "loop-renamed" not in [found.code for found in result.diagnostics]
+    with pytest.raises(ConfigError, match="a cut and a link are both called 'left'"):
+        convert_text(FOUR_BAR, options={"loops": {"cuts": {"left": BALL["pin"]}}})
+
+
+def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
+    """At its point, and a tenth of a metre along its axes; both links see them at one place."""
+    conversion = convert_text(FOUR_BAR, base="fixed").conversion
+    x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+    pose = Pose((0.25, 0.5, 1.0), from_rpy((0.0, pi / 2, 0.0)))  # its z is the link's x
+    at, at_x, at_y, at_z = (
+        (0.25, 0.5, 1.0), (0.35, 0.5, 1.0), (0.25, 0.6, 1.0), (0.25, 0.5, 1.1)
+    )  # fmt: skip
+    for kind, axes, wanted, rest in (
+        ("ball", [], [("ball", at, at)], []),
+        ("fixed", [y], [("solid", at, at)], []),
+        ("revolute", [y], [("ball", at, at), ("ball", at_y, at_y)], ["pin_2"]),
+        ("continuous", [], [("ball", at, at), ("ball", at_x, at_x)], ["pin_2"]),
+        ("universal", [y, z], [("ball", at, at), ("rod", at_y, at_z)], ["pin_2"]),
+        ("universal", [(0.0, 3.0, 0.1), x], [("ball", at, at), ("rod", at_y, at_x)], ["pin_2"]),
+        ("universal", [y], [], []), ("universal", [y, (0.0, -1.0, 0.1)], [], []),
+        ("universal", [y, (0.0, 1.0, 1.0)], [], []), ("screw", [y], [], []),
+    ):  # fmt: skip
+        cuts: dict[str, Cut] = {}
+        doubtful: set[str] = set()
+        closing = ClosingJoint(
+            "pin", kind, "coupler", "right", pose, None, [(a, None) for a in axes]
+        )
+        _from_sdf(conversion, closing, cuts, doubtful)
+        assert list(cuts) == [["pin"], ["pin_1", "pin_2"]][len(wanted) - 1][: len(wanted)]
+        assert sorted(doubtful) == rest
+        for cut, (form, there, here) in zip(cuts.values(), wanted, strict=True):
+            assert (cut.kind, cut.ends[0].link, cut.ends[1].link) == (form, "coupler", "right")
+            # the coupler is 1 m above the base, the rocker 1 m beside it
+            seen = (there[0] + 1.0, there[1], there[2] - 1.0)
+            assert cut.ends[0].at == pytest.approx(seen, abs=4e-3)
+            assert cut.ends[1].at == pytest.approx(here, abs=4e-3)
+            assert cut.length == (
+                pytest.approx(dist(there, here), rel=0.03) if form == "rod" else None
+            )

@@ -8,6 +8,7 @@ from random import Random
 from typing import Any
 
 import pytest
+from lxml import etree
 from merge import edits
 
 from urdf2mbs.cli import main
@@ -139,7 +140,7 @@ def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
         "warning[merge-orphaned]: body 'arm' is gone: point 'mine' of body 'arm' added" in said.err
     )
     orphans = (here / "one.orphaned.mbs").read_bytes()
-    assert b"<!-- body 'arm' is gone -->" in orphans
+    assert b"\n  <!-- body 'arm' is gone -->\n  <body>\n" in orphans
     assert b"<pointname>mine</pointname>" in orphans
     # those of the next time stand beside them
     Path("one.urdf").write_text(ROBOT)
@@ -152,6 +153,7 @@ def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
     orphans = (here / "one.orphaned.mbs").read_bytes()
     assert b"<pointname>mine</pointname>" in orphans
     assert b"<pointname>later</pointname>" in orphans
+    assert len(etree.fromstring(orphans)) == 4  # two of them say why
 
 
 def test_starting_over(here: Path) -> None:
@@ -174,6 +176,19 @@ def test_another_robot_is_not_merged(here: Path, capsys: Any) -> None:
     assert main(["convert", "two.urdf", "-o", "one.mbs", "-q"]) == 2
     assert "error[merge-other-robot]" in capsys.readouterr().err
     assert (here / "one.mbs").read_bytes() == mine
+
+
+def test_a_robot_or_a_file_may_be_called_otherwise(here: Path) -> None:
+    assert convert("-q") == 0
+    edit("one.mbs", edits.sensor)
+    mine = (here / "one.mbs").read_bytes()
+    base = (here / "one.mbs.base").read_bytes()
+    for file, name in (("one.urdf", "two"), ("two.urdf", "one")):
+        Path(file).write_text(ROBOT.replace('name="one"', f'name="{name}"'))
+        (here / "one.mbs").write_bytes(mine)
+        (here / "one.mbs.base").write_bytes(base)
+        assert main(["convert", file, "-o", "one.mbs", "-q"]) == 0
+        assert b"my_sensor" in (here / "one.mbs").read_bytes()
 
 
 def test_without_its_base_an_edited_file_is_refused(here: Path, capsys: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,11 @@ import yaml
 from passes.test_time_step import convert_project, joint, link, messages
 
 from urdf2mbs import Result
+from urdf2mbs.conversion import Step
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.passes.posture import _limits
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.urdf.model import Joint, Limit
 
 
 def test_a_group_state(tmp_path: Path) -> None:
@@ -150,14 +154,17 @@ def test_joints_that_have_no_position(tmp_path: Path, name: str, says: str) -> N
 
 @pytest.mark.parametrize(
     ("low", "high", "middle"),
-    [(0.5, 1.5, 1.0), (0.1234, 0.12346, 0.12343), (-3.0, -1.0, -2.0), (1.0, 1.0046, 1.0)],
-)
+    [
+        (0.5, 1.5, 1.0), (0.1234, 0.12346, 0.12343), (-3.0, -1.0, -2.0), (1.0, 1.0046, 1.0023),
+        (0.9972, 1.0072, 1.0), (0.9982, 1.0062, 1.0022),
+    ],
+)  # fmt: skip
 def test_the_middle_is_short_and_within_the_limits(low: float, high: float, middle: float) -> None:
     """In few digits where few will do."""
     text = TINY.replace('lower="-1" upper="1"', f'lower="{low}" upper="{high}"')
     assert f'"{high}"' in text
     (said,) = [d for d in convert_text(text).diagnostics if d.code == "posture-limit"]
-    assert f": {middle!r}" in (said.hint or "")
+    assert f": {middle!r}}}" in (said.hint or "")
 
 
 def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
@@ -173,14 +180,66 @@ def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("beyond", "told"), [(1e-10, False), (1e-6, True)])
+@pytest.mark.parametrize(("limit", "side"), [(1.5, 1), (1.0, -1)])
 def test_what_rounding_adds_is_not_beyond_a_limit(
-    beyond: float, told: bool, tmp_path: Path
+    limit: float, side: int, beyond: float, told: bool, tmp_path: Path
 ) -> None:
-    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.5 + beyond}})
+    text = LIMITED.replace('"0.5"', '"1"')
+    start = limit + side * beyond
+    result = convert_project(text, tmp_path, posture={"joints": {"one": start}})
     assert ("one at" in messages(result).get("posture-limit", "")) is told
-    assert starts(result)["one"] == (1.5 if told else 1.5 + beyond)
+    assert starts(result)["one"] == (limit if told else start)
+
+
+@pytest.mark.parametrize(("start", "kind", "told"), [(6.2, "revolute", False), (-6.4, "revolute",
+                         True), (6.4, "revolute", True), (6.4, "prismatic", False)])  # fmt: skip
+def test_a_start_in_degrees_is_told_to_be_in_rad(start: float, kind: str, told: bool) -> None:
+    text = LIMITED.replace('name="one" type="revolute"', f'name="one" type="{kind}"')
+    said = messages(convert_text(text, passes={"posture": {"joints": {"one": start}}}))
+    assert ("(positions are in rad)" in said["posture-limit"]) is told
+    unit = "m" if kind == "prismatic" else "rad"
+    assert f"one at {start} of [0.5, 1.5] {unit}" in said["posture-limit"]
 
 
 def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:
     result = convert_text(LIMITED, project=tmp_path / "robot", without=["posture"])
     assert starts(result) == {"one": 0.0, "two": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("limit", "wanted"),
+    [
+        (None, (-inf, inf)),
+        (Limit(None, 2.0), (-inf, 2.0)),
+        (Limit(-1.0, None), (-1.0, inf)),
+        (Limit(-1.0, 2.0), (-1.0, 2.0)),
+        (Limit(2.0, 2.0), (-inf, inf)),
+        (Limit(2.0, -1.0), (-inf, inf)),
+    ],
+)
+def test_limits_that_are_missing_or_leave_no_room(
+    limit: Limit | None, wanted: tuple[float, float]
+) -> None:
+    step = Step.of(Joint("j", "revolute", "a", "b", limit=limit))
+    assert _limits(step) == wanted
+    step.flipped = True
+    assert _limits(step) == (-wanted[1], -wanted[0])
+
+
+def test_an_srdf_that_is_no_xml_is_told_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "r.srdf").write_text("<robot>\n<group_state>\n</robot>\n")
+    with pytest.raises(ConfigError, match="is not XML") as caught:
+        convert_text(options={"posture": {"srdf": str(tmp_path / "r.srdf"), "state": "s"}})
+    assert caught.value.line == 3
+
+
+@pytest.mark.parametrize(("count", "listed"), [(10, True), (11, False)])
+def test_the_middles_of_many_joints_are_no_hint(count: int, listed: bool) -> None:
+    text = '<robot name="r"><link name="l"/>' + "".join(
+        link(f"l{n}", 1.0, 0.01)
+        + joint(f"j{n}", "l", f"l{n}", '<limit lower="1" upper="2" effort="0" velocity="1"/>')
+        for n in range(count)
+    )
+    (said,) = [d for d in convert_text(f"{text}</robot>").diagnostics if d.code == "posture-limit"]
+    assert ('"j0": 1.5' in (said.hint or "")) is listed
+    assert ("'urdf2mbs init' writes a config" in (said.hint or "")) is not listed

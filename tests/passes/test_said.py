@@ -101,22 +101,74 @@ MEASURED = (
     + joint("plate", "of_bend", "0 0 1", kind="fixed", at="0 0 0", rpy="0 0 0") + link("of_plate")
     + "</robot>"
 )  # fmt: skip
+
+
+def tree(*joints: tuple[str, str, str, str]) -> str:
+    """Links l0, l1 ... behind joints of this parent, axis, kind and rpy."""
+    return (
+        '<robot name="tree">' + link("l0", 2.0)
+        + "".join(
+            joint(f"j{n}", parent, axis, limit(-1, 1), kind, "0.1 0.3 -0.2", rpy)
+            .replace(f"of_j{n}", f"l{n}") + link(f"l{n}")
+            for n, (parent, axis, kind, rpy) in enumerate(joints, start=1)
+        )
+        + "</robot>"
+    )  # fmt: skip
+
+
 #: A tree whose joints turn about axes in all directions.
-TREE = (
-    '<robot name="tree">' + link("l0", 2.0)
+TREE = tree(
+    ("l0", "1 2 3", "revolute", "0 0 0"), ("l1", "1e-12 1 0", "revolute", "0.3 0 0"),
+    ("l1", "0 0 -1", "prismatic", "0.1 0.2 0.3"), ("l2", "1 1 0", "revolute", "0 0 0"),
+    ("l2", "0 0 1", "floating", "0.4 0 0"), ("l5", "-1 2 0", "revolute", "0 0.5 0"),
+    ("l5", "-1 2 0", "continuous", "0 0.5 0.7"), ("l0", "0 -2 1", "planar", "0 0 1"),
+    ("l8", "1 0 0", "revolute", "1.5707963 0 0"), ("l8", "0 1 1", "fixed", "1 1 1"),
+    ("l10", "0 1 1", "revolute", "0 0 -1.5707963267948966"), ("l11", "0 -1 1", "revolute", "0 0 0"),
+    ("l12", "1 1 1", "revolute", "1 2 3"),
+)  # fmt: skip
+#: Turned palms, and one that moves: turns where joints branch off save joints.
+PALMS = tree(
+    ("l0", "1 2 3", "fixed", "0.1 0.2 0.3"), ("l1", "0 1 0", "continuous", "0 0 0"),
+    ("l1", "0 1 0", "continuous", "0 0 0"), ("l3", "0 0 -1", "continuous", "0 0 0"),
+    ("l1", "0 1 0", "revolute", "0 0 0"), ("l1", "0 0 -1", "continuous", "0 0 0"),
+    ("l4", "1 0 0", "fixed", "0 0 -1.5707963267948966"), ("l7", "0 1 1", "fixed", "1.5707963 0 0"),
+    ("l8", "0 1 0", "continuous", "0 0 0"), ("l9", "1 2 3", "continuous", "0 0 0"),
+    ("l8", "0 0 1", "prismatic", "1.5707963 0 0"), ("l11", "0 1 0", "continuous", "0 0 0"),
+    ("l8", "0 0 -1", "revolute", "0 0 0"),
+)  # fmt: skip
+FANS = tree(
+    ("l0", "-1 0 0", "prismatic", "0.1 0.2 0.3"), ("l1", "0 0 1", "revolute", "0.3 0 0"),
+    ("l2", "0 0 1", "continuous", "0 0 0"), ("l1", "0 1 1", "prismatic", "0 0 0"),
+    ("l4", "1 2 3", "continuous", "0.1 0.2 0.3"), ("l1", "0 -1 1", "revolute", "0 0 0"),
+    ("l6", "0 0 -1", "continuous", "0 0 0"), ("l1", "0 1 0", "prismatic", "0.3 0 0"),
+    ("l2", "0 0 -1", "continuous", "0 0 0"), ("l9", "1e-8 1 0", "fixed", "0 0.7 0"),
+    ("l10", "0 1 0", "revolute", "0 0 0"), ("l11", "0 1 1", "continuous", "0 0 0"),
+    ("l10", "1 0 0", "revolute", "0.3 0 0"), ("l10", "1 0 0", "continuous", "0 0.7 0"),
+    ("l14", "1e-8 1 0", "continuous", "0 0 0"),
+)  # fmt: skip
+#: Meshes that are well, mirrored, coloured, lost, broken, not ours, and with a face too many.
+FACES = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\n"
+FILES = {
+    "one.obj": FACES, "odd.obj": f"{FACES}f 1 2 4\n", "worn.obj": f"{FACES}f 1 2 4\n",
+    "bad.obj": "v 0 0 0\n", "own.obj": FACES, "p/animationR/vrml/own.wrl": "mine",
+    "p/animationR/vrml/one_mirror_y.wrl": "mine",
+}  # fmt: skip
+MESHES = (
+    '<robot name="meshes">'
     + "".join(
-        joint(f"j{n}", parent, axis, limit(-1, 1), kind, rpy=rpy).replace(f"of_j{n}", f"l{n}")
-        + link(f"l{n}")
-        for n, (parent, axis, kind, rpy) in enumerate(
+        link(f"of_m{n}", 1.0, '<visual><geometry><mesh filename="{}" scale="{}"/></geometry>'
+             '<material name="c{}"><color rgba="{}"/></material></visual>'.format(*mesh))
+        + (joint(f"m{n}", f"of_m{n - 1}", "0 0 1", kind="fixed") if n else "")
+        for n, mesh in enumerate(
             (
-                ("l0", "1 2 3", "revolute", "0 0 0"), ("l1", "1e-12 1 0", "revolute", "0.3 0 0"),
-                ("l1", "0 0 -1", "prismatic", "0.1 0.2 0.3"), ("l2", "1 1 0", "revolute", "0 0 0"),
-                ("l2", "0 0 1", "floating", "0.4 0 0"), ("l5", "-1 2 0", "revolute", "0 0.5 0"),
-                ("l5", "-1 2 0", "continuous", "0 0.5 0.7"), ("l0", "0 -2 1", "planar", "0 0 1"),
-                ("l8", "1 0 0", "revolute", "1.5707963 0 0"), ("l8", "0 1 1", "fixed", "1 1 1"),
-                ("l10", "0 1 1", "revolute", "0 0 -1.5707963267948966"), ("l11", "0 -1 1",
-                "revolute", "0 0 0"), ("l12", "1 1 1", "revolute", "1 2 3"),
-            ), start=1,
+                ("one.obj", "1 2 3", 0, "1 0 0 1"), ("one.obj", "1 -2 3", 1, "1 0 0 1"),
+                ("one.obj", "-1 -2 1", 2, "1 0 0 1"), ("one.obj", "1 1 1", 3, "0 1 0 1"),
+                ("one.obj", "1 1 1", 4, "0 1 0 0.25"), ("gone.stl", "1 1 1", 5, "1 1 1 1"),
+                ("odd.obj", "1 1 1", 6, "1 1 1 1"), ("gone.stl", "1 1 1", 7, "1 1 1 1"),
+                ("worn.obj", "1 1 1", 8, "1 1 1 1"), ("bad.obj", "1 1 1", 9, "1 1 1 1"),
+                ("own.obj", "1 1 1", 10, "1 1 1 1"), ("lost.obj", "1 1 1", 11, "1 1 1 1"),
+                ("odd.obj", "1 1 1", 12, "1 1 1 1"), ("gone.stl", "1 1 1", 13, "1 1 1 1"),
+            )
         )
     )
     + "</robot>"
@@ -133,11 +185,16 @@ FAST = {
 }  # fmt: skip
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     **{
-        f"tree-{name}": (TREE, {"pipeline": "compact", "passes": {"align-frames": options}})
-        for name, options in {
-            "any": {}, "flip": {"flip": True}, "x": {"axes": "x"}, "y-flip": {"axes": "y",
-            "flip": True}, "few": {"candidates": 1}, "rounded": {"tolerance": 1e-6},
-        }.items()
+        name: (text, {"pipeline": "compact", "passes": {"align-frames": options}})
+        for name, text, options in (
+            ("tree-any", TREE, {}), ("tree-x", TREE, {"axes": "x"}),
+            ("tree-y-flip", TREE, {"axes": "y", "flip": True}),
+            ("tree-few", TREE, {"candidates": 1}),
+            ("palms", PALMS, {}), ("palms-flip", PALMS, {"flip": True}),
+            ("palms-few", PALMS, {"candidates": 2}),
+            ("fans", FANS, {}), ("fans-flip", FANS, {"flip": True}),
+            ("fans-rounded", FANS, {"tolerance": 1e-6}),
+        )
     },
     "tree": (TREE, {"pipeline": "faithful"}),
     "fast": (RICH, {"pipeline": "compact", "base": "floating", "passes": FAST, "project": "p"}),
@@ -192,6 +249,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         {"pipeline": "compact", "project": "p", "passes": {"force-torque": {"joints": ["*"]}}},
     ),
     "points": (POINTS, {"base": "floating"}),
+    "meshes": (MESHES, {"project": "p", "files": FILES, "base": "floating"}),
 }  # fmt: skip
 
 
@@ -259,7 +317,7 @@ def parts(mbs: Mbs) -> Iterator[str]:
             listed = "; ".join(kind)
             yield from [f"    {listed}"] if listed else ()
     if mbs.view is not None:
-        views = (mbs.view, *mbs.view.viewpoints)
+        views = (mbs.view, *mbs.view.viewpoints, *mbs.view.lights)
         yield f"view: {json.dumps([plain(msgspec.structs.astuple(view)) for view in views])}"
     for connection in (*mbs.cuts, *mbs.links):
         ends = f"{connection.endpoint1} {connection.endpoint2}"
@@ -279,6 +337,10 @@ def told(name: str, folder: Path) -> str:
     text, settings = CASES[name]
     source = folder / "r.urdf"
     source.write_text(text)
+    settings = dict(settings)
+    for name, content in settings.pop("files", {}).items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(content)
     if "project" in settings:
         settings = {**settings, "project": folder / "p"}
     if "output" in settings:

@@ -159,3 +159,11 @@ def test_a_sensor_that_is_there_twice_is_one(apart: float, count: int) -> None:
     result = convert_text(TINY.replace("</robot>", f"{sensors}</robot>"))
     names = [sensor["name"] for sensor in result.report.passes["sensors"]]
     assert names == ["imu", "hand_imu"][:count]
+
+
+def test_a_sensor_on_what_does_not_move_is_left_out() -> None:
+    sensors = {"sensors": {"links": ["body", "hand"]}}
+    result = convert_text(TINY, base="fixed", pipeline="compact", options=sensors)
+    (said,) = [found for found in result.diagnostics if found.code == "sensor-left-out"]
+    assert said.message.endswith("no part of a moving body: body (link 'body')")
+    assert [sensor["link"] for sensor in result.report.passes["sensors"]] == ["hand"]

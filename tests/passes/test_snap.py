@@ -104,6 +104,11 @@ def test_a_slide_moves_a_tip_by_as_much_as_it_reaches() -> None:
     )  # fmt: skip
     moves = convert_text(text, passes=SNAP).conversion.facts["snap"]["moves"]
     assert moves == pytest.approx((2 + 5) * (1.5708 - float(RIGHT)), rel=1e-9)
+    for rpy in ("0 1.5708 0", "0 0 1.5708"):
+        turned = text.replace("1.5708 0 0", rpy)
+        assert convert_text(turned, passes=SNAP).conversion.facts["snap"]["moves"] == moves
+    beside = text.replace("</robot>", f"{link('c', SOLID)}{joint('a', 'c')}</robot>")
+    assert convert_text(beside, passes=SNAP).conversion.facts["snap"]["moves"] == moves
     free = re.sub("<limit[^>]*>", "", text)
     moves = convert_text(free, passes=SNAP).conversion.facts["snap"]["moves"]
     assert moves == pytest.approx(2 * (1.5708 - float(RIGHT)), rel=1e-9)

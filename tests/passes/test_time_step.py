@@ -19,6 +19,7 @@ from urdf2mbs.mbs.mass import Mass
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.passes.time_step import _round_down
 from urdf2mbs.project.stability import longest_steps, reduction_of
 from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.proof.mbs_side import mbs_side
@@ -188,6 +189,15 @@ def test_a_stop_counts_as_hit(tmp_path: Path) -> None:
     wanted = 0.4 * longest_steps(rates).min()
     assert wanted < 4e-4
     assert step_of(project) == pytest.approx(wanted, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("step", "rounded"),
+    [(2.79e-4, 2.7e-4), (3e-4, 3e-4), (2.9999999999e-4, 3e-4), (2.99999e-4, 2.9e-4), (1e-5, 1e-5),
+     (9.99e-6, 9.9e-6), (0.128, 0.12), (1.0, 1.0)],
+)  # fmt: skip
+def test_a_step_has_two_digits_and_is_not_rounded_up(step: float, rounded: float) -> None:
+    assert _round_down(step) == rounded
 
 
 # --- below 1e-5 s ---

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import re
 import runpy
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,12 +11,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from laws import rich
+from laws.rich import PASSES
 
 from urdf2mbs import simulate
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.laws import Case
+from urdf2mbs.passes.check_code import code_of
 from urdf2mbs.runtime.c_code import compiler
+from urdf2mbs.runtime.code import prove_code
 from urdf2mbs.testing import TINY
 
 PLUGIN = '''
@@ -104,3 +111,62 @@ def test_the_laws_move_the_robot_the_same_way_in_c(tmp_path: Path) -> None:
     np.testing.assert_allclose(*forces, rtol=0, atol=1e-6)
     assert forces[0][-1, 5] == pytest.approx(0.1)  # its torque about z is the time
     assert np.abs(forces[0][:, 2]).max() > 0.01
+
+
+# --- the comparison of a project's code with its robot ---
+
+
+def faults(whole: Any, file: str, before: str, after: str) -> list[str]:
+    """What differs with a change in the files of a project."""
+    conversion, files = whole
+    text = files[file].decode()
+    assert before in text or not before
+    proof = copy.deepcopy(conversion.proof)
+    prove_code(conversion, proof, files | {file: text.replace(before, after).encode()})
+    return [difference.message for difference in proof.differences]
+
+
+def test_friction_without_bristles_and_stops_are_compared(tmp_path: Path) -> None:
+    passes = {
+        **{name: PASSES[name] for name in ("align-frames", "mimic")},
+        "contacts": {**PASSES["contacts"], "bristles": False},
+        "joint-parameters": {"bristles": False},
+    }
+    conversion = rich.convert(tmp_path, passes, stop_after="project")
+    whole = conversion, code_of(conversion, ".py")
+    robot, model = "userfctR/rich_robot.py", "dataR/rich.mbs"
+    assert faults(whole, robot, "", "") == []
+    on = "<type>scalar</type>\n        <value>1.0</value>"
+    for file, before, after, named in (
+        (robot, 'law["slip_speed"]', '(2 * law["slip_speed"])', "contact 'of_"),
+        (robot, "speed[name]", "(2 * speed[name])", "joint 'arm': friction"),
+        (model, f"<name>stops</name>\n        {on}",
+         f"<name>stops</name>\n        {on.replace('1.0', '0.0')}", "stops: the URDF states it"),
+    ):  # fmt: skip
+        messages = faults(whole, file, before, after)
+        assert any(named in message for message in messages), (named, messages[:3])
+    text = whole[1][model].decode()
+    (start,) = re.finditer(r"(?s)(<jointname>slide</jointname>.{0,120}?<q>)[^<]*", text)
+    messages = faults(whole, model, start[0], f"{start[1]}0.777")
+    assert any(message.startswith("joint 'slide': its start") for message in messages), messages
+    passes["joint-parameters"] = {"stops": False}
+    proof = rich.convert(tmp_path, passes).proof
+    assert proof is not None
+    assert proof.same
+
+
+def test_each_joint_is_compared_by_its_own_size() -> None:
+    case = object.__new__(Case)
+    case.data, case.found = SimpleNamespace(joint_id={"large": 1, "small": 2}), {}
+    should = np.array([0.0, 1000.0, 1e-4])
+    for off, names in (
+        ([0.0, 0.0, 5e-12], []), ([0.0, 5e-6, 0.0], []),
+        ([0.0, 0.0, 1e-9], ["small"]), ([0.0, 2e-5, 0.0], ["large"]),
+        ([0.0, np.nan, 0.0], ["large"]),
+    ):  # fmt: skip
+        case.found = {}
+        case.compare_joints("pull", should, should + off)
+        assert [*case.found] == [f"joint '{name}': pull" for name in names]
+    case.found = {}
+    case.compare_joints("pull", should, should + np.array([0.0, 0.0, 1e-9]), scale=1.0)
+    assert not case.found

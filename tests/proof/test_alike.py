@@ -119,6 +119,19 @@ def test_a_body_may_have_its_frame_elsewhere() -> None:
     assert compared(after).same
 
 
+def test_another_zero_of_a_joint_is_one_difference() -> None:
+    """What the joint carries tells how far its zero is off."""
+    before, after = loop(), loop()
+    for mbs in (before, after):
+        mbs.cuts.clear()
+        mbs.links.clear()
+        mbs.bodies[0].com = (0.1, 0.0, -0.5)
+    after.bodies[0].joints.insert(0, Joint("still", "R2", "driven", q=0.25))
+    (found,) = compare_models(before, after, TOLERANCE, CALLED).differences
+    assert (found.kind, found.joint) == ("zero", "swing_left")
+    assert found.message == "joint 'swing_left': its zero is a.mbs's 0.25 rad"
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
@@ -158,11 +171,14 @@ def test_two_urdfs(folder: Path) -> None:
     tool = ('<origin xyz="0 0 0.1" rpy="0 1.5708 0"/>', '<origin xyz="0 0 0.2"/>')
     assert against(*tool).same
     assert len(against(*tool).frames) == 1
+    assert "frame" not in against(*tool).largest
     mark = '<joint name="mark" type="fixed"><parent link="body"/><child link="mark"/></joint>'
     marked = against("</robot>", f'<link name="mark"/>{mark}</robot>')
     assert marked.same
     assert [found.message for found in marked.frames] == ["link 'mark' is in new.urdf only"]
-    assert not against(*tool, frames=True).same
+    moved = against(*tool, frames=True)
+    assert not moved.same
+    assert moved.largest["frame"] > 1.0
 
 
 def test_the_order_of_robot_and_model_does_not_matter(folder: Path) -> None:
@@ -195,13 +211,3 @@ def test_a_framed_joint_may_be_called_as_another_body() -> None:
     comparison = compare(robot, mbs, known.joints, frames=known.frames)
     assert comparison.differences == []
     assert comparison.frames == []
-
-
-def test_frames_of_two_urdfs_have_no_figure(tmp_path: Path) -> None:
-    """Where a link has its frame is its own choice."""
-    for name in "ab":
-        (tmp_path / f"{name}.urdf").write_text(TINY)
-    proof = verify(str(tmp_path / "a.urdf"), tmp_path / "b.urdf", frames=True)
-    assert proof.same
-    assert "motion" in proof.largest
-    assert "frame" not in proof.largest

@@ -11,14 +11,16 @@ from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
 from urdf2mbs.api import verify
-from urdf2mbs.mbs.model import Joint, Mbs
+from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Point
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.groups import only_ground
 from urdf2mbs.proof.match import match
 from urdf2mbs.proof.urdf_side import _direction
 from urdf2mbs.proof.verdict import Proof
+from urdf2mbs.spatial import Pose
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.urdf.model import ClosingJoint, Extension
 
 
 def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:
@@ -81,6 +83,18 @@ def test_a_joint_that_is_held_stands_where_it_is_held() -> None:
     held = own_joint(mbs, "shoulder")
     held.nature, held.q = "driven", 0.4
     assert kinds(compared(result, mbs)) == {"nature"}
+    held.type, held.q = "T3", 0.0
+    assert kinds(compared(result, mbs)) == {"nature"}
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("continuous", "rad"), ("prismatic", "m")])
+def test_another_zero_of_a_joint_is_one_difference(kind: str, unit: str) -> None:
+    result, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a", kind)))
+    own = own_joint(mbs, "world_to_a")
+    body(mbs, "a").joints.insert(0, Joint("still", own.type, "driven", q=0.25))
+    (found,) = compared(result, mbs).differences
+    assert (found.kind, found.joint, found.mbs) == ("zero", "world_to_a", pytest.approx(0.25))
+    assert found.message == f"joint 'world_to_a': its zero is the URDF's 0.25 {unit}"
 
 
 def test_where_a_moving_joint_starts_is_no_difference() -> None:
@@ -136,6 +150,13 @@ def test_inertia_without_mass_counts() -> None:
     assert kinds(compared(result, mbs)) == {"inertia"}
     mbs.bodies[0].inertia = None
     assert kinds(compared(result, mbs)) == {"inertia"}
+
+
+def test_a_point_mass_may_be_without_inertia() -> None:
+    point = '<inertial><mass value="2"/></inertial>'
+    result, mbs = pieces(robot(link("world"), link("a", point), joint("world", "a")))
+    mbs.bodies[0].inertia = None
+    assert compared(result, mbs).largest["inertia"] == 0.0
 
 
 def test_where_nothing_has_mass_there_is_no_centre() -> None:
@@ -199,15 +220,37 @@ def test_a_body_that_hangs_on_another_one() -> None:
     text = robot(link("world"), *solids, joint("world", "a"), joint("a", "b"), joint("a", "c"))
     result, mbs = pieces(text)
     mbs.bodies[2].parent, mbs.bodies[2].point = "b", None
-    assert "parent" in kinds(compared(result, mbs))
+    for frames in (result.frames, None):
+        proof = compared(result, mbs, frames=frames)
+        assert [(found.kind, found.joint) for found in proof.differences] == [("parent", "a_to_c")]
+        assert max(proof.largest.values()) <= 1e-12
+    body(mbs, "c").mass = 3.0
+    assert kinds(compared(result, mbs, frames=None)) == {"parent", "mass"}
+
+
+def test_a_planar_joint_that_goes_another_way_round_is_one_difference() -> None:
+    result, mbs = pieces(robot(link("world"), link("a", SOLID), joint("world", "a", "planar")))
+    mbs.bodies[0].joints.insert(0, mbs.bodies[0].joints.pop(1))
+    (found,) = (found for found in compared(result, mbs).differences if found.kind == "parent")
+    assert found.joint == "world_to_a"
+
+
+def test_a_short_axis_may_be_a_little_tilted() -> None:
+    text = robot(link("world"), link("a", SOLID), joint("world", "a", axis="1e-7 0 1e-3"))
+    assert compared(*pieces(text)).same
 
 
 def test_a_frame_that_is_not_where_it_is_said_to_be() -> None:
     result, mbs = pieces()
-    body(mbs, "hand").points[0].coordinates = (0.0, 0.0, 0.2)
+    body(mbs, "hand").points[0].coordinates = (0.0, 0.0, 0.11)
     (found,) = compared(result, mbs).frames
     assert (found.kind, found.link) == ("point", "tool")
     assert "m off its frame" in found.message
+    assert 0.0 < found.size < 1.0
+    body(mbs, "hand").points[0].coordinates = (0.0, 0.0, 900.0)
+    frames = {"tool": LinkFrame("hand", None, Pose((0.0, 800.0, 0.0)))}
+    sizes = {found.kind: found.size for found in compared(result, mbs, frames=frames).frames}
+    assert sizes == {"frame": 1.0, "point": 1.0}
 
 
 def test_two_links_of_one_spelling_have_no_point_of_their_own() -> None:
@@ -303,6 +346,59 @@ def test_a_body_without_mass_weighs_nothing() -> None:
     proof = compared(result, mbs)
     assert (before, proof.mbs_mass) == pytest.approx((2.6, 2.5))
     assert proof.urdf_mass == before
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e3])
+def test_a_deviation_is_relative_to_the_robot(size: float) -> None:
+    """A robot of another size, with the same fault: the same deviations."""
+    solid = SOLID.replace("0.1 -0.2 0.3", f"{0.1 * size} {-0.2 * size} {0.3 * size}")
+    joints = (joint("world", "a"), joint("a", "b", xyz=f"{size} 0 0"))
+    result, mbs = pieces(robot(link("world"), link("a", solid), link("b", solid), *joints))
+    b = body(mbs, "b")
+    b.com = (b.com[0] + 1e-3 * size, *b.com[1:])
+    (found,) = compared(result, mbs).differences
+    assert found.kind == "centre"
+    assert found.size == pytest.approx(1e-3 / 1.0001)
+
+
+def test_small_deviations_of_bodies_may_sum_up() -> None:
+    """Each body is as it should be, by the tolerance, and both together are not."""
+    joints = (joint("world", "a"), joint("a", "b", "fixed", xyz="0 1 0"))
+    result, mbs = pieces(robot(link("world"), link("a", SOLID), link("b", SOLID), *joints))
+    for name, off in (("a", -8e-4), ("b", 8e-4)):
+        x, y, z = body(mbs, name).com
+        body(mbs, name).com = (x, y + off, z)
+    (found,) = compared(result, mbs, tolerance=1e-3).differences
+    assert (found.kind, found.link, found.message) == ("inertia", "a", "link 'a': inertia")
+    assert 1e-3 < found.size < 1e-2
+
+
+def test_two_cuts_that_share_joints_want_as_many_dependent_joints_as_they_hold() -> None:
+    """Three arms in a plane, tip to tip: each cut leaves the joints of one arm alone."""
+    elements = [link("world")]
+    for x, (one, two) in enumerate(("ab", "cd", "ef")):
+        elements += [link(one, SOLID), link(two, SOLID), joint("world", one, xyz=f"{x} 0 0"),
+                     joint(one, two, xyz=f"0.3 {1 + x} 0")]  # fmt: skip
+    result, mbs = pieces(robot(*elements))
+    for name in "bdf":
+        body(mbs, name).points.append(Point("end", (0.4, 0.1, 0.0)))
+    mbs.cuts = [Connection("ball", a + b, (a, "end"), (b, "end")) for a, b in ("bd", "df")]
+    for count in (3, 4, 5):
+        names = ["world_to_a", "a_to_b", "world_to_c", "c_to_d", "world_to_e"][:count]
+        for name in names:
+            own_joint(mbs, name).nature = "dependent"
+        assert kinds(compared(result, mbs)) == (set() if count == 4 else {"cut"})
+
+
+def test_a_cut_of_a_joint_in_gazebo_is_no_deviation() -> None:
+    closing = ClosingJoint("pin", "revolute", "hand", "tool")
+    result, mbs = pieces(base="fixed")
+    result.robot.extensions = [Extension("gazebo", "", joints=[closing])]
+    for name, stated in (("pin", True), ("pin_1", True), ("pin_2", True), ("pin_3", False)):
+        mbs.cuts = [Connection("ball", name, ("hand", None), (None, None))]
+        proof = compared(result, mbs)
+        assert (f"cut '{name}' (ball)" in proof.not_compared) is stated
+        assert (f"cut '{name}' (ball)" in proof.but_for) is not stated
 
 
 @pytest.mark.parametrize("length", [1e-3, 1.0, 1e3])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from urdf2mbs.testing import convert_text
-from urdf2mbs.urdf.model import Robot
+from urdf2mbs.urdf.model import Dynamics, Robot
 from urdf2mbs.urdf.reader import parse
 
 INERTIAL = (
@@ -216,6 +216,10 @@ def balls(inside: str, kind: str = "revolute", **options: Any) -> tuple[Any, Any
         (f"<pose>{XYZ} {RADIANS}</pose><axis><xyz>1 2 3</xyz></axis>", "joint", (1, 2, 3)),
         (f"<pose relative_to='left'>{XYZ} {RADIANS}</pose>", "joint", (0, 0, 1)),
         ("<axis><xyz expressed_in='left'>1 2 3</xyz></axis>", "left", (1, 2, 3)),
+        ("<axis/>", "joint", (0, 0, 1)),
+        (
+            "<axis><use_parent_model_frame>1</use_parent_model_frame></axis>", "base", (0, 0, 1),
+        ),
         (
             f"<pose>{XYZ} {RADIANS}</pose><axis><xyz>1 2 3</xyz>"
             "<use_parent_model_frame>true</use_parent_model_frame></axis>",
@@ -336,6 +340,20 @@ def test_motors_rotors_starts_and_friction() -> None:
     assert not any("" in drive.rotors for drive in drives)
     assert surface.numbers == {"mu1": 0.25, "springStiffness": 2.0}
     assert [one.code for one in said] == ["number-left-out"] * 3
+
+
+def test_a_spring_of_a_joint() -> None:
+    """The rest of the joint's dynamics stays; a joint has one spring, the last that is stated."""
+    spring = '<gazebo reference="hip"><springReference>{}</springReference></gazebo>'
+    stiff = '<gazebo reference="{}"><springStiffness>2</springStiffness></gazebo>'
+    robot, said = read("".join(map(stiff.format, ("hip", "left", "none"))) + spring.format(-0.5))
+    assert robot.joints["hip"].dynamics == Dynamics(0.0, 0.0, 2.0, -0.5)
+    assert [joint.dynamics for joint in robot.joints.values()].count(None) == 2
+    (told,) = said
+    assert told.message.endswith("it has no spring here: joint 'left', joint 'none'")
+    damped = ARMS.replace('<axis xyz="0 0.6 0.8"/>', '<dynamics damping="3"/>')
+    robot = parse(f"{damped}{spring.format(1)}</robot>".encode(), "arms.urdf")[0]
+    assert robot.joints["hip"].dynamics == Dynamics(3.0, 0.0, 0.0, 1.0)
 
 
 def test_friction_in_a_link_is_of_the_link() -> None:

@@ -121,6 +121,17 @@ def test_a_package_beside_the_workspace_holds_no_code_for_us(
     assert packages.resolve("package://hand/m.stl") == stranger / "m.stl"
 
 
+def test_a_folder_above_without_a_package_xml_has_meshes(tmp_path: Path) -> None:
+    robot = source(package(tmp_path / "ws" / "arm") / "urdf")
+    for folder, found in (("ws/bare1", True), ("bare2", True), ("other/bare3", False)):
+        mesh = tmp_path / folder / "m.stl"
+        mesh.parent.mkdir(parents=True)
+        mesh.touch()
+        assert Packages({}, robot).resolve(f"package://{mesh.parent.name}/m.stl") == (
+            mesh if found else None
+        )
+
+
 @pytest.mark.parametrize("name", ["hand", "other"])
 def test_packages_side_by_side(tmp_path: Path, name: str) -> None:
     """As in an archive: no checkout, no workspace."""

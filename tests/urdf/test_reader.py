@@ -36,6 +36,7 @@ from urdf2mbs.urdf.model import (
 )
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.reader import has_xacro, parse
+from urdf2mbs.urdf.xml import mend
 
 UNIT = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
 
@@ -190,7 +191,7 @@ BAD: dict[str, tuple[str | bytes, str, int | None, tuple[str, ...]]] = {
     # numbers
     "two of three": (arm(joint='<origin xyz="1 2"/>'), "number-count", 9, ("'turn'", "'1 2'")),
     "four of three": (arm(joint='<axis xyz="1 2 3 4"/>'), "number-count", 9, ("'turn'", "axis")),
-    "two of one": (arm(inertial("1 2")), "number-count", 6, ("'tip'", "mass")),
+    "two of one": (arm(inertial("1 2")), "number-count", 6, ("'tip'", "a number wanted, 2")),
     "empty numbers": (arm(joint='<origin xyz=""/>'), "number-missing", 9, ("'turn'", "xyz")),
     "tensor without a moment": (
         arm(inertial(inertia=UNIT.replace('iyy="1"', ""))),
@@ -275,6 +276,16 @@ def test_what_is_wrong_after_xacro(tmp_path: Path, text: str, code: str, said: s
     error = caught.value
     assert (error.code, error.file) == (code, f"{tmp_path / 'robot.urdf'} (expanded)")
     assert said in str(error)
+
+
+def test_what_xacro_says_stands_before_what_the_reader_says(tmp_path: Path) -> None:
+    said = "${xacro.warning('low')}<link name='a'><visual/></link>"
+    _, told = read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}</robot>")
+    assert [one.code for one in told] == ["xacro-warning", "geometry-unknown", "robot-unnamed"]
+    with pytest.raises(ConversionError) as caught:
+        read(tmp_path, f"<robot {XMLNS}><xacro:if value='0'/>{said}<link/><link/></robot>")
+    codes = [one.code for one in caught.value.said]
+    assert codes == ["xacro-warning", "geometry-unknown", "name-missing"]
 
 
 @pytest.mark.parametrize(
@@ -410,6 +421,13 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
     assert inertial_ is not None
     assert inertial_.origin == Origin()
     assert robot.links["base"].massless
+    for mass, inertia, massless in (("0", moments(), True), ("0", UNIT, False), ("1", "", False)):
+        assert read(tmp_path, arm(inertial(mass, inertia)))[0].links["tip"].massless is massless
+
+
+def test_the_joints_stand_one_branch_after_the_other(tmp_path: Path) -> None:
+    robot, _ = read(tmp_path, tree("a>b", "a>c", "b>d", "b>e", "c>f", links="abcdef"))
+    assert [joint.name for joint in robot.depth_first()] == ["a_b", "b_d", "b_e", "a_c", "c_f"]
 
 
 @pytest.mark.parametrize("kind", JOINT_TYPES)
@@ -560,6 +578,12 @@ WARNED: dict[str, tuple[str, str, int, tuple[str, ...], str | None, str | None]]
     ),
     "origin of a link": (
         arm('<origin xyz="0 0 1"/>'), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
+    ),
+    "origin without numbers": (
+        arm("<origin/>"), "mechanics-unread", 5, ("<origin> in <link>",), "tip", None,
+    ),
+    "spring that is zero but for its children": (
+        arm('<spring k="0"><rest/></spring>'), "mechanics-unread", 5, ("<spring>",), "tip", None,
     ),
     "inertial of the robot": (
         arm(robot="").replace("</robot>", '<inertial><mass value="1"/></inertial></robot>'),
@@ -760,6 +784,28 @@ def test_what_is_only_warned_of(tmp_path: Path, name: str) -> None:
         assert word in one.message
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<robot>{}<link name='tip'/></robot>",
+        *map(
+            arm,
+            (
+                "{}", "<inertial>{}<mass value='0'/></inertial>", "<visual>{}</visual>",
+                "<visual><geometry>{}</geometry></visual>",
+                "<visual><material name='m'>{}</material></visual>",
+                "<collision>{}</collision>",
+            ),
+        ),
+        arm(joint="{}"),
+    ],
+)  # fmt: skip
+def test_what_xacro_left_is_named_wherever_it_stands(tmp_path: Path, text: str) -> None:
+    for element, code in (("xacro:m", "xacro-left"), ("macro", "xacro-legacy")):
+        codes = [one.code for one in read(tmp_path, text.format(f"<{element}/>"))[1]]
+        assert codes.count(code) == 1
+
+
 def test_the_first_of_two_elements_counts(tmp_path: Path) -> None:
     robot, _ = read(tmp_path, arm(inertial("1") + inertial("2"), '<axis xyz="0 1 0"/><axis/>'))
     assert robot.links["tip"].inertial == Inertial(1.0, (1.0, 0.0, 0.0, 1.0, 0.0, 1.0))
@@ -830,11 +876,15 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         (f"<!-- a\n -- b -->{link}".encode(), 1),
         (f"<!-- a --->\n{link}".encode(), 1),
         (f"<!-- <?xml?> -- -->{link}".encode(), 1),
+        (f"<!-- a -->\n<!-- <?xml?> -- -->{link}".encode(), 2),
         (b"\n" + latin, 2),
         (b"<!-- 90\xb0 -->" + link.encode(), 1),
     ):
         robot, (one,) = read(tmp_path, text)
         assert (one.code, one.line, list(robot.links)) == ("xml-mended", line, ["ä"])
+        assert (len(mend(text)[0]) == len(text)) == (text[1:] != latin), "all stays at its place"
+    for more in (0, 1):  # libxml2 reads comments of so many letters
+        assert len(parse(f"<!--{'x' * (10**7 + more)}-->{link}".encode(), "r")[1]) == more
     monkeypatch.setattr("urdf2mbs.urdf.xml._LONG", 3)
     _, said = read(tmp_path, f'<!--\n\nlong-->\n<?xml version="1.0"?>{link}')
     assert [(one.line, "10,000,000" in one.message) for one in said] == [(4, False), (1, True)]
@@ -842,9 +892,12 @@ def test_harmless_slips_of_xml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         _, (one,) = read(tmp_path, f'{before}<?xml version="1.0"?>{link}')
         assert what in one.message
     # what is mended does not hide what is not
-    with pytest.raises(ConversionError) as caught:
-        read(tmp_path, '\n<?xml version="1.0"?>\n<robot>\n<link>\n</joint></robot>')
-    assert (caught.value.code, caught.value.line) == ("xml-syntax", 5)
+    for text, code, line in (
+        ("<link>\n</joint></robot>", "xml-syntax", 5), ("</robot><!-- a -\n", "xml-truncated", 5),
+    ):  # fmt: skip
+        with pytest.raises(ConversionError) as caught:
+            read(tmp_path, f'\n<?xml version="1.0"?>\n<robot>\n{text}')
+        assert (caught.value.code, caught.value.line) == (code, line)
 
 
 @pytest.mark.parametrize("kind", ["fixed", "floating"])
@@ -1100,12 +1153,15 @@ def test_a_joint_that_is_flipped_has_all_its_numbers_the_other_way_round(tmp_pat
     own = (
         '<axis xyz="1 2 3"/><limit lower="-1" upper="4" effort="5" velocity="6"/>'
         '<safety_controller soft_lower_limit="-0.2" soft_upper_limit="0.7" k_velocity="1"/>'
-        '<calibration rising="0.25" falling="0.5"/>'
+        '<calibration rising="0.25" falling="0.5"/><dynamics damping="3" friction="4"/>'
     )
-    robot, _ = read(tmp_path, arm(joint=own))
+    spring = "<springReference>0.5</springReference><springStiffness>2</springStiffness>"
+    end = f'<gazebo reference="turn">{spring}</gazebo></robot>'
+    robot, _ = read(tmp_path, arm(joint=own).replace("</robot>", end))
     turn = robot.with_flipped(["turn"]).joints["turn"]
     assert turn.axis == (-1.0, -2.0, -3.0)
     assert turn.limit == Limit(-4.0, 1.0, 5.0, 6.0)
+    assert turn.dynamics == Dynamics(3.0, 4.0, 2.0, -0.5)
     assert turn.safety_controller == SafetyController(1.0, 0.0, -0.7, 0.2)
     assert turn.calibration == Calibration(-0.5, -0.25)
     assert robot.with_flipped(["turn"]).with_flipped(["turn"]) == robot

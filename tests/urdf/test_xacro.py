@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+import warnings
 from pathlib import Path
 
 import pytest
@@ -171,11 +172,16 @@ def test_what_xacro_says_is_kept_and_not_printed(
 ) -> None:
     source = write(
         tmp_path,
-        '<link name="a"/><xacro:include filename="sub.xacro"/>${xacro.message("hello")}',
+        '<link name="a"/><xacro:include filename="sub.xacro"/>${xacro.load_yaml("no.yaml")}'
+        '${xacro.message("hello")}',
         sub='<xacro:property name="x" value="1" colour="2"/>'
         '${xacro.warning("low")}${xacro.error("high")}<a b="${1 is 1}"/>',
+        no_yaml="a: 1",
     )
-    said = [(one.level, one.code, one.message, one.file) for one in run(source).warnings]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # whatever the program shows of Python's warnings
+        told = run(source).warnings
+    said = [(one.level, one.code, one.message, one.file) for one in told]
     sub, main = str(tmp_path / "sub.xacro"), str(source)
     assert said[:4] == [
         ("warning", "xacro-warning", "xacro:property: unknown attribute(s): colour", sub),
@@ -238,6 +244,14 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
         '\n<xacro:include filename="deep.xacro"/>',
         "xacro", "deep", 4, ("no.xacro", "in the file", "deep.xacro", "included from", "main.urdf"),
     ),
+    "include of what the main file has, too": (
+        '<xacro:include filename="part.xacro"/>\n\n<link name="${x}"/>',
+        "xacro", "part", 2, ("'x' is not defined", "part.xacro"),
+    ),
+    "what a macro of an include has, too": (
+        '<xacro:include filename="macro.xacro"/>\n<link name="${x}"/>',
+        "xacro", "main.urdf", 3, ("'x' is not defined",),
+    ),
     "malformed": ("<link>\n</lonk>", "xml-syntax", "main.urdf", 3, ("</lonk>",)),
     "malformed include": (
         '<xacro:include filename="bad.xacro"/>',
@@ -287,7 +301,10 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
 @pytest.mark.parametrize("name", BAD)
 def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     main, code, file, line, words = BAD[name]
-    source = write(tmp_path, main, deep='\n\n<xacro:include filename="no.xacro"/>', bad="<a></b>")
+    deep = '\n\n<xacro:include filename="no.xacro"/>'
+    link = '<link name="${x}"/>'
+    macro = f'<xacro:macro name="m">{link}</xacro:macro>'
+    source = write(tmp_path, main, deep=deep, bad="<a></b>", part=link, macro=macro)
     (tmp_path / "bad.yaml").write_text("a: [1\n")
     error = failure(source)
     assert (error.code, error.file) == (code, str(tmp_path / f"{file}.xacro")), str(error)
@@ -295,8 +312,21 @@ def test_every_failure_is_one_error(tmp_path: Path, name: str) -> None:
     for word in words:
         assert word in error.message
     assert "Error'>" not in error.message
-    assert (" more ..." in error.message) == name.endswith("without an end")
+    endless = name.endswith("without an end")
+    assert (" more ..." in error.message) == endless
+    assert (error.message.count("\n  ") == 9) == endless  # four at each end
     assert len(error.message) < 2500
+
+
+def test_an_error_names_the_files_only_where_they_differ(tmp_path: Path) -> None:
+    main = '<xacro:include filename="part.xacro"/>\n<xacro:m/>'
+    macro = '<xacro:macro name="m"><link name="${1/0}"/></xacro:macro>'
+    source = write(tmp_path, main, part=macro)
+    error = failure(source)
+    assert error.file == str(tmp_path / "part.xacro")
+    assert error.message.endswith(f"\n  in the macro 'm' of {error.file}\n  in the file {source}")
+    error = failure(write(tmp_path, f"{macro}<xacro:m/>"))
+    assert error.message.endswith(f"\n  in the macro 'm' of {source}")
 
 
 def test_no_line_is_given_where_it_could_be_one_of_two(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ DRAWN = frozenset(["shape", "view", "viewpoint", "light"])
 DRAWING = ("position", "drawing", "graphics", "x2D", "x3D", "base/graphics")
 
 
-class Change(msgspec.Struct, omit_defaults=True):
+class Change(msgspec.Struct, omit_defaults=True, forbid_unknown_fields=True):
     """One thing that is another now; units and frames are those of the file."""
 
     change: Literal["added", "removed", "renamed", "moved", "changed", "reordered"]

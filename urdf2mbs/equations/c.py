@@ -170,7 +170,7 @@ def _in_pieces(head: str, parameters: str, lines: list[Statement]) -> str:
     used = [p for p in parameters.split(", ") if not p.endswith((" tsim", " isens"))]
     types = {array: "pair" if array == "v" else "double" for array in sizes if sizes[array]}
     given = ", ".join([*used, *(f"{kind} *restrict {array}" for array, kind in types.items())])
-    passed = ", ".join([*(p.split(" ")[-1].lstrip("*") for p in used), *types])
+    passed = ", ".join([*(p.split(" ")[1].lstrip("*") for p in used), *types])
     name = head.split(" ")[-1]
     text = end = ""
     for k, piece in enumerate(pieces):

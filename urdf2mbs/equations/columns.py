@@ -98,10 +98,10 @@ class Columns:
         turns = self._turns(run)
         c, s = turns[0]
         f, n = tree.turn(axis, c, s, f), tree.turn(axis, c, s, n)
-        for frame, (c, s) in zip(run, [*turns[1:], (1, 0)], strict=True):
+        for frame, (c, s) in zip(run[:-1], turns[1:], strict=True):
             matrix[frame.number, column] = n[axis]
-            if frame is not run[-1]:
-                n = tree.plus(n, tree.cross(tree.turn(axis, c, s, frame.offset), f))
+            n = tree.plus(n, tree.cross(tree.turn(axis, c, s, frame.offset), f))
+        matrix[run[-1].number, column] = n[axis]
         return tree.before(run[-1], f), tree.before(run[-1], n)
 
     def _turns(self, run: list[Frame]) -> list[tuple[Expr, Expr]]:

@@ -23,8 +23,8 @@ NAMES: list[Labels] = [
 def find_mirrored(tree: Tree) -> tuple[dict[int, int], dict[int, Labels]]:
     """By number the twin of each joint that has one, and the axes of frames in second limbs.
 
-    Joints that move, behind the same one or behind two twins, are twins if as many move behind
-    them, with the same branches; else if at least half as many do.
+    Joints that move alike, behind the same one or behind two twins, are twins: first those with as
+    many behind them, in the same branches.
     """
     finder = _Finder(tree)
     finder.find()
@@ -38,7 +38,6 @@ class _Finder:
         """The next joints that move."""
         self.between: list[list[Frame]] = [[] for _ in frames]
         """The joints that never move between each and the one before that does."""
-        self.size = [1] * len(frames)
         self.shape = [0] * len(frames)
         """Equal for joints that have the same behind them."""
         for frame in frames[1:]:
@@ -53,7 +52,6 @@ class _Finder:
             k = frame.number
             key = frame.turns, *sorted(self.shape[i] for i in self.behind[k])
             self.shape[k] = known.setdefault(key, len(known))
-            self.size[k] += sum(self.size[i] for i in self.behind[k])
         self.twin: dict[int, int] = {}
         self.labels: dict[int, Labels] = {}
 
@@ -89,8 +87,7 @@ class _Finder:
         return self.shape[k] == self.shape[j]
 
     def _like(self, k: int, j: int) -> bool:
-        less, more = sorted((self.size[k], self.size[j]))
-        return self.tree.frames[k].turns == self.tree.frames[j].turns and 2 * less >= more
+        return self.tree.frames[k].turns == self.tree.frames[j].turns
 
     def _name(self, left: int, right: int, pairs: list[tuple[int, int]]) -> None:
         """Name the axes of the second of two twins, and of the fixed joints before it."""

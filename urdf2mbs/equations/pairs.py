@@ -71,7 +71,7 @@ def _twins(graph: Graph, used: list[int], alike: list[tuple[Expr, Expr]]) -> dic
         ):
             u, v = v, u
         out[m] = Twin(n, (u, v))
-        for first, second in [(x, abs(u)), (y, abs(v))][: 1 + (op[m] in BINARY)]:
+        for first, second in ((x, abs(u)), (y, abs(v))):
             heappush(heap, (-max(first, second), first, second))
     return _linked(graph, out)
 

@@ -212,7 +212,7 @@ def _singular(
                 turn, shift = map(np.array, placed.twist)
                 twists.append(np.hstack([turn, shift / size if turn.any() else shift]))
     column = {joint.name: number for number, joint in enumerate(joints)}
-    blocks = [np.zeros((0, len(joints)))]
+    blocks: list[Any] = []
     heavy: set[int] = set()
     for body in bodies:
         wrenches = _resisted(body, placement.bodies[body.name], size)

@@ -161,13 +161,9 @@ def _root() -> Write:
 def _part(tag: str, pad: str) -> Write:
     """Writes the element of an object."""
     _, table, what = OBJECTS[tag]
-    drawn = bare = _elements(table, f"{pad}  ")
-    if tag == "point":
-        bare = _elements({tag: table[tag] for tag in table if tag != "graphics"}, f"{pad}  ")
+    inside = _elements(table, f"{pad}  ")
 
     def write(writer: _Writer, part: Any) -> str:
-        # a body's own frame is not drawn
-        inside = bare if what == "point" and part.name == ORIGIN else drawn
         return f"{pad}<{tag}{writer.at(part)}>\n{inside(writer, part)}{pad}</{tag}>\n"
 
     return _named(lambda part: f"{what} '{part.name}'", write) if what else write

@@ -142,8 +142,9 @@ class Applying:
     def _orphan(self, edit: Edit, why: str = "") -> None:
         change = edit.change
         if change.change not in ("reordered", "removed") and not is_place(change):
-            owner = change.owner if change.change == "added" else f"{change.kind} '{change.name}'"
-            self.orphans.append((edit, why or f"{owner} is gone"))
+            thing = f"{change.kind} '{change.name}'" if change.name else f"the {change.kind}"
+            gone = change.owner if change.change == "added" else thing
+            self.orphans.append((edit, why or f"{gone} is gone"))
 
     # --- one change each ---
 
@@ -206,9 +207,14 @@ class Applying:
             was, _ = self._resolve(self.olds, thing, field, change.before)
             targets, said = self._resolve(self.names, thing, field, change.after)
             now = thing.refers[field]
+            # the point of a body that hangs on another body now stays behind
+            point = now[0] if field == "point" else None
+            left = isinstance(point, Thing) and point.owner is not thing.refers["parent"][0]
             if targets is None:
                 self._orphan(edit, f"{said} is gone")
-            elif targets != now and (was == now or self._edit_wins(edit, field, _called(now))):
+            elif targets != now and (
+                was == now or left or self._edit_wins(edit, field, _called(now))
+            ):
                 thing.refers = {**thing.refers, field: targets}
                 self._hung_anew |= thing.kind == "body"
             return
@@ -368,11 +374,13 @@ def as_tuple(value: Any) -> Any:
 
 def _plain(content: Any) -> Any:
     """What an object says, without its places in the diagram."""
+    if isinstance(content, list | tuple):  # a file of edits has lists for tuples
+        return tuple(map(_plain, content))
     if not isinstance(content, dict):
-        return as_tuple(content)
+        return content
     shape = "rotation" in content or "target" in content
     return {
-        field: [_plain(part) for part in value] if isinstance(value, list) else _plain(value)
+        field: _plain(value)
         for field, value in content.items()
         if field != "drawing" and (field != "position" or shape)
     }

@@ -272,7 +272,8 @@ def _fragments(edited: Mbs, orphans: list[tuple[Any, str]]) -> bytes:
     root = etree.Element("mbsDescR7")
     for part, why in orphans:
         root.append(etree.Comment(f" {why.replace('--', '- -')} "))
-        element = deepcopy(elements[part.origin.number])
+        place = _origin(part)  # a view has none
+        (element,) = deepcopy([elements[place.number]] if place else elements[0].findall("x3D"))
         element.tail = None
         root.append(element)
     etree.indent(root)

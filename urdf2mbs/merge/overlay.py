@@ -51,8 +51,11 @@ def read(data: bytes, file: str) -> list[list[tuple[Change, Any]]]:
     """
     import yaml
 
+    from urdf2mbs.engine.yaml_text import Loader
+
     try:
-        documents = [document or [] for document in yaml.safe_load_all(data)]
+        # of the safe kind
+        documents = [document or [] for document in yaml.load_all(data, Loader)]
         return [
             [(change, _added(change)) for change in changes]
             for changes in msgspec.convert(documents, list[list[Change]])
@@ -65,19 +68,28 @@ def read(data: bytes, file: str) -> list[list[tuple[Change, Any]]]:
 
 
 def _added(change: Change) -> Any:
-    if change.change != "added":
-        return None
-    if change.kind not in _TYPES:
-        raise msgspec.ValidationError(f"no '{change.kind}' can be added")
-    return msgspec.convert(change.after, _TYPES[change.kind])
+    if change.change in ("added", "removed") and change.kind not in _TYPES:
+        raise msgspec.ValidationError(f"no '{change.kind}' can be {change.change}")
+    return msgspec.convert(change.after, _TYPES[change.kind]) if change.change == "added" else None
 
 
 def apply(mbs: Mbs, changes: list[tuple[Change, Any]], prefer: Prefer) -> Applying:
-    """Make the edits of one document; gives what became of them."""
+    """Make the edits of one document; gives what became of them.
+
+    Raises ValueError where an edit has a value of another type than the model.
+    """
     there = things(mbs)
     known = Known([(thing, thing) for thing in there])
     applying = Applying(there, known, None, prefer)
-    applying.apply([Edit(change, _target(there, known, change), part) for change, part in changes])
+    edits = [Edit(change, _target(there, known, change), part) for change, part in changes]
+    applying.apply(edits)
+    for edit in edits:
+        if edit.target is not None:
+            part = edit.target.part
+            try:
+                msgspec.convert(msgspec.to_builtins(part, enc_hook=lambda _: None), type(part))
+            except msgspec.ValidationError as error:
+                raise ValueError(f"{line(edit.change)}: {error}") from None
     return applying
 
 

@@ -13,7 +13,7 @@ put a coordinate axis of the frame in line with
 * the axis of the joint before: then this joint needs the fewest turns;
 * the axes of the joints that the body carries, and of the joints behind parallel joints: then
   those joints need fewer turns;
-* the other axes of the frame before.
+* the other axes of the frame before, if the joint before is parallel or cannot be turned.
 
 The pass tries each of these angles with 0, 1, 2 and 3 quarter turns more.  Dynamic programming,
 from the tips of the tree to the base, finds the choice with the fewest turns in all.
@@ -60,7 +60,7 @@ from urdf2mbs.spatial import (
 )
 from urdf2mbs.urdf.model import Joint
 
-X, Y, Z = AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class AlignFrames(Pass):
@@ -290,7 +290,7 @@ class _Search:
         self.k = 1 if self.any else "xyz".index(options.axes) + 1
         self.candidates = options.candidates
         self.flip = options.flip
-        self.weight = len(nodes) if self.flip else 1
+        self.weight = len(nodes)
         """The cost of a turn; a flipped joint costs 1.  So the search saves turns first, and then
         flipped joints."""
         self.nodes = nodes
@@ -355,7 +355,7 @@ class _Search:
 
     def collect_wanted(self, node: _Node) -> None:
         """Find the directions in which the joints behind a node want an axis of its frame."""
-        if not node.turns_freely or not node.children:
+        if not node.turns_freely:
             return
         directions = _Directions(node.axis, self.small)
         for child, before in node.carried():
@@ -402,28 +402,18 @@ class _Search:
         """Directions at right angles to the joint's axis.  The search tries a frame with a
         coordinate axis in each direction."""
         parent, back = node.parent, transpose(node.rot)
-        # frames that differ by quarter turns have the same axes
-        group = 1 if not parent.turns_freely else 8 if self.flip else 4
-        axes = [
-            rotate(back, (frame[i], frame[i + 3], frame[i + 6]))
-            for frame in parent.frames[::group]
-            for i in range(3)
-        ]
         directions = _Directions(node.axis, self.small)
-        room = self.candidates
         if parent.turns_freely:
             directions.add(rotate(back, parent.axis))
         if not directions.vectors:  # the parent's axis is parallel, or the parent cannot turn
-            for axis in axes:
-                directions.add(axis)
-        if not parent.turns_freely and not self.branching:  # else there would be hundreds
-            room = max(room, len(directions.vectors))
+            # frames that differ by quarter turns have the same axes
+            group = 1 if not parent.turns_freely else 8 if self.flip else 4
+            for frame in parent.frames[::group]:
+                for i in range(3):
+                    directions.add(rotate(back, (frame[i], frame[i + 3], frame[i + 6])))
         for wanted, _ in node.wanted:
             directions.add(wanted)
-        if len(directions.vectors) < room:
-            for axis in axes:
-                directions.add(axis)
-        found = directions.vectors[:room]
+        found = directions.vectors[: self.candidates]
         if self.branching:  # the frame of ``faithful``
             turns, k = axis_turns(node.axis)
             found.append(rotate(from_turns(turns), AXES[k % 3]))
@@ -445,7 +435,7 @@ class _Search:
             for k, p, q in ((1, y, z), (2, z, x), (3, x, y)):
                 if hypot(p, q) > self.small:
                     ways += [((k, atan2(q, p) + quarter * pi / 2),) for quarter in range(-2, 2)]
-            ways += [axis_turns((x, y, z))[0], axis_turns((-x, -y, -z))[0]]
+            ways.append(axis_turns((x, y, z))[0])
         frames = {turns: from_turns(turns) for turns in ways}
         costs = {
             turns: len(turns)
@@ -540,11 +530,9 @@ class _Directions:
         self._axis, self._small = axis, small
         # directions count as one if they differ by up to ten times the tolerance
         self._quarter = max(round(pi / 2 / (10 * small)), 1)
-        x, y, z = map(abs, axis)
-        smallest = X if x <= y and x <= z else Y if y <= z else Z
-        self._one = cross(axis, smallest)
+        self._one = cross(axis, min(AXES, key=lambda across: abs(dot(across, axis))))
         self._two = cross(axis, self._one)
-        self.counts: dict[int, int] = {}
+        self.counts: Counter[int] = Counter()
         """The number of joints for each direction, in the order of ``vectors``."""
         self.vectors: list[Vec] = []
 
@@ -557,7 +545,7 @@ class _Directions:
         key = round(angle / (pi / 2) * self._quarter) % self._quarter
         if key not in self.counts:
             self.vectors.append(across)
-        self.counts[key] = self.counts.get(key, 0) + count
+        self.counts[key] += count
 
 
 def _across(v: Vec, axis: Vec, small: float) -> Vec | None:

@@ -350,8 +350,8 @@ def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) ->
     k = int(np.argmax(np.abs(d)))
     one = np.eye(3)[(k + 1) % 3]
     one -= d * (one @ d)
-    one /= np.linalg.norm(one)
     two = np.cross(d, one)
+    # a place counts as a part of the span, so that the two need not have the length 1
     spans = [max(float(np.ptp(near @ axis)), 1e-9) for axis in (one, two)]
     corners: list[Vec] = []
     for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1)):
@@ -363,20 +363,18 @@ def _mesh_face(conversion: Conversion, link: str, mesh: urdf.Mesh, down: Vec) ->
 
 
 def _vertices(conversion: Conversion, link: str, mesh: urdf.Mesh) -> Any:
-    """All vertices of a mesh file, scaled (m), as rows; None, with a warning, if there are none."""
+    """The vertices of a mesh file, scaled (m), as rows; None, with a warning, without a mesh."""
     from urdf2mbs.meshes.model import MeshError
     from urdf2mbs.meshes.reader import read
 
     path = conversion.packages.resolve(mesh.filename)
     problem = "it was not found"
     try:
-        rows = [part.points for part in read(path).parts] if path is not None else []
-        if any(map(len, rows)):
+        if path is not None:
             import numpy as np
 
+            rows = [part.points for part in read(path).parts]
             return np.concatenate(rows).astype(float) * np.array(mesh.scale)
-        if path is not None:
-            problem = "it has no vertices"
     except MeshError as error:
         problem = str(error)
     conversion.warn(

@@ -57,8 +57,8 @@ class ConvertMeshes(Pass):
             if conversion.meshes:
                 conversion.note(
                     "mesh-not-converted",
-                    f"{counted(len(conversion.meshes), 'mesh file')} left as they are: the .mbs "
-                    "names the .wrl files that 'output: {project: DIR}' makes of them",
+                    f"{counted(len(conversion.meshes), 'mesh file')} not converted: the .mbs "
+                    "names .wrl files, which 'output: {project: DIR}' makes",
                 )
             _note_moved(conversion)
             return
@@ -235,7 +235,7 @@ def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[
 
 def _start_conversion(uses: dict[str, Use], options: ConvertMeshes) -> Callable[[Use], Converted]:
     """A function that converts a mesh, or raises MeshError; it reads each file once."""
-    due = [use for use in uses.values() if use.path is not None and use.due]
+    due = [use for use in uses.values() if use.due]
     looks: dict[tuple[str, str], dict[Look, None]] = {}
     for use in due:
         looks.setdefault(use.file, {}).update(dict.fromkeys(use.due))

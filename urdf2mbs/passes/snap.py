@@ -76,13 +76,12 @@ def _snap(joint: Joint, most: float) -> list[str]:
     if texts:
         roll, pitch, yaw = exact
         joint.origin = msgspec.structs.replace(joint.origin, rpy=(roll, pitch, yaw))
-    largest = max(map(abs, joint.axis))
-    if joint.moves and joint.type != "floating" and largest > 0.0:
-        x, y, z = (round(c / largest) + 0.0 for c in joint.axis)
-        if ROUNDING < _angle(joint.axis, (x, y, z)) <= most:
-            listed = " ".join(map(repr, joint.axis))
-            texts.append(f"axis {listed} is taken for {x:g} {y:g} {z:g}")
-            joint.axis = (x, y, z)
+    largest = max(map(abs, joint.axis))  # the reader refuses an axis that is zero
+    x, y, z = (round(c / largest) + 0.0 for c in joint.axis)
+    if ROUNDING < _angle(joint.axis, (x, y, z)) <= most:
+        listed = " ".join(map(repr, joint.axis))
+        texts.append(f"axis {listed} is taken for {x:g} {y:g} {z:g}")
+        joint.axis = (x, y, z)
     return texts
 
 

@@ -74,7 +74,7 @@ def reduction_of(mass: Mass, simulation: Simulation) -> Array:
         row[index[coupling.follower.name]] = 1.0
         row[index[coupling.leader.name]] = -coupling.multiplier
         rows.append(row)
-    if dependent and rows:
+    if rows:
         jacobian = np.array(rows)
         reduction[dependent] = np.linalg.lstsq(
             jacobian[:, dependent], -jacobian[:, independent], rcond=None

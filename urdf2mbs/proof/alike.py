@@ -157,7 +157,7 @@ def _ends_apart(
             off = distance(a, b, scale) if solid else most(a[9:], b[9:], scale)
             if not off <= comparing.tolerance:
                 said = f"{who} has an end {off * scale:.3g} m elsewhere"
-                yield Difference(thing.kind, said, min(off, 1.0))
+                yield Difference(thing.kind, said, off)
 
 
 def compare_robots(
@@ -208,7 +208,6 @@ def compare_robots(
     comparing.compare_frames(
         {link: LinkFrame(link, None, Pose()) for link in frames if link in others}
     )
-    comparing.largest.pop("frame", None)  # where a link has its frame is its own choice
     for has, lacks, name in ((frames, others, called[0]), (others, frames, called[1])):
         comparing.elsewhere += [
             Difference("frame", f"link '{link}' is in {name} only", link=link)

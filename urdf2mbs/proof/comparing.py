@@ -75,8 +75,8 @@ class Comparing:
         #: Each group's pose in its counterpart.
         self.apart: list[Frame] = [HERE] * len(one.groups)
 
-    def _differ(self, kind: str, message: str, size: float = 1.0, **more: Any) -> None:
-        self.found.append(Difference(kind, message, min(size, 1.0), **more))
+    def _differ(self, kind: str, message: str, size: float, **more: Any) -> None:
+        self.found.append(Difference(kind, message, size, **more))
 
     def _beyond(self, off: float) -> bool:
         """True if a deviation is a difference; NaN is a difference."""
@@ -138,7 +138,7 @@ class Comparing:
             if hangs:
                 told = f"joint '{ours.joint}' stands after another joint in {self.called[1]}"
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
-                    self._differ("parent", told, link=ours.child, joint=ours.joint)
+                    self._differ("parent", told, 1.0, link=ours.child, joint=ours.joint)
             self.apart[mine], motion = self._place(pair, other, link, hangs)
             at = self.apart[mine]
             compared = Compared(
@@ -237,6 +237,7 @@ class Comparing:
         joint = pair.ours.joint
         link = pair.ours.child
         lost = self._lost(pair)
+        before = len(self.found)
         for name in lost:
             mass = dict(pair.ours.inertias)[name][0]
             told = f"{self.called[2]} '{name}': its {_short(mass)} kg are not in {self.called[1]}"
@@ -244,7 +245,6 @@ class Comparing:
                 "mass", told, mass / (pair.our_inertia[0] or 1.0),
                 link=name, joint=joint, urdf=mass, mbs=0.0,
             )  # fmt: skip
-        before = len(self.found)
         for names, ours, theirs in self._parts(pair, lost):
             ours = seen(ours, place)
             names = names or [link]
@@ -261,7 +261,7 @@ class Comparing:
                     told = f"{who}: {kind} is {_short(b)} in {self.called[1]}, "
                     told += f"and should be {_short(a)}"
                     self._differ(kind, told, off, link=names[0], joint=joint, urdf=a, mbs=b)
-        if not lost and len(self.found) == before:  # only in sum, as where two were exchanged
+        if len(self.found) == before:  # only in sum, as where two were exchanged
             self._differ(
                 "inertia", f"{self.called[2]} '{link}': inertia", most, link=link, joint=joint
             )
@@ -354,7 +354,7 @@ class Comparing:
             if self._beyond(off):
                 told = f"link '{link}': point '{point.name}' of body '{body}' is "
                 told += f"{dist(ours, theirs):.3g} m off its frame"
-                self.elsewhere.append(Difference("point", told, min(off, 1.0), link=link))
+                self.elsewhere.append(Difference("point", told, off, link=link))
 
 
 def _one_spelling(links: Iterable[str]) -> dict[str, str | None]:

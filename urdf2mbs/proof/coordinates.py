@@ -68,12 +68,11 @@ def coordinates(
             out.differ("joint-missing", said, **where)
             continue
         for (own, kind), name in zip(ours, theirs, strict=True):
-            nature = known[name].nature
             moves = _nature(joint, known[name], tied, driven, out)
             if name in taken:
                 said = f"joint '{name}' is given for '{joint.name}' and for another joint"
                 out.differ("joint-missing", said, **where)
-            elif nature == "driven" and not moves:
+            elif not moves:
                 out.held[own] = known[name].q or 0.0
             elif known[name].type[0] != kind[0]:
                 does = "shifts" if kind[0] == "R" else "turns"

@@ -29,6 +29,9 @@ class Difference(msgspec.Struct, omit_defaults=True):
     urdf: Any = None
     mbs: Any = None
 
+    def __post_init__(self) -> None:
+        self.size = min(self.size, 1.0)
+
 
 class Compared(msgspec.Struct):
     """A rigid group of the URDF, and how far its counterpart in the .mbs is from it."""

@@ -84,7 +84,10 @@ def _compare_c(case: Case) -> None:
         qd *= pace
         for each in (python, data):
             each.q[:], each.qd[:], each.qdd[:], each.tsim = q, qd, qdd, time
-        if case.code.solve() or code.solve():
+        if case.code.solve():
+            continue
+        if code.solve():
+            case.differ("accelerations in C", "the loops cannot be closed, as Python closes them")
             continue
         for name in ("q", "qd", "qdd"):
             values = getattr(python, name), getattr(data, name)

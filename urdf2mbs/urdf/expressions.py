@@ -88,10 +88,10 @@ class Guard:
     def spend(self, work: int) -> None:
         """Count the work of an expression; raises ConversionError where a bound is passed."""
         self.work += work
-        if self.work > MOST_WORK:
-            raise too_large("the work for this robot")
         if self.work > self._until:
             raise too_large(f"an expression with over {MOST:,} letters, items and steps")
+        if self.work > MOST_WORK:
+            raise too_large("the work for this robot")
 
     def spend_beside(self, work: int) -> None:
         """Count work of the robot that is no work of the current expression."""
@@ -149,9 +149,8 @@ class Guard:
                 raise too_large("a number of so many digits")
         elif name == "Mult":
             for value, size, count in ((left, sizes[0], right), (right, sizes[1], left)):
-                repeated = isinstance(count, int) and not isinstance(value, _NUMBERS)
-                if repeated and size * count > MOST:
-                    raise too_large("so long a repetition")
+                if isinstance(count, int) and not isinstance(value, _NUMBERS):
+                    _check_product(size, count)
         elif name == "Mod" and isinstance(left, str):
             _check_widths(left)
             _check_product(*sizes)
@@ -216,13 +215,11 @@ class Guard:
                 size += abs(value.stop - value.start) // abs(value.step)
             elif isinstance(value, (list, tuple, set, frozenset, dict, *_VIEWS)):
                 size += len(value)
-                if size <= MOST:
-                    # not by the iterators of YAML's lists and mappings, which wrap each item
-                    plain: Any = list.__iter__ if isinstance(value, list) else iter
-                    todo += dict.values(value) if isinstance(value, dict) else ()
-                    todo += plain(value)
+                # not by the iterators of YAML's lists and mappings, which wrap each item
+                plain: Any = list.__iter__ if isinstance(value, list) else iter
+                todo += dict.values(value) if isinstance(value, dict) else ()
+                todo += plain(value)
             if size > MOST:
-                size = MOST + 1
                 break
         self.spend(size)
         return size
@@ -242,7 +239,7 @@ class Guard:
                 self._take(value)
             result = function(*args, **more)
             if isinstance(result, Iterator):
-                result = list(islice(result, MOST + 1))
+                result = list(islice(result, MOST))
             return self.measure(result)
 
         return watched
@@ -305,8 +302,8 @@ def _check_widths(form: str) -> None:
 
 
 def _check_product(size: int, more: int) -> None:
-    if size * more > 10 * MOST:
-        raise too_large("so long a text")
+    if size * more > MOST:
+        raise too_large("so long a text or list")
 
 
 class _Checked(ast.NodeTransformer):

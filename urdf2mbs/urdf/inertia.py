@@ -89,10 +89,8 @@ def principal(tensor: Sym) -> tuple[list[float], Rows]:
     a = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     for _ in range(10):
-        if abs(a[0][1]) + abs(a[0][2]) + abs(a[1][2]) < 1e-17:
-            break
         for p, q in ((0, 1), (0, 2), (1, 2)):
-            if a[p][q] == 0.0:
+            if abs(a[p][q]) < 1e-17:
                 continue
             theta = (a[q][q] - a[p][p]) / (2 * a[p][q])
             t = (1.0 if theta >= 0 else -1.0) / (abs(theta) + hypot(theta, 1.0))

@@ -74,8 +74,8 @@ def read_optional(reading: Reading, element: Any) -> Any:
     """A part of a joint that the .mbs does not have; None, with a warning: it cannot be read."""
     kind = OPTIONAL[element.tag]
     try:
-        if kind is SafetyController and element.get("k_velocity") is None:
-            reading.bad_number(element, "k_velocity", None, 1)
+        if kind is SafetyController:  # the one number that has no default
+            reading.number(element, "k_velocity", element.get("k_velocity"))
         numbers = known_numbers(reading, element)
         return Mimic(element.get("joint") or "", **numbers) if kind is Mimic else kind(**numbers)
     except ConversionError as error:

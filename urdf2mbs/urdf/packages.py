@@ -24,8 +24,6 @@ _SCHEME = r"(?i)(package|model|file):/*"
 _LOCALHOST = r"(?i)^//localhost(?=/)"
 #: A mesh that is not at its place is not looked for in a workspace of more folders.
 MOST_FOLDERS = 10_000
-#: The most that is read of a package.xml.
-_MOST = 2**20
 _DRIVE = r"(?i)[A-Z](:|%3A)[\\/]"
 #: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.  The last
 #: three are there once it was built.
@@ -172,14 +170,14 @@ class Packages:
         _, name, rest = _split(filename)
         rest = re.sub(_DRIVE, "/", rest).replace("\\", "/") if re.match(_DRIVE, rest) else rest
         local = posixpath.normpath(rest).split("/")
-        tail = [part for part in local if part not in ("", ".", "..")]
-        if not tail:
+        fitting = self._files.get(local[-1])
+        if fitting is None:
             return []
+        tail = [part for part in local if part not in ("", "..")]
         # the folders before a package are those of another machine, as are those of a whole path
         shortest = min(2, len(tail)) if rest.startswith("/") else len(tail)
         tail = [name, *tail] if name else tail
-        fitting = self._files.get(tail[-1], [])
-        longest = max((len(path.parts) for path in fitting), default=0)
+        longest = max(len(path.parts) for path in fitting)
         for start in range(max(0, len(tail) - longest), len(tail) - shortest + 1):
             end = tuple(tail[start:])
             found = [path for path in fitting if path.parts[-len(end) :] == end]
@@ -332,7 +330,7 @@ def _below(folder: Path, name: str) -> Iterator[Path]:
 
 def _package_name(folder: Path) -> str | None:
     try:
-        text = re.sub(_COMMENT, b"", files.read(folder / "package.xml", _MOST))
+        text = re.sub(_COMMENT, b"", files.read(folder / "package.xml"))
     except (OSError, ValueError):
         return None
     match = re.search(_NAME, text)

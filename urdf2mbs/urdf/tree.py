@@ -105,7 +105,7 @@ def check_loops(reading: Reading, links: Mapping[str, Link], above: Mapping[str,
 
 
 def _list(names: Iterable[str]) -> str:
-    return some((f"'{name}'" for name in names), 6)
+    return some(f"'{name}'" for name in names)
 
 
 def loops(following: Mapping[str, str]) -> Iterator[list[str]]:

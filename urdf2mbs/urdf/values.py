@@ -138,11 +138,10 @@ class Reading(Elements):
             return NO_ORIGIN
         xyz, rpy = element.get("xyz"), element.get("rpy")
         quaternion = element.get("quat_xyzw") if self.quaternions else None
-        if quaternion is None and len(element.attrib) != (xyz is not None) + (rpy is not None):
-            self.unknown_attributes(element)
         if quaternion is not None:
             angles = self.rotation(element, quaternion, rpy)
         else:
+            self.attributes(element)
             angles = ZERO if rpy is None else self.vector(element, "rpy", rpy)
         return Origin(ZERO if xyz is None else self.vector(element, "xyz", xyz), angles)
 

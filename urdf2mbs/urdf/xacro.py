@@ -251,7 +251,6 @@ class _Run:
             if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
                 raise
             self.macros[node.tagName.partition(":")[2], absolute(xacro.filestack[-1])] = None
-            xacro.remove_previous_comments(node)
             xacro.replace_node(node, by=None)
             return True
 
@@ -330,8 +329,8 @@ class _Run:
         )
 
     def files(self) -> list[str]:
-        """The files being processed, the innermost last, then all others that were read."""
-        read = (*(self.xacro.filestack or ()), *self.xacro.all_includes, self.file)
+        """The files being processed, the innermost first, then all others that were read."""
+        read = (*reversed(self.xacro.filestack or ()), *self.xacro.all_includes, self.file)
         return list(dict.fromkeys(map(absolute, read)))
 
     def fault(
@@ -358,8 +357,7 @@ class _Run:
         if others or first != file:
             stack += [f"in the file {first}", *(f"included from {other}" for other in others)]
         if len(stack) > 2 * _STACK_ENDS:
-            more = len(stack) - 2 * _STACK_ENDS
-            stack[_STACK_ENDS:-_STACK_ENDS] = [f"... {more} more ..."]
+            stack[_STACK_ENDS:-_STACK_ENDS] = [f"... {len(stack) - 2 * _STACK_ENDS} more ..."]
         return ConversionError(code, "\n  ".join([text, *stack]), file=file, line=line, hint=hint)
 
     def explain(self, error: Exception) -> ConversionError:

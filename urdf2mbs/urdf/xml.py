@@ -27,7 +27,7 @@ class Slip(msgspec.Struct, frozen=True):
 
 _BEGINS = "a URDF file begins with <?xml ...?> or <robot name=...>"
 #: Longer comments are not read by libxml2.
-_LONG = 9_999_999
+_LONG = 10_000_000
 _BOM = b"\xef\xbb\xbf"
 _DECLARATION = rb"<\?xml(?=[\s?])([^<>]*)\?>"
 _VERSION = rb"""version\s*=\s*["']([^"']*)["']"""
@@ -66,12 +66,10 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     slips: list[Slip] = []
 
     def slip(message: str, at: int) -> None:
-        if not lines:
-            lines.extend([-1, *(match.start() for match in re.finditer(b"\n", data))])
-        slips.append(Slip("xml-mended", message, bisect_left(lines, at)))
+        slips.append(Slip("xml-mended", message, bisect_left(ends, at) + 1))
 
-    lines: list[int] = []
-    """The place before each line, once one is asked for."""
+    ends = [match.start() for match in re.finditer(b"\n", data)]
+    """Where each line ends."""
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
     first = len(data) - len(data[start:].lstrip())
@@ -80,7 +78,7 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     def declaration(match: re.Match[bytes]) -> bytes:
         nonlocal encoding
         at = match.start()
-        before = bisect_left(comments, (at, 0))
+        before = bisect_left(comments, (at,))
         if before and at < comments[before - 1][1]:
             return match[0]
         version, named = re.search(_VERSION, match[1]), re.search(_ENCODING, match[1])

@@ -1,0 +1,409 @@
+"""The three-way merge, edit by edit: which values the file has then, and what is said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from mbs.models import everything
+
+from urdf2mbs.diff.changes import differences
+from urdf2mbs.mbs.model import (
+    Body,
+    Connection,
+    Drawing,
+    Joint,
+    Light,
+    Mbs,
+    Parameter,
+    Point,
+    Sensor,
+    Shape,
+    UserConstraint,
+    UserModel,
+)
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.writer import write
+from urdf2mbs.merge import overlay
+from urdf2mbs.merge.merge import Merged, merge
+
+Edit = Callable[[Mbs], Any]
+
+
+def put(path: str, value: Any) -> Edit:
+    """An edit that sets a value, such as ``bodies.0.mass``."""
+    *way, last = path.split(".")
+
+    def edit(mbs: Mbs) -> None:
+        thing: Any = mbs
+        for step in way:
+            thing = thing[int(step)] if step.isdigit() else getattr(thing, step)
+        setattr(thing, last, value)
+
+    return edit
+
+
+def get(mbs: Mbs, path: str) -> Any:
+    thing: Any = mbs
+    for step in path.split("."):
+        thing = thing[int(step)] if step.isdigit() else getattr(thing, step)
+    return thing
+
+
+def merged(mine: Edit, theirs: Edit, prefer: Any = "urdf") -> tuple[Mbs, Merged]:
+    """What becomes of an edited file if the URDF, or another file (prefer None), changes, too."""
+    sides = [read(write(everything()), "m.mbs") for _ in range(2)]
+    mine(sides[1])
+    new = everything()
+    theirs(new)
+    new = new if prefer else read(write(new), "m.mbs")
+    edited = write(sides[1]).replace(b"<box>", b"<box><!-- mine -->")
+    result = merge(sides[0], read(edited, "m.mbs"), new, prefer)
+    assert (result.data == edited) is (not result.plan.updated)
+    return read(result.data, "m.mbs"), result
+
+
+def nothing(mbs: Mbs) -> None:
+    pass
+
+
+# a path, what people set, what the URDF sets, and who wins by "urdf", "edited" and None
+FIELDS = [
+    ("bodies.0.mass", 7.0, 9.0, "uee", True),
+    ("bodies.0.com", (7.0, 0.0, 0.0), (9.0, 0.0, 0.0), "uee", True),
+    ("bodies.0.joints.0.type", "T1", "T2", "uee", True),
+    ("bodies.0.joints.0.q", 7.0, 9.0, "eee", False),
+    ("bodies.0.joints.0.nature", "driven", "dependent", "eee", False),
+    ("bodies.0.joints.1.symbols", ("qd",), ("qdd",), "eee", False),
+    ("bodies.0.shapes.0.color", (7, 7, 7), (9, 9, 9), "eee", False),
+    ("bodies.0.shapes.0.transparency", 0.75, 0.5, "eee", False),
+    ("bodies.0.shapes.0.size", (7.0, 7.0, 7.0), (9.0, 9.0, 9.0), "uee", True),
+    ("bodies.0.points.0.coordinates", (7.0, 0.0, 0.0), (9.0, 0.0, 0.0), "uee", True),
+    ("bodies.0.points.0.sensor.measures", ("Pos",), ("Rot",), "eee", False),
+    ("bodies.0.points.1.extforce.measures", ("Pos",), ("Rot",), "eee", False),
+    ("view.background", (7, 7, 7), (9, 9, 9), "eee", False),
+    ("view.frame", 7.0, 9.0, "eee", False),
+    ("view.viewpoints.0.scale", 7.0, 9.0, "eee", False),
+    ("view.lights.0.direction", (7.0, 0.0, 0.0), (9.0, 0.0, 0.0), "eee", False),
+    ("user_variables.0.size", "7", "9", "eee", False),
+    ("user_models.0.parameters.0.values", ("7.0",), ("9.0",), "uee", True),
+    ("cuts.1.length", 7.0, 9.0, "uee", True),
+    ("base.gravity", (0.0, 0.0, -7.0), (0.0, 0.0, -9.0), "uee", True),
+    ("bodies.2.parent", "arm", None, "uee", True),
+    ("bodies.1.point", None, "handle", "uee", True),
+    ("cuts.0.endpoint1", ("leg", None), ("cart", None), "uee", True),
+    ("links.0.endpoint2", ("leg", None), ("trunk", "handle"), "uee", True),
+    ("user_constraints.0.joints", ("kick", "roll"), ("roll", "swing"), "uee", True),
+    ("view.viewpoints.0.joint", "roll", "kick", "eee", False),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("path", "mine", "theirs", "wins", "said"), FIELDS)
+def test_who_wins_where_both_changed_a_value(
+    path: str, mine: Any, theirs: Any, wins: str, said: bool
+) -> None:
+    """One side alone is kept, and said on its side of the plan; two are a conflict, if it is not
+    one of people alone."""
+
+    for side, value, edits in (("kept", mine, (put(path, mine), nothing)),
+                               ("updated", theirs, (nothing, put(path, theirs)))):  # fmt: skip
+        result, plan = merged(*edits)
+        assert get(result, path) == value
+        assert not plan.plan.conflicts
+        assert not plan.plan.orphaned
+        changes = plan.plan.kept if side == "kept" else plan.plan.updated
+        assert [change.field for change in changes] == [path.split(".")[-1]]
+        assert not (plan.plan.updated if side == "kept" else plan.plan.kept)
+    for prefer, winner in zip(("urdf", "edited", None), wins, strict=True):
+        result, plan = merged(put(path, mine), put(path, theirs), prefer)
+        assert get(result, path) == (mine if winner == "e" else theirs), prefer
+        conflicts = plan.plan.conflicts
+        assert [c.wins for c in conflicts] == (
+            [{"u": "urdf", "e": "edited"}[winner]] if said or prefer is None else []
+        )  # fmt: skip
+    same, plan = merged(put(path, mine), put(path, mine))
+    assert get(same, path) == mine
+    assert not plan.plan.conflicts
+    assert not plan.plan.kept
+    assert not plan.plan.updated
+
+
+def add(path: str, thing: Any, at: int = 99) -> Edit:
+    return lambda mbs: get(mbs, path).insert(at, thing)
+
+
+def drop(path: str, at: int = 0) -> Edit:
+    return lambda mbs: get(mbs, path).pop(at)
+
+
+def rename(old: str, new: str) -> Edit:
+    """Call a body, joint or point otherwise wherever it is named."""
+
+    def edit(mbs: Mbs) -> None:
+        text = write(mbs).decode().replace(f">{old}<", f">{new}<")
+        again = read(text.encode(), "m.mbs")
+        for field in mbs.__struct_fields__:
+            setattr(mbs, field, getattr(again, field) if field != "origin" else mbs.origin)
+
+    return edit
+
+
+def all_of(*edits: Edit) -> Edit:
+    return lambda mbs: [edit(mbs) for edit in edits]
+
+
+def move(from_: str, to: str, at: int = 0) -> Edit:
+    return lambda mbs: get(mbs, to).append(get(mbs, from_).pop(at))
+
+
+def no_leg(mbs: Mbs) -> None:
+    """The leg goes, and what needs it."""
+    del mbs.bodies[2], mbs.cuts[1], mbs.links[1]
+    mbs.user_constraints[0].joints = ("swing",)
+
+
+ROPE = Connection("link", "rope", ("leg", None), (None, None))
+EYE = Sensor("eye", ("Pos",))
+BOX = Shape("box", "a_box", size=(7.0, 7.0, 7.0))
+FOOT = Body("foot", "leg", None, [Joint("twist", "R3")])
+
+
+def last(path: str) -> Edit:
+    return lambda mbs: get(mbs, path).append(get(mbs, path).pop(0))
+
+
+def flip(mbs: Mbs) -> None:
+    mbs.bodies[0].joints.reverse()
+
+
+def sorted_anew(mbs: Mbs) -> None:
+    mbs.bodies = mbs.depth_first()
+
+
+def new_body_takes_a_joint(mbs: Mbs) -> None:
+    mbs.bodies.append(Body("foot", "leg", None, [mbs.bodies[0].joints.pop(0)]))
+
+
+def new_points(*names: str, x: float = 0.0, at: tuple[float, float] | None = None) -> Edit:
+    return all_of(*(add("bodies.0.points", Point(name, (x, 0.0, 0.0), at)) for name in names))
+
+
+# what people do, what the URDF does; who wins (?: who is preferred) or what is orphaned; the file
+# then, if it is not that of the winner, or of the URDF's change before that of people
+CASES: dict[str, tuple[Edit, Edit, str, Edit | None]] = {
+    "a sensor": (put("bodies.1.points.0.sensor", EYE), nothing, "", None),
+    "two sensors of one point": (
+        put("bodies.1.points.0.sensor", EYE), put("bodies.1.points.0.sensor", Sensor("other")),
+        "the URDF has a sensor of its own there now", None,
+    ),
+    "two forces on one point": (
+        put("bodies.1.points.0.extforce", EYE), put("bodies.1.points.0.extforce", Sensor("other")),
+        "the URDF has a force of its own there now", None,
+    ),
+    "a sensor goes to another point": (
+        all_of(lambda m: put("bodies.1.points.0.sensor", m.bodies[0].points[0].sensor)(m),
+               put("bodies.0.points.0.sensor", None)), nothing, "", None,
+    ),
+    "a link to what goes": (add("links", ROPE), no_leg, "body 'leg' is gone", None),
+    "a link to a point that goes": (
+        add("links", Connection("link", "rope", ("trunk", "handle"), (None, None))),
+        drop("bodies.0.points", 1), "point 'handle' is gone", None,
+    ),
+    "a link to a point of the base that goes": (
+        add("links", Connection("link", "rope", ("leg", None), (None, "rail"))),
+        all_of(put("bodies.3.point", None), drop("cuts"), drop("base.points")),
+        "point 'rail' is gone", None,
+    ),
+    "a constraint on what goes": (
+        put("user_constraints.1.joints", ("kick",)), no_leg, "joint 'kick' is gone", None,
+    ),
+    "a light behind what goes": (
+        add("view.lights", Light("mine", (0.0, 0.0, 1.0), "kick")), no_leg, "joint 'kick' is gone",
+        None,
+    ),
+    "a value of what goes": (put("bodies.2.mass", 7.0), no_leg, "body 'leg' is gone", None),
+    "a link to what people renamed": (
+        all_of(rename("leg", "stilt"),
+               add("links", Connection("link", "rope", ("stilt", None), (None, None)))),
+        nothing, "", None,
+    ),
+    "a link to what the URDF renamed": (
+        add("links", ROPE), rename("leg", "stilt"), "",
+        all_of(add("links", ROPE), rename("leg", "stilt")),
+    ),
+    "names of both": (rename("leg", "mine"), rename("leg", "theirs"), "?", None),
+    "one name for both": (rename("leg", "same"), rename("leg", "same"), "", None),
+    "a name that the URDF gave another": (
+        rename("kick", "taken"), rename("roll", "taken"), "urdf", None,
+    ),
+    "a point is called as that of another body": (rename("handle", "tip"), nothing, "", None),
+    "a point is called as another": (
+        rename("handle", "new"), new_points("new"), "urdf", None,
+    ),
+    "a joint is called as a body": (rename("kick", "leg"), nothing, "", None),
+    "a point with its sensor, between others": (
+        add("bodies.0.points", Point("new", sensor=EYE), 1), nothing, "", None,
+    ),
+    "a point of a name that the URDF took": (
+        new_points("new", x=7.0), new_points("new", x=9.0),
+        "the URDF has a point 'new' of its own now", None,
+    ),
+    "a point whose sensor has a name that the URDF took": (
+        add("bodies.0.points", Point("new", sensor=EYE)),
+        put("bodies.1.points.0.sensor", Sensor("eye")),
+        "the URDF has a sensor 'eye' of its own now", None,
+    ),
+    "two shapes that are alike, of both": (
+        all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)),
+        all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)), "",
+        all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", BOX)),
+    ),
+    "a point of a name that is in another body": (
+        add("bodies.1.points", Point("new")), new_points("new"), "", None,
+    ),
+    "the same from both, drawn elsewhere": (
+        new_points("new", "newer", at=(7.0, 7.0)), new_points("new", "newer", at=(9.0, 9.0)), "",
+        new_points("new", "newer", at=(9.0, 9.0)),
+    ),
+    "shapes of one name": (
+        add("bodies.0.shapes", BOX), add("bodies.0.shapes", Shape("box", "a_box")), "",
+        all_of(add("bodies.0.shapes", BOX), add("bodies.0.shapes", Shape("box", "a_box"))),
+    ),
+    "a body": (add("bodies", FOOT), nothing, "", all_of(add("bodies", FOOT), sorted_anew)),
+    "a body hangs elsewhere": (
+        all_of(put("bodies.3.parent", "leg"), put("bodies.3.point", None)), nothing, "",
+        all_of(put("bodies.3.parent", "leg"), put("bodies.3.point", None), sorted_anew),
+    ),
+    "a body hangs on another body's point": (
+        all_of(put("bodies.3.parent", "arm"), put("bodies.3.point", "tip")),
+        all_of(add("base.points", Point("ramp")), put("bodies.3.point", "ramp")), "",
+        all_of(add("base.points", Point("ramp")), put("bodies.3.parent", "arm"),
+               put("bodies.3.point", "tip"), sorted_anew),
+    ),
+    "a body whose joint has a name that the URDF took": (
+        add("bodies", FOOT), rename("roll", "twist"),
+        "the URDF has a joint 'twist' of its own now", None,
+    ),
+    "a body on what goes": (add("bodies", FOOT), no_leg, "body 'leg' is gone", None),
+    "a joint goes to another body": (
+        move("bodies.0.joints", "bodies.1.joints"), nothing, "", None,
+    ),
+    "a joint goes to a new body": (
+        new_body_takes_a_joint, put("bodies.0.joints.0.qd", 9.0), "",
+        all_of(put("bodies.0.joints.0.qd", 9.0), new_body_takes_a_joint, sorted_anew),
+    ),
+    "a joint goes two ways": (
+        move("bodies.0.joints", "bodies.1.joints"), move("bodies.0.joints", "bodies.2.joints"),
+        "?", None,
+    ),
+    "a joint goes to what goes": (
+        move("bodies.0.joints", "bodies.2.joints"), no_leg, "body 'leg' is gone", None,
+    ),
+    "another order": (flip, nothing, "", None),
+    "another order and name": (all_of(rename("tilt", "lean"), flip), nothing, "", None),
+    "one order of both": (flip, flip, "", flip),
+    "orders of both": (last("bodies.0.joints"), flip, "?", None),
+    "another order, and one more": (
+        flip, add("bodies.0.joints", Joint("new", "R1"), 1), "",
+        all_of(flip, add("bodies.0.joints", Joint("new", "R1"), 1)),
+    ),
+    "another order of points": (
+        lambda m: m.bodies[0].points.reverse(), nothing, "",
+        all_of(lambda m: m.bodies[0].points.reverse(), sorted_anew),
+    ),
+    "a shape goes": (drop("bodies.0.shapes"), nothing, "", None),
+    "a shape goes that the URDF changed": (
+        drop("bodies.0.shapes"), put("bodies.0.shapes.0.rotation", (9.0, 9.0, 9.0)), "?", None,
+    ),
+    "a shape goes that the URDF moved": (
+        drop("bodies.0.shapes"), put("bodies.0.shapes.0.position", (9.0, 9.0, 9.0)), "?", None,
+    ),
+    "a camera goes that is elsewhere": (
+        drop("view.viewpoints"), put("view.viewpoints.0.position", (9.0, 9.0, 9.0)), "", None,
+    ),
+    "a point goes that is drawn elsewhere": (
+        drop("bodies.0.points", 1), put("bodies.0.points.1.position", (9.0, 9.0)), "", None,
+    ),
+    "a point goes whose sensor changed": (
+        drop("bodies.0.points", 1), put("bodies.0.points.1.sensor.measures", ("Pos",)), "?", None,
+    ),
+    "a body goes with what needs it": (no_leg, nothing, "", None),
+    "a joint goes that only a parameter is called as": (
+        no_leg, add("user_models.0.parameters", Parameter("kick", "scalar", ("1",))), "", None,
+    ),
+    "a body goes that the URDF needs now": (
+        no_leg, add("links", ROPE), "urdf",
+        all_of(add("links", ROPE), drop("cuts", 1), drop("links", 1),
+               put("user_constraints.0.joints", ("swing",))),
+    ),
+    "a parameter goes, and one comes": (
+        lambda m: m.user_models[0].parameters.__setitem__(0, Parameter("new", "scalar", ("1",))),
+        nothing, "", None,
+    ),
+    "new things at the ends of lists": (
+        all_of(add("user_models", UserModel("Mine", [Parameter("gain", "scalar", ("1",))])),
+               add("user_constraints", UserConstraint("mine", ("swing",))),
+               add("view.lights", Light("mine", (0.0, 0.0, 1.0), "swing"), 0)),
+        add("user_models", UserModel("Theirs", [Parameter("gain", "scalar", ("1",))]), 0), "", None,
+    ),
+    "the view goes": (put("view", None), nothing, "", None),
+    "the view comes": (put("view.joint", 7.0), put("view", None), "the view is gone", None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("prefer", ["urdf", "edited"])
+def test_what_comes_goes_and_moves(case: str, prefer: str) -> None:
+    mine, theirs, why, then = CASES[case]
+    winner = {"?": prefer, "urdf": "urdf", "edited": "edited"}.get(why)
+    made = [theirs, mine] if not why else [mine] if winner == "edited" else [theirs]
+    expected = everything()
+    for edit in [then] if then else made:
+        edit(expected)
+    result, done = merged(mine, theirs, prefer)
+    assert result == read(write(expected), "m.mbs")
+    assert [conflict.wins for conflict in done.plan.conflicts] == ([winner] if winner else [])
+    assert [orphan.why for orphan in done.plan.orphaned] == ([why] if why and not winner else [])
+    assert (done.orphans is None) is (not done.plan.orphaned)
+
+
+@pytest.mark.parametrize(
+    ("mine", "then"),
+    [
+        *((put(path, value), None) for path, value, *_ in FIELDS if "parent" not in path),
+        *((mine, then) for mine, theirs, why, then in CASES.values() if theirs is nothing),
+    ],
+)
+def test_a_file_of_edits_makes_them_again(mine: Edit, then: Edit | None) -> None:
+    model, edited, expected = everything(), everything(), everything()
+    mine(edited)
+    (then or mine)(expected)
+    text = overlay.text(differences(model, edited).changes)
+    (changes,) = overlay.read(text.encode(), "edits.yaml")
+    applying = overlay.apply(model, changes, "edited")
+    assert not applying.orphans
+    assert not applying.conflicts
+    assert read(write(model), "m.mbs").bodies == read(write(expected), "m.mbs").bodies
+    assert write(model) == write(expected)
+
+
+def test_the_diagram_stays_as_people_have_it() -> None:
+    """A new body is as far from the body that carries it as the new layout puts it."""
+
+    def drawn(mbs: Mbs, at: float) -> Mbs:
+        for joint in mbs.joints().values():
+            joint.position = (at, at)
+        return mbs
+
+    base, edited, new = drawn(everything(), 30.0), drawn(everything(), 30.0), everything()
+    edited.bodies[0].joints[3].position = (530.0, 30.0)
+    twist = Joint("twist", "R3")
+    new.bodies.append(Body("foot", "leg", None, [twist], drawing=Drawing()))
+    sides = [read(write(mbs), "m.mbs") for mbs in (base, edited)]
+    drawn(new, 130.0)
+    twist.position = (190.0, 140.0)
+    joints = read(merge(*sides, new).data, "m.mbs").joints()
+    assert joints["kick"].position == (30.0, 30.0)
+    assert joints["still"].position == (530.0, 30.0)
+    assert joints["twist"].position == (90.0, 40.0)

@@ -1,0 +1,148 @@
+"""The tables of names and numbers in generated code, without a compiler."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+from urdf2mbs.mbs.model import (
+    Body,
+    Connection,
+    Joint,
+    Mbs,
+    Parameter,
+    Point,
+    Sensor,
+    UserModel,
+)
+from urdf2mbs.project import c, python
+from urdf2mbs.project.stability import Slope, fastest, longest_steps
+from urdf2mbs.simulation import CONTACT_STATES, JOINT_STATES, Contact, Coupling, Simulation
+
+FLOATING = [f"base_{kind}" for kind in ("T1", "T2", "T3", "R1", "R2", "R3")]
+
+
+def robot(bristles: bool = True) -> tuple[Mbs, Simulation]:
+    """Two joints, of which the second rubs, and two feet; a point is called as a joint."""
+    feet = [Point(f"foot{k}", extforce=Sensor(f"touch{k}")) for k in (1, 2)]
+    mbs = Mbs(
+        "r", bodies=[
+            Body("a", joints=[Joint("lift", "T3")], points=[Point("swing"), *feet]),
+            Body("b", "a", "swing", [Joint("still", "T1", "driven"), Joint("a_swing", "R2")],
+                 points=[Point("tip", sensor=Sensor("eye"))]),
+        ],
+        links=[Connection("link3D", "bushing", ("a", None), (None, None)),
+               Connection("link", "rope", ("a", None), (None, None))],
+        user_models=[UserModel.of("friction", {"lift": 1.0, "a_swing": 2.0})],
+    )  # fmt: skip
+    if bristles:
+        mbs.user_models += [
+            UserModel(JOINT_STATES, [Parameter("a_swing", "state", ("0.0",))]),
+            UserModel(CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 4)]),
+        ]
+    simulation = Simulation(
+        couplings=[Coupling(mbs.bodies[1].joints[0], mbs.bodies[0].joints[0], 2.0, -0.0)],
+        contacts=[Contact("a", foot) for foot in feet],
+    )
+    return mbs, simulation
+
+
+@pytest.mark.parametrize("bristles", [True, False])
+def test_states_of_friction_are_named_by_their_places(bristles: bool) -> None:
+    """In C 0 is none: a bristle that is off would write beside the states."""
+    text = c.generated(*robot(bristles))["r_tables.h"].decode()
+    numbers = ("0", "1", "2", "4") if bristles else ("0", "0", "0", "0")
+    rows = re.findall(r"\{(\w+)_id, AT\(friction.*, (\d)\},\n", text)
+    rows += re.findall(r"\{(touch\d)_id, (\d), 0.0, \{0.0, 0.0, 0.0\}\},\n", text)
+    assert rows == list(zip(("lift", "a_swing", "touch1", "touch2"), numbers, strict=True))
+    assert "{still_id, lift_id, 2.0, 0.0},\n" in text  # not -0.0
+    module = python.robot_module(*robot(bristles)).decode()
+    assert f"CONTACT_STATE = {2 if bristles else 0}\n" in module
+    assert ('"a_swing": 1,' in module) == bristles
+
+
+def test_each_thing_has_one_number_in_c() -> None:
+    """Where a point and a joint would have one name, the name is the joint's."""
+    header = c.generated(*robot())["user_all_id.h"].decode()
+    found = re.findall(r"#define (\w+)_id (\d+)\n", header)
+    assert dict(found) == {
+        "lift": "1", "still": "2", "a_swing": "3", "a": "1", "b": "3", "a_foot1": "2",
+        "a_foot2": "3", "b_tip": "4", "eye": "1", "touch1": "1", "touch2": "2", "rope": "1",
+    }  # fmt: skip
+    assert len(found) == 12
+    heads = re.findall(r"\n/\* (\w+)", header)
+    assert heads == ["joints", "bodies", "sensors", "external", "links", "points"]
+
+
+def test_states_are_no_numbers_of_user_models_in_c() -> None:
+    files = c.generated(*robot())
+    assert re.findall(r"struct (\w+) \{", files["user_model.h"].decode()) == ["friction"]
+    source = files["user_model.c"].decode()
+    values = [f"um->friction.{n} = model[0]->parameter_list[{k}]->value_list[0];"
+              for k, n in enumerate(("lift", "a_swing"))]  # fmt: skip
+    assert re.findall(r"um->.*", source) == values
+    files = c.generated(Mbs("r"), Simulation())
+    assert "double none;" in files["user_model.h"].decode()
+    assert "model" not in files["user_model.c"].decode().split("UserModel *um)\n")[-1]
+
+
+@pytest.mark.parametrize(
+    ("bodies", "names"),
+    [
+        ([(None, ["j", "k"])], ["j", "k"]),
+        ([(None, FLOATING), ("0", ["j"])], ["j"]),
+        ([(None, FLOATING)], FLOATING),
+        ([(None, FLOATING[:5]), ("0", ["j"])], [*FLOATING[:5], "j"]),
+        ([(None, ["j"]), ("0", FLOATING)], ["j", *FLOATING]),
+        ([(None, ["*j"]), ("0", ["k", "*l"])], ["k"]),
+    ],
+)
+def test_what_is_plotted(bodies: Any, names: list[str]) -> None:
+    """What moves; not the six joints of a floating base beside others.  A star: driven."""
+    joints = [
+        [Joint(n.lstrip("*"), "R1", "driven" if n[0] == "*" else "independent") for n in of]
+        for _, of in bodies
+    ]
+    made = [Body(str(k), parent, None, joints[k]) for k, (parent, _) in enumerate(bodies)]
+    assert python.plotted(Mbs("r", bodies=made)) == names
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        {}, [], {"a": 1.0}, ["a", 'quoted "b"'], {"a": "long" * 30}, {"a": ("x",)},
+        {"a": tuple(k / 7 for k in range(9)), "b": (("c", "d"), (1.0, 2.0, 3.0))},
+    ],
+)  # fmt: skip
+def test_a_table_in_python_is_its_value(value: Any) -> None:
+    space: dict[str, Any] = {}
+    text = python._assign("TABLE", value)
+    exec(text, space)
+    assert space["TABLE"] == value
+    assert python._assign("ZERO", [-0.0]) == "ZERO = [\n    0.0,\n]\n"
+    assert all(len(line) < 100 or "long" in line for line in text.splitlines())
+
+
+@pytest.mark.parametrize(("mass", "rate"), [(1e-14, 100.0), (1.0, 0.1), (1e6, 100.0)])
+def test_the_fastest_mode_of_a_joint_beside_light_and_heavy_ones(mass: float, rate: float) -> None:
+    """A direction without mass has no mode."""
+    matrix = np.diag([0.0, mass, 1e9])
+    stiffnesses = (("none", 1.0), ("own", mass * rate**2), ("far", 1.0))
+    slopes = [Slope("spring", n, np.eye(3)[k], s, 0.0) for k, (n, s) in enumerate(stiffnesses)]
+    mode = fastest(matrix, slopes)
+    assert abs(mode.rate) == pytest.approx(rate, rel=1e-9)
+    assert mode.step == pytest.approx(longest_steps(np.array([rate * 1j]))[0], rel=1e-9)
+    assert mode.shares == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
+
+
+def test_the_shares_of_a_mode_are_those_of_its_forces() -> None:
+    row = np.ones(1)
+    slopes = [Slope("hold", "a", row, 100.0, 2.0), Slope("spring", "b", row, 50.0, 0.0)]
+    mode = fastest(np.ones((1, 1)), slopes)
+    rate = np.roots([1.0, 2.0, 150.0])[0]
+    assert abs(mode.rate) == pytest.approx(abs(rate), rel=1e-9)
+    assert mode.rate.real == pytest.approx(-1.0, rel=1e-9)
+    assert mode.shares == pytest.approx([1.0, 50.0 / abs(100.0 + 2.0 * rate)], rel=1e-9)
