@@ -211,13 +211,3 @@ def test_a_framed_joint_may_be_called_as_another_body() -> None:
     comparison = compare(robot, mbs, known.joints, frames=known.frames)
     assert comparison.differences == []
     assert comparison.frames == []
-
-
-def test_frames_of_two_urdfs_have_no_figure(tmp_path: Path) -> None:
-    """Where a link has its frame is its own choice."""
-    for name in "ab":
-        (tmp_path / f"{name}.urdf").write_text(TINY)
-    proof = verify(str(tmp_path / "a.urdf"), tmp_path / "b.urdf")
-    assert proof.same
-    assert "motion" in proof.largest
-    assert "frame" not in proof.largest

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -445,3 +446,14 @@ def test_a_number_that_the_urdf_has_not_is_told_as_such() -> None:
         own.name: f"joint '{own.name}': damping is 7, and should be {stated:.9g}",
         "wrist_roll": "joint 'wrist_roll': damping is 8, and the URDF has none",
     }
+
+
+def test_a_link_without_mass_is_placed_by_what_it_carries() -> None:
+    """So the joint that is wrong is named, and not the one after it."""
+    result, mbs = pieces()
+    body(mbs, "arm").points[0].coordinates = (0.05, 0.0, 0.3)
+    (found,) = compared(result, mbs).differences
+    assert found.message.startswith("link 'wrist': joint 'wrist_roll' puts it elsewhere")
+    result, mbs = pieces(re.sub(r'(?s)(<link name="arm">\s*)<inertial>.*?</inertial>', r"\1", TINY))
+    own_joint(mbs, "shoulder").type = "R1"
+    assert kinds(compared(result, mbs)) == {"axis"}

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from math import dist
 from typing import Any
 
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import counted
-from urdf2mbs.proof.groups import Side
+from urdf2mbs.proof.groups import Group, Side
 from urdf2mbs.proof.pair import POSITIONS, Pair, settle
 from urdf2mbs.proof.rigid import (
     HERE,
@@ -131,6 +132,7 @@ class Comparing:
             pair = Pair(
                 ours, theirs, compose(self.apart[ours.parent], ours.before), before,
                 merge(ours.inertias), merge(theirs.inertias), self.scales[mine],
+                partial(self._carried, mine),
             )  # fmt: skip
             link = leader.get(mine)
             if hangs:
@@ -151,6 +153,12 @@ class Comparing:
                 values = ("axis", axis), ("place", place), ("mass", mass)
                 compared.found = dict((*values, ("centre", centre), ("inertia", tensor)))
             self.compared.append(compared)
+
+    def _carried(self, mine: int) -> list[tuple[Group, Group]]:
+        """The pairs of groups that hang on a pair."""
+        groups, other = self.two.groups, self.pairs[mine]
+        pairs = [(self.one.groups[n], groups[self.pairs[n]]) for n in self.one.groups[mine].carries]
+        return [(ours, theirs) for ours, theirs in pairs if theirs.parent == other]
 
     def _place(self, pair: Pair, other: int, link: str | None, hangs: bool) -> tuple[Frame, float]:
         """The constant pose of a group in its counterpart, and how far their motions are apart;

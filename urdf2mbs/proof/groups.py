@@ -28,6 +28,8 @@ class Group(msgspec.Struct):
     """The largest distance (m) of its joint in the parent group, and of its parts in it."""
     inertias: list[tuple[str, Inertia]] = []
     """Of each link or body."""
+    carries: list[int] = []
+    """The groups that hang on it."""
     held: list[str] = []
     """The driven joints just before its joint in the body (.mbs), such as ``R3 1.57``."""
 
@@ -64,6 +66,7 @@ class Side(msgspec.Struct):
         group = Group(parent, before, turns, axis, move, coordinate, joint, child, reach)
         number = self.created[coordinate] = len(self.groups)
         self.groups.append(group)
+        self.groups[parent].carries.append(number)
         return number
 
     def put(self, name: str, group: int, inertia: Inertia) -> None:

@@ -3,6 +3,7 @@ one in the other they agree best."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import atan2, hypot, log10, pi
 from random import Random
 
@@ -48,6 +49,8 @@ class Pair(msgspec.Struct):
     their_inertia: Inertia
     scale: float
     """m."""
+    carried: Callable[[], list[tuple[Group, Group]]]
+    """Gives the groups that hang on them."""
 
     def placed(self) -> Frame:
         """Our group's pose in theirs, by where the joints put both at zero."""
@@ -71,10 +74,18 @@ class Pair(msgspec.Struct):
 
     def misfits(self, at: Frame) -> list[float]:
         """The deviation of each thing that the groups have, if ``at`` is so: of the axis of their
-        joint, of mass and inertia."""
+        joint, of mass and inertia, and of the axes of the joints that they carry."""
         ours, theirs = self.ours, self.theirs
-        axes = between_axes(at, ours.axis, HERE, theirs.axis, ours.turns, self.scale)
-        return [axes, *self.inertia(at).values()]
+        found = [
+            between_axes(at, ours.axis, HERE, theirs.axis, ours.turns, self.scale),
+            *self.inertia(at).values(),
+        ]
+        for mine, other in self.carried():
+            before = compose(at, mine.before)
+            found.append(
+                between_axes(before, mine.axis, other.before, other.axis, mine.turns, self.scale)
+            )
+        return found
 
 
 def settle(pair: Pair, placed: Frame, meant: Frame | None, tolerance: float) -> Frame:
@@ -114,17 +125,23 @@ def _on_axis(pair: Pair, at: Frame) -> Frame:
 
 
 def _slid(pair: Pair, at: Frame) -> Frame:
-    """A pose moved along, and turned about, the joint's axis so that the centre agrees."""
-    (mass, a, _), (_, b, _), e = pair.our_inertia, pair.their_inertia, pair.theirs.axis
-    if not mass:
-        return at
+    """A pose moved along, and turned about, the joint's axis so that the first of centre and
+    anchors that tells agrees."""
+    e = pair.theirs.axis
+    points = [(pair.our_inertia[1], pair.their_inertia[1])] if pair.our_inertia[0] else []
+    points += [(mine.before[9:], other.before[9:]) for mine, other in pair.carried()]
     if pair.ours.turns:
-        p, q = across(moved(at, a), e), across(b, e)
-        if min(hypot(*p), hypot(*q)) > 1e-3 * pair.scale:
-            at = compose(spin(e, atan2(dot(cross(p, q), e), dot(p, q))), at)
-    p = moved(at, a)
-    d = (b[0] - p[0], b[1] - p[1], b[2] - p[2])
-    if pair.ours.turns:
-        along = dot(d, e)
-        d = (along * e[0], along * e[1], along * e[2])
-    return (*at[:9], at[9] + d[0], at[10] + d[1], at[11] + d[2])
+        for a, b in points:
+            p, q = across(moved(at, a), e), across(b, e)
+            if min(hypot(*p), hypot(*q)) > 1e-3 * pair.scale:
+                angle = atan2(dot(cross(p, q), e), dot(p, q))
+                at = compose(spin(e, angle), at)
+                break
+    for a, b in points[:1]:
+        p = moved(at, a)
+        d = (b[0] - p[0], b[1] - p[1], b[2] - p[2])
+        if pair.ours.turns:
+            along = dot(d, e)
+            d = (along * e[0], along * e[1], along * e[2])
+        at = (*at[:9], at[9] + d[0], at[10] + d[1], at[11] + d[2])
+    return at
