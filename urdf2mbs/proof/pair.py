@@ -98,7 +98,8 @@ def settle(pair: Pair, placed: Frame, meant: Frame | None, tolerance: float) -> 
     """
 
     def agreement(at: Frame) -> float:
-        return -sum(log10(min(max(off, TOLERANCE), 1.0)) for off in pair.misfits(at))
+        # rounded: Python 3.12 adds up otherwise, and a tie goes to the first on each Python
+        return -round(sum(log10(min(max(off, TOLERANCE), 1.0)) for off in pair.misfits(at)), 6)
 
     choice = [placed]
     if meant is not None:
