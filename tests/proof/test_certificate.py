@@ -250,6 +250,31 @@ def test_what_a_pass_changed_on_purpose_is_named(
         assert replay((texts[0], texts[1], said), tmp_path) == 3
 
 
+def test_what_a_certificate_permits_is_printed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A certificate that says less than it permits does not hide what is another robot."""
+    options = {"snap": {"angle": 1e-3}}
+    texts = tiny(TINY, tmp_path, base="fixed", options=options, project=tmp_path / "p")
+    texts[2]["predicate"]["warnedTests"] = []
+    assert replay(texts, tmp_path) == 0
+    said = capsys.readouterr().out
+    assert "  but for what was added or changed on purpose: joint 'tool_mount'" in said
+    assert "groups, to" in said
+    assert ", damping" in said.splitlines()[0]
+    del texts[2]["predicate"]["urdf2mbs"]["numbers"]["damping"]
+    assert replay(texts, tmp_path) == 0
+    assert ", damping" not in capsys.readouterr().out
+
+
+def test_a_joint_that_is_held_must_be_named(tmp_path: Path) -> None:
+    texts = tiny(HANDLESS, tmp_path, base="fixed", project=tmp_path / "p")
+    assert any("held at zero" in line for line in texts[2]["predicate"]["warnedTests"])
+    assert replay(texts, tmp_path) == 0
+    texts[2]["predicate"]["warnedTests"] = []
+    assert replay(texts, tmp_path) == 3
+
+
 @pytest.mark.parametrize("text", [TINY, MIMIC, WORLD], ids=["tiny", "mimic", "world"])
 def test_a_good_file_is_the_same(text: str, tmp_path: Path) -> None:
     assert replay(tiny(text, tmp_path), tmp_path) == 0

@@ -155,12 +155,6 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
         "options": _options(conversion.settings.config),
         "changed": [str(change) for change in conversion.changed],
         "changes": [*_changes(conversion)],
-        "held": conversion.frozen,
-        "added": [
-            joint
-            for joint in conversion.mbs.joints()
-            if any(edit.startswith(f"joint '{joint}' of body ") for edit in proof.but_for)
-        ],
         "but_for": proof.but_for,
         "by_code": proof.by_code,
         "not_compared": proof.not_compared,

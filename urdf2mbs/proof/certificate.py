@@ -48,8 +48,7 @@ def step(kind, axis, q):
         return frame(AXES, [q * c for c in axis])
     x, y, z = axis
     k, s, c = ((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)), sin(q), 1.0 - cos(q)
-    terms = zip(AXES, k, product(k, k))
-    return frame([[i + s * a + c * b for i, a, b in zip(*rows)] for rows in terms])
+    return frame([[i + s * a + c * b for i, a, b in zip(*r)] for r in zip(AXES, k, product(k, k))])
 
 
 def origin(xyzrpy):
@@ -120,8 +119,7 @@ def compare(one, two, places, joints, what, wrong):
         size = sqrt(max(abs(value) for row in ours[:3] for value in row[:3])) or 1.0
         sizes = size, size, size, sqrt(abs(ours[3][3])) or 1.0
         worst[f"mass behind {name}"] = apart(ours, theirs, sizes)
-    far = ((thing, off) for thing, off in worst.items() if not off <= TOLERANCE)
-    wrong(f"{what}: {thing} is {off:.1e} off" for thing, off in far)
+    wrong(f"{what}: {name} is {off:.1e} off" for name, off in worst.items() if not off <= TOLERANCE)
     return max(worst.values(), default=0.0)
 
 
@@ -155,7 +153,7 @@ def motions(joint, proof, wrong):
     axes = [*(group["axis"] for group in own[:-1]), [c / (hypot(*axis) or 1.0) for c in axis]]
     axes = [*AXES, *AXES] if len(own) == 6 else axes
     square = apart(product(axes[-3:], [*zip(*axes[-3:])]), AXES, (1.0, 1.0, 1.0)) < TOLERANCE
-    if not square or (len(own) != len(kinds) and (own or name not in proof["held"])):
+    if not square or (len(own) != len(kinds) and (own or f"'{name}': held" not in proof["said"])):
         wrong([f"the {len(own)} coordinates of joint '{name}' are not those of its type"])
     return [(f"joint '{g['coordinate']}'", motion) for g, *motion in zip(own, kinds, axes)]
 
@@ -229,7 +227,8 @@ def compare_joints(model, urdf, proof, names, wrong):
         moved = {value.tag for value in joint.iterfind("initialvalue/*") if float(value.text)}
         # what is held may have a position, if its symbols have it, and no speed
         fine = not lost if own else not (moved & {"q"} & lost or moved - {"q"} - lost)
-        free = joint[0].text in proof["added"] or joints.get(own, urdf).find("mimic") is not None
+        free = f"joint '{joint.findtext('jointname')}' of body " in proof["said"]
+        free = free or joints.get(own, urdf).find("mimic") is not None
         if not fine or ((own is None) != (nature == "driven") and not free):
             wrong([f"{ET.tostring(joint, 'unicode')} does not move as it should"])
     for kind, (path, key, unsaid) in proof["numbers"].items():
@@ -237,8 +236,7 @@ def compare_joints(model, urdf, proof, names, wrong):
             own, text = names.get(one.findtext("name")), one.findtext("value")
             part = joints.get(own, urdf).find(path)
             should = unsaid if part is None else part.get(key, part.text or "0")
-            known = f"{own}: {kind} is {text}, " in str(proof["but_for"])
-            if not known and float(text) != float(should):
+            if float(text) != float(should) and f"{own}: {kind} is {text}, " not in proof["said"]:
                 wrong([f"{kind} of {own} is {text}, and in the URDF {should}"])
 
 
@@ -254,7 +252,8 @@ def replay(*files):
     data, wrong = [Path(file).read_bytes() for file in files], []
     urdf, model = (ET.fromstring(text) for text in data[:2])
     predicate = json.loads(data[2])["predicate"]
-    proof = predicate["urdf2mbs"]
+    # what the URDF does not say is right only where it is printed below
+    proof = predicate["urdf2mbs"] | {"said": "\n".join(predicate["warnedTests"])}
     for file, text in zip(files, data[:2]):
         digests = (sha256(form).hexdigest() for form in (text, ET.canonicalize(text).encode()))
         if not any(digest.encode() in data[2] for digest in digests):
@@ -274,7 +273,10 @@ def replay(*files):
     wrong += [f"only in the .mbs, or only in the certificate: {thing}" for thing in sorted(odd)]
     edits = [f"what moves with {name} (edited)" for name in groups if "found" in groups[name]]
     edits += [f"the frame of {x}" for x in sorted(robot.keys() - {link for link, *_ in places})]
+    changed = dict.fromkeys(f"{tag} '{name}'" for (tag, name, *_), *_ in proof["changes"])
+    edits += ["what was added or changed on purpose: " + ", ".join(changed)] * bool(changed)
     verdict = "NOT " * bool(wrong) + f"the same robot: {len(groups)} groups, to {off:.0e}"
+    verdict += "".join(f", {kind}" for kind in proof["numbers"])
     print(*wrong, "\n  but for ".join([verdict, *edits, *predicate["warnedTests"]]), sep="\n")
     return 3 if wrong else 0
 
