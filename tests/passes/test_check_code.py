@@ -373,6 +373,16 @@ def test_verify_runs_the_code_only_when_asked(tmp_path: Path) -> None:
     gravity = ["--gravity", "0.5", "-0.3", "-9.7"]
     assert main(["verify", str(robot), str(project), "--code", *gravity]) == 3
     assert main(["verify", str(robot), str(project), *gravity]) == 0
+    module.write_text(text)
+    stops = "user model 'stop_stiffness'"
+    assert stops in verify(robot, project, code=True, **settings).by_code
+    model = project / "dataR" / "rich.mbs"
+    before, after = model.read_text().split("<name>stop_stiffness</name>")
+    after = re.sub("<value>.*?</value>", "<value>7</value>", after, count=1)
+    model.write_text(before + "<name>stop_stiffness</name>" + after)
+    verdict = verify(robot, project, code=True, **settings)
+    assert verdict.same
+    assert verdict.not_compared[stops] == "not as urdf2mbs makes it"
     (project / "dataR" / "rich.proof.json").unlink()
     verdict = verify(robot, project, code=True, **settings)
     assert verdict.not_compared["the generated code"] == "there is no 'rich.proof.json'"
