@@ -74,7 +74,7 @@ def test_a_part_of_a_mesh(tiny: Path) -> None:
     (tiny.parent / "hand.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 nan\nf 1 2 3\nf 1 2 4")
     found = told(convert(tiny, project=tiny.parent / "p").diagnostics, "mesh-part")
     assert len(found) == 1
-    assert "1 triangles have coordinates" in found[0].message
+    assert "a coordinate of 1 triangle" in found[0].message
     assert found[0].message.endswith("mesh hand.obj")
 
 

@@ -113,6 +113,4 @@ def test_one_triangle_that_cannot_be_drawn(tmp_path: Path) -> None:
     broken = f"{text[:first]}vertex nan 0 0{text[text.index(chr(10), first) :]}"
     mesh = mesh_of(tmp_path, "a.stl", broken)
     assert count(mesh) == len(TRIANGLES) - 1
-    assert mesh.problems == [
-        "1 triangles have coordinates that are no finite single-precision numbers"
-    ]
+    assert mesh.problems == ["a coordinate of 1 triangle is no finite single-precision number"]

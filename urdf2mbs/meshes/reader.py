@@ -14,7 +14,7 @@ import msgspec
 from urdf2mbs.disk import files
 from urdf2mbs.meshes import stl
 from urdf2mbs.meshes.model import Mesh, MeshError, Part
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError, counted
 
 #: What can be read, by the end of the file's name in small letters.
 FORMATS = (".stl", ".dae", ".obj", ".ply", ".glb", ".gltf")
@@ -70,15 +70,14 @@ def _usable(mesh: Mesh, part: Part) -> Part:
 
     there = ((part.triangles >= 0) & (part.triangles < len(part.points))).all(axis=1)
     if not there.all():
-        mesh.problems.append(f"{(~there).sum()} triangles name a point that is not there")
+        bad = counted(int((~there).sum()), "triangle")
+        mesh.problems.append(f"a point of {bad} is not there")
     good = np.all(np.abs(part.points) <= np.finfo(np.float32).max, axis=1)
     finite = np.zeros_like(there)
     finite[there] = np.all(good[part.triangles[there]], axis=1)
     if not finite[there].all():
-        mesh.problems.append(
-            f"{(~finite[there]).sum()} triangles have coordinates that are no finite "
-            "single-precision numbers"
-        )
+        bad = counted(int((~finite[there]).sum()), "triangle")
+        mesh.problems.append(f"a coordinate of {bad} is no finite single-precision number")
     uv = part.uv
     if uv is not None and not np.isfinite(uv[finite]).all():
         mesh.problems.append("its texture coordinates are no finite numbers")
