@@ -393,3 +393,22 @@ def test_a_robot_without_joints_that_move(tmp_path: Path) -> None:
     proof = convert(tmp_path, {}, text, base="fixed").proof
     assert proof is not None
     assert proof.same
+
+
+def test_a_robot_that_no_equations_can_move_is_the_same(tmp_path: Path) -> None:
+    """A mass point turns about an axis through it: no matter resists."""
+    point = '<link name="of_spin"><inertial><mass value="1"/></inertial></link>'
+    text = (
+        f'<robot name="rich"><link name="world"/>{joint("spin", "world", "1 0 0")}{point}</robot>'
+    )
+    text = text.replace("</joint>", '<dynamics damping="0.2"/></joint>')
+    conversion = convert(tmp_path, {}, text, base="fixed")
+    verdict = copy.deepcopy(conversion.proof)
+    assert verdict is not None
+    prove_code(conversion, verdict, code_of(conversion, ".py"), in_c=True)
+    assert verdict.same
+    assert "joint 'spin'" in verdict.not_compared["accelerations and C"]
+    files = code_of(conversion, ".py")
+    files[ROBOT] = files[ROBOT].replace(b"Qq[joint] -= damping", b"Qq[joint] += damping")
+    prove_code(conversion, verdict, files, in_c=True)
+    assert {found.message.split(":")[0] for found in verdict.differences} == {"joint 'spin'"}
