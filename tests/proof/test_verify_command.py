@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from proving import joint, link, robot
 
 from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
@@ -150,3 +151,28 @@ def test_what_passes_changed_on_purpose(name: str, options: Any, pair: Path, cap
     (pair / "tiny.urdf").write_text(tilted)
     (pair / "p" / "dataR" / "p.proof.json").unlink()
     assert main(["verify", "tiny.urdf", "p"]) == 3
+
+
+def test_rounding_does_not_add_up_along_an_arm(tmp_path: Path) -> None:
+    """Its half turns have 12 digits, and `compact` takes the axes as exact: each joint is 2e-13
+    rad off, and the wrist, which two joints share, has no length that the rounding could be
+    small beside."""
+    half, straight, down = "3.14159265359", "0 0 0", "0 -0.2 0"
+    arm = [
+        ("0 0 0.5", f"0 0 {half}", "0 0 1"), (down, f"0 {half} 0", "-1 0 0"),
+        (down, straight, "0 -1 0"), (down, straight, "-1 0 0"), (down, f"0 {half} 0", "0 -1 0"),
+        (down, straight, "1 0 0"), (straight, f"0 {half} 0", "0 1 0"),
+    ]  # fmt: skip
+    text, before = link("world"), "world"
+    for number, (xyz, rpy, axis) in enumerate(arm):
+        at = straight if number == 6 else "0 -0.1 0"
+        body = f'<inertial><origin xyz="{at}"/><mass value="1"/>'
+        body += '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>'
+        name = f"l{number}"
+        text += link(name, body) + joint(before, name, xyz=xyz, rpy=rpy, axis=axis)
+        before = name
+    (tmp_path / "arm.urdf").write_text(robot(text))
+    (tmp_path / "arm.mbs").write_bytes(convert(tmp_path / "arm.urdf", pipeline="compact").data)
+    verdict = verify(tmp_path / "arm.urdf", tmp_path / "arm.mbs")
+    assert verdict.same
+    assert verdict.largest["motion"] < 1e-12
