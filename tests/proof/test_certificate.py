@@ -280,6 +280,18 @@ def test_a_good_file_is_the_same(text: str, tmp_path: Path) -> None:
     assert replay(tiny(text, tmp_path), tmp_path) == 0
 
 
+def test_slips_that_people_make_are_read(tmp_path: Path) -> None:
+    for text in (
+        f"\n\n{TINY}",
+        TINY.replace("<robot ", '<robot xmlns="http://drake.mit.edu" '),
+        re.sub(r'xyz="(\S+) (\S+) (\S+)"', r'xyz="\1, \2, \3"', TINY),
+    ):
+        assert text != TINY
+        assert replay(tiny(text, tmp_path), tmp_path) == 0, text
+        said = tiny(text, tmp_path, options={"snap": {"angle": 1e-3}, **ALWAYS})
+        assert replay(said, tmp_path) == 0, text
+
+
 def test_joints_of_all_types_and_those_that_count_the_other_way(tmp_path: Path) -> None:
     for kind in ("planar", "floating", "prismatic", "revolute"):
         text = TINY.replace(

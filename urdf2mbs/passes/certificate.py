@@ -145,9 +145,8 @@ def _warned(conversion: Conversion, proof: Proof) -> list[str]:
 def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
     """The rest, which is ours: versions, options, what plugins changed, and all groups."""
     from importlib.metadata import version
-    from xml.etree.ElementTree import fromstring
 
-    from urdf2mbs.proof.certificate import rest_of
+    from urdf2mbs.proof.certificate import read, rest_of
 
     packages = ["urdf2mbs"] + ["xacro"] * (conversion.expanded is not None)
     return {
@@ -161,7 +160,7 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
         "numbers": {
             m.name: _NUMBERS[m.name] for m in conversion.mbs.user_models if m.name in _NUMBERS
         },
-        "rest": rest_of(fromstring(conversion.files[conversion.settings.output])),
+        "rest": rest_of(read(conversion.files[conversion.settings.output])),
         "frames": [*_frames(conversion, proof)],
         "groups": [_group(group) for group in proof.compared],
     }
@@ -189,10 +188,12 @@ def _changes(conversion: Conversion) -> Iterator[tuple[list[str], tuple[str, Any
 
 def _urdf(conversion: Conversion) -> list[Element]:
     """The elements of the URDF, as the replay reads it."""
-    from xml.etree.ElementTree import ParseError, fromstring
+    from xml.etree.ElementTree import ParseError
+
+    from urdf2mbs.proof.certificate import read
 
     with suppress(ParseError):  # the reader mends what no other parser reads
-        return [*fromstring(conversion.expanded or conversion.source)]
+        return [*read(conversion.expanded or conversion.source)]
     return []
 
 

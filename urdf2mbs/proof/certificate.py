@@ -116,11 +116,15 @@ def compare(one, two, places, joints, what, wrong):
     sides = (one, at, mover), (two, there, their_mover)
     for name in joints:
         ours, theirs = (carried(*side, name, inverse(at[name])) for side in sides)
-        size = sqrt(max(abs(value) for row in ours[:3] for value in row[:3])) or 1.0
-        sizes = size, size, size, sqrt(abs(ours[3][3])) or 1.0
-        worst[f"mass behind {name}"] = apart(ours, theirs, sizes)
+        k = sqrt(max(abs(value) for row in ours[:3] for value in row[:3])) or 1.0
+        worst[f"mass behind {name}"] = apart(ours, theirs, (k, k, k, sqrt(abs(ours[3][3])) or 1.0))
     wrong(f"{what}: {name} is {off:.1e} off" for name, off in worst.items() if not off <= TOLERANCE)
     return max(worst.values(), default=0.0)
+
+
+def read(text: bytes) -> ET.Element:
+    """Read an XML file.  Drake's URDFs have a default namespace, which no tag should get."""
+    return ET.fromstring(text.strip().replace(b"xmlns=", b"was="))
 
 
 def change(urdf, changes, wrong):
@@ -141,7 +145,7 @@ def change(urdf, changes, wrong):
 def numbers(element, path, keys, unsaid="0 0 0"):
     """The numbers of some attributes; ``unsaid``: what the URDF means where it says nothing."""
     said = getattr(element.find(path), "attrib", {})
-    return [float(number) for key in keys.split() for number in said.get(key, unsaid).split()]
+    return [float(x) for k in keys.split() for x in said.get(k, unsaid).replace(",", " ").split()]
 
 
 def motions(joint, proof, wrong):
@@ -250,13 +254,13 @@ def rest_of(model: ET.Element) -> list[str]:
 def replay(*files):
     """Print what does not hold, and the verdict; gives the exit code."""
     data, wrong = [Path(file).read_bytes() for file in files], []
-    urdf, model = (ET.fromstring(text) for text in data[:2])
+    urdf, model = map(read, data[:2])
     predicate = json.loads(data[2])["predicate"]
     # what the URDF does not say is right only where it is printed below
     proof = predicate["urdf2mbs"] | {"said": "\n".join(predicate["warnedTests"])}
     for file, text in zip(files, data[:2]):
-        digests = (sha256(form).hexdigest() for form in (text, ET.canonicalize(text).encode()))
-        if not any(digest.encode() in data[2] for digest in digests):
+        forms = text, ET.canonicalize(text.strip()).encode()
+        if not any(sha256(form).hexdigest().encode() in data[2] for form in forms):
             wrong.append(f"{file} is not the file that was certified")
     change(urdf, proof["changes"], wrong.extend)
     robot = urdf_robot(urdf, proof, wrong.extend)
@@ -269,8 +273,7 @@ def replay(*files):
     ours, theirs = certified_robot(edited, robot), mbs_robot(model, names)
     off = compare(ours, theirs, places, groups, "the .mbs", wrong.extend)
     compare_joints(model, urdf, proof, names, wrong.extend)
-    odd = {*rest_of(model)} ^ {*proof["rest"]}
-    wrong += [f"only in the .mbs, or only in the certificate: {thing}" for thing in sorted(odd)]
+    wrong += [f"not in both files: {x}" for x in sorted({*rest_of(model)} ^ {*proof["rest"]})]
     edits = [f"what moves with {name} (edited)" for name in groups if "found" in groups[name]]
     edits += [f"the frame of {x}" for x in sorted(robot.keys() - {link for link, *_ in places})]
     changed = dict.fromkeys(f"{tag} '{name}'" for (tag, name, *_), *_ in proof["changes"])
