@@ -444,6 +444,24 @@ def test_a_step_that_cannot_be_taken(tmp_path: Path, method: str) -> None:
     assert caught.value.code == "step-failed"
 
 
+def test_a_gimbal_that_starts_locked_is_named(tmp_path: Path) -> None:
+    solid = '<inertial><mass value="1"/><inertia ixx="1" iyy="2" izz="2.5"/></inertial>'
+    links = "".join(f'<link name="{name}"/>' for name in ("world", "of_a", "of_b"))
+    joints = "".join(
+        f'<joint name="{name}" type="continuous"><parent link="{parent}"/>'
+        f'<child link="of_{name}"/><axis xyz="{axis}"/></joint>'
+        for name, parent, axis in (("a", "world", "0 0 1"), ("b", "of_a", "0 1 0"),
+                                   ("c", "of_b", "1 0 0"))
+    )  # fmt: skip
+    text = f'<robot name="gimbal">{links}<link name="of_c">{solid}</link>{joints}</robot>'
+    project = make(tmp_path, text, passes={"posture": {"joints": {"b": 1.5708}}})
+    file = project / "userfctR" / "user_JointForces.py"
+    file.write_text(file.read_text() + "    mbs_data.Qq[1:] += 0.0 if tsim == 0.0 else 1e400\n")
+    with pytest.raises(ConversionError, match="nothing that has mass resists joint 'a'") as caught:
+        simulate(project, time=0.1, language="python")
+    assert (caught.value.hint or "").startswith("start elsewhere, ")
+
+
 def test_lsoda_gives_up_without_a_word_of_its_own(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:

@@ -14,6 +14,8 @@ from warnings import catch_warnings, filterwarnings
 
 import numpy as np
 
+from urdf2mbs.mbs.reader import read
+from urdf2mbs.mbs.singular import TooLargeError, find_singular
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.project import starters
 from urdf2mbs.runtime.data import MbsData
@@ -249,11 +251,14 @@ def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> S
     for push in data.pushes:
         if push.start <= time < push.stop:
             text += f"; the push on '{push.link}' is {np.linalg.norm(push.force):.3g} N"
+    hint = "take softer contacts, stops and gains, smaller forces, or an implicit method: "
+    with suppress(TooLargeError):
+        for found in find_singular(read(data.mbs_file.read_bytes(), str(data.mbs_file)))[:1]:
+            text += f"; at the start, nothing that has mass resists joint '{found.joint}'"
+            hint = f"start elsewhere, {hint}"
     return SimulationError(
-        "step-failed", text, file=str(data.mbs_file),
-        hint="take softer contacts, stops and gains, smaller forces, or an implicit method: "
-        "--method Radau",
-    )  # fmt: skip
+        "step-failed", text, file=str(data.mbs_file), hint=f"{hint}--method Radau"
+    )
 
 
 def _breaks(data: MbsData, time: float, end: float) -> list[float]:
