@@ -282,6 +282,25 @@ def test_friction_is_the_smallest_that_the_urdf_states() -> None:
         assert {p.name: p.values for p in law.parameters}["friction"] == (friction,)
 
 
+def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
+    """TurtleBot3 states mu1 = 10000; its project was rejected by check-code."""
+    numbers = "<mu1>1e4</mu1><kp>1e15</kp><kd>1e13</kd>"
+    own = TINY.replace("mu1", "mu2")
+    text = own.replace("</robot>", f'<gazebo reference="hand">{numbers}</gazebo></robot>')
+    passes = {"contacts": {"links": ["hand"], "points": {"hand": [[0, 0, 0]]}}}
+    result = convert_text(text, options=passes, project=tmp_path / "p")
+    proof = result.conversion.proof
+    assert proof is not None
+    assert proof.same
+    (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
+    assert {p.name: p.values for p in law.parameters}["friction"] == ("100.0",)
+    assert [found.message for found in result.diagnostics if found.code == "contacts-most"] == [
+        "contacts: mu1 is 100, not 10000 as in the URDF",
+        "contacts: kp is 1e+12, not 1e+15 as in the URDF",
+        "contacts: kd is 1e+12, not 1e+13 as in the URDF",
+    ]
+
+
 def test_a_cylinder_that_leans_touches_with_the_ends_of_its_lowest_line() -> None:
     shape = urdf.Cylinder(0.5, 2.0)
     assert _cylinder(shape, (0.0, 0.6, -0.8))[0] == (0.5, 0.0, -1.0)

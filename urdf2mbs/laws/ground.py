@@ -45,7 +45,8 @@ def prove(case: Case) -> None:
         friction = options.friction
         if friction is None:  # the URDF's, of the link with the least
             stated = [e.numbers for e in case.robot.extensions if e.reference in wanted]
-            friction = min((of["mu1"] for of in stated if of.get("mu1", -1.0) >= 0.0), default=0.8)
+            numbers = [of["mu1"] for of in stated if of.get("mu1", -1.0) >= 0.0]
+            friction = min(*numbers, 100.0) if numbers else 0.8
         law = {"ground": options.ground, "friction": friction}
         case.compare("contact law", [*law.values()], [case.get("contact", k) for k in law], "", 1.0)
     up = -np.array(case.gravity) if any(case.gravity) else np.array((0.0, 0.0, 1.0))

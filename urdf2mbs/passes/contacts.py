@@ -25,7 +25,7 @@ contact points, whatever holds its joints.  A warning says so.
 
 from __future__ import annotations
 
-from math import dist, hypot, sqrt
+from math import dist, hypot, inf, sqrt
 from typing import Annotated, Any
 
 from msgspec import Meta
@@ -79,7 +79,7 @@ class Contacts(Pass):
     ``kd`` of ``<gazebo>`` if that is more."""
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
     """Coefficient of friction, a ratio; none: the smallest that the URDF states of the links, as
-    ``mu1`` of ``<gazebo>`` or ``<contact><lateral_friction>``, else 0.8."""
+    ``mu1`` of ``<gazebo>`` or ``<contact><lateral_friction>`` (at most 100), else 0.8."""
     bristles: bool = True
     """Friction in a project has a state, and lets a foot rest; else it is a law of the speed."""
     slip_speed: Speed = 0.05
@@ -231,10 +231,15 @@ def _stated(conversion: Conversion) -> dict[str, float]:
     touching = {contact.link for contact in conversion.simulation.contacts}
     stated: dict[str, float] = {}
     for extension in conversion.robot.extensions:
-        for name, most in (("mu1", 100.0), ("kp", 1e12), ("kd", 1e12)):
+        for name in ("mu1", "kp", "kd"):
             number = extension.numbers.get(name, -1.0)
             if extension.reference in touching and (name == "mu1" or number) and number >= 0.0:
-                stated[name] = min(stated.get(name, most), number)
+                stated[name] = min(stated.get(name, inf), number)
+    for name, most in (("mu1", 100.0), ("kp", 1e12), ("kd", 1e12)):
+        if stated.get(name, 0.0) > most:
+            said = f"contacts: {name} is {most:g}, not {stated[name]:g} as in the URDF"
+            conversion.note("contacts-most", said)
+            stated[name] = most
     return stated
 
 
