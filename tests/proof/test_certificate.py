@@ -282,11 +282,12 @@ def test_a_good_file_is_the_same(text: str, tmp_path: Path) -> None:
 
 def test_slips_that_people_make_are_read(tmp_path: Path) -> None:
     for text in (
-        f"\n\n{TINY}",
+        f"\n<!-- licence -->\n{TINY}",
+        WORLD.replace('<link name="world"/>', ""),
         TINY.replace("<robot ", '<robot xmlns="http://drake.mit.edu" '),
         re.sub(r'xyz="(\S+) (\S+) (\S+)"', r'xyz="\1, \2, \3"', TINY),
     ):
-        assert text != TINY
+        assert text not in (TINY, WORLD)
         assert replay(tiny(text, tmp_path), tmp_path) == 0, text
         said = tiny(text, tmp_path, options={"snap": {"angle": 1e-3}, **ALWAYS})
         assert replay(said, tmp_path) == 0, text

@@ -94,11 +94,10 @@ def carried(robot, at, mover, joint, back):
     return total
 
 
-def apart(one, two, sizes):
-    """How far two matrices are apart: the sum of their elements' differences, over the sizes of
-    row and column.  NaN is never small."""
-    rows = zip(one, two, sizes)
-    return sum(abs(a - b) / (k * m) for x, y, k in rows for a, b, m in zip(x, y, sizes))
+def apart(one, two, by):
+    """How far two matrices are apart: the sum of their elements' differences, over ``by``, the
+    sizes of row and column.  NaN is never small."""
+    return sum(abs(a - b) / (k * m) for x, y, k in zip(one, two, by) for a, b, m in zip(x, y, by))
 
 
 def compare(one, two, places, joints, what, wrong):
@@ -123,8 +122,9 @@ def compare(one, two, places, joints, what, wrong):
 
 
 def read(text: bytes) -> ET.Element:
-    """Read an XML file.  Drake's URDFs have a default namespace, which no tag should get."""
-    return ET.fromstring(text.strip().replace(b"xmlns=", b"was="))
+    """Read an XML file.  Comments and blank lines may stand before the declaration, and no tag
+    should get the default namespace of Drake's URDFs."""
+    return ET.fromstring(text[max(0, text.find(b"<?xml")) :].replace(b"xmlns=", b"was="))
 
 
 def change(urdf, changes, wrong):
@@ -165,7 +165,8 @@ def motions(joint, proof, wrong):
 def urdf_robot(urdf, proof, wrong):
     """The robot of the URDF: each link is a part."""
     joints = {joint.find("child").get("link"): joint for joint in urdf.iterfind("joint")}
-    links = {link.get("name"): link for link in urdf.iterfind("link")}
+    links = {joint.find("parent").get("link"): ET.Element("world") for joint in joints.values()}
+    links |= {link.get("name"): link for link in urdf.iterfind("link")}
     robot, todo = {}, [(name, "", []) for name in links if name not in joints]
     for name, before, way in todo:
         mass = numbers(links[name], "inertial/mass", "value", "0")
@@ -259,7 +260,7 @@ def replay(*files):
     # what the URDF does not say is right only where it is printed below
     proof = predicate["urdf2mbs"] | {"said": "\n".join(predicate["warnedTests"])}
     for file, text in zip(files, data[:2]):
-        forms = text, ET.canonicalize(text.strip()).encode()
+        forms = text, ET.canonicalize(text[max(0, text.find(b"<?xml")) :]).encode()
         if not any(sha256(form).hexdigest().encode() in data[2] for form in forms):
             wrong.append(f"{file} is not the file that was certified")
     change(urdf, proof["changes"], wrong.extend)
