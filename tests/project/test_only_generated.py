@@ -625,6 +625,9 @@ def test_a_joint_without_matter_has_no_equations(tmp_path: Path) -> None:
     with pytest.raises(ConversionError, match="no matter moves with joint") as caught:
         simulate(project, language="python")
     assert caught.value.code == "equations-not-generated"
+    assert caught.value.hint == (
+        "give what it moves mass and inertia, or let the pass estimate-inertia do so"
+    )
 
 
 def test_user_functions_in_c_alone_do_not_run_in_python(tmp_path: Path) -> None:

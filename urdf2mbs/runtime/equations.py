@@ -62,9 +62,11 @@ def _made(data: MbsData, name: str, language: str, *, over_others: bool) -> Path
             reduced=over_others,
         )  # fmt: skip
         if name in made.left_out:
+            why = made.left_out[name]
+            hint = "give what it moves mass and inertia, or let the pass estimate-inertia do so"
             raise ConversionError(
-                "equations-not-generated", f"there is no {name}: {made.left_out[name]}",
-                file=str(data.mbs_file),
+                "equations-not-generated", f"there is no {name}: {why}", file=str(data.mbs_file),
+                hint=hint if why.startswith("no matter") else None,
             )  # fmt: skip
         keep(file, made.files[file.name])
     return file
