@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from laws.rich import PASSES, convert, joint, link
+from laws.rich import PASSES, convert, joint, limit, link
 
 from urdf2mbs import verify
 from urdf2mbs.cli import main
@@ -393,6 +393,20 @@ def test_a_robot_without_joints_that_move(tmp_path: Path) -> None:
     proof = convert(tmp_path, {}, text, base="fixed").proof
     assert proof is not None
     assert proof.same
+
+
+def test_without_a_compiler_python_is_compared(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("urdf2mbs.runtime.code.compiler", lambda: None)
+    solid = link("world") + joint("slide", "world", "0 0 1", limit(-1, 1), "prismatic")
+    text = f'<robot name="rich">{solid}{link("of_slide")}</robot>'
+    conversion = convert(tmp_path, {}, text, base="fixed")
+    verdict = copy.deepcopy(conversion.proof)
+    assert verdict is not None
+    prove_code(conversion, verdict, code_of(conversion, ".py"), in_c=True)
+    assert verdict.same
+    assert verdict.not_compared["the code in C"] == "there is no C compiler"
 
 
 def test_a_robot_that_no_equations_can_move_is_the_same(tmp_path: Path) -> None:

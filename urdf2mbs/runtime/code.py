@@ -17,7 +17,7 @@ from urdf2mbs.disk.files import noting
 from urdf2mbs.laws import Case, followers, joints, prove
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.proof.verdict import Difference, Proof
-from urdf2mbs.runtime.c_code import CCode, SensorInC, row
+from urdf2mbs.runtime.c_code import CCode, SensorInC, compiler, row
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.python_code import PythonCode, loaded
 
@@ -27,7 +27,7 @@ def prove_code(
 ) -> None:
     """Compare a project's code with the robot of a conversion; ``proof`` gets what is found.
 
-    ``files`` are by their path in the project.  ``in_c``: the C, too, which must be compiled.
+    ``files`` are by their path in the project.  ``in_c``: the C, too, where there is a compiler.
     """
     case: Case | None = None
     found: list[Difference] = []
@@ -43,7 +43,9 @@ def prove_code(
                 case = Case(conversion, data, PythonCode(data))
                 case.has_equations = in_c or any(data.symbolic_path.glob("mbs_accelred_*.py"))
                 prove(case)
-                if in_c:
+                if in_c and compiler() is None:
+                    case.unproven["the code in C"] = "there is no C compiler"
+                elif in_c:
                     _compare_c(case)
         except Exception as error:  # of code that may do anything
             said = error.message if isinstance(error, ConversionError) else repr(error)
