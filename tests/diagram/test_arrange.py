@@ -132,6 +132,20 @@ def test_one_sees_a_humanoid() -> None:
     assert at["left_foot"][1] > at["left_hand"][1]
 
 
+def test_legs_that_are_both_a_little_to_one_side_stand_apart() -> None:
+    """A calibrated Talos, whose legs were drawn one on the other."""
+    mbs = humanoid()
+    for body in mbs.bodies:
+        for point in body.points:
+            if point.name.endswith("_hip"):
+                point.coordinates = (0.0, 0.03 if "left" in point.name else -0.03, -0.1)
+            if point.name.endswith("_thigh"):
+                point.coordinates = (0.0, 0.06, -0.3)
+    assert arrange(mbs) == "robot"
+    assert faults(mbs) == []
+    assert centres(mbs)["left_foot"][0] != centres(mbs)["right_foot"][0]
+
+
 def test_a_robot_that_faces_backwards_or_along_y() -> None:
     """The names say which side is the left one."""
     for turned in (

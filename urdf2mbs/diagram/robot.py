@@ -201,6 +201,7 @@ def _rows(limbs: list[Limb], shape: Shape) -> list[list[Limb]]:
         other = of.pop(partner.name, None) if partner is not None else None
         last = rows[-1] if rows else []
         if other is not None:
+            other.side = -limb.side  # also if both are a little to one side
             rows.append([limb, other])
         elif len(last) == 1 and last[0].side != limb.side:
             last.append(limb)
