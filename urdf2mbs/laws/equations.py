@@ -31,7 +31,7 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
     data = case.data
     data.q[:], data.qd[:], data.qdd[:] = q, qd, 0.0
     if case.code.solve():
-        case.unproven["accelerations"] = "the loops cannot be closed near the start"
+        case.unproven["accelerations"] = "none can be found near the start"
         return
     q, qd, qdd = data.q.copy(), data.qd.copy(), data.qdd.copy()
     case.move(q, qd)
