@@ -275,13 +275,16 @@ def _verify_code(
     output = {"project": str(project), "language": ["python", *["c"] * in_c]}
     config = from_values({"source": paths[0], "output": output}, **settings)
     conversion = Pipeline(*config, installed_plugins=False).run(stop_after="project")
-    # as they were made, without what people edited
-    made = [read(text, "").user_models for text in conversion.behind.values()]
+    # the base of the next merge is without what people edited
+    made = [read(text, "") for text in conversion.behind.values()] or [conversion.mbs]
     for model in _read_model(paths[1])[0].user_models:
         thing = f"user model '{model.name}'"
-        if thing in verdict.not_compared and model in (*made, conversion.mbs.user_models)[0]:
-            verdict.by_code[thing] = verdict.not_compared.pop(thing)
-        elif thing in verdict.not_compared:
+        if thing not in verdict.not_compared:
+            continue
+        why = verdict.not_compared.pop(thing)
+        if model in made[0].user_models:
+            verdict.by_code[thing] = why
+        else:
             verdict.not_compared[thing] = "not as urdf2mbs makes it"
     code = code_of(conversion, ".py", *[".c", ".h"] * in_c)
     for name, ours in code.items():
