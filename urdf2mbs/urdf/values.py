@@ -136,12 +136,12 @@ class Reading(Elements):
     def origin(self, element: Any) -> Origin:
         if element is None:
             return NO_ORIGIN
-        xyz, rpy = element.get("xyz"), element.get("rpy")
         quaternion = element.get("quat_xyzw") if self.quaternions else None
+        said = self.attributes(element) if quaternion is None else element.attrib
+        xyz, rpy = said.get("xyz"), said.get("rpy")
         if quaternion is not None:
             angles = self.rotation(element, quaternion, rpy)
         else:
-            self.attributes(element)
             angles = ZERO if rpy is None else self.vector(element, "rpy", rpy)
         return Origin(ZERO if xyz is None else self.vector(element, "xyz", xyz), angles)
 

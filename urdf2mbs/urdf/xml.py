@@ -66,10 +66,12 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
     slips: list[Slip] = []
 
     def slip(message: str, at: int) -> None:
-        slips.append(Slip("xml-mended", message, bisect_left(ends, at) + 1))
+        if not lines:
+            lines.extend([-1, *(match.start() for match in re.finditer(b"\n", data))])
+        slips.append(Slip("xml-mended", message, bisect_left(lines, at)))
 
-    ends = [match.start() for match in re.finditer(b"\n", data)]
-    """Where each line ends."""
+    lines: list[int] = []
+    """The place before each line, once one is asked for."""
     start = len(_BOM) if data.startswith(_BOM) else 0
     encoding: bytes | None = None
     first = len(data) - len(data[start:].lstrip())
