@@ -174,11 +174,15 @@ def _changes(conversion: Conversion) -> Iterator[tuple[list[str], tuple[str, Any
     changed = [change.name for changed in conversion.changed for change in changed.changes]
     added = () if inserted is None else (inserted, robot.joints[inserted].parent)
     names = dict.fromkeys((*changed, *flipped, *added))
-    urdf = _urdf(conversion) if names else []
+    urdf: dict[tuple[str, str | None], list[Element]] = {}
+    for element in _urdf(conversion) if names else ():
+        named = element.tag if element.tag in ("link", "joint") else ""
+        key = named, element.get("name" if named else "reference")
+        urdf.setdefault(key, []).append(element)
     for name in names:
         parts = {"link": robot.links.get(name), "joint": robot.joints.get(name)}
         for tag, part in parts.items():
-            own = [e for e in urdf if e.get("name" if e.tag == tag else "reference") == name]
+            own = [*urdf.get((tag, name), ()), *urdf.get(("", name), ())]
             for path, after in _said(part).items():
                 found = [element for e in own for element in e.iterfind(path or ".")]
                 text, said = ((found[0].text or "").strip(), found[0].attrib) if found else ("", {})
