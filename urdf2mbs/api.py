@@ -277,7 +277,7 @@ def _verify_code(
     conversion = Pipeline(*config, installed_plugins=False).run(stop_after="project")
     # the base of the next merge is without what people edited
     made = [read(text, "") for text in conversion.behind.values()] or [conversion.mbs]
-    for model in _read_model(paths[1])[0].user_models:
+    for model in read(files.read(Path(paths[1])), paths[1]).user_models:
         thing = f"user model '{model.name}'"
         if thing not in verdict.not_compared:
             continue

@@ -229,17 +229,18 @@ def _stated(conversion: Conversion) -> dict[str, float]:
     """Friction, stiffness and damping of the ground, by the names of ``<gazebo>``: the smallest
     numbers that the URDF states of the links that touch the ground."""
     touching = {contact.link for contact in conversion.simulation.contacts}
+    most = {"mu1": 100.0, "kp": 1e12, "kd": 1e12}
     stated: dict[str, float] = {}
     for extension in conversion.robot.extensions:
-        for name in ("mu1", "kp", "kd"):
+        for name in most:
             number = extension.numbers.get(name, -1.0)
             if extension.reference in touching and (name == "mu1" or number) and number >= 0.0:
                 stated[name] = min(stated.get(name, inf), number)
-    for name, most in (("mu1", 100.0), ("kp", 1e12), ("kd", 1e12)):
-        if stated.get(name, 0.0) > most:
-            said = f"contacts: {name} is {most:g}, not {stated[name]:g} as in the URDF"
+    for name in most:
+        if stated.get(name, 0.0) > most[name]:
+            said = f"contacts: {name} is {most[name]:g}, not {stated[name]:g} as in the URDF"
             conversion.note("contacts-most", said)
-            stated[name] = most
+            stated[name] = most[name]
     return stated
 
 

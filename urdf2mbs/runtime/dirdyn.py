@@ -14,8 +14,6 @@ from warnings import catch_warnings, filterwarnings
 
 import numpy as np
 
-from urdf2mbs.mbs.reader import read
-from urdf2mbs.mbs.singular import TooLargeError, find_singular
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.project import starters
 from urdf2mbs.runtime.data import MbsData
@@ -237,6 +235,8 @@ def _step(data: MbsData, code: PythonCode, solver: Any) -> None:
 
 def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> SimulationError:
     """It names the joint that accelerates most at a state, and the largest forces."""
+    from urdf2mbs.mbs.singular import TooLargeError, find_singular
+
     code.accelerate(time, y)
     joint = max(data.joint_id, key=lambda name: abs(data.qdd[data.joint_id[name]]))
     number = data.joint_id[joint]
@@ -253,7 +253,7 @@ def _stuck(data: MbsData, code: PythonCode, time: float, y: Any, said: str) -> S
             text += f"; the push on '{push.link}' is {np.linalg.norm(push.force):.3g} N"
     hint = "take softer contacts, stops and gains, smaller forces, or an implicit method: "
     with suppress(TooLargeError):
-        for found in find_singular(read(data.mbs_file.read_bytes(), str(data.mbs_file)))[:1]:
+        for found in find_singular(data.mbs)[:1]:
             text += f"; at the start, nothing that has mass resists joint '{found.joint}'"
             hint = f"start elsewhere, {hint}"
     return SimulationError(
