@@ -388,6 +388,24 @@ def test_verify_runs_the_code_only_when_asked(tmp_path: Path) -> None:
     assert verdict.not_compared["the generated code"] == "there is no 'rich.proof.json'"
 
 
+@pytest.mark.parametrize(("options", "start"), [
+    ({}, 0.5), ({"from_urdf": False}, 0.0), ({"joints": {"arm": 0.3}}, 0.3),
+])  # fmt: skip
+def test_a_start_that_ros2_control_states_is_right(
+    options: dict[str, Any], start: float, tmp_path: Path
+) -> None:
+    stated = (
+        '<ros2_control><joint name="arm"><state_interface name="position">'
+        '<param name="initial_value">0.5</param></state_interface></joint></ros2_control>'
+    )
+    text = '<robot name="rich"><link name="world"/>' + joint("arm", "world", "1 0 0", limit(-2, 2))
+    text += link("of_arm") + stated + "</robot>"
+    conversion = convert(tmp_path, {"posture": options}, text, base="fixed")
+    assert conversion.proof is not None
+    assert conversion.proof.same, conversion.proof.differences[0].message
+    assert conversion.mbs.joints()["arm"].q == (start or None)
+
+
 def test_a_robot_without_joints_that_move(tmp_path: Path) -> None:
     text = '<robot name="rich"><link name="world"/></robot>'
     proof = convert(tmp_path, {}, text, base="fixed").proof

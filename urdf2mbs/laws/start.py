@@ -21,13 +21,17 @@ def prove(case: Case) -> None:
     if options is None or options.srdf is not None or "posture" in others:
         case.unproven["the start"] = "of an SRDF file, or of another pass"
         return
+    stated_starts: dict[str, float] = {}
+    for extension in case.robot.extensions if options.from_urdf else ():
+        stated_starts |= extension.starts
     for name, number in case.single.items():
         if number in tied or case.natures[number] != "independent":
             continue  # a loop may move it
         limits = stated(case.robot.joints[name])
         low, high = limits.get("q_min", -inf), limits.get("q_max", inf)
         asked = [value for p, value in options.joints.items() if fnmatchcase(name, p)]
-        should = (asked or [0.0])[-1] * (-1 if name in case.conversion.names.flipped else 1)
+        should = (asked or [stated_starts.get(name, 0.0)])[-1]
+        should *= -1 if name in case.conversion.names.flipped else 1
         # a leader also keeps the limits of those that follow it
         wanted = q[number] if number in leaders else should
         wanted = min(max(wanted, low), high) if options.inside else wanted
