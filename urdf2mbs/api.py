@@ -15,7 +15,7 @@ from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, from_values
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import LinkFrame, Mbs
-from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import Match, fixed_to_world, floating_joints, match, spellings
@@ -124,8 +124,6 @@ class Verdict(Proof, kw_only=True):
     """The URDF's moving joints that the .mbs has too, and its names for them."""
     moving: int
     """The number of moving joints of the URDF."""
-    schema: list[str] = []
-    """The places where the file departs from the format."""
     flipped: list[str] = []
     """The URDF's joints that count the other way round, as their names in the .mbs say."""
     diagnostics: list[Diagnostic] = []
@@ -201,7 +199,7 @@ def _verify(
     source: str, model: str, engine: str, frames: bool, tolerance: float, fields: dict[str, Any]
 ) -> Verdict:
     """Compare a URDF with an .mbs."""
-    mbs, schema = _read_model(model)
+    mbs = _read_model(model)
     base = fields.get("base", "auto")
     floats = _base(mbs)
     certified = _certified(model)
@@ -248,7 +246,6 @@ def _verify(
             joint.moves and joint.name not in (inserted, *found.frozen)
             for joint in robot.joints.values()
         ),
-        schema=schema,
         flipped=found.flipped,
         diagnostics=conversion.diagnostics,
     )
@@ -322,14 +319,13 @@ def _verify_models(first: str, second: str, tolerance: float, _: dict[str, Any])
     """Compare two .mbs files."""
     from urdf2mbs.proof.alike import compare_models
 
-    (one, schema), (two, more) = _read_model(first), _read_model(second)
+    one, two = _read_model(first), _read_model(second)
     called = _called(first, second)
     return Verdict(
         **msgspec.structs.asdict(compare_models(one, two, tolerance, called)),
         robot=one.name,
         base=_base(two),
         moving=sum(joint.nature != "driven" for joint in one.joints().values()),
-        schema=schema + more,
         called=called,
     )
 
@@ -358,13 +354,12 @@ def _is_robot(file: str) -> bool:
     return file.startswith(PREFIX) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
 
 
-def _read_model(model: str) -> tuple[Mbs, list[str]]:
-    """A model, and where its file departs from the format."""
+def _read_model(model: str) -> Mbs:
     try:
         data = files.read(Path(model))
     except OSError as error:
         raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
-    return read(data, model), [str(problem) for problem in validate(data, model)]
+    return read(data, model)
 
 
 #: The passes that make the robot which the others convert; those that change it do so when asked.

@@ -16,14 +16,12 @@ from lxml import etree
 from mbs.models import everything, few
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Parameter, Point, Sensor
-from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.unknown import unknown
 from urdf2mbs.mbs.writer import write
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 SAMPLES = sorted([*SHARED.glob("mbs-samples/*.mbs"), *SHARED.glob("mbs-samples/saved/*.mbs")])
-#: Of the samples: a ball with an end on no body; spring meshes that are no .wrl.
-NOT_VALID = {"MaxenceVL-Piston_Engine.draft", "Theophile-Schwaiger-Complete_Vehicle_New_Dimensions"}
 
 
 def canonical(element: etree._Element) -> object:
@@ -56,7 +54,6 @@ def test_a_real_file_stays_but_for_what_is_changed(file: Path) -> None:
     data = file.read_bytes()
     mbs = read(data, file.name)
     assert write(mbs) == data
-    assert (validate(data, file.name) == []) is (file.stem not in NOT_VALID)
 
     expected = etree.fromstring(data)
     if mbs.bodies:
@@ -100,7 +97,6 @@ def test_a_force_that_goes_to_another_point_takes_its_arrows_along() -> None:
     assert [child.tag for child in force.find("x3D")] == ["force", "torque"]
     assert target.extforce is not None
     assert len(root.xpath(f"//extforce[@name='{target.extforce.name}']")) == 1
-    assert validate(write(mbs), "m.mbs") == []
 
 
 def test_line_ends_and_the_first_line_are_those_of_the_file() -> None:

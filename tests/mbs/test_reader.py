@@ -22,7 +22,7 @@ from urdf2mbs.mbs.model import (
     Shape,
     Viewpoint,
 )
-from urdf2mbs.mbs.reader import read, validate
+from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
 
@@ -297,22 +297,6 @@ def test_ten_thousand_bodies_in_a_row() -> None:
     bodies += [Body(f"b{k}", f"b{k - 1}", None, [Joint(f"j{k}", "R1")]) for k in range(1, 10_000)]
     mbs = Mbs("m", bodies=bodies)
     assert read(write(mbs), "m.mbs") == mbs
-
-
-def test_the_real_files_are_valid(sample: bytes) -> None:
-    assert validate(sample, "sample.mbs") == []
-
-
-def test_validate_says_what_and_where() -> None:
-    lines = write(everything()).splitlines(keepends=True)
-    line = next(k for k, text in enumerate(lines, start=1) if b"<mass>" in text)
-    lines[line - 1] = b"<mass>5 kg</mass>\n"
-    found = validate(b"".join(lines), "m.mbs")
-    assert {(each.file, each.line, each.code) for each in found} == {("m.mbs", line, "mbs-schema")}
-    assert "mass" in "".join(each.message for each in found)
-    assert str(found[0]).startswith(f"m.mbs:{line}: warning[mbs-schema]: ")
-    with pytest.raises(ConversionError, match="xml-truncated"):
-        validate(b"<", "m.mbs")
 
 
 def fails(data: bytes, code: str, line: int | None, words: str) -> ConversionError:

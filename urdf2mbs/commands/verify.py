@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -113,8 +112,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
         print("not the same, by relative size:")
     for difference in verdict.differences:
         print(printable(f"  {difference.size:8.2e}  {difference.message}"))
-    for problem in verdict.schema:
-        print(problem, file=sys.stderr)
     tell_diagnostics(verdict.diagnostics, arguments.verbose)
     print(verdict.verdict)
     return code

@@ -1,4 +1,4 @@
-"""Read any .mbs file into the model, and check one against the format's schema.
+"""Read any .mbs file into the model.
 
 Elements and attributes that the model has no place for are passed over, as Robotran does; each
 object knows its element, so that the writer keeps them.  What makes Robotran itself go wrong,
@@ -9,10 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from functools import cache
 from math import isinf
 from operator import attrgetter
-from pathlib import Path
 from sys import intern
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
@@ -40,7 +38,7 @@ from urdf2mbs.mbs.model import (
     UserConstraint,
     View,
 )
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, nearest
+from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO, Sym, Vec
 from urdf2mbs.xml import lines as xml_lines
 from urdf2mbs.xml.errors import BLANK, check_conflict, check_entities, explain
@@ -81,26 +79,6 @@ def read_again(source: bytes) -> tuple[Mbs, list[_Element]]:
     their origins; their tree has all that stands in the file."""
     reader = _Reader(source, "")
     return reader.mbs(_parse(source, "", remove_blank_text=False)), reader.elements
-
-
-def validate(data: bytes, file: str) -> list[Diagnostic]:
-    """Each place where a file departs from the format's schema (``mbs.rng``), none if it is
-    as MBSysPad would have written it.
-
-    Raises ConversionError if it is not XML at all.
-    """
-    schema = _schema()
-    if schema.validate(_parse(data, file)):
-        return []
-    return [
-        Diagnostic("warning", "mbs-schema", entry.message, file=file, line=entry.line)
-        for entry in schema.error_log
-    ]
-
-
-@cache
-def _schema() -> etree.RelaxNG:
-    return etree.RelaxNG(etree.parse(str(Path(__file__).with_name("mbs.rng"))))
 
 
 def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Element:
