@@ -50,6 +50,22 @@ ROOMS = {
     "runtime/*.py": PROJECT,
     "merge/*.py": ["tests/merge", "tests/passes/test_merge.py", "tests/passes/test_apply_edits.py"],
     "report/*.py": ["tests/report"],
+    "commands/*.py": [
+        "tests/test_cli.py", "tests/test_init.py", "tests/test_lint.py", "tests/test_everyday.py",
+        "tests/engine", "tests/plugins",
+    ],
+    "diagram/*.py": ["tests/diagram"],
+    "diff/*.py": ["tests/diff", "tests/merge"],
+    "disk/*.py": ["tests/test_output.py", "tests/test_seal.py", "tests/hostile"],
+    "engine/*.py": ["tests/engine", "tests/plugins"],
+    "machine/*.py": ["tests/test_processes.py", "tests/test_stopping.py", "tests/many"],
+    "many/*.py": ["tests/many"],
+    "meshes/*.py": ["tests/meshes", "tests/passes/test_convert_meshes.py"],
+    "xml/*.py": ["tests/urdf", "tests/mbs", "tests/hostile"],
+    "*.py": [
+        "tests/test_spatial.py", "tests/proof", "tests/passes", "tests/test_cli.py",
+        "tests/test_everyday.py",
+    ],
 }  # fmt: skip
 #: Functions that write a message or a part of one, and calls that name a type or make a cache.
 SAYS = {
