@@ -2,7 +2,7 @@
 
     python docs/make_pictures.py
 
-It wants the extras meshes and report, Playwright, and a Chromium on the PATH; it takes a minute.
+It wants Playwright, and a Chromium on the PATH; it takes a minute.
 """
 
 from __future__ import annotations
@@ -119,31 +119,23 @@ def gallery(page: Page, work: Path) -> None:
     (OUT / "report.png").write_bytes(compressed([page_of(page, work / "biped.html")], 960))
 
 
-#: The live page computes a thirtieth of a second; for a moment nothing holds the joints.
-ADVANCE = """() => {
-  const {s, show} = urdf2mbs.live(), end = s.tsim + 1 / 30;
-  for (; s.tsim < end; s.advance(1e-4)) s.hold = s.tsim < 0.5 || s.tsim > 0.62;
-  show();
-}"""
-
-
 def moving(page: Page, work: Path) -> None:
-    """The hexapod is dropped, lands, gives way, and jumps: a GIF of the live page."""
+    """The hexapod is pushed up, falls and lands: a GIF of the page that plays it."""
     html = work / "moving.html"
-    run("simulate", ROBOTS["hexapod"], "-o", html, "--time", "0.1")
+    run("simulate", ROBOTS["hexapod"], "-o", html, "--time", "1.4",
+        "--push", "body:0,12,130@0.1..0.25")  # fmt: skip
     page.goto(html.as_uri())
     page.evaluate("urdf2mbs.ready")
     page.uncheck("#show-forces")
     page.add_style_tag(content="#view > :not(canvas) { visibility: hidden }")
     canvas = page.locator("#view canvas")
-    page.evaluate("() => { const {s, start} = urdf2mbs.live(); start(0.2); s.qd[5] = 1.5; }")
     frames = []
-    for _ in range(42):
-        page.evaluate(ADVANCE)
+    for number in range(42):
+        page.evaluate("(time) => urdf2mbs.player.at(time)", number / 30)
         page.evaluate(DRAWN)
         frame = Image.open(BytesIO(canvas.screenshot())).convert("RGB")
         frames.append(frame.resize((400, round(400 * frame.height / frame.width))))
-    palette = frames[8].quantize(40, dither=Image.Dither.NONE)
+    palette = frames[0].quantize(64, dither=Image.Dither.NONE)
     first, *rest = (one.quantize(palette=palette, dither=Image.Dither.NONE) for one in frames)
     first.save(OUT / "moving.gif", save_all=True, append_images=rest, duration=50, loop=0)
 

@@ -40,7 +40,6 @@ PROJECT = [
 ROOMS = {
     "passes/*.py": ["tests/passes", "tests/engine/test_config.py"],
     "project/*.py": PROJECT,
-    "equations/javascript.py": ["tests/report/test_live.py"],
     "equations/*.py": ["tests/equations", "tests/project/test_c.py"],
     "proof/*.py": ["tests/proof", "tests/passes/test_check_code.py"],
     "urdf/*.py": ["tests/urdf"],

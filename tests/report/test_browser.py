@@ -719,5 +719,11 @@ def test_a_simulated_project_plays(browser: Browser, tmp_path: Path) -> None:
     })""")
     page.keyboard.press(" ")
     assert page.locator("#play").inner_text() == "Play"
+    page.click("#record")
+    page.evaluate("urdf2mbs.player.at(0)")
+    with page.expect_download() as download:
+        page.click("#record")
+    assert download.value.suggested_filename == "arm.webm"
+    assert download.value.path().read_bytes()[:4] == b"\x1aE\xdf\xa3"  # the mark of a WebM file
     assert not errors
     page.close()

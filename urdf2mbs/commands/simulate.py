@@ -45,9 +45,9 @@ def add_options(command: argparse.ArgumentParser) -> None:
         "options below",
     )  # fmt: skip
     command.add_argument(
-        "-o", "--output", type=path, metavar="DIR|PAGE.html|MOVIE.gif",
+        "-o", "--output", type=path, metavar="DIR|PAGE.html",
         help="the project that is made of a robot or an .mbs output (default: NAME_robotran); or a "
-        "page or a movie of the motion",
+        "page that plays the motion",
     )  # fmt: skip
     command.add_argument("--time", type=float, default=2.0, metavar="S", help="default: 2 s")
     command.add_argument(
@@ -78,7 +78,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
     model = model_of(arguments.config)
     if model is None:
         model = _make(arguments)
-    elif arguments.output is not None and not _shows(arguments):
+    elif arguments.output is not None and not _is_page(arguments.output):
         raise ConfigError("usage", f"--output: '{arguments.config}' is a project already")
     begin = perf_counter()
     with Progress(arguments) as progress:
@@ -93,9 +93,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
         )  # fmt: skip
     seconds = perf_counter() - begin
     files = results.write()
-    if shown := _shows(arguments):
-        write = _write_page if shown == ".html" else _write_movie
-        files.insert(0, write(model, results, arguments))
+    if _is_page(arguments.output):
+        files.insert(0, _write_page(model, results, arguments))
     if arguments.json:
         print_json(_described(results, files, seconds))
     else:
@@ -103,33 +102,16 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 1 if results.stopped else 0
 
 
-def _shows(arguments: argparse.Namespace) -> str:
-    """``.html`` or ``.gif``, if the output shows the motion; else empty."""
-    suffix = arguments.output.suffix.lower() if arguments.output is not None else ""
-    return suffix if suffix in (".html", ".gif") else ""
-
-
-def _write_movie(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
-    from urdf2mbs.disk.output import write_files
-    from urdf2mbs.report.movie import movie
-
-    write_files({arguments.output: movie(results)}, force=arguments.force)
-    return Path(arguments.output)
+def _is_page(output: Path | None) -> bool:
+    return output is not None and output.suffix.lower() == ".html"
 
 
 def _write_page(model: Path, results: Results, arguments: argparse.Namespace) -> Path:
-    """The page of the model, which plays the results that were just written, and is live."""
+    """Write the page of the model; it plays the results that were just written."""
     from urdf2mbs.disk.output import write_files
-    from urdf2mbs.report.live import NotLive, live
     from urdf2mbs.report.page import make_of_model
-    from urdf2mbs.runtime.data import MbsData
 
-    data, moving = MbsData(model), None
-    try:
-        moving = live(data)
-    except NotLive as error:
-        print(f"the page plays, and computes no motion of its own: {error}", file=sys.stderr)
-    page = make_of_model(data.mbs, model, moving)
+    page = make_of_model(results.data.mbs, model)
     write_files({arguments.output: page.data}, force=arguments.force)
     return Path(arguments.output)
 
@@ -149,7 +131,7 @@ def _make(arguments: argparse.Namespace) -> Path:
 
     config, lines = robot_or_config(arguments)
     alone = config.output is None and not config.passes
-    named = None if _shows(arguments) else arguments.output
+    named = None if _is_page(arguments.output) else arguments.output
     folder = named or Path(f"{stem(Path(config.source))}_robotran")
     pipeline = partial(Pipeline, lines=lines, installed_plugins=not arguments.no_plugins)
     config = with_project(config, folder)
@@ -210,7 +192,7 @@ def _tell(results: Results, files: list[Path], seconds: float) -> None:
     for file in files:
         if file.suffix in (".csv", ".anim", ".html"):
             print(f"  {near(file)}")
-    page = files[0].suffix.lower() == ".html"
+    page = _is_page(files[0])
     see = f"open {near(files[0])}" if page else "add '-o PAGE.html' to see it move"
     print(f"Next: {see}; plot {near(files[-1])}; MBSysPad plays the .anim")
     print(f"      other results are in {os.path.relpath(files[-1].parent)}")

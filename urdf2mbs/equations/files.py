@@ -14,7 +14,6 @@ from urdf2mbs.equations.derivatives import derivatives
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.energy import first_moment, kinetic
 from urdf2mbs.equations.graph import Expr, Op
-from urdf2mbs.equations.javascript import JavaScriptWriter
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.matlab import MatlabWriter
@@ -53,7 +52,6 @@ DERIVATIVES = {
 OWN = {**ENERGY, **DERIVATIVES}
 WRITERS: dict[str, type[Writer]] = {
     "python": PythonWriter,
-    "javascript": JavaScriptWriter,
     "matlab": MatlabWriter,
 }
 

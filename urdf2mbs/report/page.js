@@ -892,7 +892,6 @@ function steer(canvas) {
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
   canvas.addEventListener("pointerdown", (event) => {
     moved = 0;
-    if (live && event.button === 0 && !event.shiftKey && live.grab(event)) return;
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, event);
   });
@@ -938,23 +937,20 @@ for (const body of data.mbs.bodies) {
 const became = new Map(data.joints);
 
 let chosen, chosenJoint;
-function rayOf(event) {
+const pick = (event) => choose(bodyUnder(event));
+
+// the body that is under the mouse
+function bodyUnder(event) {
   const box = renderer.domElement.getBoundingClientRect(), ray = new THREE.Raycaster();
   ray.setFromCamera({
     x: 2 * (event.clientX - box.left) / box.width - 1,
     y: 1 - 2 * (event.clientY - box.top) / box.height,
   }, camera);
-  return ray;
-}
-
-// where the ray of the mouse meets a body
-function hit(event) {
   const targets = drawn.filter((one) => one.group.visible && sides[one.side].visible)
     .flatMap((one) => one.objects);
-  const found = rayOf(event).intersectObjects(targets)[0];
-  return found && {point: found.point, body: bodyOfDrawn(found.object.userData.drawn)};
+  const found = ray.intersectObjects(targets)[0];
+  return found && bodyOfDrawn(found.object.userData.drawn);
 }
-const pick = (event) => choose((hit(event) || {}).body);
 
 const bodyOfLink = (link) => frames.has(link) ? frames.get(link).body : undefined;
 const chooseJoint = (name) => choose(bodyOfJoint.get(name)[0].name, name);
@@ -1252,7 +1248,6 @@ function makeArrows(kinds) {
 
 // --- the motion of a simulated project --------------------------------------------------------------
 
-let live = null;
 const player = {time: 0, playing: false, at: null, play: () => {}};
 function makePlayer() {
   const {joints, forces, ...packed} = data.motion;
@@ -1416,7 +1411,6 @@ window.urdf2mbs = {
   arrows: () => scene.children.filter((one) => one.cone && one.visible).map((one) => one.position.toArray()),
   picture,
   player,
-  live: () => live,
   blink: () => { blink = !blink; show(); },
   inertiaCorners: (name) => {
     const box = kinds.inertias.find((one) => one.parent === holders.mbs.get(name));
@@ -1492,17 +1486,13 @@ async function open() {
     byId("fit").onclick = fit;
     byId("picture").onclick = () => save(picture(), `${data.name}.png`);
     byId("record").onclick = record;
-    byId("record").hidden = !(data.motion || data.live) || typeof MediaRecorder === "undefined";
+    byId("record").hidden = !data.motion || typeof MediaRecorder === "undefined";
     camera.aspect = view.clientWidth / Math.max(view.clientHeight, 1);
     fit();
     frame();
   }
   show();
   if (data.motion) makePlayer();
-  if (!data.live) return;
-  byId("live").hidden = false;
-  live = makeLive({THREE, data, byId, q, names: [...numbers.keys()], settle, poses: () => mbsPoses(q),
-    makeArrows, rayOf, hit, camera, canvas: renderer ? renderer.domElement : view, player});
 }
 window.urdf2mbs.ready = open();
 })();

@@ -115,9 +115,8 @@ def make(conversion: Conversion) -> Page:
     )  # fmt: skip
 
 
-def make_of_model(model: Mbs, file: Path, live: tuple[dict[str, Any], str] | None = None) -> Page:
-    """The page of an .mbs alone, without a URDF; ``file`` is where it lies, ``live`` the numbers
-    and the script of a robot that moves in the page.
+def make_of_model(model: Mbs, file: Path) -> Page:
+    """The page of an .mbs alone, without a URDF; ``file`` is where it lies.
 
     The page plays the motion in the project's resultsR, if there is one.
     ``PRJPATH`` of its urls is the folder around ``dataR``, else the file's own folder.
@@ -129,12 +128,10 @@ def make_of_model(model: Mbs, file: Path, live: tuple[dict[str, Any], str] | Non
     data = _data(model, store, drawn) | {
         "marks": around.marks(none, model),
         "motion": motion(model, project),
-        "live": live and live[0],
     }
     return _fill(
         store, data, file.name,
         {
-            **({"live": live[1]} if live else {}),
             "name": escape(model.name),
             "title": escape(model.name),
             "tree": "Bodies",
