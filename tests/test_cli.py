@@ -220,6 +220,19 @@ def test_explain_runs_nothing(robot: Path, capsys: Any) -> None:
     assert prune["file"].endswith("prune_massless.py")
 
 
+@pytest.mark.parametrize(
+    "words", [["explain"], ["report"], ["run", "--plan"], ["simulate", "--time", "0.01"]]
+)
+def test_no_plugins_leaves_out_those_of_a_config(words: list[str], robot: Path) -> None:
+    """A config is code: its plugins run, unless they are left out."""
+    (robot / "lab.py").write_text("open('ran', 'w').close()\n")
+    (robot / "tiny.yaml").write_text("source: tiny.urdf\nplugins: [lab.py]\n")
+    main([*words, "tiny.yaml", "--no-plugins"])
+    assert not (robot / "ran").exists()
+    main([*words, "tiny.yaml"])
+    assert (robot / "ran").exists()
+
+
 def test_passes(capsys: Any) -> None:
     plugin = str(ROOT / "plugins" / "rename_links.py")
     assert main(["passes", "--no-plugins", "--plugin", plugin]) == 0

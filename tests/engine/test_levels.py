@@ -102,5 +102,28 @@ def test_wrong_levels(words: list[str], said: str, folder: Path, capsys: Any) ->
         convert("tiny.urdf", diagnostics={"limit": "loud"})
 
 
+PLUGIN = """
+from urdf2mbs.plugin import hookimpl
+
+@hookimpl
+def urdf2mbs_codes():
+    return ["bearing-hot"]
+
+@hookimpl
+def urdf2mbs_after_pass(pass_, conversion):
+    if pass_.name == "emit":
+        conversion.warn("bearing-hot", "it glows")
+"""
+
+
+def test_a_plugin_names_its_codes(folder: Path) -> None:
+    (folder / "lab.py").write_text(PLUGIN)
+    assert levels(plugins=["lab.py"])["bearing-hot"] == "warning"
+    assert "bearing-hot" not in levels(plugins=["lab.py"], diagnostics={"bearing-hot": "ignore"})
+    with pytest.raises(ConfigError, match="unknown-code") as caught:
+        levels(plugins=["lab.py"], diagnostics={"bearing-hott": "ignore"})
+    assert "'bearing-hot'" in str(caught.value.hint)
+
+
 def test_the_docs_say_which_can_be_changed() -> None:
     assert DEFAULTS.keys() == CHANGEABLE

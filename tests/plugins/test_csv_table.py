@@ -30,7 +30,7 @@ def convert(folder: Path, more: str = "") -> int:
         f"source: tiny.urdf\noutput: tiny.csv\nplugins: [{PLUGIN}, spoil.py]\n"
         f"swap: {{emit: csv_table}}\n{more}"
     )
-    return main(["run", str(config), "--no-plugins"])
+    return main(["run", str(config)])
 
 
 def test_a_table_in_place_of_the_mbs(tmp_path: Path, capsys: Any) -> None:

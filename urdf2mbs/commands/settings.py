@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
@@ -95,6 +96,10 @@ def _value(flag: _Flag, given: Any) -> Any:
 def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """A config file, with what the command line changes of it."""
     config, lines = load(file)
+    if getattr(arguments, "no_plugins", False) and config.plugins:
+        left_out = ", ".join(config.plugins)
+        print(f"{file}: --no-plugins leaves out its plugins: {left_out}", file=sys.stderr)
+        config = msgspec.structs.replace(config, plugins=[])
     given = choose_fields(arguments, RUNNING)
     for name, options in given.get("passes", {}).items():
         given["passes"][name] = {**config.passes.get(name, {}), **options}
@@ -162,7 +167,11 @@ def add_merging(command: argparse.ArgumentParser) -> None:
 
 
 def add_no_plugins(command: argparse.ArgumentParser) -> None:
-    command.add_argument("--no-plugins", action="store_true", help="leave out installed plugins")
+    command.add_argument(
+        "--no-plugins",
+        action="store_true",
+        help="leave out installed plugins, and those of a config",
+    )
 
 
 def field_docs(kind: type) -> dict[str, str]:

@@ -3,7 +3,7 @@
 docs/passes.md shows each hook at work.  A plugin is any module with functions of these names,
 marked with ``hookimpl``::
 
-    from urdf2mbs.engine.hookspecs import Pass, hookimpl
+    from urdf2mbs.plugin import Pass, hookimpl
 
     class Shout(Pass):
         \"\"\"Write the robot's name in capitals.\"\"\"
@@ -81,6 +81,12 @@ def urdf2mbs_presets() -> dict[str, dict[str, Any]]:
     A preset has the keys ``pipeline``, ``after``, ``before``, ``without`` and ``passes`` of a
     config.  ``extends`` names the preset that it changes.
     """
+    raise NotImplementedError
+
+
+@hookspec
+def urdf2mbs_codes() -> list[str]:
+    """The codes of this plugin's warnings and notes: a config may set the level of each."""
     raise NotImplementedError
 
 

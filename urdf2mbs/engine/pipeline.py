@@ -180,17 +180,16 @@ class Pipeline:
             )  # fmt: skip
 
     def _check_levels(self, config: Config, lines: Lines) -> None:
-        """Find the unknown codes.  Plugins may have codes of their own."""
-        if not config.diagnostics or any(name != GROUP for name in self.plugins.names()):
-            return
-        for code in config.diagnostics:
-            if code not in CHANGEABLE:
-                lines.faults.append(lines.error(
-                    "unknown-code",
-                    f"there is no '{code}' among the codes whose level can be changed",
-                    ("diagnostics", code),
-                    nearest(code, CHANGEABLE) or "docs/diagnostics.md lists them",
-                ))  # fmt: skip
+        """Note each code that neither urdf2mbs nor a plugin has."""
+        known = CHANGEABLE | self.plugins.codes
+        for code in [code for code in config.diagnostics if code not in known]:
+            lines.faults.append(lines.error(
+                "unknown-code",
+                f"there is no '{code}' among the codes whose level can be changed",
+                ("diagnostics", code),
+                nearest(code, known)
+                or "docs/diagnostics.md lists them; a plugin names its own by urdf2mbs_codes",
+            ))  # fmt: skip
 
     def _idle(self) -> list[tuple[str, list[str]]]:
         """The files of the config that bring nothing but passes, none of which is used."""

@@ -140,6 +140,8 @@ class Plugins:
         """Every pass by name; a built-in one stands before those of plugins."""
         self.presets: dict[str, Preset] = {}
         """Every preset by name; a later plugin's takes the place of an earlier one's."""
+        self.codes: set[str] = set()
+        """The codes of messages that the plugins bring."""
         self._collect(GROUP)
         if installed:
             for entry, package in _installed(tuple(sys.path)):
@@ -165,10 +167,6 @@ class Plugins:
         """The plugins, ours apart, that have a hook."""
         impls = getattr(self.hook, hook).get_hookimpls()
         return [impl.plugin_name for impl in impls if impl.plugin_name != GROUP]
-
-    def names(self) -> list[str]:
-        """All plugins, the built-in one among them."""
-        return list(self._packages)
 
     def only_passes(self, plugin: str) -> list[str]:
         """The passes that a plugin brings; none if it has other hooks too."""
@@ -270,9 +268,10 @@ class Plugins:
         self._files[name] = file
 
     def _collect(self, name: str) -> None:
-        """Note the passes and presets that a plugin brings."""
+        """Note the passes, codes and presets that a plugin brings."""
         for kind in self._brought(name, "urdf2mbs_passes", list, _LIST):
             self._add_pass(kind, name)
+        self.codes.update(self._brought(name, "urdf2mbs_codes", list, _CODES))
         presets = self._brought(name, "urdf2mbs_presets", dict, _PRESET)
         for key, given in dict(presets).items():
             try:
@@ -328,6 +327,7 @@ class Plugins:
 
 #: What the hooks of a plugin give.
 _LIST = "return a list of the classes of your passes, such as [MyPass]"
+_CODES = "return a list of the codes, such as ['links-dropped']"
 _PRESET = "{'my-preset': {'extends': 'compact', 'after': {'expand': 'my-pass'}}}"
 
 
