@@ -328,7 +328,7 @@ def counts(names: list[str]) -> None:
                 break
             row += f" {len(mbs.numbers())} |"
             for fold in (False, True):
-                maker = Maker(mbs, fold=fold, keep_turns=False)
+                maker = Maker(mbs, fold=fold)
                 for made in (maker.dirdyna(), maker.invdyna()):
                     count = statements(made)[1]
                     row += f" {count.operations - count.signs} |"
@@ -345,7 +345,7 @@ def arms(names: list[str]) -> None:
         data = convert_text(by_dh(name), base="fixed", pipeline="compact").data
         mbs = read(data, name, mechanics_only=True)
         for fold, loads in ((False, True), (False, False), (True, True), (True, False)):
-            maker = Maker(mbs, fold=fold, keep_turns=False)
+            maker = Maker(mbs, fold=fold)
             with patch.object(Tree, "loads", Tree.loads if loads else lambda *_: (NONE, NONE)):
                 count = statements(maker.invdyna())[1]
             told = f"{', folded' if fold else ''}{'' if loads else ', no loads'}"

@@ -94,8 +94,8 @@ def real(name: str) -> tuple[Mbs, bytes]:
 @pytest.mark.parametrize(
     ("name", "dirdyna", "invdyna"),
     [
-        ("nao-naoV50_generated_urdf", (12781, 11348), (5794, 4964)),
-        ("icub-iCubGazeboV2_5", (13064, 8758), (5559, 4026)),
+        ("nao-naoV50_generated_urdf", (12549, 11150), (5796, 4990)),
+        ("icub-iCubGazeboV2_5", (13867, 9338), (5710, 4200)),
     ],
 )
 def test_humanoids_are_mirrored(

@@ -27,7 +27,7 @@ def code(model: bytes, **options: bool) -> tuple[str, bytes]:
     return b"".join(texts).decode(), next(iter(made.files.values()))
 
 
-@pytest.mark.parametrize("options", [{}, {"fold": True}, {"keep_turns": True}])
+@pytest.mark.parametrize("options", [{}, {"fold": True}])
 def test_equations_fit_the_model_that_they_were_made_of(
     model: bytes, options: dict[str, bool]
 ) -> None:

@@ -46,10 +46,6 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="also write headers that stand for Robotran's: C that runs alone (c)",
     )  # fmt: skip
     command.add_argument(
-        "--keep-turns", action="store_true",
-        help="read the positions of joints that never move, too",
-    )  # fmt: skip
-    command.add_argument(
         "--no-pairs", action="store_true",
         help="compute mirrored limbs one after the other, for compilers other than gcc and "
         "clang (c)",
@@ -78,8 +74,8 @@ def carry_out(arguments: argparse.Namespace) -> int:
     folder: Path = arguments.output or project / "symbolicR"
     made = generate(
         mbs, data, str(model), language=arguments.language, fold=arguments.fold,
-        keep_turns=arguments.keep_turns, pairs=not arguments.no_pairs,
-        energy=arguments.energy, derivatives=arguments.derivatives, standalone=arguments.standalone,
+        pairs=not arguments.no_pairs, energy=arguments.energy, derivatives=arguments.derivatives,
+        standalone=arguments.standalone,
     )  # fmt: skip
     for warning in made.warnings:
         print(warning, file=sys.stderr)

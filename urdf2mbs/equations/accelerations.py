@@ -21,20 +21,18 @@ class Massless(Exception):  # noqa: N818
         self.number = number
 
 
-def accelerations(bodies: Tree, composites: Tree) -> dict[int, Expr]:
+def accelerations(tree: Tree) -> dict[int, Expr]:
     """qdd of the independent joints by joint number, for the joint forces ``Qq``.
-
-    Both trees are of one graph: one for the forces, one for the mass matrix.
 
     Raises Massless.
     """
-    graph = bodies.graph
-    driven = [f.number for f in bodies.frames[1:] if f.joint.nature == "driven"]
-    needed = joint_forces(bodies, driven)
-    matrix = mass_matrix(composites)
-    free = [f.number for f in bodies.frames[1:] if f.joint.nature != "driven"]
+    graph = tree.graph
+    driven = [f.number for f in tree.frames[1:] if f.joint.nature == "driven"]
+    needed = joint_forces(tree, driven)
+    matrix = mass_matrix(tree)
+    free = [f.number for f in tree.frames[1:] if f.joint.nature != "driven"]
     before = {
-        k: [f.number for f in chain(bodies, k)[-2::-1] if f.joint.nature != "driven"] for k in free
+        k: [f.number for f in chain(tree, k)[-2::-1] if f.joint.nature != "driven"] for k in free
     }
     """The joints further in, the nearest first."""
     factor, inverse = dict[tuple[int, int], Expr](), dict[int, Expr]()

@@ -23,7 +23,6 @@ from urdf2mbs.equations.dynamics import (
     turn_moments,
 )
 from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.slide import slide
 from urdf2mbs.equations.tree import NONE, Frame, Matrix, Tree, Vector, along, relabel_matrix
 
 #: A linear vector and an angular one about the origin of a frame, in its axes.
@@ -71,7 +70,6 @@ class Felt:
 def derivatives(tree: Tree) -> dict[tuple[str, int, int], Expr]:
     """By ``q``, ``qd`` or ``qdd``, the derivatives of the force of a joint (the first number) by
     that of a joint (the second); zeros are left out."""
-    slide(tree, columns=True)
     moving, matters = motions(tree, range(len(tree.frames))), zip(*matter(tree), strict=True)
     carried = [
         _body(tree, frame, moving[frame.number], *matter)

@@ -7,12 +7,11 @@ composite bodies (Walker and Orin, 1982; both in Featherstone, Rigid Body Dynami
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from urdf2mbs.equations.columns import Columns
 from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.slide import slide
 from urdf2mbs.equations.tree import (
     NONE,
     Frame,
@@ -43,25 +42,14 @@ def joint_forces(tree: Tree, accelerated: Collection[int]) -> list[Expr]:
 
     Inwards go the force and the torque about a frame's origin that all further out needs.
     """
-    slide(tree, columns=False)
     moving, moments = motions(tree, accelerated), _second_moments(tree)
-    out = _gather(tree, lambda k: _body(tree, tree.frames[k], moving[k], moments[k]))
-    if tree.fold:
-        matters = list(zip(tree.frames, moving, *matter(tree), strict=True))
-        other = _gather(tree, lambda k: inertial_force(tree, *matters[k]))
-        return min(out, other, key=lambda forces: len(tree.graph.reach(forces)))
-    return out
-
-
-def _gather(tree: Tree, needed: Callable[[int], tuple[Vector, Vector]]) -> list[Expr]:
-    """The joint forces, from force and moment that each body needs."""
     frames = tree.frames
     out = [0] * len(frames)
     force: list[Vector] = [NONE] * len(frames)
     torque: list[Vector] = [NONE] * len(frames)
     for frame in reversed(frames[1:]):
         k = frame.number
-        own, moment = needed(k)
+        own, moment = _body(tree, frame, moving[k], moments[k])
         f, n = tree.plus(own, force[k]), tree.plus(moment, torque[k])
         out[k] = n[frame.axis] if frame.turns else f[frame.axis]
         f, n = tree.inward(frame, f), tree.inward(frame, n)
@@ -192,7 +180,6 @@ def turning(tree: Tree, field: Matrix, moments: Matrix) -> Vector:
 def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
     """The elements of the mass matrix with row <= column, by joint number, zeros left out."""
     add, frames = tree.graph.add, tree.frames
-    slide(tree, columns=True)
     mass, first, second = matter(tree)
     columns = Columns(tree)
     matrix: dict[tuple[int, int], Expr] = {}
@@ -223,12 +210,7 @@ def mass_matrix(tree: Tree) -> dict[tuple[int, int], Expr]:
 
 
 def matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
-    """Mass, first and second moments of each body about its frame's origin, in its axes.
-
-    With constants folded, what lies on the axis of a turn is counted in the frame before it:
-    a mass at the origin, a first and a second moment along the axis.  So are the second moments of
-    what shifts.
-    """
+    """Mass, first and second moments of each body about its frame's origin, in its axes."""
     add, mul = tree.graph.add, tree.graph.mul
     mass: list[Expr] = []
     first: list[Vector] = []
@@ -239,24 +221,6 @@ def matter(tree: Tree) -> tuple[list[Expr], list[Vector], list[Matrix]]:
         mass.append(m)
         first.append(h)
         second.append([[add(about[i][j], mul(h[i], c[j])) for j in range(3)] for i in range(3)])
-    for frame in reversed(tree.frames[1:]) if tree.fold else ():
-        if not frame.turns:
-            moved = relabel_matrix(second[frame.number], frame.back)
-            second[frame.parent] = add_matrices(tree, second[frame.parent], moved)
-            second[frame.number] = [[0] * 3 for _ in "xyz"]
-            continue
-        k, parent, p = frame.number, frame.parent, frame.offset
-        own_axis = along(frame.axis, 1)
-        e = tree.before(frame, own_axis)
-        m, line, own = mass[k], first[k][frame.axis], second[k][frame.axis][frame.axis]
-        mass[parent] = add(mass[parent], m)
-        moment = tree.plus(tree.times(m, p), tree.times(line, e))
-        first[parent] = tree.plus(first[parent], moment)
-        for v, w in ((p, moment), (e, tree.plus(tree.times(line, p), tree.times(own, e)))):
-            second[parent] = add_matrices(tree, second[parent], outer(tree, v, w))
-        mass[k] = 0
-        first[k] = tree.minus(first[k], tree.times(line, own_axis))
-        second[k][frame.axis][frame.axis] = 0
     return mass, first, second
 
 

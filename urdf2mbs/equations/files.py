@@ -86,11 +86,9 @@ def generate(
     *,
     language: str = "python",
     fold: bool = False,
-    keep_turns: bool = False,
     pairs: bool = True,
     energy: bool = False,
     functions: Iterable[str] = FUNCTIONS,
-    reduced: bool = False,
     derivatives: bool = False,
     standalone: bool = False,
 ) -> Equations:
@@ -98,11 +96,10 @@ def generate(
 
     ``data`` is the .mbs file and ``file`` its name, for the headers.  ``fold`` writes all
     constants as numbers; else masses, centres of mass, inertias and points are read from the
-    data.  ``keep_turns`` also reads the positions of joints that never move.  ``pairs`` lets C
-    compute mirrored limbs together, which takes gcc or clang.  ``energy`` also writes the
-    functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that are wanted.
-    ``reduced``: accelred calls dirdyna, whatever the model.  ``derivatives`` adds the derivatives
-    of invdyna and its regressor, ``standalone`` headers for C that stand for Robotran's.
+    data.  ``pairs`` lets C compute mirrored limbs together, which takes gcc or clang.  ``energy``
+    also writes the functions ``energy``, ``momentum`` and ``com``.  ``functions`` are those that
+    are wanted.  ``derivatives`` adds the derivatives of invdyna and its regressor, ``standalone``
+    headers for C that stand for Robotran's.
 
     Raises ConversionError where the model's name is no identifier: it is part of the names.
     """
@@ -118,10 +115,10 @@ def generate(
         Diagnostic("warning", "loop-never-closes", message, file=file, hint=NEVER_CLOSES)
         for _, message in constant_gaps(mbs)
     ]
-    out.fixed = [] if keep_turns else _fixed(mbs)
-    maker = Maker(mbs, fold=fold, keep_turns=keep_turns, reduced=reduced)
+    out.fixed = _fixed(mbs)
+    maker = Maker(mbs, fold=fold)
     writer = CWriter(mbs, pairs=pairs) if language == "c" else WRITERS[language](mbs)
-    parts = "tree, numbers" if fold else "tree" if keep_turns else "tree, fixed"
+    parts = "tree, numbers" if fold else "tree, fixed"
     fits = f"Fits ({parts}): sha256 {fingerprint(data, parts)}"
     more = (*(ENERGY if energy else ()), *(DERIVATIVES if derivatives else ()))
     for name in (*functions, *more):
@@ -209,9 +206,9 @@ def _remarks(
 class Maker:
     """The functions of one model, or why there is none."""
 
-    def __init__(self, mbs: Mbs, *, fold: bool, keep_turns: bool, reduced: bool = False) -> None:
-        self.mbs, self.reduced = mbs, reduced
-        self.tree = partial(Tree, mbs, fold=fold, keep_turns=keep_turns)
+    def __init__(self, mbs: Mbs, *, fold: bool) -> None:
+        self.mbs = mbs
+        self.tree = partial(Tree, mbs, fold=fold)
         points = [point for body in mbs.bodies for point in body.points]
         self.has_points = any(point.sensor or point.extforce for point in points)
 
@@ -219,9 +216,8 @@ class Maker:
         twin, labels = find_mirrored(self.tree())
         tree = self.tree(labels=labels)
         c = joint_forces(tree, ())
-        matrix = mass_matrix(self.tree(graph=tree.graph, labels=labels))
         routine = Routine(tree.graph)
-        table = {("M", i, k): value for (i, k), value in matrix.items()}
+        table = {("M", i, k): value for (i, k), value in mass_matrix(tree).items()}
         _store_tables(routine, table, twin, symmetric=True)
         self._store_forces(routine, "c", c, twin)
         return routine
@@ -262,10 +258,10 @@ class Maker:
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
         dependent = any(f.joint.nature == "dependent" for f in tree.frames[1:])
-        if self.reduced or self.mbs.cuts or dependent:
+        if self.mbs.cuts or dependent:
             return self.invdynared()
         try:
-            qdd = accelerations(tree, self.tree(graph=tree.graph))
+            qdd = accelerations(tree)
         except Massless as error:
             joint = quoted(tree.frames[error.number].joint.name)
             return Refused(f"no matter moves with joint '{joint}', so nothing resists its forces")

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from urdf2mbs.equations.kinematics import End, Motion, common, ends, into, motion, relative
+from urdf2mbs.equations.kinematics import Motion, common, ends, into, motion, relative
 from urdf2mbs.equations.routine import Absent, Call, Routine
-from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector, along
+from urdf2mbs.equations.tree import NONE, Tree, Vector
 
 XYZ = (1, 2, 3)
 
@@ -82,10 +82,6 @@ def _ask(
     return result
 
 
-#: The MBSysPad of 2014, whose generator was that of 2008.
-VERSION_2014 = "0.0.beta"
-
-
 def links(tree: Tree) -> Routine | Absent:
     """Forces along the line between two points; positive ones pull these together."""
     every_link = [link for link in tree.mbs.links if link.kind == "link"]
@@ -100,12 +96,7 @@ def links(tree: Tree) -> Routine | Absent:
         a = motion(tree, *end1, start=start, accelerations=False)
         b = motion(tree, *end2, start=start, accelerations=False)
         between = tree.minus(b.position, a.position)
-        shift = _only_shift(tree, end1, end2) or _only_shift(tree, end2, end1)
-        if shift and tree.mbs.version == VERSION_2014:
-            outwards = 1 if shift.number == end2[0] else -1
-            length, rate = shift.q, shift.qd
-            line = along(shift.axis, outwards)
-        elif any(between):
+        if any(between):
             length = graph.sqrt(tree.dot(between, between))
             line = tree.times(graph.div(1, length), between)
             rate = tree.dot(tree.minus(b.velocity, a.velocity), line)
@@ -125,13 +116,6 @@ def links(tree: Tree) -> Routine | Absent:
             load.put(end2[0], (-x, -y, -z), end2[1])
     load.store(routine)
     return routine
-
-
-def _only_shift(tree: Tree, end: End, outer: End) -> Frame | None:
-    """The joint from one end of a link to the other, if this is one shift and nothing else."""
-    frame = tree.frames[outer[0]]
-    only = frame.number and not frame.turns and outer[1] == NONE
-    return frame if only and (frame.parent, frame.start) == end else None
 
 
 def links3d(tree: Tree) -> Routine | Absent:

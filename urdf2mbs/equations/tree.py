@@ -8,12 +8,11 @@ zero.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypeVar, cast
 
 from urdf2mbs.equations.graph import Expr, Graph, Op
 from urdf2mbs.mbs.model import Body, Joint, Mbs
-from urdf2mbs.spatial import ZERO, Vec
 
 #: Three expressions; most often the coordinates of a vector.
 Vector = tuple[Expr, Expr, Expr]
@@ -44,14 +43,8 @@ class Frame:
     qdd: Expr
     sin: Expr
     cos: Expr
-    start: Vector
-    """Where the joint's chain goes on in the frame before it (m): a point, or nothing."""
-    at: Vec
-    """The same as numbers."""
-    offset: Vector = NONE
-    """``start`` and the joint's own shift by q: where the frame behind it is (m)."""
-    slide: Vector = NONE
-    """How far the frame stands from where the file has it, in its own axes (m)."""
+    offset: Vector
+    """Where the frame behind the joint is in the frame before it (m): a point, a shift by q."""
     labels: Labels = OWN
     """The frame's axes, of those of the file."""
     change: Labels = OWN
@@ -60,7 +53,6 @@ class Frame:
     """The other way."""
     body: Body | None = None
     """The body whose frame this is."""
-    children: list[int] = field(default_factory=list)
 
 
 class Tree:
@@ -71,15 +63,13 @@ class Tree:
         mbs: Mbs,
         *,
         fold: bool = False,
-        keep_turns: bool = False,
         still: bool = False,
-        graph: Graph | None = None,
         labels: Mapping[int, Labels] | None = None,
     ) -> None:
-        """``fold`` makes numbers of the model's data, ``keep_turns`` symbols of the positions of
-        joints that never move; ``still`` makes numbers of all, at the start position."""
+        """``fold`` makes numbers of the model's data; ``still`` makes numbers of all, at the start
+        position."""
         self.mbs = mbs
-        self.graph = graph = Graph() if graph is None else graph
+        self.graph = graph = Graph()
         self.fold, self.still = fold or still, still
         self.last: dict[str | None, int] = {None: 0}
         """The number of each body's last joint."""
@@ -89,35 +79,30 @@ class Tree:
         self.coordinates = {place: clean(point.coordinates) for place, point in points.items()}
         labels = labels or {}
         ground = Joint("", "T1")
-        self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE, ZERO)]
+        self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE)]
         for body in mbs.bodies:
             parent = self.last[body.parent]
-            start, at = self.point(body.parent, body.point), ZERO
-            if body.point is not None:
-                own = self.frames[parent].labels
-                at = relabel(self.coordinates[body.parent, body.point], own)
+            start = self.point(body.parent, body.point)
             for joint in body.joints:
                 number = len(self.frames)
-                q, qd, qdd = self._motion(joint, number, keep_turns)
+                q, qd, qdd = self._motion(joint, number)
                 turns = joint.type[0] == "R"
                 own, before = labels.get(number, OWN), self.frames[parent].labels
                 axis = [i for i, _ in own].index(int(joint.type[1]) - 1)
                 sine, cosine = (graph.sin(q), graph.cos(q)) if turns else (0, 1)
-                frame = Frame(
-                    number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start, at
-                )
+                frame = Frame(number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start)
                 frame.labels, frame.change = own, chain_labels(own, invert_labels(before))
                 frame.back = invert_labels(frame.change)
                 self.frames.append(frame)
-                self.put(frame, NONE)
-                self.frames[parent].children.append(number)
-                parent, start, at = number, NONE, ZERO
+                if not turns:
+                    frame.offset = self.plus(start, self.before(frame, along(axis, q)))
+                parent, start = number, NONE
             self.last[body.name] = parent
             self.frames[parent].body = body
 
-    def _motion(self, joint: Joint, number: int, keep_turns: bool) -> tuple[Expr, Expr, Expr]:
+    def _motion(self, joint: Joint, number: int) -> tuple[Expr, Expr, Expr]:
         graph = self.graph
-        if self.still or (is_fixed(joint) and not keep_turns):
+        if self.still or is_fixed(joint):
             return graph.constant(joint.q or 0.0), 0, 0
         kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
         q, qd, qdd = (
@@ -128,13 +113,6 @@ class Tree:
     def moves(self, frame: Frame) -> bool:
         """True if the position of a joint is not a number of the equations."""
         return self.graph.op[abs(frame.q)] != Op.CONST
-
-    def put(self, frame: Frame, slide: Vector) -> None:
-        """Move a frame in its own axes (m); the frame before it must be in its place."""
-        frame.slide = slide
-        own = slide if frame.turns else self.plus(slide, along(frame.axis, frame.q))
-        offset = self.minus(frame.start, self.frames[frame.parent].slide)
-        frame.offset = self.plus(offset, self.before(frame, own))
 
     def parameter(self, value: float | None, name: str) -> Expr:
         """A number of the file: a symbol if it is not zero, or with ``fold`` the number."""
@@ -173,7 +151,7 @@ class Tree:
             self.parameter(value, f"l[{k}][{frame.number}]")
             for k, value in enumerate(given, start=1)
         )
-        return self.minus(relabel((x, y, z), frame.labels), frame.slide)
+        return relabel((x, y, z), frame.labels)
 
     def inertia(self, frame: Frame) -> Matrix:
         """About the centre of mass, in the frame's axes (kg m^2)."""
@@ -277,10 +255,7 @@ def along(axis: int, x: Expr) -> Vector:
     return out[0], out[1], out[2]
 
 
-Three = TypeVar("Three", Vector, Vec)
-
-
-def relabel(v: Three, labels: Labels) -> Three:
+def relabel(v: Vector, labels: Labels) -> Vector:
     """A vector in other axes."""
     (i, a), (j, b), (k, c) = labels
     return a * v[i], b * v[j], c * v[k]

@@ -25,16 +25,14 @@ def equations(data: MbsData, names: Iterable[str], language: str) -> dict[str, P
     """The file of each function.
 
     A function that the project does not have is made for its model, and kept in ``cache_folder``.
-    A project that has equations, and no accelred (Robotran's in Python), gets one that calls them.
 
     Raises ConversionError where equations of the project are of another model.
     """
     found: dict[str, Path] = {}
-    own = (data.symbolic_path / _file(data, "dirdyna", language)).is_file()
     for name in names:
         file = data.symbolic_path / _file(data, name, language)
         if not file.is_file():
-            found[name] = _made(data, name, language, over_others=own and name == "accelred")
+            found[name] = _made(data, name, language)
             continue
         if fits(files.beginning(file, 2000), data.model) is False:
             raise ConversionError(
@@ -50,17 +48,16 @@ def _file(data: MbsData, name: str, language: str) -> str:
     return f"mbs_{name}_{data.mbs_name}.{SUFFIX[language]}"
 
 
-def _made(data: MbsData, name: str, language: str, *, over_others: bool) -> Path:
+def _made(data: MbsData, name: str, language: str) -> Path:
     """A file of the cache; it is made if it is not there."""
     from urdf2mbs.equations import generate
 
-    key = sha256(b"\0".join([_generator(), data.model, language.encode(), bytes([over_others])]))
+    key = sha256(b"\0".join([_generator(), data.model, language.encode()]))
     file = cache_folder() / "equations" / key.hexdigest()[:32] / _file(data, name, language)
     if not file.is_file():
         made = generate(
-            data.mbs, data.model, data.mbs_file.name, language=language, functions=[name],
-            reduced=over_others,
-        )  # fmt: skip
+            data.mbs, data.model, data.mbs_file.name, language=language, functions=[name]
+        )
         if name in made.left_out:
             why = made.left_out[name]
             hint = "give what it moves mass and inertia, or let the pass estimate-inertia do so"
