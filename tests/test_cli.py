@@ -324,6 +324,31 @@ def test_help_imports_no_heavy_package() -> None:
     assert loaded("from urdf2mbs.cli import main; main(['--help'])") & heavy == set()
 
 
+@pytest.mark.parametrize(
+    ("program", "rooms"),
+    [
+        ("from urdf2mbs import convert",
+         "api conversion disk engine machine mbs messages passes proof ranges report simulation "
+         "spatial urdf xml"),
+        ("import urdf2mbs; urdf2mbs.convert('plain.urdf').write()",
+         "api conversion diagram disk engine machine mbs merge messages passes proof ranges report "
+         "simulation spatial urdf xml"),
+    ],
+)  # fmt: skip
+def test_a_conversion_imports_what_it_needs(program: str, rooms: str, robot: Path) -> None:
+    """No numpy, no ctypes, no generator of equations, no other process."""
+    link = '<link name="a"><inertial><mass value="1"/><inertia {}/></inertial></link>'
+    inertia = 'ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"'
+    (robot / "plain.urdf").write_text(f'<robot name="plain">{link.format(inertia)}</robot>')
+    modules = loaded(program)
+    ours = {name.split(".")[1] for name in modules if name.startswith("urdf2mbs.")}
+    assert ours == set(rooms.split())
+    others = modules - loaded("import lxml.etree, msgspec, pluggy, pluggy._manager")
+    others = {name.split(".")[0] for name in others} - sys.stdlib_module_names - {"urdf2mbs"}
+    assert others == set()
+    assert modules & {"ctypes", "multiprocessing", "concurrent.futures", "subprocess"} == set()
+
+
 def test_the_package_imports_what_is_asked_for() -> None:
     assert "urdf2mbs.messages.diagnostics" not in loaded("import urdf2mbs")
     for name in urdf2mbs.__all__:

@@ -13,6 +13,24 @@ if TYPE_CHECKING:
     from urdf2mbs.runtime.results import Results
     from urdf2mbs.runtime.robot import Robot, load_equations
 
+#: The module of each name.
+_HOMES = {
+    "Config": "engine.config",
+    "ConfigError": "messages.diagnostics",
+    "ConversionError": "messages.diagnostics",
+    "Diagnostic": "messages.diagnostics",
+    "Outcome": "many",
+    "Push": "runtime.push",
+    "Result": "api",
+    "Results": "runtime.results",
+    "Robot": "runtime.robot",
+    "Verdict": "api",
+    "convert": "api",
+    "convert_many": "many",
+    "load_equations": "runtime.robot",
+    "simulate": "runtime.project",
+    "verify": "api",
+}
 __all__ = [
     "Config",
     "ConfigError",
@@ -35,16 +53,10 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name not in __all__:
         raise AttributeError(f"module 'urdf2mbs' has no attribute '{name}'")
-    from urdf2mbs import api, many
-    from urdf2mbs.messages import diagnostics
+    from importlib import import_module
 
-    modules = [api, diagnostics, many]
-    if name in ("Push", "Results", "Robot", "load_equations", "simulate"):
-        from urdf2mbs.runtime import project, robot
-
-        modules = [project, robot]
-    module = next(module for module in modules if hasattr(module, name))
-    globals()[name] = value = getattr(module, name)
+    value = getattr(import_module(f"urdf2mbs.{_HOMES[name]}"), name)
+    globals()[name] = value
     return value
 
 

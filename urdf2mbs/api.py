@@ -23,7 +23,6 @@ from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.ranges import LARGEST_TOLERANCE
 from urdf2mbs.report.summary import Report, report
-from urdf2mbs.runtime.project import model_of
 from urdf2mbs.urdf.changes import describe
 from urdf2mbs.urdf.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
@@ -168,6 +167,8 @@ def verify(
             f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
             hint=f"such as {TOLERANCE}",
         )
+    from urdf2mbs.runtime.project import model_of
+
     project = Path(model) if files.is_folder(Path(model, "dataR")) else None
     paths = os.fspath(source), os.fspath(model if project is None else model_of(project) or "")
     robots = [not paths[0].lower().endswith(".mbs"), _is_robot(paths[1])]

@@ -200,6 +200,9 @@ class Pipeline:
 
     def _call(self, hook: str, conversion: Conversion, **more: Any) -> None:
         """Call a hook of all plugins, and of those who watch; ``more`` it is called with, too."""
+        listeners = [hooks for hooks in self._hooks if getattr(hooks, hook).get_hookimpls()]
+        if not listeners:
+            return
         pass_: Pass | None = more.get("pass_")
         if pass_ is not None:
             more["conversion"] = conversion
@@ -208,7 +211,7 @@ class Pipeline:
         before = snapshot(conversion.robot) if strangers else None
         ours = ours_alone(conversion) if strangers else ""
         try:
-            for hooks in self._hooks:
+            for hooks in listeners:
                 getattr(hooks, hook)(**more)
             if before is not None:
                 who = f"the hook {'before' if 'before' in hook else 'after'} '{name}'"
