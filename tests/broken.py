@@ -32,7 +32,7 @@ CONVERT = (
     "convert {} -o out/",
     "report {} -o out/page.html",
     "verify {} tiny.mbs",
-    "convert {} -o out/ --pipeline compact --set snap.angle=0.01 --set align-frames.flip=true",
+    "convert {} -o out/ --pipeline compact --set snap.angle=0.01",
 )
 MODEL = ("diagram {} -o out/a.svg", "verify tiny.urdf {}", "verify tiny.mbs {}", "diff tiny.mbs {}",
          "equations {} -o out/ --language c --energy --derivatives")  # fmt: skip

@@ -123,8 +123,6 @@ class Verdict(Proof, kw_only=True):
     """The URDF's moving joints that the .mbs has too, and its names for them."""
     moving: int
     """The number of moving joints of the URDF."""
-    flipped: list[str] = []
-    """The URDF's joints that count the other way round, as their names in the .mbs say."""
     diagnostics: list[Diagnostic] = []
     """Warnings and notes of reading the URDF."""
     called: tuple[str, str] = ("the URDF", "the .mbs")
@@ -212,7 +210,7 @@ def _verify(
     found, known = match(robot, mbs), certified.but_for
     asked = [name for name in found.joints if known.get(f"joint '{name}'", "").startswith("driven")]
     proof = compare(
-        robot.with_flipped(found.flipped), mbs, found.joints,
+        robot, mbs, found.joints,
         frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
         driven=[own for name in asked for own in found.joints[name]],
         gravity=gravity, tolerance=tolerance,
@@ -230,7 +228,7 @@ def _verify(
 
         more, deviations = compare_dynamics(
             _text(conversion), mbs, found.joints,
-            orders=found.orders, floating_base=floating_base, flipped=found.flipped,
+            orders=found.orders, floating_base=floating_base,
             gravity=gravity, tolerance=tolerance,
         )  # fmt: skip
         proof.differ(more)
@@ -247,7 +245,6 @@ def _verify(
             joint.moves and joint.name not in (inserted, *found.frozen)
             for joint in robot.joints.values()
         ),
-        flipped=found.flipped,
         diagnostics=conversion.diagnostics,
     )
 

@@ -52,9 +52,6 @@ class Step(msgspec.Struct):
     """The force-torque sensor that a fixed joint is.  The joint becomes six driven joints."""
     after: tuple[Turn, ...] = ()
     """Turns after the motion, which the frames below have seen."""
-    flipped: bool = False
-    """True if the joint counts the other way round: its coordinate is minus the URDF's, and
-    ``axis`` is minus the URDF's axis."""
     frames: dict[str, Pose] = {}
     """Links without a body of their own that move with the frame after this joint, and
     their constant pose in it; only on steps before the last."""
@@ -103,9 +100,6 @@ class Names(msgspec.Struct):
     coordinates: dict[str, list[str]] = {}
     """Moving URDF joint: the joints that move with its coordinates (one; three of a planar
     joint, two shifts and a turn; six of a floating one)."""
-    flipped: list[str] = []
-    """URDF joints that count the other way round in the .mbs, where they are called
-    ``NAME_flipped``: their coordinate there is minus the URDF's."""
 
 
 def fits(name: str, patterns: Iterable[str]) -> bool:

@@ -83,7 +83,6 @@ RICH = (
     + "</robot>"
 )  # fmt: skip
 PASSES: dict[str, Any] = {
-    "align-frames": {"flip": True},
     "mimic": {"joints": {"tail": "driven"}},
     "posture": {
         "joints": {"left": 0.6, "arm": 0.3, "swing": 0.2, "leg": 0.2, "ankle": 1.5},

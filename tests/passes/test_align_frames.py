@@ -13,21 +13,15 @@ from evaluator import rotation
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from proving import SOLID, chains, driven, joint, link, prove, robot
-from strategies import robots
 
-from urdf2mbs import convert
-from urdf2mbs.api import verify
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.passes.align_frames import AlignFrames, _across, _exchange, _Search
 from urdf2mbs.spatial import dot, fewest_turns, from_rpy, unit
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from evaluator import Array
 
-FLIP = {"align-frames": {"flip": True}}
 reproducible = settings(max_examples=300, derandomize=True, deadline=None, database=None)
 
 
@@ -240,8 +234,7 @@ def fans(draw: Any) -> str:
 def test_compact_never_has_more_joints_than_faithful(text: str) -> None:
     faithful = convert_text(text, base="fixed", pipeline="faithful")
     compact = prove(text, base="fixed")
-    flipped = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
-    assert driven(flipped) <= driven(compact) <= driven(faithful)
+    assert driven(compact) <= driven(faithful)
 
 
 def test_a_turned_fixed_joint_that_is_a_joint_still_needs_no_turns() -> None:
@@ -375,74 +368,3 @@ def test_a_frame_in_the_middle_of_a_chain_stays_known(axis: str) -> None:
         joint("middle", "tip", axis="3 -1 2", rpy="0.3 0.2 0.1"),
     )  # fmt: skip
     assert prove(text).frames["middle"].joint == "world_to_middle"
-
-
-def test_flipped_joints_save_turns_and_are_named() -> None:
-    text = arm("-1 0 0", "1 0 0", "0 0 -1")
-    assert driven(convert_text(text, base="fixed", pipeline="compact")) == 2
-    result = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
-    assert driven(result) == 0
-    assert result.names.flipped == ["world_to_l0", "l1_to_l2"]
-    assert result.names.coordinates["world_to_l0"] == ["world_to_l0_flipped"]
-    assert result.report.names.flipped == result.names.flipped
-    assert result.report.proof.same
-
-
-def test_no_joint_is_flipped_where_that_saves_nothing() -> None:
-    text = arm("1 0 0", "0 1 0", "0 1 1", "1 2 3")
-    result = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
-    assert result.names.flipped == []
-    plain = convert_text(text, base="fixed", pipeline="compact")
-    assert result.data == plain.data
-
-
-def test_limits_and_mimics_of_a_flipped_joint() -> None:
-    text = robot(
-        link("world"), link("a", SOLID), link("b", SOLID),
-        joint("world", "a", "revolute", axis="-1 0 0").replace('lower="-1"', 'lower="-0.5"'),
-        joint("a", "b", "revolute", axis="-1 0 0").replace(
-            "</joint>", '<mimic joint="world_to_a" multiplier="2" offset="0.5"/></joint>'
-        ),
-    )  # fmt: skip
-    result = convert_text(text, base="fixed", pipeline="compact", options=FLIP)
-    assert result.names.flipped == ["world_to_a", "a_to_b"]
-    joints = result.robot.with_flipped(["world_to_a"]).joints
-    limit, mimic = joints["world_to_a"].limit, joints["a_to_b"].mimic
-    assert limit is not None
-    assert mimic is not None
-    assert (limit.lower, limit.upper) == (-1.0, 0.5)
-    assert (mimic.multiplier, mimic.offset) == (-2.0, 0.5)
-    mimic = result.robot.with_flipped(result.names.flipped).joints["a_to_b"].mimic
-    assert mimic is not None
-    assert (mimic.multiplier, mimic.offset) == (2.0, -0.5)
-
-
-@settings(parent=reproducible, max_examples=60)
-@given(text=robots(), axes=st.sampled_from(["any", "any", "x", "z"]))
-def test_random_robots_with_flipped_joints_are_the_same(text: bytes, axes: str) -> None:
-    options = {
-        "align-frames": {"flip": True, "axes": axes},
-        "prune-massless": {"keep": ["*"]},
-        "check": {"tolerance": 1e-8},  # an axis within 1e-9 of a coordinate axis is put on it
-    }
-    result = convert_text(text.decode(), pipeline="compact", options=options)
-    assert result.report.proof.same, result.report.proof.differences
-    plain = {**options, "align-frames": {"axes": axes}}
-    other = convert_text(text.decode(), pipeline="compact", options=plain)
-    assert driven(result) <= driven(other)
-    assert bool(result.names.flipped) == (driven(result) < driven(other))
-
-
-@pytest.mark.parametrize("engine", ["own", "pinocchio"])
-def test_verify_knows_flipped_joints_by_their_names(tmp_path: Path, engine: str) -> None:
-    (tmp_path / "arm.urdf").write_text(arm("-1 0 0", "0 0 -1", "0 -1 0", rpy="0.3 0 0"))
-    model = tmp_path / "arm.mbs"
-    result = convert(tmp_path / "arm.urdf", base="fixed", pipeline="compact", options=FLIP)
-    assert result.names.flipped
-    model.write_bytes(result.data)
-    verdict = verify(str(tmp_path / "arm.urdf"), model, engine=engine)
-    assert verdict.same
-    assert verdict.flipped == result.names.flipped
-    # by the plain name it is another robot
-    model.write_bytes(result.data.replace(b"_flipped<", b"<"))
-    assert not verify(str(tmp_path / "arm.urdf"), model, engine=engine).same

@@ -71,6 +71,35 @@ def test_another_robot_is_rejected(spoiled: Spoil, old: str, new: str, kind: str
     assert list(result.conversion.files) == [result.conversion.rejected]
 
 
+@pytest.mark.parametrize("values", [(0.0698, 3.0718), (-0.0698, -3.0718), (-3.0718, 0.0698)])
+def test_limits_that_a_pass_exchanges_are_another_robot(
+    values: tuple[float, float], tmp_path: Path
+) -> None:
+    """An arm whose limits are not alike on both sides, as a Panda's fourth joint."""
+    text = TINY.replace('lower="-1.5" upper="1.5"', 'lower="-3.0718" upper="-0.0698"')
+    assert text != TINY
+    plugin = tmp_path / "exchange.py"
+    plugin.write_text(f"""
+from making import hookimpl, make
+
+def run(conversion, options):
+    models = {{model.name: model for model in conversion.mbs.user_models}}
+    for kind, value in zip(("q_min", "q_max"), {values}):
+        (own,) = [of for of in models[kind].parameters if of.name == "shoulder"]
+        own.values = (str(value),)
+
+@hookimpl
+def urdf2mbs_passes():
+    return [make("exchange", run)]
+""")
+    result = convert_text(text, plugins=[plugin], after={"joint-parameters": "exchange"})
+    assert result.conversion.rejected is not None
+    wanted = zip((-3.0718, -0.0698), values, strict=True)
+    assert [(d.kind, d.joint, d.urdf, d.mbs) for d in result.report.proof.differences] == [
+        ("parameter", "shoulder", urdf, str(mbs)) for urdf, mbs in wanted if urdf != mbs
+    ]
+
+
 def test_the_largest_difference_comes_first(spoiled: Spoil) -> None:
     sizes = [d.size for d in spoiled("<q>0.5</q>", "<q>0.6</q>").report.proof.differences]
     assert sizes == sorted(sizes, reverse=True)

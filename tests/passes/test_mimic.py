@@ -206,13 +206,11 @@ def reduced_mass_matrix(model: Any, free: dict[str, float]) -> Any:
     columns = list(free)
     turn, q = np.zeros((model.nv, len(free))), pin.neutral(model)
     for name, row in zip(list(model.names)[1:], model.joints[1:], strict=True):
-        base = name.removesuffix("_flipped")
-        leader, multiplier, offset = base, 1.0, 0.0
-        if base in FOLLOWERS:
-            leader, (multiplier, offset) = "drive", FOLLOWERS[base]
-        sign = -1.0 if name.endswith("_flipped") else 1.0
-        turn[row.idx_v, columns.index(leader)] = sign * multiplier
-        value = sign * (multiplier * free[leader] + offset)
+        leader, multiplier, offset = name, 1.0, 0.0
+        if name in FOLLOWERS:
+            leader, (multiplier, offset) = "drive", FOLLOWERS[name]
+        turn[row.idx_v, columns.index(leader)] = multiplier
+        value = multiplier * free[leader] + offset
         if row.nq == 2:  # a continuous joint
             q[row.idx_q : row.idx_q + 2] = np.cos(value), np.sin(value)
         else:
@@ -234,7 +232,7 @@ def test_a_leader_without_mass_feels_its_followers(tmp_path: Path, pipeline: str
     assert "mimic-massless" in codes
     assert not codes & {"mimic", "mimic-leader", "massless-leaf", "singular", "singular-at-start"}
     assert not result.report.frozen
-    joints = {j.name.removesuffix("_flipped"): j for b in result.mbs.bodies for j in b.joints}
+    joints = {j.name: j for b in result.mbs.bodies for j in b.joints}
     assert [joints[name].nature for name in ("drive", "turns", "shifts")] == [
         "independent", "dependent", "dependent"
     ]  # fmt: skip

@@ -222,8 +222,6 @@ def test_limits_that_are_missing_or_leave_no_room(
 ) -> None:
     step = Step.of(Joint("j", "revolute", "a", "b", limit=limit))
     assert _limits(step) == wanted
-    step.flipped = True
-    assert _limits(step) == (-wanted[1], -wanted[0])
 
 
 def test_an_srdf_that_is_no_xml_is_told_with_its_line(tmp_path: Path) -> None:

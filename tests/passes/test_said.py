@@ -188,11 +188,11 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         name: (text, {"pipeline": "compact", "passes": {"align-frames": options}})
         for name, text, options in (
             ("tree-any", TREE, {}), ("tree-x", TREE, {"axes": "x"}),
-            ("tree-y-flip", TREE, {"axes": "y", "flip": True}),
+            ("tree-y", TREE, {"axes": "y"}),
             ("tree-few", TREE, {"candidates": 1}),
-            ("palms", PALMS, {}), ("palms-flip", PALMS, {"flip": True}),
+            ("palms", PALMS, {}),
             ("palms-few", PALMS, {"candidates": 2}),
-            ("fans", FANS, {}), ("fans-flip", FANS, {"flip": True}),
+            ("fans", FANS, {}),
             ("fans-rounded", FANS, {"tolerance": 1e-6}),
         )
     },

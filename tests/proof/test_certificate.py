@@ -293,22 +293,15 @@ def test_slips_that_people_make_are_read(tmp_path: Path) -> None:
         assert replay(said, tmp_path) == 0, text
 
 
-def test_joints_of_all_types_and_those_that_count_the_other_way(tmp_path: Path) -> None:
+def test_joints_of_all_types(tmp_path: Path) -> None:
     for kind in ("planar", "floating", "prismatic", "revolute"):
         text = TINY.replace(
             'name="wrist_pitch" type="revolute"', f'name="wrist_pitch" type="{kind}"'
         )
         assert replay(tiny(text, tmp_path, base="fixed"), tmp_path) == 0, kind
-    flip = {"align-frames": {"flip": True}, **ALWAYS}
-    said = texts_of(convert(BIPED, pipeline="compact", options=flip))
-    assert ["joint", "right_hip_yaw", "axis"] in [
-        where for where, *_ in said[2]["predicate"]["urdf2mbs"]["changes"]
-    ]
-    assert replay(said, tmp_path) == 0
 
 
-@pytest.mark.parametrize("flip", [False, True])
-def test_springs_are_those_of_the_urdf(flip: bool, tmp_path: Path) -> None:
+def test_springs_are_those_of_the_urdf(tmp_path: Path) -> None:
     springs = "".join(
         f"<springStiffness>{i}</springStiffness><springReference>0.{i}</springReference>"
         f'</gazebo><gazebo reference="{name}">'
@@ -316,8 +309,7 @@ def test_springs_are_those_of_the_urdf(flip: bool, tmp_path: Path) -> None:
     )
     text = TINY.replace("</robot>", f'<gazebo reference="wrist_pitch">{springs}</gazebo></robot>')
     settings = {"base": "fixed", "pipeline": "compact", "project": tmp_path / "p"}
-    flipped = {"align-frames": {"flip": flip}}
-    urdf, mbs, said = tiny(text, tmp_path, options=flipped, **settings)
+    urdf, mbs, said = tiny(text, tmp_path, **settings)
     assert replay((urdf, mbs, said), tmp_path) == 0
     for old, new in ((b"<springStiffness>1<", b"<springStiffness>3<"), (b">0.2<", b">0.4<")):
         assert old in urdf

@@ -1147,38 +1147,3 @@ def test_numbers_that_an_element_does_not_state(tmp_path: Path) -> None:
     assert (mimic.multiplier, mimic.offset) == (1.0, 0.0)
     assert (Inertial().mass, Inertial().inertia) == (0.0, (0.0,) * 6)
     assert Mesh("m").scale == (1.0, 1.0, 1.0)
-
-
-def test_a_joint_that_is_flipped_has_all_its_numbers_the_other_way_round(tmp_path: Path) -> None:
-    own = (
-        '<axis xyz="1 2 3"/><limit lower="-1" upper="4" effort="5" velocity="6"/>'
-        '<safety_controller soft_lower_limit="-0.2" soft_upper_limit="0.7" k_velocity="1"/>'
-        '<calibration rising="0.25" falling="0.5"/><dynamics damping="3" friction="4"/>'
-    )
-    spring = "<springReference>0.5</springReference><springStiffness>2</springStiffness>"
-    end = f'<gazebo reference="turn">{spring}</gazebo></robot>'
-    robot, _ = read(tmp_path, arm(joint=own).replace("</robot>", end))
-    turn = robot.with_flipped(["turn"]).joints["turn"]
-    assert turn.axis == (-1.0, -2.0, -3.0)
-    assert turn.limit == Limit(-4.0, 1.0, 5.0, 6.0)
-    assert turn.dynamics == Dynamics(3.0, 4.0, 2.0, -0.5)
-    assert turn.safety_controller == SafetyController(1.0, 0.0, -0.7, 0.2)
-    assert turn.calibration == Calibration(-0.5, -0.25)
-    assert robot.with_flipped(["turn"]).with_flipped(["turn"]) == robot
-    odd = '<limit upper="inf"/><calibration rising="1"/><safety_controller k_velocity="2"/>'
-    robot, _ = read(tmp_path, arm(joint=odd))
-    assert robot.joints["turn"].safety_controller == SafetyController(2.0, 0.0, 0.0, 0.0)
-    turn = robot.with_flipped(["turn"]).joints["turn"]
-    assert turn.limit == Limit(None, 0.0)
-    assert turn.calibration == Calibration(None, -1.0)
-
-
-@pytest.mark.parametrize("flipped", [[], ["a"], ["b"], ["a", "b"]])
-def test_a_follower_of_flipped_joints_keeps_its_rule(tmp_path: Path, flipped: list[str]) -> None:
-    rule = '<mimic joint="a" multiplier="3" offset="0.5"/>'
-    text = mimics("b>a").replace('<mimic joint="a"/>', rule)
-    mimic = read(tmp_path, text)[0].with_flipped(flipped).joints["b"].mimic
-    sign = {name: -1.0 if name in flipped else 1.0 for name in "ab"}
-    for q in (0.0, 0.7):
-        found = sign["b"] * (mimic.multiplier * sign["a"] * q + mimic.offset)
-        assert found == pytest.approx(3.0 * q + 0.5)

@@ -40,8 +40,6 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
         counts = {does: len(said) for does, said in conversion.facts["merge"]["words"].items()}
         words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
         print(f"  merged with your edits: {words or 'nothing is another'}")
-    if conversion.names.flipped:
-        print(f"  {other_way(conversion.names.flipped)}")
     if found.proof is not None:
         print(f"  {found.verdict}\n  {proof_in_words(found.proof)}")
         for difference in found.proof.differences:
@@ -120,13 +118,6 @@ def proof_in_words(proof: Proof) -> str:
         return f"{compared}: {counted(len(proof.differences), 'difference')}"
     found = ", ".join(f"{kind} {off:.1e}" for kind, off in proof.largest.items())
     return f"{compared}; largest deviations: {found}"
-
-
-def other_way(names: Sequence[str]) -> str:
-    """The joints that count the other way round."""
-    return (
-        f"{counted(len(names), 'joint')} the other way round (minus the URDF's): {', '.join(names)}"
-    )
 
 
 #: Versions of Robotran's programs; docs/beside-robotran.md says what was tried in them.

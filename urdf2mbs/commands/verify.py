@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import msgspec
 
 from urdf2mbs.commands.findings import add_sarif, collecting, differences
-from urdf2mbs.commands.printing import other_way, print_json, proof_in_words, tell_diagnostics
+from urdf2mbs.commands.printing import print_json, proof_in_words, tell_diagnostics
 from urdf2mbs.commands.settings import (
     READING,
     add_fields,
@@ -127,5 +127,3 @@ def _tell_match(verdict: Verdict) -> None:
         base = f", {', '.join(own)} floats"
     print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")
-    if verdict.flipped:
-        print(f"  {other_way(verdict.flipped)}")

@@ -26,7 +26,7 @@ def _bodies(c: Conversion) -> Any:
     return [
         (segment.link, segment.parent, segment.parts, [
             (step.joint.name, step.xyz, step.turns, step.axis, step.measured, step.after,
-             step.flipped, step.frames)
+             step.frames)
             for step in segment.steps
         ])
         for segment in c.segments.values()

@@ -37,7 +37,7 @@ class Case:
         self.gravity = conversion.settings.config.gravity
         self.found: dict[str, Difference] = {}
         self.unproven: dict[str, str] = {}
-        self.robot = robot = conversion.robot.with_flipped(conversion.names.flipped)
+        self.robot = robot = conversion.robot
         driven = [coupling.follower.name for coupling in self.simulation.driven]
         names, numbers = conversion.names.coordinates, data.joint_id
         known = coordinates(robot, self.mbs, names, conversion.frozen, {}, driven)

@@ -31,7 +31,6 @@ def prove(case: Case) -> None:
         low, high = limits.get("q_min", -inf), limits.get("q_max", inf)
         asked = [value for p, value in options.joints.items() if fnmatchcase(name, p)]
         should = (asked or [stated_starts.get(name, 0.0)])[-1]
-        should *= -1 if name in case.conversion.names.flipped else 1
         # a leader also keeps the limits of those that follow it
         wanted = q[number] if number in leaders else should
         wanted = min(max(wanted, low), high) if options.inside else wanted

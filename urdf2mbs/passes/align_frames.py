@@ -75,9 +75,6 @@ class AlignFrames(Pass):
     """A direction counts as on a coordinate axis or plane if it is at most this (rad) off.  The
     default is rounding; 1e-9 also takes angles written as 1.570796327, and says how far off they
     are."""
-    flip: bool = False
-    """Let a joint count the other way round if this saves a driven joint.  The joint is then called
-    NAME_flipped, and its coordinate is minus the URDF's."""
 
     def run(self, conversion: Conversion) -> None:
         tree = _Tree(conversion)
@@ -289,10 +286,6 @@ class _Search:
         self.any = options.axes == "any"
         self.k = 1 if self.any else "xyz".index(options.axes) + 1
         self.candidates = options.candidates
-        self.flip = options.flip
-        self.weight = len(nodes)
-        """The cost of a turn; a flipped joint costs 1.  So the search saves turns first, and then
-        flipped joints."""
         self.nodes = nodes
         self.branching = branching
         for node in reversed(nodes):
@@ -305,7 +298,7 @@ class _Search:
 
     def joints(self) -> int:
         """The number of driven joints of the best choice: turns, and fixed joints kept."""
-        return self.nodes[0].costs[0] // self.weight
+        return self.nodes[0].costs[0]
 
     # --- turns ---
 
@@ -318,7 +311,7 @@ class _Search:
     def least(self, u: Vec) -> int:
         """The fewest turns that bring a coordinate axis onto a direction."""
         zeros = self.zeros(u)
-        return 2 - zeros if zeros < 2 else int(sum(u) < 0.0 and not self.flip)
+        return 2 - zeros if zeros < 2 else int(sum(u) < 0.0)
 
     def turns(self, rot: Rot, exact: bool = False) -> int:
         """The number of turns of a rotation; with any axis allowed, up to an exchange of axes."""
@@ -343,15 +336,11 @@ class _Search:
     # --- the frames to choose from ---
 
     def frames(self, axis: Vec, across: Vec) -> list[Rot]:
-        """The four frames with an axis along ``axis`` and another axis on the line ``across``; with
-        ``flip``, then the four frames of the flipped joint."""
-        found: list[Rot] = []
-        for along in (axis, _back(axis)) if self.flip else (axis,):
-            up = cross(along, across)
-            back, left = _back(across), _back(up)
-            pairs = ((across, up), (up, back), (back, left), (left, across))
-            found += [_exchange(transpose((*along, *y, *z)), self.k - 1) for y, z in pairs]
-        return found
+        """The four frames with an axis along ``axis`` and another axis on the line ``across``."""
+        up = cross(axis, across)
+        back, left = _back(across), _back(up)
+        pairs = ((across, up), (up, back), (back, left), (left, across))
+        return [_exchange(transpose((*axis, *y, *z)), self.k - 1) for y, z in pairs]
 
     def collect_wanted(self, node: _Node) -> None:
         """Find the directions in which the joints behind a node want an axis of its frame."""
@@ -392,11 +381,7 @@ class _Search:
                 for by in range(3 if node.exact and self.any else 1)
                 for frame in self.frames(node.axis, across)
             ]
-        # with flip, the last four of eight frames flip this joint
-        node.costs = [
-            int(node.turns_freely and number % 8 > 3 and self.flip)
-            for number in range(len(node.frames))
-        ]
+        node.costs = [0] * len(node.frames)
 
     def _consider(self, node: _Node) -> list[Vec]:
         """Directions at right angles to the joint's axis.  The search tries a frame with a
@@ -407,7 +392,7 @@ class _Search:
             directions.add(rotate(back, parent.axis))
         if not directions.vectors:  # the parent's axis is parallel, or the parent cannot turn
             # frames that differ by quarter turns have the same axes
-            group = 1 if not parent.turns_freely else 8 if self.flip else 4
+            group = 4 if parent.turns_freely else 1
             for frame in parent.frames[::group]:
                 for i in range(3):
                     directions.add(rotate(back, (frame[i], frame[i + 3], frame[i + 6])))
@@ -458,9 +443,7 @@ class _Search:
                 cost, pick = self._best(node, multiply(back, node.rot))
                 node.picks.append(pick)
             else:
-                u = rotate(back, node.along)
-                least = self.least(u)
-                cost = self.weight * least + int(self.flip and not least and sum(u) < 0.0)
+                cost = self.least(rotate(back, node.along))
             parent.costs[number] += cost
 
     def _best(self, node: _Node, before: Rot) -> tuple[int, int]:
@@ -469,12 +452,12 @@ class _Search:
         ``before`` is the rotation of the node's link in the parent's frame.
         """
         if node.kind == "floating":
-            return node.costs[0] + self.weight * len(fewest_turns(before)), 0
+            return node.costs[0] + len(fewest_turns(before)), 0
         best, pick = sys.maxsize, 0
         for number, (frame, cost) in enumerate(zip(node.frames, node.costs, strict=True)):
             if cost < best:
                 turns = self.turns(multiply(before, frame), node.exact)
-                cost += self.weight * (turns + (node.body and turns > 0))
+                cost += turns + (node.body and turns > 0)
                 if cost < best:
                     best, pick = cost, number
         return best, pick
@@ -506,8 +489,7 @@ class _Search:
             return
         axis = rotate(node.held, node.axis)
         along = max(AXES, key=lambda one: abs(dot(axis, one)))
-        step.flipped = self.flip and node.turns_freely and dot(axis, along) < 0
-        _note_axis_off(conversion, step, node.held, _back(along) if step.flipped else along)
+        _note_axis_off(conversion, step, node.held, along)
         step.axis = along
 
 

@@ -167,13 +167,12 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
 
 
 def _changes(conversion: Conversion) -> Iterator[tuple[list[str], tuple[str, Any], Any]]:
-    """Each element that passes changed or added, also of joints that count the other way round:
-    where it is, its text and attributes in the URDF, and the attributes that it got."""
-    flipped, inserted = conversion.names.flipped, conversion.inserted
-    robot = conversion.robot.with_flipped(flipped)
+    """Each element that passes changed or added: where it is, its text and attributes in the
+    URDF, and the attributes that it got."""
+    inserted, robot = conversion.inserted, conversion.robot
     changed = [change.name for changed in conversion.changed for change in changed.changes]
     added = () if inserted is None else (inserted, robot.joints[inserted].parent)
-    names = dict.fromkeys((*changed, *flipped, *added))
+    names = dict.fromkeys((*changed, *added))
     urdf: dict[tuple[str, str | None], list[Element]] = {}
     for element in _urdf(conversion) if names else ():
         named = element.tag if element.tag in ("link", "joint") else ""

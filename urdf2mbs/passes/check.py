@@ -61,7 +61,7 @@ def prove(
     """Compare the .mbs of a conversion with its robot, or with another; frames count, and so do
     changes of the robot that no pass declares."""
     proof = compare(
-        (robot or conversion.robot).with_flipped(conversion.names.flipped),
+        robot or conversion.robot,
         mbs,
         conversion.names.coordinates,
         frames=conversion.frames,

@@ -44,8 +44,6 @@ class DecomposeJoints(Pass):
                         taken.add(joint.name)
                 joints += step.joints
                 _note_axis_off(conversion, step)
-                if step.flipped:
-                    conversion.names.flipped.append(step.joint.name)
                 if step.measured is not None:
                     link = step.joint.child
                     at = segment.parts.get(link) or step.frames[link]
@@ -74,7 +72,7 @@ def decompose(step: Step) -> None:
         else:
             types = (f"T{k}" if kind == "prismatic" else f"R{k}",)
     if len(types) == 1:
-        step.coordinates = [Joint(f"{name}_flipped" if step.flipped else name, types[0])]
+        step.coordinates = [Joint(name, types[0])]
     else:
         step.coordinates = [Joint(f"{name}_{type_}", type_) for type_ in types]
     undone = tuple((k, -angle) for k, angle in reversed(turns))

@@ -76,8 +76,7 @@ class JointParameters(Pass):
     that moves little inertia has a higher speed."""
 
     def run(self, conversion: Conversion) -> None:
-        # the limits of a joint that counts the other way round have changed places and signs
-        joints = conversion.robot.with_flipped(conversion.names.flipped).joints
+        joints = conversion.robot.joints
         held = {
             step.joint.name: (joints.get(step.joint.name, step.joint), joint)
             for step, joint in conversion.single_coordinates()

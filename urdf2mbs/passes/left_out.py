@@ -82,7 +82,7 @@ def _warn_of_free_followers(conversion: Conversion) -> None:
         for joint in body.joints
         if joint.nature == "independent"
     }
-    joints = conversion.robot.with_flipped(conversion.names.flipped).joints
+    joints = conversion.robot.joints
     rules = [
         f"{name} = {mimic.multiplier!r} * {mimic.joint} + {mimic.offset!r}"
         for name, names in conversion.names.coordinates.items()

@@ -32,8 +32,7 @@ class Mimic(Pass):
     (moved by user code; its inertia is not felt). The first that fits counts."""
 
     def run(self, conversion: Conversion) -> None:
-        # the rules of flipped joints have the other sign
-        robot = conversion.robot.with_flipped(conversion.names.flipped)
+        robot = conversion.robot
         simulation = conversion.simulation
         coordinates = {step.joint.name: step.coordinates for step in conversion.steps()}
         followers = [

@@ -10,9 +10,6 @@ can keep all of them.
 
 With ``hold``, the generated joint forces hold this position by a PD controller.  The pass
 ``time-step`` computes the gains.
-
-Positions and limits are the URDF's.  A joint that align-frames has flipped starts at minus the
-position given.
 """
 
 from __future__ import annotations
@@ -81,7 +78,7 @@ class Posture(Pass):
             names = choose([pattern], settable, "posture-joint", "posture: no joint")
             given |= dict.fromkeys(names, value)
         for name, value in given.items():
-            settable[name].q = -value if name in conversion.names.flipped else value
+            settable[name].q = value
         _follow(conversion)
         _keep_limits(
             conversion, given, move=self.inside and conversion.settings.project is not None
@@ -216,12 +213,10 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
     texts = []
     for name, q in beyond.items():
         step, (low, high) = steps[name], limits[name]
-        sign = -1.0 if step.flipped else 1.0
-        low, high = sorted((sign * low, sign * high))
         unit = "m" if step.joint.type == "prismatic" else "rad"
-        text = f"{step.joint.name} at {sign * q + 0.0:g} of [{low:g}, {high:g}] {unit}"
-        start = sign * (joints[name].q or 0.0)
-        if start != sign * q:
+        text = f"{step.joint.name} at {q + 0.0:g} of [{low:g}, {high:g}] {unit}"
+        start = joints[name].q or 0.0
+        if start != q:
             text += f" starts at {start + 0.0:g}"
         if step.joint.name in given and unit == "rad" and abs(q) > 2 * pi:
             text += " (positions are in rad)"
@@ -249,7 +244,7 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
 def _middle(step: Step) -> float:
     """The middle of the limits of a URDF joint (rad or m), in few digits."""
     low, high = _limits(step)
-    middle = (low + high) / 2 * (-1.0 if step.flipped else 1.0)
+    middle = (low + high) / 2
     short = float(f"{middle:.3g}")
     return short if abs(short - middle) < (high - low) / 4 else middle
 
@@ -261,7 +256,7 @@ def _limits(step: Step) -> tuple[float, float]:
     high = inf if limit is None or limit.upper is None else limit.upper
     if not low < high:
         return -inf, inf
-    return (-high, -low) if step.flipped else (low, high)
+    return low, high
 
 
 def _within(q: float, limits: tuple[float, float]) -> bool:

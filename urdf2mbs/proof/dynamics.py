@@ -5,7 +5,7 @@ Needs the extra ``verify`` (Pinocchio, PyPI ``pin``).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from lxml import etree
@@ -80,7 +80,6 @@ def compare_dynamics(
     *,
     orders: Mapping[str, tuple[str, ...]] | None = None,
     floating_base: tuple[str, ...] = (),
-    flipped: Collection[str] = (),
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
     tolerance: float = 1e-9,
 ) -> tuple[list[Difference], dict[str, float]]:
@@ -88,15 +87,14 @@ def compare_dynamics(
     Pinocchio's own parser) and an .mbs at random positions, velocities and accelerations.
 
     ``joints`` and ``orders`` are as for ``verify.compare``; ``floating_base`` names the six .mbs
-    joints of a base that the URDF does not have itself; joints that are ``flipped`` count the
-    other way round.  Gives the differences and the largest deviation of each kind: an element
-    over the square root of the mass, or the inertia, that its joints move, relative to the largest
-    such element.
+    joints of a base that the URDF does not have itself.  Gives the differences and the largest
+    deviation of each kind: an element over the square root of the mass, or the inertia, that its
+    joints move, relative to the largest such element.
     """
     pin = _pinocchio()
     import numpy as np
 
-    text, order = _elementary_urdf(urdf, joints, orders or {}, floating_base, flipped)
+    text, order = _elementary_urdf(urdf, joints, orders or {}, floating_base)
     one = _from_urdf(text)
     two = to_pinocchio(mbs)
     one.gravity = pin.Motion(np.asarray(gravity), np.zeros(3))
@@ -169,7 +167,6 @@ def _elementary_urdf(
     joints: Mapping[str, tuple[str, ...]],
     orders: Mapping[str, tuple[str, ...]],
     floating_base: tuple[str, ...],
-    flipped: Collection[str],
 ) -> tuple[str, list[str]]:
     """The URDF with only one-axis joints, under the names that they have in the .mbs; also
     these names.
@@ -210,8 +207,6 @@ def _elementary_urdf(
         axis = element.find("axis")
         xyz = axis.get("xyz", "1 0 0") if axis is not None else "1 0 0"
         u = direction(tuple(float(word) for word in xyz.split()))  # type: ignore[arg-type]
-        if name in flipped:
-            u = (-u[0], -u[1], -u[2])
         if kind == "floating":
             moves = [(k[0], AXES[int(k[1]) - 1]) for k in orders.get(name, SIX)]
         elif kind == "planar":

@@ -24,8 +24,6 @@ class Match(msgspec.Struct):
     joints: dict[str, tuple[str, ...]] = {}
     frames: dict[str, LinkFrame] = {}
     frozen: dict[str, str] = {}
-    flipped: list[str] = []
-    """Joints that are called ``NAME_flipped`` in the .mbs: they count the other way round."""
     orders: dict[str, tuple[str, ...]] = {}
     """In which order floating joints have their coordinates."""
 
@@ -58,11 +56,6 @@ def match(robot: Robot, mbs: Mbs) -> Match:
         elif joint.name not in found.joints and joint.child not in useful:
             found.frozen[joint.name] = "nothing that it moves has mass"
     found.joints = {name: found.joints[name] for name in robot.joints if name in found.joints}
-    found.flipped = [
-        name
-        for name, names in found.joints.items()
-        if len(names) == 1 and names[0] in spellings(f"{name}_flipped", "joint")
-    ]
     _match_frames(robot, mbs, owners, found)
     return found
 
@@ -145,7 +138,7 @@ def _kinds(joint: UrdfJoint) -> list[list[tuple[str, str]]]:
             for k in sorted((1, 2, 3), key=lambda k: k != first)
         ]
     kind = "T" if joint.type == "prismatic" else "R"
-    return [[("", kind)], [("_flipped", kind)]]
+    return [[("", kind)]]
 
 
 def spellings(name: str, kind: str) -> list[str]:

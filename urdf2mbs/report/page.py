@@ -65,7 +65,7 @@ def make(conversion: Conversion) -> Page:
         )  # fmt: skip
     model = read(conversion.files[output], str(output))
     store = Store()
-    robot = conversion.robot.with_flipped(conversion.names.flipped)  # one slider moves both
+    robot = conversion.robot
     fetch = lookup(conversion.files, settings.project or settings.output.parent)
     filenames = {stem: filename for filename, stem in conversion.meshes.items()}
     stand_ins: set[str] = set()
@@ -307,7 +307,7 @@ def _urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[str]]:
     alone = {
         names[0]: urdf for urdf, names in conversion.names.coordinates.items() if len(names) == 1
     }
-    robot = conversion.robot.with_flipped(conversion.names.flipped)
+    robot = conversion.robot
     cells = {}
     for name in model.numbers():
         urdf = robot.joints.get(alone.get(name, ""))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 import msgspec
 
 from urdf2mbs.spatial import HERE, NO_INERTIA, ZERO, Pose, Sym, Vec, compose, from_rpy
@@ -174,33 +172,6 @@ class Joint(msgspec.Struct, gc=False):
         return self.type != "fixed"
 
 
-def _minus(value: float | None) -> float | None:
-    return None if value is None else -value
-
-
-def _flip(joint: Joint) -> Joint:
-    x, y, z = joint.axis
-    limit, safety, marks = joint.limit, joint.safety_controller, joint.calibration
-    dynamics = joint.dynamics
-    if dynamics is not None:
-        rest = 0.0 - dynamics.spring_reference
-        dynamics = msgspec.structs.replace(dynamics, spring_reference=rest)
-    if limit is not None:
-        limit = msgspec.structs.replace(limit, lower=_minus(limit.upper), upper=_minus(limit.lower))
-    if safety is not None:
-        safety = msgspec.structs.replace(
-            safety,
-            soft_lower_limit=-safety.soft_upper_limit,
-            soft_upper_limit=-safety.soft_lower_limit,
-        )
-    if marks is not None:
-        marks = Calibration(_minus(marks.falling), _minus(marks.rising))
-    return msgspec.structs.replace(
-        joint, axis=(-x, -y, -z), limit=limit, dynamics=dynamics, safety_controller=safety,
-        calibration=marks,
-    )  # fmt: skip
-
-
 class Sensor(msgspec.Struct, gc=False):
     """A ``<sensor>`` of motion, or of force and torque, of the URDF or of ``<gazebo>``."""
 
@@ -263,25 +234,6 @@ class Robot(msgspec.Struct):
     materials: dict[str, Material] = {}
     extensions: list[Extension] = []
     file: str | None = None
-
-    def with_flipped(self, names: Collection[str]) -> Robot:
-        """The same robot, with these joints (of one coordinate each) counting the other way round.
-
-        Where their coordinate is q here it is -q there: the axis points the other way, the limits
-        change places, and so on.
-        """
-        if not names:
-            return self
-        joints = {n: _flip(j) if n in names else j for n, j in self.joints.items()}
-        for name, joint in joints.items():
-            if joint.mimic is not None:
-                sign = -1.0 if (name in names) != (joint.mimic.joint in names) else 1.0
-                own = -1.0 if name in names else 1.0
-                mimic = Mimic(
-                    joint.mimic.joint, sign * joint.mimic.multiplier, own * joint.mimic.offset
-                )
-                joints[name] = msgspec.structs.replace(joint, mimic=mimic)
-        return msgspec.structs.replace(self, joints=joints)
 
     def root(self) -> str:
         """The one link that is no joint's child (the reader has seen to it that there is one)."""
