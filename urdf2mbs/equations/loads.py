@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from urdf2mbs.equations.kinematics import Motion, common, ends, into, motion, relative
+from urdf2mbs.equations.kinematics import End, Motion, common, ends, into, motion, relative
 from urdf2mbs.equations.routine import Absent, Call, Routine
-from urdf2mbs.equations.tree import NONE, Tree, Vector
+from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector, along
 
 XYZ = (1, 2, 3)
 
@@ -82,6 +82,10 @@ def _ask(
     return result
 
 
+#: The MBSysPad of 2014. Its generator gives Z the sign of q where a link lies along one T joint.
+VERSION_2014 = "0.0.beta"
+
+
 def links(tree: Tree) -> Routine | Absent:
     """Forces along the line between two points; positive ones pull these together."""
     every_link = [link for link in tree.mbs.links if link.kind == "link"]
@@ -96,7 +100,12 @@ def links(tree: Tree) -> Routine | Absent:
         a = motion(tree, *end1, start=start, accelerations=False)
         b = motion(tree, *end2, start=start, accelerations=False)
         between = tree.minus(b.position, a.position)
-        if any(between):
+        shift = _only_shift(tree, end1, end2) or _only_shift(tree, end2, end1)
+        if shift and tree.mbs.version == VERSION_2014:
+            outwards = 1 if shift.number == end2[0] else -1
+            length, rate = shift.q, shift.qd
+            line = along(shift.axis, outwards)
+        elif any(between):
             length = graph.sqrt(tree.dot(between, between))
             line = tree.times(graph.div(1, length), between)
             rate = tree.dot(tree.minus(b.velocity, a.velocity), line)
@@ -116,6 +125,15 @@ def links(tree: Tree) -> Routine | Absent:
             load.put(end2[0], (-x, -y, -z), end2[1])
     load.store(routine)
     return routine
+
+
+def _only_shift(tree: Tree, end: End, outer: End) -> Frame | None:
+    """The T joint from one end of a link to the other, if nothing else lies between."""
+    frame = tree.frames[outer[0]]
+    if not frame.number or frame.turns or outer[1] != NONE or frame.parent != end[0]:
+        return None
+    shifted = tree.plus(end[1], tree.before(frame, along(frame.axis, frame.q)))
+    return frame if frame.offset == shifted else None
 
 
 def links3d(tree: Tree) -> Routine | Absent:
