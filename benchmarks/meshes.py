@@ -4,8 +4,7 @@
     python benchmarks/meshes.py [--subdivisions 6] [--repetitions 5]
 
 A rough sphere is written in each format, read, and written as VRML97 in one process; the least
-time of several, in turns.  Then a robot of twelve larger ones is made in one process and on all
-cores.
+time of several, in turns.  Then a robot of twelve larger ones is made.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ import trimesh
 
 from urdf2mbs import convert
 from urdf2mbs.meshes.reader import read
-from urdf2mbs.passes.convert_meshes import ConvertMeshes, Job, Look, make
+from urdf2mbs.meshes.vrml import write
 
 FORMATS = {"STL, binary": "stl", "STL, ASCII": "stl_ascii", "COLLADA": "dae", "OBJ": "obj"}
 
@@ -43,6 +42,10 @@ def least(works: list[Callable[[], object]], repetitions: int) -> list[float]:
     return best
 
 
+def convert_mesh(path: Path) -> bytes:
+    return b"".join(write(read(path, up_axis=False).parts, (0.5, 0.5, 0.5), 0.0))
+
+
 def rates(subdivisions: int, repetitions: int) -> None:
     mesh = sphere(subdivisions)
     count = len(mesh.faces)
@@ -54,11 +57,10 @@ def rates(subdivisions: int, repetitions: int) -> None:
             path = Path(folder) / f"mesh.{kind.partition('_')[0]}"
             data = mesh.export(file_type=kind)
             path.write_bytes(data.encode() if isinstance(data, str) else data)
-            job = Job(path, (Look("", (128, 128, 128), 0.0),), ConvertMeshes())
             seconds = least(
                 [
                     lambda path=path: read(path, up_axis=False),
-                    lambda job=job: make(job),
+                    lambda path=path: convert_mesh(path),
                     lambda path=path: trimesh.load(path, process=False),
                 ],
                 repetitions,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from urdf2mbs.conversion import Conversion, Segment, Settings
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import Body
 from urdf2mbs.passes import convert_meshes, convert_visuals
@@ -49,9 +50,7 @@ def convert(
 
 def write(conversion: Conversion) -> list[Path]:
     """What the command line does at the end."""
-    for path, content in conversion.files.items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+    write_files(conversion.files)
     return list(conversion.files)
 
 

@@ -42,7 +42,7 @@ URDF_COLOR = (0.8, 0.4, 0.2)
 
 def converted(path: Path) -> tuple[Mesh, list[wrl.Shape]]:
     mesh = read(path)
-    return mesh, wrl.read(b"".join([b"#VRML V2.0 utf8\n", *write(mesh.parts, URDF_COLOR, 0.25)]))
+    return mesh, wrl.read(b"".join(write(mesh.parts, URDF_COLOR, 0.25)))
 
 
 def test_box(sample: Sample, mesh: Path) -> None:

@@ -6,9 +6,18 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from urdf2mbs.meshes.vrml import _rows, shortest
+from urdf2mbs.meshes.model import Part
+from urdf2mbs.meshes.vrml import write
 
 FLOATS = st.floats(width=32, allow_nan=False, allow_infinity=False)
+
+
+def written(points: np.ndarray) -> list[list[str]]:
+    """The points of a .wrl as text: of one triangle for each point, at the point."""
+    index = np.repeat(np.arange(len(points)), 3).reshape(-1, 3)
+    text = b"".join(write([Part(points, index)], (0, 0, 0), 0.0)).decode()
+    lines = text.partition("point [\n")[2].partition("\n]")[0]
+    return [line.split(" ") for line in lines.split("\n")]
 
 
 def digits(text: str) -> int:
@@ -17,30 +26,23 @@ def digits(text: str) -> int:
     return len(mantissa.strip("0"))
 
 
-@given(st.lists(FLOATS, min_size=1, max_size=20))
-def test_read_back_and_shortest(values: list[float]) -> None:
-    single = np.array(values, np.float32)
-    for given_, found in zip(single, shortest(single).tolist(), strict=True):
-        assert np.float32(found) == given_
-        assert digits(repr(found)) <= digits(str(given_))
+@given(st.lists(st.tuples(FLOATS, FLOATS, FLOATS), min_size=1, max_size=20, unique=True))
+def test_read_back_and_shortest(rows: list[tuple[float, float, float]]) -> None:
+    single = np.unique(np.array(rows, np.float32) + np.float32(0.0), axis=0)
+    for words, point in zip(written(single), single, strict=True):
+        for word, value in zip(words, point, strict=True):
+            assert np.float32(word) == value
+            assert digits(word) <= digits(str(value))
 
 
 def test_many_of_them() -> None:
     """Enough that some need 9 digits, as hypothesis seldom finds."""
-    single = np.random.default_rng(1).uniform(-10, 10, 5000).astype(np.float32)
-    needed = [digits(str(value)) for value in single]
+    single = np.random.default_rng(1).uniform(-10, 10, (1500, 3)).astype(np.float32)
+    needed = [digits(str(value)) for value in single.ravel()]
     assert max(needed) == 9
-    assert [digits(repr(value)) for value in shortest(single).tolist()] == needed
-
-
-@given(st.lists(st.tuples(FLOATS, FLOATS, FLOATS), min_size=1, max_size=20))
-def test_text_is_read_back(rows: list[tuple[float, float, float]]) -> None:
-    single = np.array(rows, np.float32) + np.float32(0.0)
-    lines = _rows(shortest(single)).decode().split("\n")
-    found = np.array([[np.float32(word) for word in line.split(" ")] for line in lines])
-    np.testing.assert_array_equal(found, single)
+    assert [digits(word) for words in written(single) for word in words] == needed
 
 
 def test_round_numbers_have_no_decimals() -> None:
     rows = np.array([[1.0, 0.0, -20.0], [0.1, 1e-5, 100.0]], np.float32)
-    assert _rows(shortest(rows)) == b"1 0 -20\n0.1 0.00001 100"
+    assert written(rows) == [["1", "0", "-20"], ["0.1", "0.00001", "100"]]

@@ -122,7 +122,7 @@ def test_every_mesh_of_every_robot(shared: Path) -> None:
     wrong, small, large = [], 0, 0
     for path in meshes:
         count, low, high = READERS[path.suffix.lower()](path)
-        data = b"#VRML V2.0 utf8\n" + b"".join(write(read(path).parts, (0.5, 0.5, 0.5), 0.0))
+        data = b"".join(write(read(path).parts, (0.5, 0.5, 0.5), 0.0))
         triangles = wrl.corners(wrl.read(data))
         size = np.abs((low, high)).max()
         off = max(

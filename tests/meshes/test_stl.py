@@ -11,7 +11,7 @@ import pytest
 
 from urdf2mbs.meshes import stl
 from urdf2mbs.meshes.reader import read
-from urdf2mbs.passes.convert_meshes import ConvertMeshes, Look, convert
+from urdf2mbs.passes.convert_meshes import Look, draw
 
 LOOK = Look("", (255, 128, 0), 0.0)
 
@@ -53,7 +53,7 @@ def test_the_memory_that_a_large_one_takes(tmp_path: Path) -> None:
     file.write_bytes(binary(np.random.default_rng(1).normal(size=(100_000, 3, 3))))
     tracemalloc.start()
     try:
-        convert(read(file), LOOK, ConvertMeshes())
+        draw(read(file), LOOK)
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

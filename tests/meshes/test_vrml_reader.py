@@ -153,7 +153,7 @@ def test_what_is_written_comes_back(tmp_path: Path) -> None:
     source = tmp_path / "tetra.obj"
     source.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
     parts = reader.read(source).parts
-    written = HEAD + b"".join(vrml.write(parts, (0.2, 0.4, 0.6), 0.5))
+    written = b"".join(vrml.write(parts, (0.2, 0.4, 0.6), 0.5))
     (part,) = read(written)
     (given,) = parts
     assert part.material.diffuse == (0.2, 0.4, 0.6)

@@ -28,10 +28,8 @@ from meshes.samples import (
 )
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Shape
-from urdf2mbs.meshes.model import MeshError
-from urdf2mbs.passes.convert_meshes import BEGIN, ConvertMeshes, read_made
+from urdf2mbs.passes.convert_meshes import ConvertMeshes
 
 
 def shapes_of(conversion: Conversion) -> list[Shape]:
@@ -61,7 +59,7 @@ def test_every_sample_arrives_in_the_project(tmp_path: Path) -> None:
         assert file_of(conversion, shape).parent == folder
         assert len(shown(conversion, shape)) == len(TRIANGLES)
     report = conversion.facts["convert-meshes"]
-    assert (report["converted"], report["kept"], report["unusable"]) == (len(SAMPLES), 0, 0)
+    assert (report["converted"], report["lost"]) == (len(SAMPLES), {})
     drawn = [data for path, data in conversion.files.items() if path.suffix == ".wrl"]
     assert report["bytes"] == sum(map(len, drawn))
     textures = sum(sample.texture for sample in SAMPLES)
@@ -197,7 +195,7 @@ def test_missing_mesh_is_named_with_where_it_was_looked_for(tmp_path: Path) -> N
     )
     assert str(tmp_path / "p") in (one.hint or "")
     assert "nowhere_at_all" in (one.hint or "")
-    lost = conversion.facts["convert-meshes"]["lost"]["missing"]
+    lost = conversion.facts["convert-meshes"]["lost"]
     assert lost["package://p/gone.stl"]["links"] == ["link0", "link1"]
     assert len(conversion.files) == 1
     assert [shape.scale for shape in shapes_of(conversion)][2] == (1.0, -1.0, 1.0)
@@ -222,10 +220,6 @@ def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
     assert "2 files" in one.message
     assert "'lost.png' (of a.dae and 1 more), 'lost.mtl' (of c.obj)" in one.message
     assert len(conversion.files) == 3
-    write(conversion)
-    again = convert(tmp_path, meshes)
-    assert not again.files
-    assert again.diagnostics == conversion.diagnostics  # a kept file is told of just the same
 
 
 def test_up_axis_is_ignored_as_by_rviz_and_told_where_it_is_applied(tmp_path: Path) -> None:
@@ -237,55 +231,10 @@ def test_up_axis_is_ignored_as_by_rviz_and_told_where_it_is_applied(tmp_path: Pa
     np.testing.assert_allclose(
         shown(conversion, shapes_of(conversion)[0]).max((0, 1)), HIGH, rtol=1e-6
     )
-    write(conversion)
-    again = convert(tmp_path, [visual(mesh)], options=apply)
-    assert again.diagnostics == conversion.diagnostics  # a kept file is told of just the same
     ignoring = convert(tmp_path, [visual(mesh)])
     assert not codes(ignoring)
     triangles = shown(ignoring, shapes_of(ignoring)[0])
     np.testing.assert_allclose(triangles.max((0, 1)), (2, 6, -2), rtol=1e-6)
-
-
-def test_an_unchanged_mesh_is_not_converted_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    meshes = []
-    for sample in SAMPLES:
-        (tmp_path / sample.name).mkdir()
-        meshes.append(visual(sample.write(tmp_path / sample.name), (1.0, -1.0, 1.0)))
-    first = convert(tmp_path, meshes)
-    write(first)
-
-    def no(*_: object, **__: object) -> None:
-        raise MeshError("it was read again")
-
-    monkeypatch.setattr("urdf2mbs.meshes.reader.read", no)
-    second = convert(tmp_path, meshes)
-    assert second.files == {}
-    assert second.facts["convert-meshes"]["kept"] == len(SAMPLES)
-    assert shapes_of(second) == shapes_of(first)
-    assert second.diagnostics == first.diagnostics
-
-
-def test_what_makes_a_mesh_be_converted_again(tmp_path: Path) -> None:
-    mesh = obj_materials(tmp_path)
-    write(convert(tmp_path, [visual(mesh)]))
-    stamp = mesh.stat().st_mtime
-    os.utime(mesh, (stamp + 10, stamp + 10))
-    assert not convert(tmp_path, [visual(mesh)]).files  # the time is nothing
-
-    assert convert(tmp_path, [visual(mesh, color=(1.0, 0.0, 0.0, 1.0))]).files
-    assert convert(tmp_path, [visual(mesh)], options=ConvertMeshes(up_axis="apply")).files
-
-    library = tmp_path / "materials.mtl"
-    library.write_text(library.read_text().replace("d 0.75", "d 0.5"))
-    changed = convert(tmp_path, [visual(mesh)])
-    assert len(changed.files) == 1
-    write(changed)
-    assert not convert(tmp_path, [visual(mesh)]).files
-
-    library.unlink()
-    assert codes(convert(tmp_path, [visual(mesh)])) == ["mesh-file-missing"]
 
 
 def test_a_lost_texture_is_put_back(tmp_path: Path) -> None:
@@ -298,37 +247,28 @@ def test_a_lost_texture_is_put_back(tmp_path: Path) -> None:
     assert again.files[texture] == image("PNG")
 
 
-def test_what_a_mesh_shows_otherwise_is_told_each_time(tmp_path: Path) -> None:
-    """Two files with the same fault are one warning, of the first link."""
+def test_two_files_with_the_same_fault_are_one_warning(tmp_path: Path) -> None:
     for name in ("one.obj", "two.obj"):
         (tmp_path / name).write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n")
-    for again in (False, True):
-        conversion = convert(tmp_path, [visual("one.obj"), visual("two.obj")])
-        assert bool(conversion.files) is not again
-        (said,) = [found for found in conversion.diagnostics if found.code == "mesh-part"]
-        assert said.message.endswith(": mesh one.obj, two.obj")
-        assert said.link is not None
-        write(conversion)
-
-
-def test_what_a_wrl_says_of_itself_must_be_readable() -> None:
-    for said, known in ((b"{}", False), (b"", False), (b'{"version": 1}', False)):
-        data = seal(Path("mesh.wrl"), BEGIN + said + b"\nShape {}\n")
-        assert (read_made(data) is not None) is known
-        assert read_made(data[:-9]) is None
+    (said,) = convert(tmp_path, [visual("one.obj"), visual("two.obj")]).diagnostics
+    assert said.code == "mesh-part"
+    assert said.message.endswith(": mesh one.obj, two.obj")
+    assert said.link is not None
 
 
 @pytest.mark.parametrize("content", [b"#VRML V2.0 utf8\nShape {}\n", b"", b"changed by hand"])
 def test_a_file_that_is_not_ours_is_left_alone(tmp_path: Path, content: bytes) -> None:
     mesh = stl_ascii(tmp_path)
-    (target,) = write(convert(tmp_path, [visual(mesh)]))
+    (target,) = write(convert(tmp_path, [visual(mesh, (1.0, -1.0, 1.0))]))
     ours = target.read_bytes()
     target.write_bytes(ours + b"# by hand\n" if content == b"changed by hand" else content)
     mesh.write_bytes(stl_binary_data())
-    conversion = convert(tmp_path, [visual(mesh)])
+    conversion = convert(tmp_path, [visual(mesh, (1.0, -1.0, 1.0))])
     assert codes(conversion) == ["mesh-not-ours"]
     assert str(target) in (conversion.diagnostics[0].hint or "")
     assert not conversion.files
+    (shape,) = shapes_of(conversion)
+    assert (file_of(conversion, shape), shape.scale) == (target, (1.0, 1.0, 1.0))
 
 
 def test_the_same_bytes_every_time(tmp_path: Path) -> None:
@@ -391,6 +331,6 @@ def test_what_all_meshes_together_may_take_is_bounded(tmp_path: Path) -> None:
     options = ConvertMeshes(at_most=2.5 * len(data) / 2**20)  # type: ignore[arg-type]
     conversion = convert(tmp_path, [visual(path) for path in paths], options=options)
     report = conversion.facts["convert-meshes"]
-    assert (report["converted"], report["unusable"]) == (2, 1)
-    assert list(report["lost"]["too_large"]) == [str(paths[2])]
+    assert report["converted"] == 2
+    assert list(report["lost"]) == [str(paths[2])]
     assert codes(conversion) == ["mesh-too-large"]

@@ -30,8 +30,9 @@ LINES = 2**14
 
 
 def write(parts: list[Part], color: RGB, transparency: float) -> Iterator[bytes]:
-    """The nodes of a .wrl (without its first line), piece by piece; ``color`` and
-    ``transparency`` are for the parts that have none of their own."""
+    """A .wrl, piece by piece; ``color`` and ``transparency`` are for the parts that have none of
+    their own."""
+    yield b"#VRML V2.0 utf8\n"
     for part in parts:
         yield from _shape(part, color, transparency)
 
@@ -81,7 +82,7 @@ def _shape(part: Part, color: RGB, transparency: float) -> Iterator[bytes]:
 def _block(
     begin: bytes, numbers: NDArray[Any], text: Callable[[NDArray[Any]], bytes], end: bytes
 ) -> Iterator[bytes]:
-    """The lines of an array, of which ``text`` makes some at a time, between two words."""
+    """An array as text: ``begin``, the rows, ``end``; ``text`` writes up to ``LINES`` rows."""
     yield begin + b"\n"
     for at in range(0, len(numbers), LINES):
         yield text(numbers[at : at + LINES]) + b"\n"
@@ -119,40 +120,9 @@ def _number(value: float) -> bytes:
     return msgspec.json.encode(round(min(max(value, 0.0), 1.0), 3)).removesuffix(b".0")
 
 
-def shortest(values: NDArray[np.float32]) -> NDArray[np.float64]:
-    """For each float32 the float64 whose ``repr`` is the shortest decimal that is read as
-    that float32.
-
-    6 significant digits are kept by every float32, and 9 are always enough (IEEE 754), so
-    four tries do.
-    """
-    import numpy as np
-
-    single = values.ravel()
-    out = single.astype(np.float64)
-    left = np.flatnonzero(out)
-    exponent = np.floor(np.log10(np.abs(out[left]))).astype(int)
-    # powers of ten are exact up to 10**22 only: beyond, the quotient would not be the nearest
-    far = (exponent < -14) | (exponent > 22)
-    for k in left[far]:
-        out[k] = float(str(single[k]))
-    left, exponent = left[~far], exponent[~far]
-    for digits in (6, 7, 8, 9):
-        if not left.size:
-            break
-        places = digits - 1 - exponent
-        up, down = 10.0 ** np.maximum(places, 0), 10.0 ** np.maximum(-places, 0)
-        exact = single[left].astype(np.float64)
-        decimal = np.round(exact * up / down) * down / up
-        same = decimal.astype(np.float32) == single[left]
-        out[left[same]] = decimal[same]
-        left, exponent = left[~same], exponent[~same]
-    return out.reshape(values.shape)
-
-
 def _points(points: NDArray[np.float32]) -> bytes:
-    """A line a point, in the fewest digits."""
-    return _rows(shortest(points))
+    """A line a point; a number as text is the shortest decimal that is read as that float32."""
+    return _rows(points.astype("S16").astype(float))
 
 
 def _rows(numbers: NDArray[Any]) -> bytes:

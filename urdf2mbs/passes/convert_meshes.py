@@ -12,8 +12,6 @@ colour of the same mesh.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -23,7 +21,7 @@ from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.seal import intact, seal
+from urdf2mbs.disk.seal import intact
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
@@ -32,12 +30,6 @@ from urdf2mbs.urdf import model as urdf
 
 if TYPE_CHECKING:  # a robot without meshes has no need of what reads and writes them
     from urdf2mbs.meshes.model import Mesh
-
-#: Each .wrl holds this number; with a new number, all files are written again.
-VERSION = 3
-
-#: Each .wrl begins so; then comes ``Made``.
-BEGIN = b"#VRML V2.0 utf8\n# "
 
 
 class ConvertMeshes(Pass):
@@ -52,8 +44,8 @@ class ConvertMeshes(Pass):
     """MiB of all mesh files of the robot that are read: the meshes beyond are left out."""
 
     def run(self, conversion: Conversion) -> None:
-        settings = conversion.settings
-        if settings.project is None:
+        project = conversion.settings.project
+        if project is None:
             if conversion.meshes:
                 conversion.note(
                     "mesh-not-converted",
@@ -62,61 +54,63 @@ class ConvertMeshes(Pass):
                 )
             _note_moved(conversion)
             return
-        from urdf2mbs.meshes.model import MeshError
-
-        folder = settings.project / "animationR" / "vrml"
-        uses = _uses(conversion, folder, self)
-        links = _links(conversion)
-        shown: dict[str, Made] = {}
-        lost = Lost()
+        folder = project / "animationR" / "vrml"
+        meshes = _find_meshes(conversion, folder)
+        made: dict[Path, bytes] = {}
         left = self.at_most * 2**20
-        counts = {"converted": 0, "kept": 0, "unusable": 0, "bytes": 0}
-        ask = _start_conversion(uses, self)
-        for number, (filename, use) in enumerate(uses.items(), start=1):
-            conversion.progress(f"{filename} ({number} of {len(uses)})")
-            mesh: Converted | None = None
-            if use.path is None:
-                lost.missing[filename] = conversion.packages.places_of(filename)
-            elif use.due and files.size(use.path) > left:
-                lost.too_large[filename] = f"{files.size(use.path) / 2**20:.3g} MiB"
-            elif use.due:
-                try:
-                    mesh = ask(use)
-                    left -= mesh.size
-                except MeshError as error:
-                    lost.unreadable[filename] = f"{use.path}: {error}"
-            counts["unusable"] += use.path is None or (bool(use.due) and mesh is None)
-            for target in use.targets:
-                if target.foreign:
-                    lost.not_ours[filename] = str(target.path)
-                elif target.made is not None:
-                    counts["kept"] += 1
-                    counts["bytes"] += target.size
-                    shown[filename] = target.made
-                elif mesh is not None and use.path is not None:
-                    shown[filename], content = mesh.looks[target.look]
-                    conversion.files[target.path] = content
-                    counts["converted"] += 1
-                    counts["bytes"] += len(content)
-                else:
-                    continue
-                for shape in target.shapes:
-                    shape.url = f"{PurePosixPath(shape.url or '').parent}/{target.path.name}"
-                    x, y, z = shape.scale
-                    shape.scale = (abs(x), abs(y), abs(z))
-            for name, image in mesh.textures.items() if mesh is not None else ():
-                if not files.is_file(folder / name):
-                    conversion.files[folder / name] = image
-        _warn_of_lost(conversion, lost, links, self)
+        for number, mesh in enumerate(meshes, start=1):
+            conversion.progress(f"{mesh.filename} ({number} of {len(meshes)})")
+            left -= self._convert(mesh, left, made)
+        conversion.files.update(made)
+        _warn_of_lost(conversion, meshes, self)
         _note_moved(conversion)
-        _warn_of_differences(conversion, shown, links)
+        _warn_of_differences(conversion, meshes)
+        drawn = [data for path, data in made.items() if path.suffix == ".wrl"]
         conversion.facts["convert-meshes"] = {
-            "folder": str(folder), **counts,
+            "folder": str(folder),
+            "converted": len(drawn),
+            "bytes": sum(map(len, drawn)),
             "lost": {
-                kind: {name: {"links": links[name], "why": why} for name, why in files.items()}
-                for kind, files in msgspec.structs.asdict(lost).items()
+                mesh.filename: {"code": mesh.lost, "links": mesh.links, "why": mesh.why}
+                for mesh in meshes
+                if mesh.lost
             },
-        }  # fmt: skip
+        }
+
+    def _convert(self, shown: ShownMesh, left: int, made: dict[Path, bytes]) -> int:
+        """Convert a mesh in all its looks into ``made``; gives the bytes that were read."""
+        from urdf2mbs.meshes.model import MeshError
+        from urdf2mbs.meshes.reader import read
+
+        if shown.path is None:
+            return 0
+        due = [target for target in shown.targets if _is_free(target.path)]
+        others = [target for target in shown.targets if target not in due]
+        for target in others:
+            target.show()
+        if others:
+            shown.lose("mesh-not-ours", *(str(target.path) for target in others))
+        if not due:
+            return 0
+        if files.size(shown.path) > left:
+            shown.lose("mesh-too-large")
+            return 0
+        try:
+            mesh = read(shown.path, up_axis=self.up_axis == "apply")
+        except MeshError as error:
+            shown.lose("mesh-unreadable", f"{shown.path}: {error}")
+            return 0
+        for target in due:
+            made[target.path] = draw(mesh, target.look)
+            target.show()
+        for name, image in mesh.textures.items():
+            path = due[0].path.with_name(name)
+            if not files.is_file(path):
+                made[path] = image
+        shown.problems = mesh.problems
+        shown.without = [name for name, data in mesh.sources.items() if data is None]
+        shown.turned_up = mesh.turned_up is not None
+        return mesh.size
 
 
 class Look(msgspec.Struct, frozen=True):
@@ -128,83 +122,46 @@ class Look(msgspec.Struct, frozen=True):
     transparency: float
 
 
-class Made(msgspec.Struct, omit_defaults=True):
-    """The sources of a .wrl: its second line."""
-
-    version: int
-    up_axis: str
-    look: Look
-    sources: dict[str, str | None]
-    """The sha256 of each file read, by its name in the mesh file; None: it was not there."""
-    textures: list[str] = []
-    problems: list[str] = []
-    turned_up: str | None = None
-
-
-class Lost(msgspec.Struct):
-    """Mesh files that are not converted, by the names that the URDF gives them, and why."""
-
-    missing: dict[str, list[str]] = {}
-    not_ours: dict[str, str] = {}
-    unreadable: dict[str, str] = {}
-    too_large: dict[str, str] = {}
-
-
 class Target(msgspec.Struct):
-    """A .wrl that shows a mesh in one look, and the file that stands in its place already."""
+    """A .wrl that shows a mesh in one look, and the shapes that show the .wrl."""
 
     path: Path
     look: Look
     shapes: list[Shape]
-    """The shapes that show the mesh in this look."""
-    made: Made | None = None
-    """What the file was made from, if the mesh would give the same file again."""
-    size: int = 0
-    """Bytes of the file."""
-    foreign: bool = False
-    """True if urdf2mbs did not write the file, or if somebody has changed it since."""
+
+    def show(self) -> None:
+        """Let the shapes show this file, which holds the mirror of their scale."""
+        for shape in self.shapes:
+            shape.url = f"{PurePosixPath(shape.url or '').parent}/{self.path.name}"
+            x, y, z = shape.scale
+            shape.scale = (abs(x), abs(y), abs(z))
 
 
-class Use(msgspec.Struct):
-    """A mesh that is shown, in each of its looks."""
+class ShownMesh(msgspec.Struct):
+    """A mesh file that visuals show, and what becomes of it."""
 
+    filename: str
+    """As the URDF names it."""
     path: Path | None
     """None: the mesh was not found."""
+    links: list[str]
     targets: list[Target]
+    lost: str = ""
+    """The code of the warning that says why the mesh, or a look of it, is not converted."""
+    why: list[str] = []
+    """The places or the error that belong to the warning."""
+    problems: list[str] = []
+    """Parts of the mesh that cannot be shown."""
+    without: list[str] = []
+    """Files that the mesh names and that are not there."""
+    turned_up: bool = False
 
-    @property
-    def due(self) -> list[Look]:
-        """The looks that are to be converted."""
-        return [target.look for target in self.targets if not (target.made or target.foreign)]
-
-    @property
-    def file(self) -> tuple[str, str]:
-        """The mesh file, whatever name the URDF gives it.  A .wrl says the name of its mesh."""
-        assert self.path is not None
-        return os.path.realpath(self.path), self.path.name
-
-
-class Job(msgspec.Struct, frozen=True):
-    """A mesh file, and the looks in which it is shown."""
-
-    path: Path
-    looks: tuple[Look, ...]
-    options: ConvertMeshes
+    def lose(self, code: str, *why: str) -> None:
+        self.lost, self.why = code, list(why)
 
 
-class Converted(msgspec.Struct):
-    """A mesh file in all its looks."""
-
-    size: int
-    """Bytes of all the files that it was read from."""
-    looks: dict[Look, tuple[Made, bytes]]
-    textures: dict[str, bytes]
-
-
-def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[str, Use]:
-    """Every mesh that is shown, by the name that the URDF gives it."""
-    from urdf2mbs.meshes.model import read_beside
-
+def _find_meshes(conversion: Conversion, folder: Path) -> list[ShownMesh]:
+    """Every mesh that is shown, in the order of the shapes."""
     filenames = {stem: filename for filename, stem in conversion.meshes.items()}
     shapes: dict[str, dict[Look, list[Shape]]] = {}
     for segment in conversion.segments.values():
@@ -217,50 +174,26 @@ def _uses(conversion: Conversion, folder: Path, options: ConvertMeshes) -> dict[
                 look = Look(mirror, shape.color, shape.transparency)
                 shapes.setdefault(filename, {}).setdefault(look, []).append(shape)
     names = _name_files(conversion.meshes, shapes)
-    uses: dict[str, Use] = {}
+    links = _links(conversion)
+    meshes = []
     for filename, looks in shapes.items():
+        targets = [
+            Target(folder / f"{names[filename, look]}.wrl", look, looks[look]) for look in looks
+        ]
         path = conversion.packages.resolve(filename)
-        use = uses[filename] = Use(path, [])
-        for look in looks if path is not None else ():
-            target = Target(folder / f"{names[filename, look]}.wrl", look, looks[look])
-            content = read_beside(target.path, target.path.name)
-            if content is not None and path is not None:
-                made = read_made(content)
-                target.size, target.foreign = len(content), made is None
-                if made is not None and is_current(made, options, look, path, folder):
-                    target.made = made
-            use.targets.append(target)
-    return uses
+        mesh = ShownMesh(filename, path, links[filename], targets)
+        if path is None:
+            mesh.lose("mesh-missing", *conversion.packages.places_of(filename))
+        meshes.append(mesh)
+    return meshes
 
 
-def _start_conversion(uses: dict[str, Use], options: ConvertMeshes) -> Callable[[Use], Converted]:
-    """A function that converts a mesh, or raises MeshError; it reads each file once."""
-    due = [use for use in uses.values() if use.due]
-    looks: dict[tuple[str, str], dict[Look, None]] = {}
-    for use in due:
-        looks.setdefault(use.file, {}).update(dict.fromkeys(use.due))
-    jobs = {
-        use.file: Job(use.path, tuple(looks[use.file]), options)
-        for use in reversed(due)
-        if use.path is not None
-    }
-    converted: dict[tuple[str, str], Converted] = {}
+def _is_free(path: Path) -> bool:
+    """Whether a .wrl can be written: no file is there, or one of ours that nobody has changed."""
+    from urdf2mbs.meshes.model import read_beside
 
-    def ask(use: Use) -> Converted:
-        if use.file not in converted:
-            converted[use.file] = make(jobs[use.file])
-        return converted[use.file]
-
-    return ask
-
-
-def make(job: Job) -> Converted:
-    """A mesh in all its looks; raises MeshError."""
-    from urdf2mbs.meshes.reader import read
-
-    mesh = read(job.path, up_axis=job.options.up_axis == "apply")
-    looks = {look: convert(mesh, look, job.options) for look in job.looks}
-    return Converted(mesh.size, looks, mesh.textures)
+    data = read_beside(path, path.name)
+    return data is None or intact(data)
 
 
 def _links(conversion: Conversion) -> dict[str, list[str]]:
@@ -310,71 +243,61 @@ def _note_moved(conversion: Conversion) -> None:
         )
 
 
-def _warn_of_lost(
-    conversion: Conversion, lost: Lost, links: dict[str, list[str]], options: ConvertMeshes
-) -> None:
+#: What the warning says of a mesh that is not converted, by its code.
+LOST = {
+    "mesh-missing": "not found",
+    "mesh-not-ours": "not converted, as a file of the name is there that urdf2mbs did not write, "
+    "or that was changed since",
+    "mesh-too-large": "not converted: the files of all meshes are more than {at_most} MiB",
+    "mesh-unreadable": "cannot be used",
+}
+
+
+def _warn_of_lost(conversion: Conversion, meshes: list[ShownMesh], options: ConvertMeshes) -> None:
     """Warn once for each reason, with the names of the meshes."""
-    places = dict.fromkeys(place for places in lost.missing.values() for place in places)
-    for code, meshes, what, hint in (
-        (
-            "mesh-missing", lost.missing, "not found",
-            f"looked for {'it' if len(lost.missing) == 1 else 'them'} in: {some(places, 2)}",
-        ),
-        (
-            "mesh-not-ours", lost.not_ours,
-            "not converted, as a file of the name is there that urdf2mbs did not write, or that "
-            "was changed since",
-            f"move away: {some(lost.not_ours.values())}",
-        ),
-        (
-            "mesh-too-large", lost.too_large,
-            f"not converted: the files of all meshes are more than {options.at_most} MiB",
-            f"'convert-meshes: {{at_most: {4 * options.at_most}}}' under 'passes' reads more, and "
-            "takes up to 20 times the largest file's size in memory",
-        ),
-        (
-            "mesh-unreadable", lost.unreadable, "cannot be used",
-            some(lost.unreadable.values(), 3),
-        ),
-    ):  # fmt: skip
-        if meshes:
-            names = list(meshes)
-            named = [
-                f"'{name}' (link {links[name][0]}"
-                + (f" and {len(links[name]) - 1} more)" if len(links[name]) > 1 else ")")
-                for name in names
-            ]
-            text = f"{counted(len(names), 'mesh')} {what}: {some(named, 3)}"
-            conversion.warn(code, text, link=links[names[0]][0], hint=hint)
+    for code, words in LOST.items():
+        lost = [mesh for mesh in meshes if mesh.lost == code]
+        if not lost:
+            continue
+        named = [
+            f"'{mesh.filename}' (link {mesh.links[0]}"
+            + (f" and {len(mesh.links) - 1} more)" if len(mesh.links) > 1 else ")")
+            for mesh in lost
+        ]
+        why = list(dict.fromkeys(line for mesh in lost for line in mesh.why))
+        hint = {
+            "mesh-missing": f"looked for {'it' if len(lost) == 1 else 'them'} in: {some(why, 2)}",
+            "mesh-not-ours": f"move away: {some(why)}",
+            "mesh-too-large": f"'convert-meshes: {{at_most: {4 * options.at_most}}}' under "
+            "'passes' reads more, and takes up to 20 times the largest file's size in memory",
+            "mesh-unreadable": some(why, 3),
+        }[code]
+        what = words.format(at_most=options.at_most)
+        text = f"{counted(len(lost), 'mesh')} {what}: {some(named, 3)}"
+        conversion.warn(code, text, link=lost[0].links[0], hint=hint)
 
 
-def _warn_of_differences(
-    conversion: Conversion, shown: dict[str, Made], links: dict[str, list[str]]
-) -> None:
-    """Warn of what the .wrl files, new or kept, do not show as the meshes do."""
-    lost: dict[str, list[str]] = {}
-    parts: dict[str, list[str]] = {}
-    turned_up: list[str] = []
-    for filename, made in shown.items():
-        for problem in made.problems:
-            parts.setdefault(problem, []).append(filename)
-        for name, digest in made.sources.items():
-            if digest is None:
-                lost.setdefault(name, []).append(filename)
-        if made.turned_up:
-            turned_up.append(filename)
-    for problem, meshes in parts.items():
-        conversion.warn("mesh-part", f"{problem}: mesh {some(meshes)}", link=links[meshes[0]][0])
+def _warn_of_differences(conversion: Conversion, meshes: list[ShownMesh]) -> None:
+    """Warn of what the .wrl files do not show as the meshes do."""
+    for problem in dict.fromkeys(problem for mesh in meshes for problem in mesh.problems):
+        having = [mesh for mesh in meshes if problem in mesh.problems]
+        names = some([mesh.filename for mesh in having])
+        conversion.warn("mesh-part", f"{problem}: mesh {names}", link=having[0].links[0])
+    turned_up = [mesh for mesh in meshes if mesh.turned_up]
     if turned_up:
         conversion.warn(
             "mesh-up-axis",
             f"{counted(len(turned_up), 'mesh')} turned so that z is up, as asked; "
-            f"RViz and Gazebo draw them unturned: {some(turned_up)}",
-            link=links[turned_up[0]][0],
+            f"RViz and Gazebo draw them unturned: {some([mesh.filename for mesh in turned_up])}",
+            link=turned_up[0].links[0],
             hint="leave out 'up_axis: apply' to do as they do",
         )
+    lost = dict.fromkeys(name for mesh in meshes for name in mesh.without)
     if lost:
-        named = (f"'{name}' (of {some(meshes, 1)})" for name, meshes in lost.items())
+        named = (
+            f"'{name}' (of {some([m.filename for m in meshes if name in m.without], 1)})"
+            for name in lost
+        )
         conversion.warn(
             "mesh-file-missing",
             f"{counted(len(lost), 'file')} that meshes name not found, relative to the mesh; "
@@ -382,8 +305,8 @@ def _warn_of_differences(
         )
 
 
-def convert(mesh: Mesh, look: Look, options: ConvertMeshes) -> tuple[Made, bytes]:
-    """The whole .wrl, and what it was made from."""
+def draw(mesh: Mesh, look: Look) -> bytes:
+    """The .wrl that shows a mesh in a look."""
     from urdf2mbs.meshes import vrml
     from urdf2mbs.meshes.model import turned
 
@@ -395,41 +318,7 @@ def convert(mesh: Mesh, look: Look, options: ConvertMeshes) -> tuple[Made, bytes
         parts = [msgspec.structs.replace(part, points=part.points * signs) for part in parts]
         if len(look.mirror) % 2:
             parts = [turned(part) for part in parts]
-    made = Made(
-        VERSION, options.up_axis, look,
-        {name: _digest(data) for name, data in mesh.sources.items()},
-        list(mesh.textures), mesh.problems, mesh.turned_up,
-    )  # fmt: skip
     r, g, b = (c / 255 for c in look.color)
     out = BytesIO()  # whose value is no copy of what is written
-    out.write(BEGIN + msgspec.json.encode(made) + b"\n")
     out.writelines(vrml.write(parts, (r, g, b), look.transparency))
-    return made, seal(Path("mesh.wrl"), out.getvalue())
-
-
-def read_made(content: bytes) -> Made | None:
-    """The sources of a .wrl; None if it is not ours, or if somebody has changed it since."""
-    if not content.startswith(BEGIN) or not intact(content):
-        return None
-    try:
-        return msgspec.json.decode(content[len(BEGIN) : content.find(b"\n", len(BEGIN))], type=Made)
-    except (msgspec.MsgspecError, ValueError):
-        return None
-
-
-def is_current(made: Made, options: ConvertMeshes, look: Look, path: Path, folder: Path) -> bool:
-    """True if the mesh file at ``path`` would give this .wrl again."""
-    from urdf2mbs.meshes.model import read_beside
-
-    return (
-        (made.version, made.up_axis, made.look) == (VERSION, options.up_axis, look)
-        and path.name in made.sources
-        and all(digest == _digest(read_beside(path, name)) for name, digest in made.sources.items())
-        and all(files.is_file(folder / name) for name in made.textures)
-    )
-
-
-def _digest(data: bytes | None) -> str | None:
-    from hashlib import sha256  # its library takes as long to load as all our passes
-
-    return None if data is None else sha256(data).hexdigest()
+    return out.getvalue()
