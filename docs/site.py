@@ -67,6 +67,7 @@ def pages() -> dict[str, str]:
         "changelog.md": _of_the_root("CHANGELOG.md"),
         "reference/commands.md": _commands(),
         "reference/config.md": _config(),
+        "reference/config.schema.json": json.dumps(schema(Plugins(installed=False)), indent=2),
         "reference/passes.md": _passes(),
         "reference/hooks.md": _hooks(),
     }
@@ -101,7 +102,10 @@ def _config() -> str:
     for key, one in known["properties"].items():
         default = "must be given" if key in known["required"] else f"`{json.dumps(one['default'])}`"
         lines.append(f"| `{key}` | {default} | {one.get('description', '')} |")
-    told = "`urdf2mbs schema` prints all this as a JSON schema, for your editor."
+    told = (
+        "`urdf2mbs schema` prints all this as a JSON schema, for your editor: "
+        "[config.schema.json](config.schema.json)."
+    )
     lines += ["", f"The options below `passes` are those of [each pass](passes.md). {told}", ""]
     return "\n".join(lines)
 

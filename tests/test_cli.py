@@ -160,7 +160,7 @@ def test_convert(robot: Path, capsys: Any) -> None:
         (["--set", "chek.tolerance=1"], "did you mean 'check'?"),
         (
             ["--set", "check.tolerance=x"],
-            "'passes.check.tolerance': a number is wanted, and this is a word",
+            "'passes.check.tolerance': a number is wanted, and this is 'x'",
         ),
         (["--arg", "a=1"], "it reads --arg NAME:=VALUE"),
         (["--package", "a"], "it reads --package NAME=DIR"),

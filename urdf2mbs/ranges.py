@@ -5,10 +5,10 @@ No range is narrower than what a robot or a crane may want: beyond it stands a s
 a number with which later ones overflow.
 """
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from msgspec import Meta, Struct
-from msgspec.inspect import FloatType, IntType
 
 #: How far two descriptions may be apart and still be the same, relative to what is compared.
 #: Beyond the upper end, robots that anyone can tell apart would be the same.
@@ -44,15 +44,16 @@ Force = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Gain = Annotated[float, Meta(ge=0.0, le=1e12)]
 
 
-def in_words(number: FloatType | IntType) -> str:
-    """The range of a number, such as "a number above 0, at most 0.001"."""
-    kind = "a number" if isinstance(number, FloatType) else "a whole number"
-    if number.ge is not None and number.le is not None:
-        return f"{kind} from {number.ge:g} to {number.le:g}"
-    bounds = (
-        ("above", number.gt),
-        ("from", number.ge),
-        ("below", number.lt),
-        ("at most", number.le),
-    )
-    return f"{kind} " + ", ".join(f"{word} {at:g}" for word, at in bounds if at is not None)
+def in_words(number: Mapping[str, Any]) -> str:
+    """The range of a number in a JSON schema, such as "a number above 0, at most 0.001"."""
+    kind = "a number" if number["type"] == "number" else "a whole number"
+    if "minimum" in number and "maximum" in number:
+        return f"{kind} from {number['minimum']:g} to {number['maximum']:g}"
+    words = {
+        "exclusiveMinimum": "above",
+        "minimum": "from",
+        "exclusiveMaximum": "below",
+        "maximum": "at most",
+    }
+    said = [f"{word} {number[bound]:g}" for bound, word in words.items() if bound in number]
+    return f"{kind} {', '.join(said)}"

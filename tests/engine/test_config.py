@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import msgspec
 import pytest
 import yaml
+from jsonschema import Draft202012Validator
 
 from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
@@ -17,6 +17,7 @@ from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
 from urdf2mbs.engine.config import Config, Lines, load, parse, typed
+from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.yaml_text import word
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -66,7 +67,7 @@ passes: {check: {tolerance: 1e-6}}
             r"robot.yaml:3: .*'diagnostics.base': 'eror' is not one of its values\n"
             "  it is one of: error, ignore, note, warning",
         ),
-        ("source: x\nstrict: 1", r"'strict': true or false is wanted, and this is a whole number"),
+        ("source: x\nstrict: 1", r"'strict': true or false is wanted, and this is 1"),
         (
             "source: x\n\noutptu: y",
             r"robot.yaml:3: error\[unknown-key\]: unknown key 'outptu'\n  did you mean 'output'\?",
@@ -74,7 +75,7 @@ passes: {check: {tolerance: 1e-6}}
         ("source: x\nzzz: 1", r"robot.yaml:2: .*unknown key 'zzz'\n  known: source, output"),
         (
             "source: 3",
-            r"robot.yaml:1: error\[config-type\]: 'source': a word is wanted, and this is a wh",
+            r"robot.yaml:1: error\[config-type\]: 'source': a word is wanted, and this is 3",
         ),
         (
             "source: x\nbase: float",
@@ -89,7 +90,7 @@ passes: {check: {tolerance: 1e-6}}
         ),
         (
             "source: x\noutput: {projekt: y}",
-            r"robot.yaml:2: .*'output': .*the unknown key 'projekt'\n  did you mean 'project'\?",
+            r"robot.yaml:2: .*unknown key 'output.projekt'\n  did you mean 'project'\?",
         ),
         (
             "source: x\nsource: y",
@@ -116,9 +117,9 @@ passes: {check: {tolerance: 1e-6}}
         ("source: x\noutput: ''", r"robot.yaml:2: .*'output': this is empty: write"),
         ("source: x\nplugins: ['']", r"robot.yaml:2: .*'plugins.0': this is empty: write"),
         ("source: x\npackages: {p: ''}", r"robot.yaml:2: .*'packages.p': this is empty: write"),
-        ("source: x\nalias: {'': emit}", r"robot.yaml:2: .*'alias': a key here is empty: write"),
-        ("source: x\npackages: {'': p}", r"robot.yaml:2: .*'packages': a key here is empty"),
-        ("source: x\nxacro_args: {'': p}", r"robot.yaml:2: .*'xacro_args': a key here is empty"),
+        ("source: x\nalias: {'': emit}", r"robot.yaml:2: .*'alias': a key is empty: write"),
+        ("source: x\npackages: {'': p}", r"robot.yaml:2: .*'packages': a key is empty"),
+        ("source: x\nxacro_args: {'': p}", r"robot.yaml:2: .*'xacro_args': a key is empty"),
     ],
 )
 def test_what_is_wrong_and_where(text: str, said: str) -> None:
@@ -141,7 +142,7 @@ class Rule(msgspec.Struct, forbid_unknown_fields=True):
     weight: float = 1.0
 
 
-class Options(msgspec.Struct):
+class Options(msgspec.Struct, forbid_unknown_fields=True):
     must: int
     words: list[str] = []
     rules: list[Rule] = []
@@ -152,14 +153,14 @@ class Options(msgspec.Struct):
     ("options", "line", "said"),
     [
         ("{words: a}", 3, r"'passes.p.must' must be given\n  add 'must: ...' under 'passes.p'"),
-        ("{must: 1.5}", 3, r"'passes.p.must': a whole number is wanted, and this is a number"),
+        ("{must: 1.5}", 3, r"'passes.p.must': a whole number is wanted, and this is 1.5"),
         ("{must: 1, wods: a}", 3, r"unknown key 'passes.p.wods'\n  did you mean 'words'\?"),
         ("\n    must: 1\n    rules:\n      - name: 1", 6, r"'passes.p.rules.0.name': a word is w"),
-        ("\n    must: 1\n    rules:\n      - nam: a", 6, r"'passes.p.rules.0': .*key 'nam'"),
+        ("\n    must: 1\n    rules:\n      - nam: a", 6, r"unknown key 'passes.p.rules.0.nam'"),
         (
             "\n    must: 1\n    table:\n      x: {}",
             6,
-            r"'passes.p.table.x': .*must have the key 'name'",
+            r"'passes.p.table.x.name' must be given",
         ),
         ("[]", 3, r"'passes.p' wants 'key: value' lines, not \[\]"),
     ],
@@ -186,19 +187,6 @@ def test_one_word_is_a_list_of_one() -> None:
     assert typed(Options, {"must": 1, "words": "a"}, Lines()).words == ["a"]
 
 
-def test_dataclasses_do_too() -> None:
-    import dataclasses
-
-    @dataclasses.dataclass
-    class Plain:
-        words: list[str] = dataclasses.field(default_factory=list)
-        size: float = 1.0
-
-    assert typed(Plain, {"words": "a"}, Lines()) == Plain(["a"])
-    with pytest.raises(ConfigError, match="'size': a number is wanted, and this is a word"):
-        typed(Plain, {"size": "a"}, Lines())
-
-
 def test_words_of_the_command_line() -> None:
     assert [word(text) for text in ("1.5", "[a, b]", "a b", "{", "true", "*")] == [
         1.5, ["a", "b"], "a b", "{", True, "*",
@@ -208,65 +196,12 @@ def test_words_of_the_command_line() -> None:
 # --- the schema ------------------------------------------------------------------------------
 
 
-def fault(value: Any, rule: dict[str, Any], whole: dict[str, Any], at: str = "$") -> str | None:
-    """What a JSON schema has against a value: as much of the standard as our schema uses."""
-    for key in rule:
-        assert key in {
-            "$schema", "$defs", "$ref", "title", "description", "default", "type", "enum", "anyOf",
-            "properties", "required", "additionalProperties", "propertyNames", "items",
-            "prefixItems", "minItems", "maxItems", "minLength",
-            "minimum", "maximum", "exclusiveMinimum",
-        }, f"the test does not know {key}"  # fmt: skip
-    if "$ref" in rule:
-        wrong = fault(value, whole["$defs"][rule["$ref"].removeprefix("#/$defs/")], whole, at)
-        if wrong:
-            return wrong
-    if "anyOf" in rule:
-        wrongs = [fault(value, one, whole, at) for one in rule["anyOf"]]
-        if all(wrongs):
-            return wrongs[0]
-    if "enum" in rule and value not in rule["enum"]:
-        return f"{at}: {value!r} is not one of {rule['enum']}"
-    if isinstance(value, str) and len(value) < rule.get("minLength", 0):
-        return f"{at}: it is empty"
-    if isinstance(value, (int, float)) and not (
-        rule.get("minimum", value) <= value <= rule.get("maximum", value)
-        and rule.get("exclusiveMinimum", value - 1) < value
-    ):
-        return f"{at}: {value} is out of range"
-    kinds = rule.get("type", [])
-    types = {
-        "string": str, "number": (int, float), "integer": int, "boolean": bool, "array": list,
-        "object": dict, "null": type(None),
-    }  # fmt: skip
-    for kind in [kinds] if isinstance(kinds, str) else kinds:
-        if isinstance(value, types[kind]) and not (isinstance(value, bool) and kind != "boolean"):
-            break
-    else:
-        if kinds:
-            return f"{at}: {value!r} is not {kinds}"
-    if isinstance(value, dict):
-        for name in rule.get("required", []):
-            if name not in value:
-                return f"{at}: no {name}"
-        for name, inner in value.items():
-            more = rule.get("additionalProperties", True)
-            known = rule.get("properties", {}).get(name, more)
-            if known is False:
-                return f"{at}: {name} is not known"
-            wrong = None if known is True else fault(inner, known, whole, f"{at}.{name}")
-            wrong = wrong or fault(name, rule.get("propertyNames", {}), whole, at)
-            if wrong:
-                return wrong
-    if isinstance(value, list):
-        if not rule.get("minItems", 0) <= len(value) <= rule.get("maxItems", len(value)):
-            return f"{at}: {len(value)} items"
-        inners = rule.get("prefixItems", [rule.get("items", {})] * len(value))
-        for index, (inner, one) in enumerate(zip(value, inners, strict=True)):
-            wrong = fault(inner, one, whole, f"{at}[{index}]")
-            if wrong:
-                return wrong
-    return None
+#: The codes of what a schema can see.
+SEEN = {"config-type", "unknown-key", "value-range", "unknown-pass", "unknown-preset"}
+
+
+def good(text: str, whole: dict[str, Any]) -> bool:
+    return Draft202012Validator(whole).is_valid(yaml.safe_load(text))
 
 
 @pytest.fixture(scope="module")
@@ -274,20 +209,13 @@ def ours() -> dict[str, Any]:
     return schema(Plugins(installed=False))
 
 
-def test_the_committed_schema_is_not_stale(ours: dict[str, Any]) -> None:
-    committed = json.loads((ROOT / "docs" / "config.schema.json").read_text())
-    assert committed == json.loads(json.dumps(ours)), (
-        "mend it with: urdf2mbs schema --no-plugins > docs/config.schema.json"
-    )
-
-
 @pytest.mark.parametrize("file", sorted((ROOT / "configs").glob("*.yaml")), ids=lambda f: f.name)
 def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
-    assert fault(yaml.safe_load(file.read_text()), ours, ours) is None
+    assert good(file.read_text(), ours)
 
 
 @pytest.mark.parametrize(
-    ("text", "good"),
+    ("text", "right"),
     [
         ("output: {project: x}", True),
         ("output: {project: ''}", False),
@@ -325,9 +253,17 @@ def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
         ("passes: {layout: {x: 1}}", False),
     ],
 )
-def test_the_schema_knows_good_from_bad(text: str, good: bool, ours: dict[str, Any]) -> None:
-    assert (fault(yaml.safe_load(f"source: x\n{text}"), ours, ours) is None) == good
-    assert fault(yaml.safe_load(text), ours, ours) is not None, "there is no source"
+def test_the_schema_and_the_reader_know_good_from_bad(
+    text: str, right: bool, ours: dict[str, Any]
+) -> None:
+    assert good(f"source: x\n{text}", ours) == right
+    assert not good(text, ours), "there is no source"
+    try:
+        Pipeline(*parse(f"source: x\n{text}", FILE), installed_plugins=False)
+        read = True
+    except ConfigError as error:
+        read = error.code not in SEEN
+    assert read == right
 
 
 def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
@@ -341,10 +277,10 @@ def test_every_key_of_a_config_is_described(ours: dict[str, Any]) -> None:
 
 def test_a_plugins_options_are_in_the_schema() -> None:
     whole = schema(Plugins([ROOT / "plugins" / "rename_links.py"], installed=False))
-    good = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
-    assert fault(yaml.safe_load(good), whole, whole) is None
-    assert fault(yaml.safe_load(good.replace("a: b", "a: 1")), whole, whole) is not None
-    assert fault(yaml.safe_load(good.replace("{links", "{lnks")), whole, whole) is not None
+    text = "source: x\nafter: {expand: rename-links}\npasses: {rename-links: {links: {a: b}}}"
+    assert good(text, whole)
+    assert not good(text.replace("a: b", "a: 1"), whole)
+    assert not good(text.replace("{links", "{lnks"), whole)
     rules = whole["$defs"]["rename-links.rename_links.RenameLinks"]["properties"]
     assert rules["links"]["description"] == "Link: its new name."
 
@@ -379,15 +315,14 @@ class Kebab(msgspec.Struct, rename="kebab", forbid_unknown_fields=True):
 @pytest.mark.parametrize(
     ("given", "key", "said"),
     [
-        ("{max-mass: x}", "max-mass", "a number is wanted, and this is a word"),
+        ("{max-mass: x}", "max-mass", "a number is wanted, and this is 'x'"),
         ("{by-link: 3}", "by-link", "lines or nothing is wanted"),
-        ("{by-link: {a: 1, b: x}}", "by-link.b", "a number is wanted, and this is a word"),
-        ("{by-link: {a: 1, '...': x}}", "by-link....", "a number is wanted, and this is a word"),
-        ("{for-each: {a: {}, b: 3}}", "for-each.b", "lines is wanted, and this is a wh"),
-        ("{for-each: {a: {by-link: {c: 1, d: x}}}}", "for-each.a.by-link.d", "and this is a word"),
-        ("{listed: [{}, {by-link: {c: x}}]}", "listed.1.by-link.c", "and this is a word"),
-        ("{by-number: {1: 1, x: 1}}", "by-number", "a key here: a whole number is wanted, and"),
-        ("{deep-words: {a.b: [{}, {k: 1, l: x}]}}", "deep-words.a.b.1.l", "and this is a word"),
+        ("{by-link: {a: 1, b: x}}", "by-link.b", "a number is wanted, and this is 'x'"),
+        ("{by-link: {a: 1, '...': x}}", "by-link....", "a number is wanted, and this is 'x'"),
+        ("{for-each: {a: {}, b: 3}}", "for-each.b", "lines is wanted, and this is 3"),
+        ("{for-each: {a: {by-link: {c: 1, d: x}}}}", "for-each.a.by-link.d", "and this is 'x'"),
+        ("{listed: [{}, {by-link: {c: x}}]}", "listed.1.by-link.c", "and this is 'x'"),
+        ("{deep-words: {a.b: [{}, {k: 1, l: x}]}}", "deep-words.a.b.1.l", "and this is 'x'"),
     ],
 )
 def test_a_wrong_value_below_a_key_that_is_spelt_otherwise(given: str, key: str, said: str) -> None:

@@ -99,7 +99,7 @@ def test_options_reach_a_pass_and_the_line_of_a_wrong_one() -> None:
     with pytest.raises(ConfigError, match=r"unknown key 'passes.check.tolerence'\n.*'tolerance'"):
         convert_text(options={"check": {"tolerence": 1}})
     with pytest.raises(
-        ConfigError, match=r"'passes.check.tolerance': a number is wanted, and this is a word"
+        ConfigError, match=r"'passes.check.tolerance': a number is wanted, and this is 'x'"
     ):
         convert_text(options={"check": {"tolerance": "x"}})
     with pytest.raises(ConfigError, match="pass 'lump-fixed' is not in this pipeline"):

@@ -67,7 +67,7 @@ def test_ranges(given: str, values: list[str]) -> None:
         ("{xacro_args: {height: {from: 1, to: 2, count: 1}}}", "'{height}.mbs'", "sweep-range"),
         ("{xacro_args: {height: {from: 0, to: 1, step: 1.0e-9}}}", "'{height}.mbs'", "sweep-long"),
         ("{xacro_args: {hight: 3}}", "x.mbs", "config-type"),
-        ("{args: {}}", "x.mbs", "config-type"),
+        ("{args: {}}", "x.mbs", "unknown-key"),
     ],
 )  # fmt: skip
 def test_what_is_no_sweep(given: str, output: str, code: str) -> None:

@@ -55,9 +55,7 @@ def schema(plugins: Plugins) -> dict[str, Any]:
         options[name] = found[0] if len(found) == 1 else {"anyOf": found}
         options[name]["description"] = offered[0].kind.summary()
     properties["passes"] |= {"properties": options, "additionalProperties": False}
-    for definition in (config, *defs.values()):
-        for value in definition.get("properties", {}).values():
-            _accept_one_word(value)
+    _accept_one_word(config)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **config,
@@ -79,6 +77,7 @@ def _options(kind: type, prefix: str, defs: dict[str, Any]) -> dict[str, Any]:
             _describe(inner[name], component)
     top = components.get(kind.__name__, reference)
     top["additionalProperties"] = False
+    _accept_one_word(top)
     _describe(kind, top)
     return reference
 
@@ -106,8 +105,9 @@ def _inner(kind: type) -> list[type]:
     return found
 
 
-def _accept_one_word(one: dict[str, Any]) -> None:
+def _accept_one_word(component: dict[str, Any]) -> None:
     """A single word where a list of words is wanted is a list of one."""
-    if (one.get("items") or {}).get("type") == "string":
-        word = one.pop("items")
-        one["anyOf"] = [word, {"type": one.pop("type"), "items": word}]
+    for one in component.get("properties", {}).values():
+        if (one.get("items") or {}).get("type") == "string":
+            word = one.pop("items")
+            one["anyOf"] = [word, {"type": one.pop("type"), "items": word}]

@@ -5,11 +5,8 @@ Errors name the file, the line and the key, and offer the nearest known one.
 
 # Without "from __future__ import annotations": msgspec would evaluate each text of a type, which
 # takes as long as a tenth of the passes.
-import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from copy import deepcopy
-from functools import cache
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -18,8 +15,8 @@ import msgspec
 from msgspec import Meta
 
 from urdf2mbs.disk import files
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
-from urdf2mbs.ranges import Acceleration, in_words
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.ranges import Acceleration
 
 #: The most bytes of a config that are read.
 MOST = 2**20
@@ -52,7 +49,7 @@ class Project(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Range(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """Numbers from one to another, both among them, in steps or so many."""
+    """Evenly spaced numbers, by ``step`` or by ``count``."""
 
     first: Number = msgspec.field(name="from")
     """the first number"""
@@ -230,7 +227,7 @@ def _word_or_list(value: Any) -> Any:
 
 
 def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
-    """``data`` as an instance of a Struct or dataclass; raises ConfigError naming the key."""
+    """``data`` as an instance of a Struct; raises ConfigError naming the key."""
     own = Lines(lines.file, lines.places, lines.folder)
     value = _read_fields(kind, data, own, at)
     own.check()
@@ -238,209 +235,44 @@ def typed(kind: Any, data: Any, lines: Lines, at: Key = ()) -> Any:
 
 
 def _read_fields(kind: Any, data: Any, lines: Lines, at: Key) -> Any:
-    """``data`` as an instance of a class, without what is wrong, which becomes faults.
+    """``data`` as an instance of a Struct, without what is wrong, which becomes faults.
 
     A key that is nearly a known one is read as the known one.  Raises ConfigError if nothing can
     be read.
     """
-    # msgspec takes long to tell the fields of a class, and only an error needs to know them
-    with suppress(Exception):
-        if data == {}:
-            return kind()
-        if data.keys() <= {*kind.__struct_encode_fields__}:
-            return msgspec.convert(data, kind, strict=True)
-    fields = _fields(kind)
+    with suppress(TypeError, *_REFUSED):
+        # a class by its defaults: msgspec takes long for the first value of a class
+        return kind() if data == {} else msgspec.convert(data, kind)
     if not isinstance(data, dict):
-        raise lines.error(
-            "config-type", f"'{_dotted(at)}' wants 'key: value' lines, not {data!r}", at
-        )
-    data = deepcopy(data)
-    for key in [key for key in data if key not in fields]:
-        hint = nearest(str(key), fields) or f"known: {', '.join(fields) or 'no keys at all'}"
-        lines.faults.append(
-            lines.error("unknown-key", f"unknown key '{_dotted((*at, key))}'", (*at, key), hint)
-        )
-        _correct(data, key, fields)
-    for name, field in fields.items():
-        if field.required and name not in data:
-            lines.faults.append(lines.error(
-                "config-key-missing", f"'{_dotted((*at, name))}' must be given", at,
-                f"add '{name}: ...'" + (f" under '{_dotted(at)}'" if at else ""),
-            ))  # fmt: skip
+        said = f"'{dotted(at)}' wants 'key: value' lines, not {data!r}"
+        raise lines.error("config-type", said, at)
+    schema = msgspec.json.schema(kind)
+    known = schema["$defs"][schema["$ref"].rpartition("/")[2]]["properties"]
     # one word where a list is wanted is a list of one
     data = {
-        key: [value] if isinstance(value, str) and _is_list(fields[key].type) else value
+        key: [value] if isinstance(value, str) and known.get(key, {}).get("items") else value
         for key, value in data.items()
     }
-    while all(name in data or not field.required for name, field in fields.items()):
-        try:
-            return msgspec.convert(data, kind, strict=True)
-        except UnicodeEncodeError as error:  # half a letter, of a command line or a file's name
-            raise lines.error("config-type", f"{error.object!r} is no text", at) from None
-        except msgspec.ValidationError as error:
-            lines.faults.append(_take_out(error, data, kind, lines, at))
+    try:
+        return msgspec.convert(data, kind)
+    except _REFUSED as error:
+        from urdf2mbs.engine.config_faults import take_faults  # jsonschema takes long
+
+        faults = take_faults(schema, data, lines, at)
+        if not faults:  # values that the class refuses together, or a text with half a letter
+            said = str(error).partition(" - at `")[0]
+            raise lines.error("config-type", f"'{dotted(at)}': {said}", at) from None
+    lines.faults += faults
+    with suppress(*_REFUSED):
+        return msgspec.convert(data, kind)
     lines.check()
     return None
 
 
-def _correct(block: dict[Any, Any], key: Any, known: Collection[str]) -> None:
-    """Take an unknown key out of a block; its value goes to the key that is surely meant."""
-    from difflib import get_close_matches
-
-    value = block.pop(key)
-    for close in get_close_matches(str(key), known, n=1, cutoff=0.75):
-        block.setdefault(close, value)
+#: The exceptions by which msgspec refuses a value.
+_REFUSED = (msgspec.ValidationError, UnicodeEncodeError)
 
 
-def _take_out(
-    error: msgspec.ValidationError, data: Any, kind: Any, lines: Lines, at: Key
-) -> ConfigError:
-    """What msgspec has against a value of ``data``, in our words; the value is taken out."""
-    what, path = _place_of(error, data, kind)
-    where: Key = (*at, *path)
-    types = _types_at(msgspec.inspect.type_info(kind), path)
-    hint = _choices(types, _inside(data, path))
-    unknown = re.search("unknown field `(.*)`", what)
-    if unknown:
-        keys = [field.encode_name for kind in types for field in getattr(kind, "fields", ())]
-        hint = nearest(unknown[1], keys) or f"known: {', '.join(keys)}"
-        where = (*where, unknown[1])
-        _correct(_inside(data, path), unknown[1], keys)
-    number = next((each for each in types if isinstance(each, _NUMBERS)), None)
-    if number is not None and " got " not in what:
-        code = "value-range"
-        said = f"'{_dotted(where)}' is {_inside(data, path)!r}: {in_words(number)} is wanted"
-    else:
-        code, said = "config-type", f"'{_dotted((*at, *path))}': {_plainly(what)}"
-    fault = lines.error(code, said, where, hint)
-    if not path and not unknown:  # a class that refuses its values together
-        raise fault
-    if not unknown:
-        del data[path[0]]
-    return fault
-
-
-_NUMBERS = (msgspec.inspect.FloatType, msgspec.inspect.IntType)
-
-#: The kinds of values: msgspec's word, and ours.
-_KINDS = {
-    "str": "a word",
-    "int": "a whole number",
-    "float": "a number",
-    "bool": "true or false",
-    "array": "a list",
-    "object": "a block of 'key: value' lines",
-    "null": "nothing",
-}
-
-
-#: The message for an empty ``Name``.
-_EMPTY = "is empty: write the name or the path that is meant"
-
-
-def _plainly(what: str) -> str:
-    """What msgspec says, in the words of a reader of YAML."""
-
-    def kinds(match: re.Match[str]) -> str:
-        return " or ".join(_KINDS.get(kind, kind) for kind in match[1].split(" | "))
-
-    said = re.sub(r"contains unknown field `(.*)`", r"has the unknown key '\1'", what)
-    said = re.sub(r"missing required field `(.*)`", r"must have the key '\1'", said)
-    said = said.replace("Expected `str` of length >= 1", f"this {_EMPTY}")
-    said = said.replace(": expected `str` of length >= 1", f" {_EMPTY}")
-    said = re.sub(r"`([a-z |]+)`", kinds, said)
-    begin = re.search("[Ee]xpected ", said)
-    wanted, got, given = said[begin.end() :].rpartition(", got ") if begin else ("", "", "")
-    if begin and got:
-        said = f"{said[: begin.start()]}{wanted} is wanted, and this is {given}"
-    said = re.sub(r"a list of length (\d+)", r"a list of \1", said)
-    said = re.sub(r"^Invalid enum value '(.*)'$", r"'\1' is not one of its values", said)
-    return said.replace("Object ", "this ")
-
-
-def _choices(types: list[Any], value: Any) -> str | None:
-    """The words that a value may be, for a hint."""
-    words = [word for kind in types for word in getattr(kind, "values", ())]  # of a Literal
-    close = nearest(value, words) if isinstance(value, str) else None
-    said = f"it is one of: {', '.join(words)}" if words else None
-    return f"{said}; {close}" if close else said
-
-
-def _place_of(error: msgspec.ValidationError, data: Any, kind: type) -> tuple[str, Key]:
-    """What msgspec says is wrong with ``data``, and the keys that lead to the wrong value.
-
-    msgspec writes "..." for each key of a mapping.  So the keys whose removal does not change the
-    error are removed: the key that remains is the wrong one.
-    """
-    what, path = _split(error)
-    data = deepcopy(data)
-    where: Key = ()
-    for key in path:
-        if key == "...":
-            block = _inside(data, where)
-            for name in list(block):
-                value = block.pop(name)
-                if str(_error(data, kind)) != str(error):
-                    block[name] = value
-            key = next(iter(block))
-        where = (*where, key)
-    return what, where
-
-
-def _error(data: Any, kind: type) -> msgspec.ValidationError | None:
-    try:
-        msgspec.convert(data, kind, strict=True)
-    except msgspec.ValidationError as error:
-        return error
-    return None
-
-
-def _types_at(at: Any, path: Key) -> list[Any]:
-    """The types that the value may have to which a path of keys leads."""
-    if isinstance(at, msgspec.inspect.Metadata):
-        return _types_at(at.type, path)
-    if isinstance(at, msgspec.inspect.UnionType):
-        return [kind for member in at.types for kind in _types_at(member, path)]
-    if not path:
-        return [at]
-    key, rest = path[0], path[1:]
-    if isinstance(at, msgspec.inspect.DictType):
-        return _types_at(at.value_type, rest)
-    if isinstance(at, msgspec.inspect.TupleType) and isinstance(key, int):
-        return _types_at(at.item_types[key], rest)
-    if isinstance(at, msgspec.inspect.ListType):
-        return _types_at(at.item_type, rest)
-    fields = (field for field in getattr(at, "fields", ()) if field.encode_name == key)
-    return next((_types_at(field.type, rest) for field in fields), [])
-
-
-def _split(error: msgspec.ValidationError) -> tuple[str, Key]:
-    """What msgspec says, and the path that it gives; "..." stands for the key of a mapping."""
-    what, _, path = str(error).partition(" - at `")
-    if path.startswith("key` in `"):
-        what = f"a key here: {what[0].lower()}{what[1:]}"
-    words = re.findall(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]", path)
-    return what, tuple(name or (int(at) if at.isdecimal() else at) for name, at in words)
-
-
-def _inside(data: Any, path: Key) -> Any:
-    for key in path:
-        data = data[key]
-    return data
-
-
-@cache
-def _fields(kind: type) -> dict[str, Any]:
-    """The fields of a Struct or dataclass, by the names that they have in a config."""
-    info: Any = msgspec.inspect.type_info(kind)
-    return {field.encode_name: field for field in info.fields}
-
-
-def _is_list(kind: Any) -> bool:
-    if isinstance(kind, msgspec.inspect.Metadata):
-        kind = kind.type
-    return isinstance(kind, msgspec.inspect.ListType)
-
-
-def _dotted(at: Key) -> str:
-    return ".".join(str(key) for key in at) or "config"
+def dotted(at: Key) -> str:
+    """The place of a value in a message."""
+    return ".".join(map(str, at)) or "config"
