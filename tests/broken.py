@@ -16,12 +16,12 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 import numpy as np
+from oracle.motion import Motion
 
 from urdf2mbs import convert, load_equations
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.proof.mbs_side import mbs_side
-from urdf2mbs.proof.motion import Motion
 from urdf2mbs.testing import TINY
 
 CORPUS = Path(__file__).resolve().parent / "corpus"

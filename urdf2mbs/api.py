@@ -140,15 +140,12 @@ def verify(
     *,
     engine: str = "own",
     frames: bool = False,
-    code: bool = False,
     tolerance: float = TOLERANCE,
     **fields: Any,
 ) -> Verdict:
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
 
-    The .mbs may be given as its project's folder.  ``code`` then runs the project's generated code
-    and compares it, too, with what the options in the project's certificate ask for: it is code
-    with all your rights.
+    The .mbs may be given as its project's folder.
 
     Joints are matched by name.  ``engine`` is ``own`` or ``pinocchio``, which compares the
     equations of motion too.  ``frames``: a link's frame that is elsewhere in the .mbs is a
@@ -181,12 +178,6 @@ def verify(
         verdict = verify_two(*paths, tolerance, fields)
     else:
         verdict = _verify(*paths, engine, frames, tolerance, fields)
-    if project is not None and code:
-        _verify_code(verdict, paths, project, fields)
-    elif project is not None:
-        verdict.not_compared["the generated code"] = "'--code' runs and compares it"
-    elif code:
-        raise ConfigError("usage", "'--code' is for a project's folder", hint="name the folder")
     if frames:
         verdict.count_frames()
     else:  # of matched names: where a model has its frames is its own choice
@@ -249,50 +240,6 @@ def _verify(
     )
 
 
-def _verify_code(
-    verdict: Verdict, paths: tuple[str, str], project: Path, fields: dict[str, Any]
-) -> None:
-    """Run a project's generated code, and compare it with what is asked for.
-
-    Only what urdf2mbs generates is run: of user functions, those that it writes, not the user's.
-    """
-    from urdf2mbs.passes.check_code import code_of
-    from urdf2mbs.runtime.code import prove_code
-
-    asked = _certified(paths[1]).options
-    if asked is None or "plugins" in asked:
-        name = Path(paths[1]).with_suffix(".proof.json").name
-        why = "made with plugins" if asked else f"there is no '{name}'"
-        verdict.not_compared["the generated code"] = why
-        return
-    settings = {key: value for key, value in asked.items() if key in _OPTIONS} | fields
-    in_c = any(project.glob("userfctR/*_robot.c"))
-    output = {"project": str(project), "language": ["python", *["c"] * in_c]}
-    config = from_values({"source": paths[0], "output": output}, **settings)
-    conversion = Pipeline(*config, installed_plugins=False).run(stop_after="project")
-    # the base of the next merge is without what people edited
-    made = [read(text, "") for text in conversion.behind.values()] or [conversion.mbs]
-    for model in read(files.read(Path(paths[1])), paths[1]).user_models:
-        thing = f"user model '{model.name}'"
-        if thing not in verdict.not_compared:
-            continue
-        why = verdict.not_compared.pop(thing)
-        if model in made[0].user_models:
-            verdict.by_code[thing] = why
-        else:
-            verdict.not_compared[thing] = "not as urdf2mbs makes it"
-    code = code_of(conversion, ".py", *[".c", ".h"] * in_c)
-    for name, ours in code.items():
-        there = project / name
-        own = project / name in conversion.starters
-        data = files.read(there) if there.is_file() else None
-        if own and data not in (ours, None):
-            verdict.not_compared[f"user function '{there.name}'"] = "changed by its user"
-        elif data is not None and not own:
-            code[name] = data
-    prove_code(conversion, verdict, code, in_c=in_c)
-
-
 class _Certified(msgspec.Struct):
     """What a certificate says that concerns the comparison."""
 
@@ -307,10 +254,6 @@ def _certified(model: str) -> _Certified:
         return msgspec.convert(statement["predicate"]["urdf2mbs"], _Certified)
     except (OSError, LookupError, TypeError, ValueError, msgspec.MsgspecError):
         return _Certified()
-
-
-#: What of the options in a certificate says how the code was made, and runs nothing.
-_OPTIONS = ("base", "gravity", "xacro_args", "pipeline", "without", "passes")
 
 
 def _verify_models(first: str, second: str, tolerance: float, _: dict[str, Any]) -> Verdict:

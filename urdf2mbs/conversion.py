@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any, Literal
@@ -188,10 +188,6 @@ class Conversion:
         """What people added to the .mbs: each thing, and where."""
         self.simulation = Simulation()
         """What a project's code is made from."""
-        self.asked: Mapping[str, Any] = {}
-        """The built-in passes of the pipeline with their options, by name."""
-        self.plugged: frozenset[str] = frozenset()
-        """The sections that passes of plugins write."""
         self.diagnostics: list[Diagnostic] = []
         self.rejected: Path | None = None
         """Where the .mbs goes instead, when ``check`` found that it is not the same robot."""

@@ -7,9 +7,7 @@ still change a name, and then the new one is seen here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import hypot
-from typing import Any
 
 import msgspec
 
@@ -155,9 +153,6 @@ class Law(msgspec.Struct):
     c: str
     joints: list[Joint] = []
     points: list[Point] = []
-    should: Callable[..., Any] | None = None
-    """What it should give, for the proof: ``should(q, qd)`` of a joint, ``should(P, V, t)`` of a
-    point, with P and V from index 0; gives six numbers.  None: the law is named as unproven."""
 
 
 class Simulation(msgspec.Struct):

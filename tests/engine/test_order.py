@@ -87,7 +87,7 @@ class Seen:
 
 #: Passes that change no section: they look, write files, or say how to simulate.
 ONLY_LOOK = {
-    "certificate", "check", "check-code", "equations", "find-singular", "left-out", "project",
+    "certificate", "check", "equations", "find-singular", "left-out", "project",
 }  # fmt: skip
 
 

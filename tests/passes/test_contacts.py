@@ -283,7 +283,7 @@ def test_friction_is_the_smallest_that_the_urdf_states() -> None:
 
 
 def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
-    """TurtleBot3 states mu1 = 10000; its project was rejected by check-code."""
+    """TurtleBot3 states mu1 = 10000."""
     numbers = "<mu1>1e4</mu1><kp>1e15</kp><kd>1e13</kd>"
     own = TINY.replace("mu1", "mu2")
     text = own.replace("</robot>", f'<gazebo reference="hand">{numbers}</gazebo></robot>')

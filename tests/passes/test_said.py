@@ -18,7 +18,7 @@ if __name__ == "__main__":
 
 import msgspec
 import pytest
-from laws.rich import PASSES, RICH, joint, limit, link
+from oracle.rich import PASSES, RICH, joint, limit, link
 
 from urdf2mbs import Result, convert
 from urdf2mbs.mbs.mass import Mass

@@ -11,6 +11,7 @@ import numpy as np
 import proving
 import pytest
 from conftest import SHARED
+from oracle.motion import Motion
 from project.standin import RungeKutta, make, without_meshes
 from proving import SOLID
 
@@ -23,7 +24,6 @@ from urdf2mbs.passes.time_step import _round_down
 from urdf2mbs.project.stability import longest_steps, reduction_of
 from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.proof.mbs_side import mbs_side
-from urdf2mbs.proof.motion import Motion
 from urdf2mbs.runtime import MbsData
 from urdf2mbs.runtime.c_code import CCode
 from urdf2mbs.runtime.python_code import PythonCode, loaded

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from laws.rich import PASSES, convert
+from oracle.rich import PASSES, convert
 from project.standin import make
 
 from urdf2mbs import ConversionError, Push, load_equations, simulate

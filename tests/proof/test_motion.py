@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oracle.motion import Motion
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs.mbs.model import Connection
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.mbs_side import mbs_side
-from urdf2mbs.proof.motion import Motion
 from urdf2mbs.testing import convert_text
 
 

@@ -28,7 +28,7 @@ EXAMPLES = (
     "urdf2mbs verify robot.urdf robot.mbs",
     "urdf2mbs verify robot.urdf robot.mbs --engine pinocchio",
     "urdf2mbs verify robot.xacro robot.urdf",
-    "urdf2mbs verify robot.urdf PROJECT --code",
+    "urdf2mbs verify robot.urdf PROJECT",
     "urdf2mbs verify before.mbs after.mbs",
     "urdf2mbs verify robot.urdf robot.mbs --ci --sarif urdf2mbs.sarif",
 )
@@ -59,10 +59,6 @@ def add_options(command: argparse.ArgumentParser) -> None:
         help="a link's frame that is elsewhere in the .mbs is a difference, too",
     )  # fmt: skip
     command.add_argument(
-        "--code", action="store_true",
-        help="run a project's generated code, C too, and compare it: only of projects you trust",
-    )  # fmt: skip
-    command.add_argument(
         "--ci", action="store_true", help="print a line for each finding, with file and line"
     )
     add_sarif(command)
@@ -79,7 +75,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
             arguments.model,
             engine=arguments.engine,
             frames=arguments.frames,
-            code=arguments.code,
             gravity=tuple(arguments.gravity),
             tolerance=arguments.tolerance,
             **choose_fields(arguments),

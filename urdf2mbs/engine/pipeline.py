@@ -102,11 +102,6 @@ class Pipeline:
             )  # fmt: skip
         conversion = Conversion(self.settings)
         conversion.progress = self._progress
-        ours = {False: list[Configured](), True: list[Configured]()}
-        for configured in self.passes:
-            ours[configured.registered.plugin == GROUP].append(configured)
-        conversion.asked = {found.pass_.name: found.pass_ for found in ours[True]}
-        conversion.plugged = frozenset(s for found in ours[False] for s in found.pass_.writes)
         conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():
             conversion.warn(

@@ -48,7 +48,6 @@ _NAMES = (
     "check",
     "equations",  # when given a language
     "project",  # when the output is a project folder
-    "check-code",  # when the output is a project folder
     "certificate",  # when the output is a project folder, or when told to
 )
 

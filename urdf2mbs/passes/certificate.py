@@ -155,7 +155,6 @@ def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
         "changed": [str(change) for change in conversion.changed],
         "changes": [*_changes(conversion)],
         "but_for": proof.but_for,
-        "by_code": proof.by_code,
         "not_compared": proof.not_compared,
         "numbers": {
             m.name: _NUMBERS[m.name] for m in conversion.mbs.user_models if m.name in _NUMBERS

@@ -78,9 +78,8 @@ def _check_laws(conversion: Conversion) -> None:
                 )
         conversion.note(
             "law-unknown",
-            f"the law '{law.name}' is a plugin's: "
-            + ("nothing proves it, and " if law.should is None else "")
-            + "TIME_STEP knows nothing of it",
+            f"the law '{law.name}' is a plugin's: nothing proves it, and TIME_STEP knows nothing "
+            "of it",
         )
 
 

@@ -15,7 +15,9 @@ import msgspec
 
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
 from urdf2mbs.messages.diagnostics import some
+from urdf2mbs.proof.groups import Side
 from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.proof.rigid import HERE, compose, moved, turned
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.urdf.model import Joint as UrdfJoint
@@ -199,21 +201,44 @@ def _loop(
 
 def _rows(mbs: Mbs) -> Iterator[tuple[Connection, list[dict[str, float]]]]:
     """The cuts, each with its constraints: their derivatives by the joints, at the start."""
-    if mbs.cuts:
-        import numpy as np
+    import numpy as np
 
-        from urdf2mbs.proof.motion import Motion
+    joints, points = mbs.joints(), mbs.points()
+    side = mbs_side(mbs, {name for name, joint in joints.items() if joint.nature != "driven"})
+    poses = [HERE]
+    for group in side.groups[1:]:
+        start = group.move(joints[group.coordinate].q or 0.0)
+        poses.append(compose(compose(poses[group.parent], group.before), start))
+    for cut in mbs.cuts:
+        places, ways = [], []
+        for body, point in (cut.endpoint1, cut.endpoint2):
+            number, own = side.frames[body or ""]
+            at = compose(poses[number], own)
+            places.append(np.array(moved(at, points[body, point].coordinates) if point else at[9:]))
+            ways.append(_way(side, number))
+        line = places[1] - places[0]
+        line /= np.linalg.norm(line) or 1.0
+        parts = {"ball": np.eye(3, 6), "rod": np.array([[*line, 0.0, 0.0, 0.0]])}
+        columns = {}
+        # a joint that moves both ends alike does not move the cut
+        for number in sorted(ways[0] ^ ways[1]):
+            group, pose = side.groups[number], poses[number]
+            end, sign = (1, 1.0) if number in ways[1] else (0, -1.0)
+            axis = np.array(turned(pose, group.axis))
+            shift = np.cross(axis, places[end] - pose[9:]) if group.turns else axis
+            speed = sign * np.concatenate([shift, axis * group.turns])
+            columns[group.coordinate] = parts.get(cut.kind, np.eye(6)) @ speed
+        names, table = columns.keys(), zip(*columns.values(), strict=True)
+        yield cut, [dict(zip(names, map(float, row), strict=True)) for row in table]
 
-        joints, numbers = mbs.joints(), mbs.numbers()
-        start = np.array([0.0, *(joint.q or 0.0 for joint in joints.values())])
-        motion = Motion(mbs_side(mbs, joints), numbers, len(start)).moved(start, 0.0 * start)
-        free = [name for name, joint in joints.items() if joint.nature != "driven"]
-        for cut in mbs.cuts:
-            # a joint that moves both ends alike does not move the cut
-            one, two = (motion.end(mbs, e).J.any(0) for e in (cut.endpoint1, cut.endpoint2))
-            own = [name for name in free if one[numbers[name]] != two[numbers[name]]]
-            rows = motion.opening(mbs, cut)[1]
-            yield cut, [{name: float(row[numbers[name]]) for name in own} for row in rows]
+
+def _way(side: Side, number: int) -> set[int]:
+    """The groups from one of them to the ground, without the ground."""
+    way = set()
+    while number:
+        way.add(number)
+        number = side.groups[number].parent
+    return way
 
 
 def _is_stated(cut: Connection, robot: Robot) -> bool:

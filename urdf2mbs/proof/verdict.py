@@ -80,9 +80,6 @@ class Proof(msgspec.Struct, kw_only=True):
     """kg, of all that can move."""
     but_for: dict[str, str]
     """Known deviations from the URDF that are no difference by themselves: each thing, and why."""
-    by_code: dict[str, str] = {}
-    """What the user functions do, which were called and compared: each thing, and why it is not in
-    the .mbs."""
     not_compared: dict[str, str]
     """The things that Robotran reads and nothing here compares, each with the reason."""
     compared: list[Compared] = []

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.laws.case import Case
+from oracle.case import Case
 
 #: Of q, qd and qdd.
 UNIT = "rad or m, and s"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.config import from_values
 from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.engine.plugins import GROUP
 
 
 def link(name: str, mass: float = 0.8, more: str = "") -> str:
@@ -113,7 +113,7 @@ PASSES: dict[str, Any] = {
 def convert(
     folder: Path, passes: dict[str, Any] = PASSES, text: str = RICH, *,
     stop_after: str | None = None, **settings: Any,
-) -> Conversion:  # fmt: skip
+) -> Any:  # fmt: skip
     """Make the project of a robot in a folder, in memory."""
     source = folder / "rich.urdf"
     source.write_text(text)
@@ -122,4 +122,11 @@ def convert(
         "pipeline": "compact", "base": "floating", "passes": passes, "gravity": [0.5, -0.3, -9.7],
         "diagnostics": {"mimic-driven": "ignore", "posture-limit": "ignore"}, **settings,
     }  # fmt: skip
-    return Pipeline(*from_values(values), installed_plugins=False).run(stop_after=stop_after)
+    pipeline = Pipeline(*from_values(values), installed_plugins=False)
+    conversion: Any = pipeline.run(stop_after=stop_after)
+    plugged = {True: list[Any](), False: list[Any]()}
+    for configured in pipeline.passes:
+        plugged[configured.registered.plugin != GROUP].append(configured.pass_)
+    conversion.asked = {pass_.name: pass_ for pass_ in plugged[False]}
+    conversion.plugged = {section for pass_ in plugged[True] for section in pass_.writes}
+    return conversion

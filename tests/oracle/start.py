@@ -5,8 +5,8 @@ from __future__ import annotations
 from fnmatch import fnmatchcase
 from math import inf
 
-from urdf2mbs.laws import followers
-from urdf2mbs.laws.case import Case
+from oracle import followers
+from oracle.case import Case
 from urdf2mbs.proof.parameters import stated
 
 

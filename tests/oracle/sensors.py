@@ -11,7 +11,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
-from urdf2mbs.laws.case import TOLERANCE, Case
+from oracle.case import TOLERANCE, Case
 from urdf2mbs.simulation import ForceTorque, PointSensor
 from urdf2mbs.spatial import HERE, ZERO, Pose
 from urdf2mbs.urdf.gazebo import MOTION

@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.conversion import Conversion
+from oracle.motion import Motion, Place
 from urdf2mbs.proof.coordinates import coordinates
 from urdf2mbs.proof.mbs_side import mbs_side
-from urdf2mbs.proof.motion import Motion, Place
 from urdf2mbs.proof.urdf_side import urdf_side
 from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.spatial import ZERO, Vec
@@ -29,7 +28,7 @@ class Case:
     has_equations = False
     """True if the project has equations of motion."""
 
-    def __init__(self, conversion: Conversion, data: Any, code: Any) -> None:
+    def __init__(self, conversion: Any, data: Any, code: Any) -> None:
         """``data`` and ``code``: the runtime's MbsData and PythonCode."""
         self.conversion, self.data, self.code, self.mbs = conversion, data, code, data.mbs
         self.simulation = conversion.simulation

@@ -1,6 +1,6 @@
 """Proves a project's code: loads its files from memory, and calls them at random states.
 
-Python gives what the URDF says (``urdf2mbs/laws``); C gives what Python gives.
+Python gives what the URDF says (the other files of this folder); C gives what Python gives.
 """
 
 from __future__ import annotations
@@ -12,27 +12,47 @@ from pathlib import Path
 
 import numpy as np
 
+from oracle import equations, followers, forces, ground, joints, sensors, start
+from oracle.case import Case
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.files import noting
-from urdf2mbs.laws import Case, followers, joints, prove
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.proof.verdict import Difference, Proof
+from urdf2mbs.proof.verdict import Difference
 from urdf2mbs.runtime.c_code import CCode, SensorInC, compiler, row
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.python_code import PythonCode, loaded
 
+#: The folders of a project that hold code.
+FOLDERS = ("userfctR", "symbolicR")
+
+
+def code_of(conversion: Conversion, *endings: str) -> dict[str, bytes]:
+    """The model and the code of a project, by their paths in it."""
+    output, project = conversion.settings.output, conversion.settings.project
+    assert project is not None
+    return {
+        path.relative_to(project).as_posix(): data
+        for path, data in {**conversion.starters, **conversion.files}.items()
+        if path == output or (path.parent.name in FOLDERS and path.suffix in endings)
+    }
+
+
+def prove(case: Case) -> None:
+    """Compare all that the code of a project does; ``case`` gets what is found."""
+    for law in (start, joints, followers, ground, forces, sensors, equations):
+        law.prove(case)
+
 
 def prove_code(
-    conversion: Conversion, proof: Proof, files: Mapping[str, bytes], *, in_c: bool = False
-) -> None:
-    """Compare a project's code with the robot of a conversion; ``proof`` gets what is found.
+    conversion: Conversion, files: Mapping[str, bytes], *, in_c: bool = False
+) -> tuple[list[str], dict[str, str]]:
+    """Compare a project's code with the robot of a conversion.  Gives what differs, the largest
+    first, and what cannot be compared, each with the reason.
 
     ``files`` are by their path in the project.  ``in_c``: the C, too, where there is a compiler.
     """
     case: Case | None = None
     found: list[Difference] = []
-    # the conversion does not depend on the files in this folder
-    with noting(), tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
+    with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
         try:
             for path, content in files.items():
                 file = Path(folder, path)
@@ -54,20 +74,8 @@ def prove_code(
             else:
                 found.append(Difference("code", f"the code of the project cannot run: {said}"))
     found += case.found.values() if case else []
-    edited = [*conversion.edited] or [path.name for path in conversion.replaces]
-    if edited and proof.same:
-        why = f"as edited in {' and '.join(edited)}"
-        proof.but_for |= {difference.message: why for difference in found}
-    else:
-        proof.differ(found)
-    if case is None or found:
-        return
-    # what the user functions do is no longer unknown
-    for thing, why in [*proof.not_compared.items()]:
-        start = thing.startswith("start of") and "the start" not in case.unproven
-        if start or ("user functions" in why and not thing.startswith("user model")):
-            proof.by_code[thing] = proof.not_compared.pop(thing)
-    proof.not_compared |= case.unproven
+    found.sort(key=lambda difference: -difference.size)
+    return [difference.message for difference in found], case.unproven if case else {}
 
 
 def _compare_c(case: Case) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.laws.case import Case
+from oracle.case import Case
 from urdf2mbs.simulation import CONTACT_STATES
 from urdf2mbs.spatial import ZERO, rotate
 from urdf2mbs.urdf.model import Cylinder, Sphere

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from urdf2mbs.laws import followers
-from urdf2mbs.laws.case import Case
+from oracle import followers
+from oracle.case import Case
 
 
 def prove(case: Case) -> None:
