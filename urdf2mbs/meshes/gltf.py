@@ -14,48 +14,37 @@ EXTENSIONS = {"KHR_materials_unlit", "KHR_texture_transform"}
 
 def check(data: bytes, ending: str) -> None:
     """Refuse a file whose points trimesh would read as zeros, or that asks for far too many."""
-    if ending == ".glb" and data[:4] != b"glTF":
+    binary = data[:4] == b"glTF"
+    if ending == ".glb" and not binary:
         raise MeshError("it does not start with 'glTF'")
-    document = json.loads(_text(data))
+    document = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")] if binary else data)
     required = set(document.get("extensionsRequired", ())) - EXTENSIONS
     if required:
         raise MeshError(f"it needs the glTF extension {', '.join(sorted(required))}")
     for buffer in document.get("buffers", []):
-        if _is_elsewhere(str(buffer.get("uri", ""))):
-            raise MeshError(
-                f"its buffer {buffer['uri']!r} is not in the folder of the mesh, nor below it: "
-                "such a file is not read"
-            )
+        _check_buffer(str(buffer.get("uri", "")))
     accessors = document.get("accessors", [])
     counts = [int(one["count"]) for one in accessors]
-    empty = sum(counts[n] for n, one in enumerate(accessors) if "bufferView" not in one)
-    named = [
-        counts[number]
-        for mesh in document.get("meshes", [])
-        for shape in mesh.get("primitives", [])
-        for number in (*shape.get("attributes", {}).values(), shape.get("indices"))
-        if isinstance(number, int) and number < len(counts)
-    ]
-    if empty > MOST_PARTS or sum(named) > 5 * MOST_TRIANGLES or len(named) > 5 * MOST_PARTS:
+    empty = sum(int(one["count"]) for one in accessors if "bufferView" not in one)
+    shapes = [one for mesh in document.get("meshes", []) for one in mesh.get("primitives", [])]
+    named = [n for one in shapes for n in (*one.get("attributes", {}).values(), one.get("indices"))]
+    points = sum(counts[n] for n in named if isinstance(n, int) and n < len(counts))
+    if empty > MOST_PARTS or points > 5 * MOST_TRIANGLES or len(named) > 5 * MOST_PARTS:
         raise TooLargeError("it asks for far more points than a mesh has")
 
 
-def _is_elsewhere(uri: str) -> bool:
-    """Whether a buffer is no file beside the mesh or below it.
+def _check_buffer(uri: str) -> None:
+    """Refuse a buffer that is no file beside the mesh or below it.
 
     Any file can be read as numbers, and a mesh of somebody else must not ask for those of its user.
     """
-    if uri[:5].lower() == "data:":
-        return False
     plain = uri
     while plain != unquote(plain):
         plain = unquote(plain)
     path = PureWindowsPath(plain)  # which knows both slashes, and drives
-    return bool(path.anchor or ".." in path.parts or urlsplit(plain).scheme)
-
-
-def _text(data: bytes) -> bytes:
-    """The JSON part of a .gltf or .glb."""
-    if data[:4] != b"glTF":
-        return data
-    return data[20 : 20 + int.from_bytes(data[12:16], "little")]
+    is_outside = path.anchor or ".." in path.parts or urlsplit(plain).scheme
+    if is_outside and uri[:5].lower() != "data:":
+        raise MeshError(
+            f"its buffer {uri!r} is not in the folder of the mesh, nor below it: such a file is "
+            "not read"
+        )

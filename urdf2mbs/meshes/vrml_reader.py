@@ -1,7 +1,7 @@
 """VRML97 (ISO/IEC 14772-1) read into triangles.
 
-Faces are read, in groups and transforms, with their colours and textures.  Lines, lights, scripts
-and prototypes draw nothing.
+Faces are read, in groups and transforms, with their colours and textures.  Lines and lights draw
+nothing.  A file with prototypes, routes or scripts is an error.
 """
 
 from __future__ import annotations
@@ -21,13 +21,15 @@ _TOKEN = re.compile(
 )
 _NUMBER = re.compile(rb"[+-]?(\d|\.\d)")
 _NUMBERS = re.compile(rb"(?:[^\]#]|#[^\n]*)*")
-_BOOLEANS = {b"TRUE": True, b"FALSE": False}
 
 #: What is not drawn, and says so.
-_NOT_DRAWN = ("ElevationGrid", "Extrusion", "Inline", "Switch", "Text")
+_NOT_DRAWN = {
+    "Box", "Cone", "Cylinder", "ElevationGrid", "Extrusion", "Inline", "LOD", "Sphere", "Switch",
+    "Text",
+}  # fmt: skip
 
 Node = dict[str, Any]
-"""The node's fields; its type stands under ``""``, the nodes inside it under ``children``."""
+"""The node's fields; its type stands under ``""``."""
 
 
 def read(data: bytes) -> Mesh:
@@ -40,8 +42,9 @@ def read(data: bytes) -> Mesh:
         raise MeshError("it is not VRML97")
     try:
         scene = _Scene()
-        for node in _Text(data).scene():
-            scene.draw(node)
+        text = _Text(data)
+        while text.peek() is not None:
+            scene.draw(text.node(text.next()))
     except (ValueError, KeyError, IndexError, TypeError, RecursionError) as error:
         raise MeshError(f"it is not VRML as far as we can read it ({error})") from None
     if not scene.mesh.parts:
@@ -68,58 +71,23 @@ class _Text:
         self.at = match.end()
         return match[1]
 
-    def scene(self) -> list[Node]:
-        nodes: list[Node] = []
-        while self.peek() is not None:
-            self.add_node(self.next(), nodes)
-        return nodes
-
-    def add_node(self, word: bytes, nodes: list[Node]) -> None:
-        """Read what begins with ``word``: a node, or a statement that draws nothing."""
-        if word == b"ROUTE":
-            for _ in ("from", "TO", "to"):
-                self.next()
-        elif word in (b"PROTO", b"EXTERNPROTO"):
-            for _ in ("name", "interface", "body"):
-                self.skip()
-        elif word != b"NULL":
-            nodes.append(self.node(word))
-
-    def skip(self) -> None:
-        """Pass a word, or all that stands between brackets."""
-        depth = 0
-        while True:
-            word = self.next()
-            depth += (word in (b"{", b"[")) - (word in (b"}", b"]"))
-            if depth <= 0:
-                return
-
     def node(self, word: bytes) -> Node:
+        """The node that begins with ``word``."""
         if word == b"USE":
             return self.named[self.next()]
-        node: Node = {"children": []}
+        node: Node = {}
         if word == b"DEF":
             self.named[self.next()] = node
             word = self.next()
-        if self.next() != b"{":
-            raise ValueError(f"no node at byte {self.at}")
         node[""] = word.decode("ascii", "replace")
+        if self.next() != b"{":
+            raise ValueError(f"'{node['']}' at byte {self.at} is not read")
         while (word := self.next()) != b"}":
-            if word in (b"eventIn", b"eventOut", b"field", b"exposedField"):  # of a Script
-                self.next()
-                name = self.next()
-                if not word.startswith(b"event"):
-                    node[name.decode("ascii", "replace")] = self.value()
-                elif self.peek() == b"IS":
-                    self.skip()
-                    self.skip()
-            elif word in (b"DEF", b"USE", b"ROUTE", b"PROTO") or self.peek() == b"{":
-                self.add_node(word, node["children"])
-            else:
-                node[word.decode("ascii", "replace")] = self.value()
+            node[word.decode("ascii", "replace")] = self.value()
         return node
 
     def value(self) -> Any:
+        """A list, numbers, or a single value."""
         word = self.next()
         if word == b"[":
             return self.list()
@@ -131,21 +99,18 @@ class _Text:
         return numbers
 
     def single(self, word: bytes) -> Any:
-        """A text, a node, TRUE, FALSE, NULL or another word, such as PER_FACE."""
+        """A text, a node, TRUE, FALSE, NULL or another word."""
         if word.startswith(b'"'):
             return re.sub(r"\\(.)", r"\1", word[1:-1].decode("utf-8", "replace"))
-        if word in _BOOLEANS:
-            return _BOOLEANS[word]
-        if word in (b"DEF", b"USE") or self.peek() == b"{":
-            return self.node(word)
-        if word == b"IS":
-            self.next()
-            return None
         if word in (b"{", b"}", b"]"):
             raise ValueError(f"no value at byte {self.at}")
-        return None if word == b"NULL" else word.decode("ascii", "replace")
+        if word in (b"DEF", b"USE") or self.peek() == b"{":
+            return self.node(word)
+        known = {b"TRUE": True, b"FALSE": False, b"NULL": None}
+        return known[word] if word in known else word.decode("ascii", "replace")
 
     def list(self) -> Any:
+        """The values up to ``]``; numbers as an array."""
         import numpy as np
 
         if _NUMBER.match(self.peek() or b""):
@@ -158,32 +123,8 @@ class _Text:
             return np.array(words, dtype=np.float64)
         values: list[Any] = []
         while (word := self.next()) != b"]":
-            if word in (b"ROUTE", b"PROTO", b"EXTERNPROTO"):
-                self.add_node(word, values)
-            else:
-                values.append(self.single(word))
+            values.append(self.single(word))
         return values
-
-
-def primitive(kind: str, radius: float, height: float, size: Any) -> tuple[Any, Any]:
-    """Points (n, 3) and triangles (m, 3) of a box, sphere, cylinder or cone (m).
-
-    The axis is y, in VRML as in an .mbs.
-    """
-    import numpy as np
-    from trimesh import creation
-
-    if kind == "box":
-        solid = creation.box(size)
-        return solid.vertices, solid.faces
-    if kind == "sphere":
-        solid = creation.icosphere(2, radius)
-    elif kind == "cone":
-        solid = creation.cone(radius, height)
-        solid.apply_translation((0.0, 0.0, -height / 2))
-    else:
-        solid = creation.cylinder(radius, height, sections=24)
-    return solid.vertices @ np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), solid.faces
 
 
 class _Scene:
@@ -200,36 +141,21 @@ class _Scene:
         self.visits += 1
         if self.visits > MOST_PARTS:
             raise TooLargeError(f"it has more than {MOST_PARTS:,} nodes, each copy counted")
-        kind = node[""]
         pose = np.eye(4) if pose is None else pose
+        kind = node[""]
         if kind == "Transform":
             pose = pose @ _transform(node)
         elif kind == "Shape" and isinstance(node.get("geometry"), dict):
             geometry = node["geometry"]
-            if geometry[""] == "IndexedFaceSet":
+            kind = geometry[""]
+            if kind == "IndexedFaceSet":
                 self._add_faces(geometry, node.get("appearance") or {}, pose)
-            elif geometry[""] in ("Box", "Sphere", "Cylinder", "Cone"):
-                self._add_primitive(geometry, node.get("appearance") or {}, pose)
-            elif geometry[""] in _NOT_DRAWN:
-                self.mesh.problems.append(f"its {geometry['']} is not drawn")
-        elif kind in _NOT_DRAWN:
+        if kind in _NOT_DRAWN:
             self.mesh.problems.append(f"its {kind} is not drawn")
-        children = node["children"]
-        if kind == "LOD":
-            children = node.get("level", [])[:1]
+        children = node.get("children", [])
         for child in children if isinstance(children, list) else [children]:
             if isinstance(child, dict):
                 self.draw(child, pose)
-
-    def _add_primitive(self, node: Node, appearance: Node, pose: NDArray[np.float64]) -> None:
-        def number(name: str, default: float) -> float:
-            return float(node.get(name, [default])[0])
-
-        radius = number("bottomRadius" if node[""] == "Cone" else "radius", 1.0)
-        size = [float(side) for side in node.get("size", (2.0, 2.0, 2.0))]
-        points, triangles = primitive(node[""].lower(), radius, number("height", 2.0), size)
-        material, smooth = _material(appearance), node[""] != "Box"
-        add(self.mesh, pose, points, triangles, material=material, smooth=smooth)
 
     def _add_faces(self, node: Node, appearance: Node, pose: NDArray[np.float64]) -> None:
         import numpy as np
@@ -291,30 +217,22 @@ def _transform(node: Node) -> NDArray[np.float64]:
     """T C R SR S -SR -C (ISO/IEC 14772-1, 6.52)."""
     import numpy as np
 
-    def shift(xyz: Any) -> NDArray[np.float64]:
-        pose = np.eye(4)
-        pose[:3, 3] = xyz
-        return pose
-
-    scale: Any = node.get("scale", (1.0, 1.0, 1.0))
-    stretched = np.diag(np.append(scale, 1.0))
     centre = np.asarray(node.get("center", (0.0, 0.0, 0.0)), float)
-    turned = _turn(node.get("scaleOrientation"))
-    return (
-        shift(node.get("translation", (0.0, 0.0, 0.0))) @ shift(centre)
-        @ _turn(node.get("rotation")) @ turned @ stretched @ turned.T @ shift(-centre)
-    )  # fmt: skip
+    turn, aside = _turn(node.get("rotation")), _turn(node.get("scaleOrientation"))
+    pose = np.eye(4)
+    pose[:3, :3] = turn @ aside @ np.diag(node.get("scale", (1.0, 1.0, 1.0))) @ aside.T
+    pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0)) + centre - pose[:3, :3] @ centre
+    return pose
 
 
 def _turn(rotation: Any) -> NDArray[np.float64]:
-    """The turn about an axis by an angle (rad), by Rodrigues' formula."""
+    """The turn (3, 3) about an axis by an angle (rad), by Rodrigues' formula."""
     import numpy as np
 
     x, y, z, angle = rotation or (0.0, 0.0, 1.0, 0.0)
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) / (float(np.hypot(np.hypot(x, y), z)) or 1)
-    pose = np.eye(4)
-    pose[:3, :3] += np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
-    return pose
+    turn: NDArray[np.float64] = np.eye(3) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
+    return turn
 
 
 def _triangulate(index: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
