@@ -9,7 +9,6 @@ import pytest
 
 from urdf2mbs.api import convert
 from urdf2mbs.cli import main
-from urdf2mbs.disk import files
 from urdf2mbs.engine.config import load
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -125,11 +124,10 @@ def test_every_command_says_the_same_of_an_mbs_that_it_cannot_read(
     assert text.startswith(f"error[model-unreadable]: cannot read '{name}': ")
 
 
-def test_a_file_without_an_end(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_without_an_end() -> None:
     if not Path("/dev/zero").exists():
         pytest.skip("there is no /dev/zero here")
-    monkeypatch.setattr(files, "MOST", 2**20)
-    with pytest.raises(ConversionError, match="larger than 1 MiB, the most that is read") as caught:
+    with pytest.raises(ConversionError) as caught:
         convert("/dev/zero")
     assert caught.value.code == "file-unreadable"
 

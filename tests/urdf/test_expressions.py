@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import pytest
 from making import read_robot
 
+from urdf2mbs.api import convert
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.urdf.expressions import Guard
 from urdf2mbs.urdf.packages import Packages
 from urdf2mbs.urdf.xacro import expand
 
@@ -18,7 +20,7 @@ from urdf2mbs.urdf.xacro import expand
 HARMLESS = (
     "1 + 2 * 3 - 4 / 5 // 6 % 7",
     "2**10 + (1 << 4) | 3 & ~5 ^ 6 >> 1",
-    "2**5000 % 7 + (1 << 9998) % 7",
+    "2**60 % 7 + (1 << 60) % 7",
     "-pi * radians(180) + sin(1)",
     "math.atan2(1, 2)",
     "1 < 2 <= 2 != 3",
@@ -44,7 +46,6 @@ HARMLESS = (
     "list(map(str, [1, 2]))",
     "python.isinstance(1, python.int)",
     "python.isinstance([1], (python.str, python.list))",
-    "'{}_{:.2f}'.format('left', 1.5)",
     "xacro.tokenize('a,b; c')",
     "python.any([x > 1 for x in [1, 2]])",
     "[*[1, 2], *(3, 4)]",
@@ -54,7 +55,7 @@ HARMLESS = (
     "[i for i, (a, *b) in python.list(python.enumerate([(1, 2, 3)]))]",
     "python.set([1, 2, 2]) == python.set([2, 1])",
     "1.5.is_integer()",
-    "(1 + 2j).real",
+    "1.5.real",
     "int('7') + float('1e3') + len('abc') + bool('')",
     "xacro.arg('side') + '$(arg side)'",
     "a.link.mass * a['link']['mass']",
@@ -63,8 +64,7 @@ HARMLESS = (
     "inner.x + inner.y",
     "a.angle",
     "inner.math.pi",
-    "1e-3j",
-    "{1, 2} - {2}",
+    "1e-3",
     "f(4)",
 )
 ROBOT = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -92,19 +92,19 @@ REFUSED = (
     "xacro.load_yaml.__globals__",
     "sin.__self__",
     "a.link._x",
-    "'{0.__class__}'.format(1)",
-    "'{a.b}'.format_map(dict(a=1))",
-    "str.format('{0.real}', 1)",
-    "list(map('{0.__class__}'.format, [1]))",
-    "f'{1}'",
-    "f'{().__class__}'",
+    "'a'.format(1)",
+    "'a'.format_map(dict(a=1))",
+    "list(map('a'.format, [1]))",
+    "f'a'",
+    "1j",
+    "(-8) ** 0.5",
+    "[list(map(map, [str], [[1]]))]",
+    "[0 for __measured in [1]]",
     "(x := 5)",
     "...",
     "b'a'",
     "[0 for python.x in [1]]",
     "[0 for math['sin'] in [1]]",
-    "inner['__builtins__']",
-    "python['__builtins__']",
     "__builtins__",
     "__operate('Add', 1, 2)",
     "__import__('os')",
@@ -113,10 +113,9 @@ REFUSED = (
     "math.factorial(10**7)",
     "math.comb(10**7, 10**6)",
     "math.perm(10**7)",
-    "math.prod([10**2000] * 9999)",
-    "math.lcm(*[10**2000 + i for i in python.range(999)])",
-    "'{0.real}'.format(1)",
-    "'{x}'.format_map(dict(x=1))",
+    "math.prod([9] * 9999)",
+    "math.lcm(7, 8)",
+    "python.sum([[1]], [])",
     "python.vars(math)",
     "sin.real",
     "str.join",
@@ -130,8 +129,8 @@ TOO_LARGE = (
     "7**(10**7)",
     "10**10**10",
     "2**a_lot",
-    "2**5001",
-    "1 << 10_000",
+    "2**64",
+    "1 << 64",
     "1 << 10**15",
     "-1 << a_lot",
     "'x' * 10**10",
@@ -189,33 +188,16 @@ def failure(folder: Path, inside: str) -> ConversionError:
 
 @pytest.mark.parametrize("expression", HARMLESS)
 def test_what_robots_need_has_the_value_that_xacro_gives(tmp_path: Path, expression: str) -> None:
-    if "}" in expression:  # at which xacro takes an expression to end
-        assert Guard().evaluate(expression, {}) == eval(expression)
-        return
     source = robot(tmp_path, link(expression))
     here = expand(source, Packages({}, source), {})
     there = expand(source, Packages({}, source), {}, trust=True)
     assert here == there
 
 
-def test_a_mapping() -> None:
-    names = {"x": 1.5}
-    assert Guard().evaluate("{'a': x, **{'b': 2}}", names) == {"a": 1.5, "b": 2}
-    assert Guard().evaluate("{k: v for k, v in {'a': x}.items()}", names) == {"a": 1.5}
-
-
 @pytest.mark.parametrize("expression", REFUSED)
 def test_what_is_no_data_is_refused(tmp_path: Path, expression: str) -> None:
-    if "}" in expression:
-        guard = Guard()
-        names = {"map": map, "list": list, "dict": dict, "str": str}
-        guard.offer(names)
-        with pytest.raises(ConversionError) as caught:
-            guard.evaluate(expression, names)
-        error = caught.value
-    else:
-        error = failure(tmp_path, "\n" + link(expression))
-        assert (error.file, error.line) == (str(tmp_path / "r.urdf.xacro"), 8)
+    error = failure(tmp_path, "\n" + link(expression))
+    assert (error.file, error.line) == (str(tmp_path / "r.urdf.xacro"), 8)
     assert error.code == "xacro-expression"
     assert "trust_xacro: true" in (error.hint or "")
 
@@ -224,19 +206,6 @@ def test_what_is_no_data_is_refused(tmp_path: Path, expression: str) -> None:
 def test_what_is_too_large_ends_at_once(tmp_path: Path, expression: str) -> None:
     error = failure(tmp_path, '<xacro:property name="a_lot" value="${10**9}"/>' + link(expression))
     assert error.code == "xacro-too-large"
-
-
-def test_a_text_that_repeats_is_refused_before_it_is_made() -> None:
-    names = {"dict": dict}
-    for text, what in (
-        ("'%(a)s' * 4000 % dict(a='x' * 4000)", "so long a text"),
-        ("('x' * 4000).replace('x', 'y' * 4000)", "so long a text"),
-        ("'abc' * 300_000", "so long a text or list"),
-        ("300_000 * 'abc'", "so long a text or list"),
-        ("'%1000d' % 1", "so wide a field"),
-    ):
-        with pytest.raises(ConversionError, match=what):
-            Guard().evaluate(text, names)
 
 
 EVIL = "''.__class__"
@@ -278,9 +247,9 @@ def test_wherever_xacro_evaluates(tmp_path: Path, place: str) -> None:
     ("text", "code"),
     [
         ("lambda: 1", "xacro-expression"),
-        ("side.real.__class__", "xacro-expression"),
+        ("side.real.__class__", "xacro"),  # the package's own check of names
         ("7**9**9", "xacro-too-large"),
-        ("cos.__self__", "xacro-expression"),
+        ("cos.real", "xacro-expression"),
     ],
 )
 def test_substitutions_too(tmp_path: Path, text: str, code: str) -> None:
@@ -334,21 +303,45 @@ BAD_YAML = {
 def test_yaml_is_data(tmp_path: Path, name: str) -> None:
     (tmp_path / "bad.yaml").write_text(BAD_YAML[name])
     error = failure(tmp_path, link("xacro.load_yaml('bad.yaml')"))
-    assert error.code == ("xacro-too-large" if name in ("alias", "merge") else "xacro")
+    assert error.code == ("xacro" if name == "object" else "xacro-too-large")
+    assert error.line == 7
 
 
-#: What grows outside of any expression.
-BOMBS = {
-    "laughs": '<xacro:property name="p0" value="aaaaaaaa"/>'
-    + "".join(f'<xacro:property name="p{i + 1}" value="{f"${{p{i}}}" * 16}"/>' for i in range(9))
-    + '<link name="${p9}"/>',
-    "macros": '<xacro:macro name="m" params="n"><xacro:if value="${n}">'
-    '<xacro:m n="${n - 1}"/><xacro:m n="${n - 1}"/></xacro:if></xacro:macro><xacro:m n="50"/>',
-    "elements": '<xacro:macro name="m0"><a/><a/><a/><a/><a/><a/><a/></xacro:macro>'
-    + "".join(
-        f'<xacro:macro name="m{i + 1}">{f"<xacro:m{i}/>" * 8}</xacro:macro>' for i in range(9)
+def calls(levels: int, inside: str) -> str:
+    """Macros that each call the one below eight times."""
+    return f'<xacro:macro name="m0">{inside}</xacro:macro>' + "".join(
+        f'<xacro:macro name="m{i + 1}">{f"<xacro:m{i}/>" * 8}</xacro:macro>' for i in range(levels)
     )
-    + "<xacro:m9/>",
+
+
+def properties(count: int, first: str, text: str) -> str:
+    """Properties that are each made from the one before."""
+    values = [first, *(text.replace("p", f"p{i}") for i in range(count))]
+    return "".join(f'<xacro:property name="p{i}" value="{v}"/>\n' for i, v in enumerate(values))
+
+
+LOOP = "[0 for x in python.range(9999) for y in python.range(9999) if 0]"
+#: What grows outside of any expression, or over many.
+BOMBS = {
+    "laughs": properties(9, "aaaaaaaa", "${p}" * 16) + '<link name="${p9}"/>',
+    "squares": properties(40, "9", "${p*p}") + '<link name="${p40}"/>',
+    "lists": properties(40, "${[1]}", "${[p] * 9}") + '<link name="${p40}"/>',
+    "sums": properties(60, "aa", "${p+p}") + '<link name="${p60}"/>',
+    "blocks": '<xacro:property name="p0"><a/><a/></xacro:property>'
+    + "".join(
+        f'<xacro:property name="p{i + 1}">{f"""<xacro:insert_block name="p{i}"/>""" * 2}'
+        "</xacro:property>"
+        for i in range(40)
+    )
+    + '<xacro:insert_block name="p40"/>',
+    "loop": link(LOOP),
+    "many loops": link("[x for x in python.range(9999)]") * 60,
+    "doubling macros": '<xacro:macro name="m" params="n"><xacro:if value="${n}">'
+    '<xacro:m n="${n - 1}"/><xacro:m n="${n - 1}"/></xacro:if></xacro:macro><xacro:m n="50"/>',
+    "elements": calls(9, "<a/><a/><a/><a/><a/><a/><a/>") + "<xacro:m9/>",
+    "texts": calls(9, f"<a>{'x' * 999}</a>") + "<xacro:m9/>",
+    "neighbours": "<a/>" * 6000 + '<xacro:property name="a" value="1"/>' * 2000,
+    "unknown macros": "".join(f"<xacro:u{i}/>" for i in range(999)),
     "parameters": '<xacro:macro name="m" params="' + "x:=${ " * 30_000 + '"/>',
     "expressions": "<link>" + "${1}" * 99_999 + "</link>",
     "comments": "<!---->" * 150_000,
@@ -357,84 +350,40 @@ BOMBS = {
 
 @pytest.mark.parametrize("name", BOMBS)
 def test_work_has_an_end(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10**5)  # a thousandth
-    assert failure(tmp_path, BOMBS[name]).code == "xacro-too-large"
+    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", 10**5)
+    error = failure(tmp_path, BOMBS[name])
+    assert (error.code, error.file) == ("xacro-too-large", str(tmp_path / "r.urdf.xacro"))
+    assert error.line is not None or "m9/>" not in BOMBS[name], "that of a macro"
 
 
-@pytest.mark.parametrize(
-    ("text", "work"),
-    [
-        ("1 + 2.5", 14), ("3 * 'abc'", 35), ("'%s' % 12", 20), ("[1, 'ab', 2.5]", 9),
-        ("dict(a=1)", 21), ("range(5, 9)", 22), ("[x for x in range(4)]", 45),
-        ("'abcdef'[1:3]", 10), ("len('abc')", 16),
-        ("2 ** 10", 14), ("1 << 9", 14), ("'ab'.ljust(5)", 26), ("sum([1, 2, 3])", 58),
-    ],
-)  # fmt: skip
-def test_the_work_of_an_expression_is_counted(text: str, work: int) -> None:
-    """So that its bound is the same on every machine; ten for each letter that is read."""
-    guard, names = Guard(), {"dict": dict, "range": range, "sum": sum, "len": len}
-    guard.offer(names)
-    guard.evaluate(text, names)
-    assert guard.work == 10 * len(text) + work
-    guard.evaluate(text, names)
-    assert guard.work == 10 * len(text) + 2 * work, "it is read once"
+#: Where a robot can name a file.
+NAMED = {
+    "include": '<xacro:include filename="pipe"/>',
+    "pattern": '<xacro:include filename="pip*"/>',
+    "yaml": link("xacro.load_yaml('pipe')"),
+    "mesh": '<link name="a"><visual><geometry><mesh filename="pipe"/></geometry></visual></link>',
+}
 
 
-def test_an_expression_in_an_expression_has_work_of_its_own(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """It does not count for the outer one, and makes no room in it."""
-    monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST", 2000)
-    guard = Guard()
-    inner: dict[str, object] = {"range": range}
-    names = {"f": lambda: guard.evaluate("[x for x in range(90)]", dict(inner)) and 1, **inner}
-    guard.evaluate("[f() for x in range(9)]", names)
-    guard.evaluate("g()", {"g": lambda: guard.spend_beside(9000)})
-    for half in (60, 150):
-        text = f"[x for x in range({half})] and f() and [x for x in range({half})]"
-        if half == 60:
-            assert len(guard.evaluate(text, names)) == half
-        else:
-            with pytest.raises(ConversionError, match="an expression with over 2,000 letters"):
-                guard.evaluate(text, names)
+@pytest.mark.skipif(sys.platform == "win32", reason="pipes of POSIX")
+@pytest.mark.parametrize("name", [*NAMED, "source"])
+def test_a_pipe_is_no_file(tmp_path: Path, name: str) -> None:
+    """Nobody writes into it, and nobody waits for it."""
+    os.mkfifo(tmp_path / "pipe")
+    source = tmp_path / "pipe" if name == "source" else robot(tmp_path, NAMED[name])
+    said: list[str] = []
 
+    def run() -> None:
+        try:
+            said.extend(map(str, convert(source).diagnostics))
+        except ConversionError as error:
+            said.append(str(error))
 
-#: What is in a robot, the text of another file, and the work: calls, copies, comments, YAML.
-WORK = {
-    "nothing": ("", "", 14),
-    "element": ("<a/>", "", 65),
-    "text": (f'<a b="{"x" * 1996}$${{x}}"/>', "", 581),
-    "expressions": (f'<a b="{"x" * 2992}$${{x}}$${{x}}"/>', "", 839),
-    "macro": ('<xacro:macro name="m" params="a b"/>', "", 25),
-    "default": (f'<xacro:macro name="m" params="a:={"x" * 97}"/>', "", 51),
-    "call": ('<xacro:macro name="m"><a/></xacro:macro><xacro:m/>', "", 377),
-    "among": (f'<xacro:macro name="m"><a/></xacro:macro>{"<b/>" * 199}<xacro:m/>', "", 10532),
-    "include": ('<xacro:include filename="more"/>', f"<r>{' ' * 93}</r>", 47),
-    "comments": ('<xacro:include filename="more"/>', f"<r>{'<!---->' * 20}</r>", 60),
-    "yaml": ("<a b='${xacro.load_yaml(\"more\")[\"c\"]}'/>", "c: 1", 428),
-    "merge": ("<a b='${xacro.load_yaml(\"more\")[\"b\"]}'/>", "a: &a {x: 1}\nb: {<<: *a}", 949),
-    "merges": ("<a b='${xacro.load_yaml(\"more\")[\"b\"]}'/>", "a: &a {x: 1}\nb: {<<: [*a]}", 969),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", WORK)
-def test_the_work_for_a_robot_is_counted(
-    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    inside, more, work = WORK[name]
-    (tmp_path / "more").write_text(more)
-    source = tmp_path / "r.xacro"
-    source.write_text(f'<robot xmlns:xacro="http://www.ros.org/wiki/xacro">{inside}</robot>')
-    for bound in (work, work - 1):
-        guard = Guard()
-        monkeypatch.setattr("urdf2mbs.urdf.xacro.Guard", lambda guard=guard: guard)
-        monkeypatch.setattr("urdf2mbs.urdf.expressions.MOST_WORK", bound)
-        if bound == work:
-            expand(source, Packages({}, source), {})
-            assert guard.work == work
-        else:
-            with pytest.raises(ConversionError, match="the work for this robot is more than"):
-                expand(source, Packages({}, source), {})
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    thread.join(60)
+    assert not thread.is_alive()
+    assert any("pipe" in one for one in said)
 
 
 def test_a_quote_that_is_not_closed_in_parameters(tmp_path: Path) -> None:

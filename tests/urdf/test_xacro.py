@@ -215,7 +215,7 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     "syntax": ('<link name="${1 +}"/>', "xacro", "main.urdf", 2, ("1 +",)),
     "parameter": (
         '<xacro:macro name="leg" params="a b"/><xacro:leg a="1"/>',
-        "xacro", "main.urdf", None, ("[b]", "in the macro 'leg'"),
+        "xacro", "main.urdf", 2, ("[b]", "in the macro 'leg'"),
     ),
     "in a macro": (
         '<xacro:macro name="leg" params="a">\n<link name="${a / 0}"/></xacro:macro>\n'
@@ -224,7 +224,7 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     ),
     "macro without an end": (
         '<xacro:macro name="leg"><xacro:leg/></xacro:macro><xacro:leg/>',
-        "xacro", "main.urdf", None, ("without an end", "in the macro 'leg'", "more"),
+        "xacro", "main.urdf", 2, ("without an end", "in the macro 'leg'", "more"),
     ),
     "include without an end": (
         '<xacro:include filename="main.urdf.xacro"/>',
@@ -262,7 +262,7 @@ BAD: dict[str, tuple[str, str, str, int | None, tuple[str, ...]]] = {
     ),
     "malformed yaml": ("${xacro.load_yaml('bad.yaml')}", "xacro", "main.urdf", 2, ("bad.yaml",)),
     "environment": ('<a b="$(env URDF2MBS_NO)"/>', "xacro", "main.urdf", 2, ("URDF2MBS_NO",)),
-    "command": ('<a b="$(frob x)"/>', "xacro", "main.urdf", None, ("frob",)),
+    "command": ('<a b="$(frob x)"/>', "xacro", "main.urdf", 2, ("frob",)),
     "not text": (
         "<link name=\"${'\\ud800'}\"/>",
         "xacro", "main.urdf", None, ("UnicodeEncodeError: ", "surrogate"),

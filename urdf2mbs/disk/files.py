@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import re
+import stat
 import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from errno import EFBIG
+from errno import EFBIG, EINVAL
 from pathlib import Path
 from typing import IO
 
@@ -38,14 +39,17 @@ def noting() -> Iterator[dict[str, None]]:
 
 
 def read(path: Path, most: int | None = None) -> bytes:
-    """The bytes of a file, a pipe or a device.
+    """The bytes of a file.
 
-    Raises OSError; for more than ``most`` bytes (default: ``MOST``) it says the bound.
+    Raises OSError: for a pipe or device, which may never end, and for more than ``most`` bytes
+    (default: ``MOST``).
     """
     noted = _noted.get()
     if noted is not None:
         noted[os.path.abspath(path)] = None  # noqa: PTH100
     try:
+        if stat.S_IFMT(path.stat().st_mode) not in (stat.S_IFREG, stat.S_IFDIR):
+            raise OSError(EINVAL, "it is a pipe or a device, and no file", str(path))
         with path.open("rb", buffering=0) as file:
             return read_stream(file, str(path), most, os.fstat(file.fileno()).st_size)
     except ValueError as error:  # a name with a NUL

@@ -24,7 +24,7 @@ from urdf2mbs.disk.files import read as read_file
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
-from urdf2mbs.urdf.expressions import MOST, TRUST, Guard, too_large
+from urdf2mbs.urdf.expressions import MOST, TRUST, Guard, tokenize, too_large
 from urdf2mbs.urdf.packages import absolute, workspace
 from urdf2mbs.xml import lines as xml_lines
 
@@ -87,6 +87,17 @@ class _Args(dict[str, str]):
         return super().__getitem__(name)
 
 
+class _Names(dict[str, Any]):
+    """The names of ``$(eval ...)``: ``found`` says what each is, but for those that are offered."""
+
+    def __init__(self, found: Mapping[str, Any], offered: Mapping[str, Any]) -> None:
+        super().__init__(offered)
+        self.found = found
+
+    def __missing__(self, name: str) -> Any:
+        return self.found[name]
+
+
 class _Run:
     """One run of xacro on one file: its messages, and the things that it does not find."""
 
@@ -137,46 +148,34 @@ class _Run:
             "error": partial(self.say, "warning"),
             "print_location": lambda *_, **__: "",
         }
-        xacro._global_symbols = xacro.create_global_symbols()
-        vars(xacro).update(functions)
-        xacro._global_symbols["xacro"].update(functions, arg=self.argument)
         substitution = _copy("xacro.substitution_args")
         substitution._eval_find = substitution._eval_dict["find"] = self.find
         substitution._eval_arg = self.argument
+        if not self.trust:
+            xacro.tokenize = tokenize
+            xacro.safe_eval = self.guard.evaluate
+            offered = substitution._eval_dict["__builtins__"]
+            substitution.eval = lambda text, _, names: self.guard.evaluate(
+                text, _Names(names, offered)
+            )
+        xacro._global_symbols = xacro.create_global_symbols()
+        vars(xacro).update(functions)
+        xacro._global_symbols["xacro"].update(functions, arg=self.argument)
 
         def extension(text: str) -> Any:
-            filename = absolute(xacro.filestack[-1])
             if text == "$(cwd)":
                 return str(Path.cwd())
-            return substitution.resolve_args(text, {"arg": self.args, "filename": filename})
+            context = {"arg": self.args, "filename": absolute(xacro.filestack[-1])}
+            try:
+                return substitution.resolve_args(text, context)
+            except Exception as error:
+                raise xacro.XacroException(exc=error, suffix=f"\n{_EVALUATING}{text}'") from error
 
         xacro.eval_extension = extension
-        if not self.trust:
-            substitution._eval = partial(self.evaluate, substitution)
-            xacro.safe_eval = self.guard.evaluate
-            self.guard.offer(xacro._global_symbols)
 
     def spend(self, work: int) -> None:
         if not self.trust:
-            self.guard.spend_beside(work)
-
-    def evaluate(self, substitution: Any, text: str, context: Mapping[str, Any]) -> str:
-        """``$(eval ...)`` by the rules of ``${...}``."""
-
-        class Names(dict[str, Any]):
-            def __missing__(self, name: str) -> Any:
-                return substitution.convert_value(context["arg"][name], "auto")
-
-        offered = substitution._eval_dict
-        names = Names(offered["__builtins__"])
-        names.update({name: offered[name] for name in offered if not name.startswith("_")})
-        names["arg"] = lambda name: substitution.convert_value(self.argument(name), "auto")
-        names["dirname"] = lambda: str(Path(context["filename"]).parent)
-        self.guard.offer(names)
-        try:
-            return str(self.guard.evaluate(text, names))
-        except Exception as error:
-            raise self.xacro.XacroException(exc=error, suffix=f"\n{_EVALUATING}{text}'") from error
+            self.guard.spend(work)
 
     def argument(self, name: str, args: Any = None) -> str:
         """The value of ``$(arg NAME)``."""
@@ -222,7 +221,7 @@ class _Run:
         return result
 
     def parse_macro_arg(self, text: str) -> Any:
-        self.spend(1 + len(text) // 50)  # xacro copies the rest for each parameter
+        self.spend(len(text) // 50)  # xacro copies the rest for each parameter
         return self.plain.parse_macro_arg(text)
 
     def parse(self, _: Any, name: str) -> Any:
@@ -266,7 +265,7 @@ class _Run:
         self.check_file(name)
         data = read_file(Path(name))
         # minidom goes through all neighbours of a comment to remove it
-        self.spend(len(data) // 4 + data.count(b"<!--") ** 2 // 200)
+        self.spend(len(data) // 4 + data.count(b"<!--") ** 2 // 100)
         return io.BytesIO(data)
 
     def glob(self, pattern: str) -> list[str]:
@@ -278,29 +277,23 @@ class _Run:
     def load_yaml(self, name: str) -> Any:
         import yaml
 
-        xacro = self.xacro
-
         class Loader(yaml.SafeLoader):
             """A loader of this run's own: xacro adds its tags to the loader of the process."""
 
-            def flatten_mapping(loader, node: Any) -> None:  # noqa: N805
-                for key, merged in node.value:
-                    if key.tag == "tag:yaml.org,2002:merge":  # <<, which may double an earlier <<
-                        several = isinstance(merged, yaml.SequenceNode)
-                        for part in merged.value if several else [merged]:
-                            if isinstance(part, yaml.MappingNode):
-                                loader.flatten_mapping(part)
-                                self.spend(300 * len(part.value))
-                super().flatten_mapping(node)
-
+        xacro = self.xacro
         for unit in xacro.ConstructUnits:
             Loader.add_constructor(unit.value.tag, unit.constructor)
         file = xacro.abs_filename_spec(name)
         data = self.open(file).getvalue()
         self.spend(10 * len(data))
+        loader = Loader(data)
         xacro.filestack.append(file)
         try:
-            return xacro.YamlListWrapper.wrap(yaml.load(data, Loader))
+            node = loader.get_single_node()
+            if not self.trust and node is not None and _count_nodes(node, {}) > MOST:
+                raise too_large(f"a YAML file of over {MOST:,} items")
+            value = None if node is None else loader.construct_document(node)
+            return xacro.YamlListWrapper.wrap(value)
         finally:
             xacro.filestack.pop()
             xacro.all_includes.append(file)
@@ -347,7 +340,11 @@ class _Run:
         if line is None:
             defining = [absolute(where) for _, where in macros if where]
             places = list(dict.fromkeys([*defining, *self.files()]))
-            file, line = written.locate(signs, places) or (file, None)
+            found = written.locate(signs, places)
+            if not found and macros and macros[0][1]:
+                name = macros[0][0].body.getAttribute("name")
+                found = written.place("xacro:macro", name, [absolute(macros[0][1])])
+            file, line = found or (file, None)
         stack: list[str] = []
         for macro, where in macros:
             name = macro.body.getAttribute("name") if macro.body is not None else "?"
@@ -423,33 +420,37 @@ class _Run:
 
     def diagnostics(self) -> list[Diagnostic]:
         """All warnings and messages so far, and the macros that are not defined."""
-        diagnostics = [
+        slips = [
             Diagnostic("warning", slip.code, slip.message, file=file, line=slip.line)
             for file, slip in self.slips
         ]
-        for name, caller in self.macros:
-            where = written.locate([f"xacro:{name}"], [caller])
-            diagnostics.append(
-                Diagnostic(
-                    "error", "xacro-macro-unknown",
-                    f"the macro '{name}' is not defined: the <xacro:include> of the file that "
-                    "defines it is missing",
-                    file=caller, line=where and where[1],
-                    hint="--level xacro-macro-unknown=warning leaves it out",
-                )
-            )  # fmt: skip
-        for name, failure in self.packages_missing.items():
-            text = (
+        macros = [
+            Diagnostic(
+                "error", "xacro-macro-unknown",
+                f"the macro '{name}' is not defined: the <xacro:include> of the file that "
+                "defines it is missing",
+                file=caller, line=(written.locate([f"xacro:{name}"], [caller]) or ("", None))[1],
+                hint="--level xacro-macro-unknown=warning leaves it out",
+            )
+            for name, caller in self.macros
+        ]  # fmt: skip
+        missing = [
+            Diagnostic(
+                "warning", "package-unresolved",
                 f"package '{name}' was not found; file names that begin with $(find {name}) lead "
-                "nowhere"
+                "nowhere",
+                file=self.file, hint=failure.hint,
             )
-            diagnostics.append(
-                Diagnostic("warning", "package-unresolved", text, file=self.file, hint=failure.hint)
+            for name, failure in self.packages_missing.items()
+        ]  # fmt: skip
+        said = [
+            Diagnostic(
+                level, "xacro-warning" if level == "warning" else "xacro-message", text,
+                file=file or self.file,
             )
-        for level, text, file in self.messages:
-            code = "xacro-warning" if level == "warning" else "xacro-message"
-            diagnostics.append(Diagnostic(level, code, text, file=file or self.file))
-        return diagnostics
+            for level, text, file in self.messages
+        ]  # fmt: skip
+        return [*slips, *macros, *missing, *said]
 
 
 def _copy(name: str) -> Any:
@@ -458,6 +459,16 @@ def _copy(name: str) -> Any:
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def _count_nodes(node: Any, counted: dict[int, int]) -> int:
+    """The nodes of a YAML text, each as often as an alias or a merge repeats it."""
+    if id(node) not in counted:
+        counted[id(node)] = MOST  # as often as it repeats itself
+        parts = node.value if isinstance(node.value, list) else ()
+        pairs = (part if isinstance(part, tuple) else (part,) for part in parts)
+        counted[id(node)] = 1 + sum(_count_nodes(part, counted) for pair in pairs for part in pair)
+    return counted[id(node)]
 
 
 def expand(
