@@ -41,7 +41,7 @@ class Step(msgspec.Struct):
     """One URDF joint on the way from a parent body to a body.
 
     A shift ``xyz`` (m), then ``turns`` about current axes, then the joint's own motion
-    along or about ``axis``, then turns ``after``, all in the frame reached so far.
+    along or about ``axis``, all in the frame reached so far.
     """
 
     joint: Joint
@@ -50,8 +50,6 @@ class Step(msgspec.Struct):
     axis: Vec
     measured: str | None = None
     """The force-torque sensor that a fixed joint is.  The joint becomes six driven joints."""
-    after: tuple[Turn, ...] = ()
-    """Turns after the motion, which the frames below have seen."""
     frames: dict[str, Pose] = {}
     """Links without a body of their own that move with the frame after this joint, and
     their constant pose in it; only on steps before the last."""

@@ -212,7 +212,7 @@ from urdf2mbs.plugin import hookimpl
 def urdf2mbs_presets():
     return {
         "ours": {"extends": "compact", "without": ["fit-view"],
-                 "passes": {"align-frames": {"axes": "z"}}},
+                 "passes": {"align-frames": {"tolerance": 1e-8}, "snap": {"angle": 1e-4}}},
         "more": {"extends": "ours", "passes": {"align-frames": {"tolerance": 1e-6}}},
         "round": {"extends": "trip"}, "trip": {"extends": "round"},
         "lost": {"extends": "compakt"},
@@ -230,12 +230,13 @@ def test_a_preset_extends_another(tmp_path: Path) -> None:
         return Pipeline(typed(Config, given, Lines()), Lines(folder=tmp_path))
 
     compact = passes_of("compact")
-    for name, tolerance in (("ours", None), ("more", 1e-6)):
+    for name, tolerance in (("ours", 1e-8), ("more", 1e-6)):
         passes = {step.pass_.name: step.pass_ for step in of(name).passes}
         assert list(passes) == [name for name in compact if name != "fit-view"]
         align: Any = passes["align-frames"]
-        assert align.axes == "z"
-        assert tolerance is None or align.tolerance == tolerance
+        assert align.tolerance == tolerance
+        snap: Any = passes["snap"]
+        assert snap.angle == 1e-4
     for name, said in (
         ("round", "preset-circle"), ("lost", "there is no preset 'compakt', which 'lost' extends"),
     ):  # fmt: skip

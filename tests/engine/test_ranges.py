@@ -135,8 +135,8 @@ def test_the_schema_shows_the_ranges() -> None:
          "error[value-range]: 'passes.forces.wrenches.w.force.0' is nan: a number from -1e+09"),
         ("passes: {posture: {hold: {stiffness: -1, damping: 1}}}",
          "error[value-range]: 'passes.posture.hold.stiffness' is -1: a number from 0 to 1e+12"),
-        ("passes: {align-frames: {candidates: 0}}\npipeline: compact",
-         "'passes.align-frames.candidates' is 0: a whole number from 1 to 1000 is wanted"),
+        ("passes: {convert-meshes: {at_most: 0}}\noutput: {project: p}",
+         "'passes.convert-meshes.at_most' is 0: a whole number above 0, at most 1e+06 is wanted"),
     ],
 )  # fmt: skip
 def test_the_error_names_key_line_value_and_range(

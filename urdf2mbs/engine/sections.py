@@ -25,7 +25,7 @@ def _joints_of(c: Conversion) -> list[mbs.Joint]:
 def _bodies(c: Conversion) -> Any:
     return [
         (segment.link, segment.parent, segment.parts, [
-            (step.joint.name, step.xyz, step.turns, step.axis, step.measured, step.after,
+            (step.joint.name, step.xyz, step.turns, step.axis, step.measured,
              step.frames)
             for step in segment.steps
         ])

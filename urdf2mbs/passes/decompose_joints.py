@@ -76,7 +76,7 @@ def decompose(step: Step) -> None:
     else:
         step.coordinates = [Joint(f"{name}_{type_}", type_) for type_ in types]
     undone = tuple((k, -angle) for k, angle in reversed(turns))
-    there, back = _turns(f"{name}_axis", turns), _turns(f"{name}_back", undone + step.after)
+    there, back = _turns(f"{name}_axis", turns), _turns(f"{name}_back", undone)
     step.joints = [*origin, *there, *step.coordinates, *back]
 
 
