@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
@@ -18,6 +18,9 @@ from urdf2mbs.spatial import Pose, Turn, Vec, compose, rpy_turns
 from urdf2mbs.urdf.changes import RobotChange
 from urdf2mbs.urdf.model import Joint, Link, Robot
 from urdf2mbs.urdf.packages import Packages
+
+if TYPE_CHECKING:
+    from urdf2mbs.urdf.xacro import Expansion
 
 
 class Settings(msgspec.Struct, frozen=True):
@@ -147,8 +150,8 @@ class Conversion:
         self.robot: Robot = Robot(name="")
         self.source = b""
         """The file of the robot, as it was read."""
-        self.expanded: bytes | None = None
-        """The URDF that xacro made of the source; None where there is no xacro in it."""
+        self.expansion: Expansion | None = None
+        """What xacro made of the source; None where there is no xacro in it."""
         self.floating = False
         self.base_reason = ""
         """Why the base floats or not, in a word or two."""
@@ -199,6 +202,11 @@ class Conversion:
         """What passes add to the report, each under its own name."""
         self.progress: Callable[[str], None] = lambda text: None
         """Called by passes that take long, with what they are at."""
+
+    @property
+    def expanded(self) -> bytes | None:
+        """The URDF that xacro made of the source; None where there is no xacro in it."""
+        return None if self.expansion is None else self.expansion.text
 
     def regroup(self, segments: dict[str, Segment]) -> None:
         """Make these the segments, the ground first; their bodies are the bodies of ``mbs``."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import threading
 import warnings
 from pathlib import Path
+from typing import Any
 
 import pytest
 import xacro
@@ -14,6 +16,7 @@ import yaml
 from making import read_robot
 from xacro import substitution_args
 
+from urdf2mbs import cli
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
 from urdf2mbs.urdf.model import Mesh, Robot
 from urdf2mbs.urdf.packages import Packages
@@ -534,3 +537,32 @@ def test_two_at_once(tmp_path: Path) -> None:
     finally:
         sys.setswitchinterval(interval)
     assert found == {name: [[f"{name}_{name}"]] * 20 for name in found}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "convert biped.urdf.xacro",
+        "init biped.urdf.xacro",
+        "simulate biped.urdf.xacro --time 1e-3",
+        "report biped.urdf.xacro",
+        "verify biped.urdf.xacro biped.mbs",
+    ],
+)
+def test_a_robot_is_expanded_once(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where it is converted again, with the feet or the start pose that were found."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(Path(__file__).parents[2] / "configs" / "biped.urdf.xacro", ".")
+    if command.startswith("verify"):
+        cli.main(["convert", "biped.urdf.xacro"])
+    sources: list[Path] = []
+
+    def counted(source: Path, *args: Any, **more: Any) -> Expansion:
+        sources.append(source)
+        return expand(source, *args, **more)
+
+    monkeypatch.setattr("urdf2mbs.urdf.xacro.expand", counted)
+    assert cli.main([*command.split(), "-q"]) == 0
+    assert len(sources) == 1

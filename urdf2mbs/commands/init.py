@@ -28,8 +28,7 @@ from urdf2mbs.report.summary import report
 from urdf2mbs.spatial import add, compose, dot, rotate
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
-from urdf2mbs.urdf.packages import Packages
-from urdf2mbs.urdf.reader import expanded, read_text, stem
+from urdf2mbs.urdf.reader import read_text, stem
 from urdf2mbs.xml import lines as xml_lines
 
 EXAMPLES = (
@@ -112,7 +111,7 @@ def init(
     middle = conversion.facts.get("posture-limit", {}).get("middle")
     if middle:  # the start pose of the config, in which feet touch the ground
         asked = msgspec.structs.replace(asked, passes={"posture": {"joints": middle}})
-        conversion = Pipeline(asked, lines, installed_plugins=False).run()
+        conversion = Pipeline(asked, lines, installed_plugins=False).run(before=conversion)
     found = find(conversion)
     name = stem(conversion.settings.source)
     config = Path(f"{name}.yaml") if config is None else config
@@ -128,9 +127,8 @@ def init(
 def find(conversion: Conversion) -> Findings:
     """What there is to know of the robot of a conversion."""
     source, config = conversion.settings.source, conversion.settings.config
-    packages = Packages(conversion.settings.packages, source)
-    data, expansion = expanded(source, packages, config.xacro_args, trust_xacro=config.trust_xacro)
-    robot, _ = read_text(source, data, expansion, config.xacro_args)
+    packages, expansion = conversion.packages, conversion.expansion
+    robot, _ = read_text(source, conversion.source, expansion, config.xacro_args)
     shapes = [shape for link in robot.links.values() for shape in _shapes(link)]
     meshes = {shape.filename for shape in shapes if isinstance(shape, Mesh)}
     missing = sorted(name for name in meshes if packages.resolve(name) is None)

@@ -147,7 +147,8 @@ def _make(arguments: argparse.Namespace) -> Path:
 
         passes = {"contacts": {"links": feet}, "posture": {"hold": yaml.safe_load(HOLD)}}
         with suppress(ConversionError):  # such as: the shapes of its feet cannot be found
-            conversion = pipeline(msgspec.structs.replace(config, passes=passes)).run()
+            config = msgspec.structs.replace(config, passes=passes)
+            conversion = pipeline(config).run(before=conversion)
             if not arguments.json:
                 print(f"it stands on {', '.join(feet)}, held by a controller, as init proposes")
     if not arguments.json:

@@ -87,8 +87,10 @@ class Pipeline:
         """Let an object's own hooks be called too, around every pass."""
         self._hooks.append(hooks_of(observer))
 
-    def run(self, *, stop_after: str | None = None) -> Conversion:
+    def run(self, *, stop_after: str | None = None, before: Conversion | None = None) -> Conversion:
         """Run the passes; raises ConversionError. Nothing is written to disk.
+
+        ``before``: a conversion of the same robot, whose source is not read again.
 
         Messages get the user's levels here, and only here: after each pass, and with the error
         that ends a run.  An error that does not stop a pass is raised at the end, together with
@@ -101,6 +103,8 @@ class Pipeline:
                 hint=nearest(stop_after, names) or f"there are: {', '.join(names)}",
             )  # fmt: skip
         conversion = Conversion(self.settings)
+        if before is not None:
+            conversion.source, conversion.expansion = before.source, before.expansion
         conversion.progress = self._progress
         conversion.diagnostics += self.plugins.broken
         for plugin, brought in self._idle():

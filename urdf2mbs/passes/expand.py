@@ -16,16 +16,15 @@ class Expand(Pass):
 
     def run(self, conversion: Conversion) -> None:
         settings = conversion.settings
-        data, expansion = expanded(
-            settings.source,
-            conversion.packages,
-            settings.config.xacro_args,
-            trust_xacro=settings.config.trust_xacro,
-        )
-        conversion.source = data
-        if expansion is not None:
-            conversion.expanded = expansion.text
+        args = settings.config.xacro_args
+        if not conversion.source:
+            conversion.source, conversion.expansion = expanded(
+                settings.source,
+                conversion.packages,
+                args,
+                trust_xacro=settings.config.trust_xacro,
+            )
         conversion.robot, diagnostics = read_text(
-            settings.source, data, expansion, settings.config.xacro_args
+            settings.source, conversion.source, conversion.expansion, args
         )
         conversion.diagnostics += diagnostics
