@@ -218,7 +218,7 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     monkeypatch.setattr("urdf2mbs.commands.doctor.version", lambda name: "0")
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out
-    assert re.search(r"^  pinocchio +not installed, for .*: pip install pin$", said, re.M)
+    assert re.search(r"^  cluster +not installed, for .*: pip install distributed$", said, re.M)
     assert re.search(r"^  lxml +MISSING$", said, re.M)
 
 
@@ -226,7 +226,7 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
 def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
     assert main(["completion", shell]) == 0
     script = capsys.readouterr().out
-    for word in ("new-pass", "doctor", "engine", "pinocchio"):
+    for word in ("new-pass", "doctor", "tolerance", "gravity"):
         assert word in script
     if shutil.which(shell):
         file = tmp_path / "script"
@@ -239,8 +239,8 @@ def test_completion(shell: str, capsys: Any, tmp_path: Path) -> None:
     ("words", "found"),
     [
         ("ver", "verify"),
-        ("verify --en", "--engine"),
-        ("verify --engine p", "pinocchio"),
+        ("verify --tol", "--tolerance"),
+        ("convert --base fl", "floating"),
         ("convert ti", "tiny.urdf"),
         ("convert tiny.urdf --dump d", "dump"),
         ("convert tiny.urdf --set ti", ""),
@@ -503,9 +503,9 @@ def test_a_robot_without_mass_is_not_sent_to_the_simulation(here: Path, capsys: 
 def test_a_missing_extra_says_what_to_install(
     here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert main(["convert", "tiny.urdf"]) == 0
-    monkeypatch.setitem(sys.modules, "pinocchio", None)
-    assert main(["verify", "tiny.urdf", "tiny.mbs", "--engine", "pinocchio"]) == 2
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    (here / "tiny.yaml").write_text("source: tiny.urdf")
+    assert main(["run", "tiny.yaml", "tiny.yaml", "--cluster", "nobody:1"]) == 2
     said = capsys.readouterr().err
     assert "error[extra-missing]" in said
-    assert "pip install pin\n" in said
+    assert "pip install distributed\n" in said

@@ -26,8 +26,6 @@ from urdf2mbs.report.summary import Report, report
 from urdf2mbs.urdf.changes import describe
 from urdf2mbs.urdf.descriptions import PREFIX
 from urdf2mbs.urdf.model import Robot
-from urdf2mbs.urdf.reader import read_file
-from urdf2mbs.urdf.xml import mend
 
 
 class Result:
@@ -125,8 +123,8 @@ class Verdict(Proof, kw_only=True):
     """The number of moving joints of the URDF."""
     diagnostics: list[Diagnostic] = []
     """Warnings and notes of reading the URDF."""
-    called: tuple[str, str] = ("the URDF", "the .mbs")
-    """The two sides: of two .mbs files, or of two URDFs, their names."""
+    made_of: str = ""
+    """The URDF that the .mbs was made of in memory."""
 
     @property
     def verdict(self) -> str:
@@ -138,22 +136,19 @@ def verify(
     source: str | os.PathLike[str],
     model: str | os.PathLike[str],
     *,
-    engine: str = "own",
     frames: bool = False,
     tolerance: float = TOLERANCE,
     **fields: Any,
 ) -> Verdict:
     """Compare a URDF or xacro file with an .mbs, which may have been edited by hand.
 
-    The .mbs may be given as its project's folder.
+    The .mbs may be given as its project's folder.  A second URDF in its place is converted in
+    memory, and the result is compared with the first.
 
-    Joints are matched by name.  ``engine`` is ``own`` or ``pinocchio``, which compares the
-    equations of motion too.  ``frames``: a link's frame that is elsewhere in the .mbs is a
+    Joints are matched by name.  ``frames``: a link's frame that is elsewhere in the .mbs is a
     difference, too.  ``fields`` are those of ``Config``, for reading the robot.  Its ``base`` is
     what the .mbs should have; ``auto`` takes it from the .mbs, unless the URDF is tied to
     ``world``.  Its ``gravity`` is what the .mbs should have, since a URDF has none.
-    Both may also be .mbs files, or both URDFs: then ``base`` is for both URDFs, and ``gravity`` and
-    ``engine`` are for neither.
     Raises ConversionError.
     """
     if not 0.0 < tolerance <= LARGEST_TOLERANCE:
@@ -162,22 +157,25 @@ def verify(
             f"the tolerance is {tolerance}: above 0, at most {LARGEST_TOLERANCE} is wanted",
             hint=f"such as {TOLERANCE}",
         )
-    from urdf2mbs.runtime.project import model_of
+    robot, other = os.fspath(source), os.fspath(model)
+    if files.is_folder(Path(other, "dataR")):
+        from urdf2mbs.runtime.project import model_of
 
-    project = Path(model) if files.is_folder(Path(model, "dataR")) else None
-    paths = os.fspath(source), os.fspath(model if project is None else model_of(project) or "")
-    robots = [not paths[0].lower().endswith(".mbs"), _is_robot(paths[1])]
-    if robots == [False, True]:
-        paths, robots = (paths[1], paths[0]), [True, False]
-    if robots[0] == robots[1]:
-        if engine != "own":
+        other = os.fspath(model_of(Path(other)) or "")
+    if robot.lower().endswith(".mbs"):
+        if not _is_robot(other):
             raise ConfigError(
-                "usage", f"the engine {engine} compares a URDF with an .mbs", hint="leave it out"
-            )
-        verify_two = _verify_robots if robots[0] else _verify_models
-        verdict = verify_two(*paths, tolerance, fields)
+                "usage", "verify compares a URDF with an .mbs, and neither file is a URDF",
+                hint=f"urdf2mbs diff {robot} {other}",
+            )  # fmt: skip
+        robot, other = other, robot
+    if _is_robot(other):
+        made = convert(other, **{**fields, "without": ["merge", "check"]})
+        verdict = _verify(robot, made.mbs, _Certified(), made.robot, frames, tolerance, fields)
+        verdict.made_of = other
     else:
-        verdict = _verify(*paths, engine, frames, tolerance, fields)
+        mbs, certified = _read_model(other), _certified(other)
+        verdict = _verify(robot, mbs, certified, None, frames, tolerance, fields)
     if frames:
         verdict.count_frames()
     else:  # of matched names: where a model has its frames is its own choice
@@ -186,16 +184,14 @@ def verify(
 
 
 def _verify(
-    source: str, model: str, engine: str, frames: bool, tolerance: float, fields: dict[str, Any]
-) -> Verdict:
-    """Compare a URDF with an .mbs."""
-    mbs = _read_model(model)
+    source: str, mbs: Mbs, certified: _Certified, other: Robot | None, frames: bool,
+    tolerance: float, fields: dict[str, Any],
+) -> Verdict:  # fmt: skip
+    """Compare a URDF with an .mbs; ``other`` is the robot that the .mbs was just made of."""
     base = fields.get("base", "auto")
-    floats = _base(mbs)
-    certified = _certified(model)
+    floats = "floating" if floating_joints(mbs) else "fixed"
     fields = {**fields, "base": floats if base == "auto" else base}
-    # Pinocchio reads the URDF itself
-    passes = (certified.options or {}).get("passes") if engine == "own" else None
+    passes = (certified.options or {}).get("passes")
     conversion = _read_robot(source, fields, passes if isinstance(passes, dict) else {})
     robot, gravity = conversion.robot, conversion.settings.config.gravity
     found, known = match(robot, mbs), certified.but_for
@@ -204,26 +200,19 @@ def _verify(
         robot, mbs, found.joints,
         frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
         driven=[own for name in asked for own in found.joints[name]],
+        models=None if other is None else mbs.user_models,
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
     for change in conversion.changed:
         changed = f"what {change.by} changed: {describe(change.changes)}"
         proof.but_for[changed] = "on purpose, as the certificate says"
+    if other is not None:
+        _compare_followers(robot, other, found, proof)
     inserted = conversion.inserted or ""
     floating_base = found.joints.get(inserted, ())
     if base == "auto" and floating_base and fixed_to_world(robot, inserted):
         said = "the robot is fixed to the world, and the base of the .mbs floats"
         proof.differ([Difference("base", said, urdf="fixed", mbs="floating")])
-    if engine == "pinocchio":
-        from urdf2mbs.proof.dynamics import compare_dynamics
-
-        more, deviations = compare_dynamics(
-            _text(conversion), mbs, found.joints,
-            orders=found.orders, floating_base=floating_base,
-            gravity=gravity, tolerance=tolerance,
-        )  # fmt: skip
-        proof.differ(more)
-        proof.largest |= deviations
     if frames:
         proof.not_compared |= _unseen(robot, mbs, found)
     return Verdict(
@@ -240,6 +229,17 @@ def _verify(
     )
 
 
+def _compare_followers(robot: Robot, other: Robot, found: Match, proof: Proof) -> None:
+    """Compare the rules of ``<mimic>`` of two URDFs: a plain .mbs cannot hold them."""
+    for joint in robot.joints.values():
+        twin = other.joints.get(joint.name)
+        if joint.mimic is not None and joint.name in found.joints:
+            proof.but_for.pop(f"joint '{joint.name}'", None)
+        if twin is not None and joint.mimic != twin.mimic:
+            said = f"joint '{joint.name}' has another <mimic>"
+            proof.differ([Difference("mimic", said, link=joint.child, joint=joint.name)])
+
+
 class _Certified(msgspec.Struct):
     """What a certificate says that concerns the comparison."""
 
@@ -254,40 +254,6 @@ def _certified(model: str) -> _Certified:
         return msgspec.convert(statement["predicate"]["urdf2mbs"], _Certified)
     except (OSError, LookupError, TypeError, ValueError, msgspec.MsgspecError):
         return _Certified()
-
-
-def _verify_models(first: str, second: str, tolerance: float, _: dict[str, Any]) -> Verdict:
-    """Compare two .mbs files."""
-    from urdf2mbs.proof.alike import compare_models
-
-    one, two = _read_model(first), _read_model(second)
-    called = _called(first, second)
-    return Verdict(
-        **msgspec.structs.asdict(compare_models(one, two, tolerance, called)),
-        robot=one.name,
-        base=_base(two),
-        moving=sum(joint.nature != "driven" for joint in one.joints().values()),
-        called=called,
-    )
-
-
-def _verify_robots(first: str, second: str, tolerance: float, fields: dict[str, Any]) -> Verdict:
-    """Compare two URDFs."""
-    from urdf2mbs.proof.alike import compare_robots
-
-    one, two = _read_robot(first, fields, {}), _read_robot(second, fields, {})
-    called = _called(first, second)
-    names = {one.inserted: two.inserted} if one.inserted and two.inserted else {}
-    proof = compare_robots(one.robot, two.robot, names, tolerance, called)
-    joints = one.robot.joints.values()
-    return Verdict(
-        **msgspec.structs.asdict(proof),
-        robot=one.robot.name,
-        base="floating" if one.floating else "fixed",
-        moving=sum(joint.moves and joint.name != one.inserted for joint in joints),
-        diagnostics=[*one.diagnostics, *two.diagnostics],
-        called=called,
-    )
 
 
 def _is_robot(file: str) -> bool:
@@ -315,16 +281,6 @@ def _read_robot(source: str, fields: dict[str, Any], passes: dict[str, Any]) -> 
     return Pipeline(*from_values(given, **fields), installed_plugins=False).run()
 
 
-def _base(mbs: Mbs) -> str:
-    return "floating" if floating_joints(mbs) else "fixed"
-
-
-def _called(first: str, second: str) -> tuple[str, str]:
-    """The names of two files in messages; with their folders where the names are alike."""
-    names = Path(first).name, Path(second).name
-    return names if names[0] != names[1] else (first, second)
-
-
 def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
     """The links whose frames are not, or not wholly, in the .mbs, each with the reason."""
     points = {point.name for point in mbs.points().values()}
@@ -336,10 +292,3 @@ def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:
         for link in robot.links
         if link not in found.frames and link != root
     }
-
-
-def _text(conversion: Conversion) -> bytes:
-    """The URDF's text as the reader takes it: expanded, and harmless slips mended."""
-    if conversion.expanded is not None:
-        return conversion.expanded
-    return mend(read_file(conversion.settings.source))[0]

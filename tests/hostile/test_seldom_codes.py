@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from making import passes_of
 
-from urdf2mbs.api import convert, verify
+from urdf2mbs.api import convert
 from urdf2mbs.engine.config import Lines
 from urdf2mbs.many.convert import jobs_of
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
@@ -86,20 +86,6 @@ def test_meshes_after_emit(tiny: Path) -> None:
                       "again"], alias={"again": "convert-meshes"},
         )  # fmt: skip
     assert caught.value.code == "stale"
-
-
-def test_a_robot_that_pinocchio_refuses(tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("pinocchio")
-    from urdf2mbs.proof import dynamics
-
-    def refused(text: str) -> None:
-        raise ValueError("The model is not a tree")
-
-    convert(tiny, output=tiny.parent / "tiny.mbs").write()
-    monkeypatch.setattr(dynamics._pinocchio(), "buildModelFromXML", refused)
-    with pytest.raises(ConversionError, match="Pinocchio cannot read this robot") as caught:
-        verify(str(tiny), tiny.parent / "tiny.mbs", engine="pinocchio")
-    assert caught.value.code == "pinocchio-refused"
 
 
 def test_a_cluster_whose_workers_cannot_convert(

@@ -40,7 +40,6 @@ COMMANDS = (
     "report r.xacro",
     "report r.yaml",
     "verify r.xacro tiny.mbs",
-    "verify r.xacro tiny.mbs --engine pinocchio",
     "init r.xacro",
 )
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from oracle.pin import to_pinocchio
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs.mbs.singular import Rule, Singular, find_singular
-from urdf2mbs.proof.dynamics import to_pinocchio
 
 pin = pytest.importorskip("pinocchio")
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from conftest import SHARED
+from oracle.pin import to_pinocchio
 from proving import SOLID, joint, link, robot
 from robots import CONVERTIBLE
 
 from urdf2mbs import convert
-from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:

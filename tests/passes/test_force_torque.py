@@ -17,7 +17,7 @@ from urdf2mbs.testing import TINY, convert_text
 @pytest.mark.parametrize("preset", ["faithful", "compact"])
 def test_a_force_torque_sensor_weighs_what_hangs_on_it(tmp_path: Path, preset: str) -> None:
     pin = pytest.importorskip("pinocchio")
-    from urdf2mbs.proof.dynamics import to_pinocchio
+    from oracle.pin import to_pinocchio
 
     heavy = TINY.replace(
         '<link name="tool"/>',

@@ -122,7 +122,7 @@ def test_renamed_joints_keep_their_parameters(tmp_path: Path) -> None:
 
 def test_the_moved_inertia_is_the_diagonal_of_the_mass_matrix() -> None:
     pin = pytest.importorskip("pinocchio")
-    from urdf2mbs.proof.dynamics import to_pinocchio
+    from oracle.pin import to_pinocchio
 
     result = convert_text(TINY, options={"posture": {"joints": {"*": 0.4}}})
     model = to_pinocchio(result.mbs)

@@ -223,7 +223,7 @@ def reduced_mass_matrix(model: Any, free: dict[str, float]) -> Any:
 def test_a_leader_without_mass_feels_its_followers(tmp_path: Path, pipeline: str) -> None:
     """The reduced mass matrix is the URDF's, and regular; nothing says that it is singular."""
     pin = pytest.importorskip("pinocchio")
-    from urdf2mbs.proof.dynamics import to_pinocchio
+    from oracle.pin import to_pinocchio
 
     source = tmp_path / "gripper.urdf"
     source.write_text(GRIPPER)

@@ -12,6 +12,7 @@ import proving
 import pytest
 from conftest import SHARED
 from oracle.motion import Motion
+from oracle.pin import to_pinocchio
 from project.standin import RungeKutta, make, without_meshes
 from proving import SOLID
 
@@ -22,7 +23,6 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.passes.time_step import _round_down
 from urdf2mbs.project.stability import longest_steps, reduction_of
-from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.runtime import MbsData
 from urdf2mbs.runtime.c_code import CCode

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import SHARED
+from oracle.pin import to_pinocchio
 from passes.test_mimic import CHAIN
 from project.standin import make, without_meshes
 from test_everyday import WRONG
@@ -21,7 +22,6 @@ from urdf2mbs.engine.config import parse
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.proof.dynamics import to_pinocchio
 from urdf2mbs.runtime import MbsData, MbsDirdyn, Results
 from urdf2mbs.runtime.dirdyn import choose_code, close
 from urdf2mbs.runtime.push import parse as parse_push

@@ -169,3 +169,51 @@ def test_rounding_does_not_add_up_along_an_arm(tmp_path: Path) -> None:
     verdict = verify(tmp_path / "arm.urdf", tmp_path / "arm.mbs")
     assert verdict.same
     assert verdict.largest["motion"] < 1e-12
+
+
+MIMIC = '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
+TOOL = '<origin xyz="0 0 0.1" rpy="0 1.5708 0"/>'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "kinds"),
+    [
+        ('<mass value="2"/>', '<mass value="2.00"/>', []),
+        ('<mass value="2"/>', '<mass value="3"/>', ["mass"]),
+        ('lower="-1.5"', 'lower="-1.4"', ["parameter"]),
+        ('name="shoulder"', 'name="elbow"', ["joint-missing", "joint-extra"]),
+        ('<axis xyz="0 1 1"/>', MIMIC, ["mimic"]),
+        (TOOL, '<origin xyz="0 0 0.2"/>', []),
+    ],
+)
+def test_two_urdfs(old: str, new: str, kinds: list[str], pair: Path, capsys: Any) -> None:
+    assert old in TINY
+    (pair / "new.urdf").write_text(TINY.replace(old, new))
+    for files in (("tiny.urdf", "new.urdf"), ("new.urdf", "tiny.urdf")):
+        verdict = verify(*files)
+        assert sorted({found.kind for found in verdict.differences}) == sorted(kinds)
+        assert verdict.not_compared == verdict.but_for == {}
+        assert len(verdict.frames) == (old == TOOL)
+        assert verify(*files, frames=True).same is (not kinds and old != TOOL)
+    assert main(["verify", "tiny.urdf", "new.urdf"]) == (3 if kinds else 0)
+    assert "the .mbs is new.urdf, converted in memory" in capsys.readouterr().out
+
+
+def test_a_follower_of_both_urdfs_is_no_deviation(pair: Path) -> None:
+    (pair / "tiny.urdf").write_text(TINY.replace('<axis xyz="0 1 1"/>', MIMIC))
+    assert verify("tiny.urdf", "tiny.urdf").verdict == "the same robot"
+    assert "free here" in verify("tiny.urdf", "tiny.mbs").verdict
+
+
+def test_edits_of_an_mbs_are_no_part_of_its_urdf(pair: Path) -> None:
+    convert("tiny.urdf").write(force=True)
+    text = (pair / "tiny.mbs").read_text()
+    (pair / "tiny.mbs").write_text(text.replace("<mass>2.0<", "<mass>3.0<"))
+    assert not verify("tiny.urdf", "tiny.mbs").same
+    assert verify("tiny.urdf", "tiny.urdf").same
+
+
+def test_two_models_are_for_diff(pair: Path, capsys: Any) -> None:
+    assert verify("tiny.mbs", "tiny.urdf").same
+    assert main(["verify", "tiny.mbs", "tiny.mbs"]) == 2
+    assert "urdf2mbs diff tiny.mbs tiny.mbs" in capsys.readouterr().err

@@ -32,7 +32,7 @@ WORLD = TINY.replace(
     '<child link="body"/></joint><link name="body">',
 )
 #: A plain TINY's user models that no URDF states.
-OURS = "; not compared: user model 'joint_forces', user model 'stop_stiffness' (read by the"
+OURS = "; not compared: user model 'joint_forces', user model 'stop_stiffness' (left to the"
 
 
 def joint(mbs: Mbs, name: str) -> Joint:

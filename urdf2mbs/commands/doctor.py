@@ -40,18 +40,11 @@ def carry_out(arguments: argparse.Namespace) -> int:
     return 0
 
 
-#: What an extra is for.  Extras for developers are left out.
-EXTRAS = {
-    "pinocchio": "verify --engine pinocchio",
-    "cluster": "run --cluster",
-}
-
-
 def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
     """Titles, and below each the lines of its table."""
     return {
         "urdf2mbs": _versions(),
-        "extras": {name: _extra(name, use) for name, use in EXTRAS.items()},
+        "extras": {"cluster": _extra("cluster", "run --cluster")},
         "plugins": _plugins(installed_plugins),
         "ROS packages": _packages(),
         "Robotran": _robotran(),

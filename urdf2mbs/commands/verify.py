@@ -1,4 +1,4 @@
-"""`verify`: is an .mbs the same robot? Are two .mbs files, or two URDFs?"""
+"""`verify`: is an .mbs, or another URDF, the same robot?"""
 
 from __future__ import annotations
 
@@ -26,10 +26,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "urdf2mbs verify robot.urdf robot.mbs",
-    "urdf2mbs verify robot.urdf robot.mbs --engine pinocchio",
-    "urdf2mbs verify robot.xacro robot.urdf",
     "urdf2mbs verify robot.urdf PROJECT",
-    "urdf2mbs verify before.mbs after.mbs",
+    "urdf2mbs verify robot.xacro robot.urdf",
     "urdf2mbs verify robot.urdf robot.mbs --ci --sarif urdf2mbs.sarif",
 )
 
@@ -37,19 +35,15 @@ EXAMPLES = (
 def add_options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "robot", metavar="ROBOT",
-        help="a .urdf or .xacro file, robot_descriptions:NAME, - for standard input, or an .mbs",
+        help="a .urdf or .xacro file, robot_descriptions:NAME, or - for standard input",
     )  # fmt: skip
     command.add_argument(
         "model", type=path, metavar="MODEL.mbs",
-        help="of urdf2mbs, or drawn by hand; a project's folder; or a .urdf beside another",
+        help="of urdf2mbs, or drawn by hand; a project's folder; or another .urdf or .xacro",
     )  # fmt: skip
     add_printing(command, writes=False)
     add_verbose(command)
     add_fields(command, *READING, "packages", "xacro_args", "base")
-    command.add_argument(
-        "--engine", choices=("own", "pinocchio"), default="own",
-        help="own (the default), or pinocchio, which compares mass matrix and forces, too",
-    )  # fmt: skip
     command.add_argument(
         "--gravity", type=float, nargs=3, default=(0.0, 0.0, -9.81), metavar=("X", "Y", "Z"),
         help="what the .mbs should have, in m/s^2 (0 0 -9.81): a URDF has none",
@@ -73,7 +67,6 @@ def carry_out(arguments: argparse.Namespace) -> int:
         verdict = verify(
             source,
             arguments.model,
-            engine=arguments.engine,
             frames=arguments.frames,
             gravity=tuple(arguments.gravity),
             tolerance=arguments.tolerance,
@@ -89,19 +82,12 @@ def carry_out(arguments: argparse.Namespace) -> int:
         found.tell(arguments.verbose)
         print(verdict.verdict)
         return code
-    if verdict.called != ("the URDF", "the .mbs"):
-        first, second = verdict.called
-        print(f"{first} and {second}: {counted(verdict.moving, 'joint')} move")
-        print(
-            f"  {verdict.urdf_mass:.6g} kg move in {first}, {verdict.mbs_mass:.6g} kg in {second}"
-        )
-    else:
-        _tell_match(verdict)
+    _tell_match(verdict)
     print(f"  {proof_in_words(verdict)}")
     if verdict.frames:
         print(
             f"  {counted(len(verdict.frames), 'frame')} of links and points elsewhere than by "
-            f"{verdict.called[0]}, as a model may choose (--frames lists them, as differences)"
+            f"the URDF, as a model may choose (--frames lists them, as differences)"
         )
     if verdict.differences:
         print("not the same, by relative size:")
@@ -121,4 +107,6 @@ def _tell_match(verdict: Verdict) -> None:
     if own:
         base = f", {', '.join(own)} floats"
     print(f"{verdict.robot}: {len(verdict.joints)} of {verdict.moving} joints match by name{base}")
+    if verdict.made_of:
+        print(f"  the .mbs is {verdict.made_of}, converted in memory")
     print(f"  {verdict.mbs_mass:.6g} kg move in the .mbs, {verdict.urdf_mass:.6g} kg in the URDF")

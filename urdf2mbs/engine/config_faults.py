@@ -45,7 +45,11 @@ _BOUNDS = {
     "maximum": _bound(operator.le),
     "exclusiveMaximum": _bound(operator.lt),
 }
-_Validator: Any = extend(Draft202012Validator, _BOUNDS)
+#: Values from Python may be tuples.
+_TYPES = Draft202012Validator.TYPE_CHECKER.redefine(
+    "array", lambda _, value: isinstance(value, list | tuple)
+)
+_Validator: Any = extend(Draft202012Validator, _BOUNDS, type_checker=_TYPES)
 
 
 def take_faults(

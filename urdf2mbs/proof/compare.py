@@ -28,7 +28,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from urdf2mbs.mbs.model import LinkFrame, Mbs, UserModel
-from urdf2mbs.proof.comparing import Comparing
+from urdf2mbs.proof.comparison import Comparison
 from urdf2mbs.proof.coordinates import coordinates
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.pair import TOLERANCE
@@ -69,13 +69,13 @@ def compare(
     framed = {at.joint for at in (frames or {}).values() if at.joint is not None}
     one = urdf_side(robot, known.names, known.held, orders)
     one.gravity = gravity
-    comparing = Comparing(
+    comparison = Comparison(
         one, mbs_side(mbs, set(known.names.values()), framed), known.names, tolerance, frames=frames
     )
-    comparing.compare([*known.differences, *more, *_heavy(robot, weightless)])
-    comparing.compare_points(mbs)
+    comparison.compare([*known.differences, *more, *_heavy(robot, weightless)])
+    comparison.compare_points(mbs)
     held = {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}
-    return comparing.proof(held | known.but_for | missing, known.not_compared | not_compared)
+    return comparison.proof(held | known.but_for | missing, known.not_compared | not_compared)
 
 
 def _heavy(robot: Robot, weightless: Collection[str]) -> list[Difference]:

@@ -11,13 +11,11 @@ from urdf2mbs.proof.groups import Side, only_ground
 from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, moved, seen
 
 
-def mbs_side(
-    mbs: Mbs, moving: Collection[str], framed: Container[str] = (), *, start: bool = False
-) -> Side:
+def mbs_side(mbs: Mbs, moving: Collection[str], framed: Container[str] = ()) -> Side:
     """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared.
 
     It has the frames of all bodies, and those after the joints ``framed``.  Driven joints stand
-    where they are held; at the ``start`` all others stand at their initial positions, too.
+    where they are held, all others at zero.
     """
     side = only_ground("")
     side.gravity = mbs.base.gravity
@@ -39,7 +37,7 @@ def mbs_side(
                 )  # fmt: skip
                 side.groups[group].held = held
                 at = HERE
-            elif joint.q and (start or joint.nature == "driven"):
+            elif joint.q and joint.nature == "driven":
                 at = _stepped(at, joint.type, joint.q)
             if joint.nature != "driven":
                 held = []

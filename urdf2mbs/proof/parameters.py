@@ -78,18 +78,18 @@ def left_out(mbs: Mbs, known: Collection[str], followers: set[str]) -> dict[str,
         for joint in body.joints
         if joint.nature != "driven"
     )
-    why = "read by the user functions alone"
+    theirs = "left to the user functions"
     return {
-        **{f"user model '{m.name}'": why for m in mbs.user_models if m.name not in known},
-        **{f"user variable '{v.name}'": why for v in mbs.user_variables},
+        **{f"user model '{m.name}'": theirs for m in mbs.user_models if m.name not in known},
+        **{f"user variable '{v.name}'": theirs for v in mbs.user_variables},
         **{
             f"user constraint '{c.name}'": "held by the user functions (user_cons_hJ)"
             for c in mbs.user_constraints
             if followers.isdisjoint(c.joints)
         },
-        **{f"link '{link.name}' ({link.kind})": "left to the user functions" for link in mbs.links},
+        **{f"link '{link.name}' ({link.kind})": theirs for link in mbs.links},
         **{
-            f"force '{point.extforce.name}'": "left to the user functions"
+            f"force '{point.extforce.name}'": theirs
             for point in points
             if point.extforce is not None
         },

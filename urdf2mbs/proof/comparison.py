@@ -9,7 +9,6 @@ from typing import Any
 
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.messages.diagnostics import counted
 from urdf2mbs.proof.groups import Group, Side
 from urdf2mbs.proof.pair import POSITIONS, Pair, settle
 from urdf2mbs.proof.rigid import (
@@ -37,8 +36,8 @@ from urdf2mbs.proof.verdict import Compared, Difference, Proof
 from urdf2mbs.spatial import fewest_turns
 
 
-class Comparing:
-    """One comparison in the making, of two sides whose groups are matched."""
+class Comparison:
+    """Compares two robots, group by group."""
 
     def __init__(
         self,
@@ -47,15 +46,12 @@ class Comparing:
         names: Mapping[str, str],
         tolerance: float,
         *,
-        called: tuple[str, str, str] = ("the URDF", "the .mbs", "link"),
         frames: Mapping[str, LinkFrame] | None = None,
     ) -> None:
-        """``names`` maps the coordinates that move on both sides.  ``called`` is how messages call
-        the two sides, and what a part of them is; ``frames`` says where links are meant to be.
-        """
+        """``names`` maps the coordinates that move on both sides; ``frames`` says where links are
+        meant to be."""
         self.one, self.two = one, two
         self.tolerance = tolerance
-        self.called = called
         self.frames = frames or {}
         self.found: list[Difference] = []
         self.elsewhere: list[Difference] = []
@@ -136,7 +132,7 @@ class Comparing:
             )  # fmt: skip
             link = leader.get(mine)
             if hangs:
-                told = f"joint '{ours.joint}' stands after another joint in {self.called[1]}"
+                told = f"joint '{ours.joint}' stands after another joint in the .mbs"
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
                     self._differ("parent", told, 1.0, link=ours.child, joint=ours.joint)
             self.apart[mine], motion = self._place(pair, other, link, hangs)
@@ -193,7 +189,7 @@ class Comparing:
             if self._beyond(tilt):
                 back = inverse(self.apart[ours.parent])
                 a, b = turned(back, a), turned(back, b)
-                told = f"its axis is {_short(a)} in {self.called[1]}, and should be {_short(b)}"
+                told = f"its axis is {_short(a)} in the .mbs, and should be {_short(b)}"
                 told += f": {tilt:.6g} rad off"
             else:
                 a, b = pair.their_before[9:], pair.our_before[9:]
@@ -211,12 +207,12 @@ class Comparing:
         left = distance(rest, HERE, pair.scale)
         if left <= max(self.tolerance, 1e-3 * off):
             unit = "rad" if ours.turns else "m"
-            told = f"joint '{name}': its zero is {self.called[0]}'s {amount:.6g} {unit}"
+            told = f"joint '{name}': its zero is the URDF's {amount:.6g} {unit}"
             if self._beyond(left):
-                told += f", and {self.called[2]} '{link}' is {_in_words(rest)}"
+                told += f", and link '{link}' is {_in_words(rest)}"
             self._differ("zero", told, off, urdf=0.0, mbs=amount, **where)
             return
-        told = f"{self.called[2]} '{link}': joint '{name}' puts it elsewhere, {_in_words(away)}"
+        told = f"link '{link}': joint '{name}' puts it elsewhere, {_in_words(away)}"
         if theirs.held:
             told += f" (driven before it: {', '.join(theirs.held)})"
         if self._beyond(tilt):
@@ -240,7 +236,7 @@ class Comparing:
         before = len(self.found)
         for name in lost:
             mass = dict(pair.ours.inertias)[name][0]
-            told = f"{self.called[2]} '{name}': its {_short(mass)} kg are not in {self.called[1]}"
+            told = f"link '{name}': its {_short(mass)} kg are not in the .mbs"
             self._differ(
                 "mass", told, mass / (pair.our_inertia[0] or 1.0),
                 link=name, joint=joint, urdf=mass, mbs=0.0,
@@ -248,23 +244,19 @@ class Comparing:
         for names, ours, theirs in self._parts(pair, lost):
             ours = seen(ours, place)
             names = names or [link]
-            who = (
-                counted(len(names), self.called[2]).split()[1]
-                + " "
-                + " + ".join(f"'{name}'" for name in names[:3])
+            who = ("link " if len(names) == 1 else "links ") + " + ".join(
+                f"'{name}'" for name in names[:3]
             )
             if len(names) > 3:
                 who += f" and {len(names) - 3} more"
             for index, (kind, off) in enumerate(inertias_apart(ours, theirs, pair.scale).items()):
                 if self._beyond(off):
                     a, b = ours[index], theirs[index]
-                    told = f"{who}: {kind} is {_short(b)} in {self.called[1]}, "
+                    told = f"{who}: {kind} is {_short(b)} in the .mbs, "
                     told += f"and should be {_short(a)}"
                     self._differ(kind, told, off, link=names[0], joint=joint, urdf=a, mbs=b)
         if len(self.found) == before:  # only in sum, as where two were exchanged
-            self._differ(
-                "inertia", f"{self.called[2]} '{link}': inertia", most, link=link, joint=joint
-            )
+            self._differ("inertia", f"link '{link}': inertia", most, link=link, joint=joint)
         return most
 
     def _lost(self, pair: Pair) -> list[str]:
