@@ -46,10 +46,10 @@ _BOUNDS = {
     "exclusiveMaximum": _bound(operator.lt),
 }
 #: Values from Python may be tuples.
-_TYPES = Draft202012Validator.TYPE_CHECKER.redefine(
+_CHECKER = Draft202012Validator.TYPE_CHECKER.redefine(
     "array", lambda _, value: isinstance(value, list | tuple)
 )
-_Validator: Any = extend(Draft202012Validator, _BOUNDS, type_checker=_TYPES)
+_Validator: Any = extend(Draft202012Validator, _BOUNDS, type_checker=_CHECKER)
 
 
 def take_faults(
