@@ -175,7 +175,14 @@ def test_unknown_elements_in_one_of_several_alike_are_passed_over() -> None:
         (b"MBsysPad", "not-xml", 1, ""),
         (b"<robot/>", "not-mbs", 1, "<robot>"),
         (b"<mbsDescR7><bodytree/></mbsDescR7>", "mbs-incomplete", 1, "<base>"),
-        (b"<mbsDescR7>\n<base/></mbsDescR7>", "mbs-incomplete", 1, "<bodytree>"),
+        (b"<mbsDescR7>\n<base/></mbsDescR7>", "mbs-incomplete", 2, "<gravity>"),
+        (
+            b"<mbsDescR7>\n<base><gravity><coordinates><x>0</x><y>0</y><z>0</z></coordinates></gravity>"
+            b"</base></mbsDescR7>",
+            "mbs-incomplete",
+            1,
+            "<bodytree>",
+        ),
         (b"<mbsDescR7>\n<base/>\n<bodytree/></mbsDescR7>", "mbs-incomplete", 2, "gravity"),
         (b'<!DOCTYPE a [<!ENTITY x "y">]><mbsDescR7/>', "xml-entity", 1, ""),
     ],

@@ -1,34 +1,36 @@
-"""The elements of .mbs, a table for each: by these the reader reads, the writer writes, and
-``unknown`` knows what the model has no place for.
+"""A table for each element of an .mbs file.  Reader, writer and ``unknown`` use these tables.
 
-A table has an element's children by their tags, in the order of the file.  With each stands
+A table has an element's children by their tags, in the order of the file.  Each child is
 
-* a field of the model's object, and the kind of its value: a word, or the tags of the objects
-  that stand in it;
-* a table, where the element only holds others that belong to the same object;
-* ``MARK``, where MBSysPad writes an empty element that nobody reads.
+* a field of the model's object, with the kind of its value: a word, or the tags of the objects
+  in a list;
+* a table, where the child holds more of the same object;
+* ``MARK``, an empty element that MBSysPad writes and nobody reads.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 from urdf2mbs.mbs.model import (
     CUTS,
     LINKS,
     SHAPES,
+    Base,
     Body,
     Connection,
+    Drawing,
     Joint,
     Light,
+    Mbs,
     Parameter,
-    Part,
     Point,
     Shape,
     UserConstraint,
     UserModel,
     UserVariable,
+    View,
     Viewpoint,
 )
 from urdf2mbs.spatial import ZERO
@@ -37,8 +39,8 @@ Kind = Literal[
     "text", "title", "word", "number", "xy", "xyz", "coordinates", "inertia", "color", "flag",
     "control points", "symbols", "place", "sensor", "texts", "parts", "base", "drawing", "view",
 ]  # fmt: skip
-#: ``texts`` and ``parts`` may stand several times.
-REPEATED = ("texts", "parts")
+#: The kinds whose elements may stand several times, and how the model keeps their values.
+REPEATED = {"texts": tuple, "parts": list}
 MARK = None
 Field = tuple[str, Kind | frozenset[str]]
 Table: TypeAlias = "Mapping[str, Field | Table | None]"
@@ -184,27 +186,42 @@ INSIDE: dict[str, Table] = {
 
 
 class Object(NamedTuple):
-    """The object that an element becomes."""
+    """An object of the model, and the table of its element."""
 
-    make: Callable[[str], Part]
-    """Gives an empty object; its argument is the tag."""
+    make: Callable[[str], Any]
+    """Gives an empty object; its argument is the key in ``OBJECTS``."""
     table: Table
     what: str = ""
-    """How messages call the object; empty where it needs no name."""
+    """How messages call the object; empty where it needs no words."""
+    named: bool = False
+    """The first child must be there, and is a name that messages say, too."""
+
+    def in_words(self, thing: Any) -> str:
+        return f"{self.what} '{thing.name}'" if self.named else self.what
 
 
-_connection = Object(lambda kind: Connection(kind, "", ("", ""), ("", "")), CONNECTION)
-#: The objects of the model, by the tags of their elements.
+def _named(make: Callable[[str], Any], table: Table, what: str) -> Object:
+    return Object(make, table, what, named=True)
+
+
+#: The objects of the model, by the tags of their elements or by the kinds of values.
 OBJECTS = {
-    "body": Object(lambda _: Body(""), BODY, "body"),
-    "joint": Object(lambda _: Joint("", "", ""), JOINT, "joint"),
-    "point": Object(lambda _: Point(""), POINT, "point"),
-    "user_constraint": Object(lambda _: UserConstraint(""), USER_CONSTRAINT, "user constraint"),
-    "user_model": Object(lambda _: UserModel(""), USER_MODEL, "user model"),
-    "parameter": Object(lambda _: Parameter("", ""), PARAMETER, "parameter"),
-    "user_variable": Object(lambda _: UserVariable("", "", ""), USER_VARIABLE, "user variable"),
+    "mbs": Object(lambda _: Mbs("", ""), MBS, "the file"),
+    "base": Object(lambda _: Base(""), BASE, "the base"),
+    "drawing": Object(lambda _: Drawing(), DRAWING),
+    "view": Object(lambda _: View(), VIEW, "the 3D view"),
+    "body": _named(lambda _: Body(""), BODY, "body"),
+    "joint": _named(lambda _: Joint("", "", ""), JOINT, "joint"),
+    "point": _named(lambda _: Point(""), POINT, "point"),
+    "user_constraint": _named(lambda _: UserConstraint(""), USER_CONSTRAINT, "user constraint"),
+    "user_model": _named(lambda _: UserModel(""), USER_MODEL, "user model"),
+    "parameter": _named(lambda _: Parameter("", ""), PARAMETER, "parameter"),
+    "user_variable": _named(lambda _: UserVariable("", "", ""), USER_VARIABLE, "user variable"),
     "viewpoint": Object(lambda _: Viewpoint("", ZERO, ZERO), VIEWPOINT),
     "directionalLight": Object(lambda _: Light("", ZERO, active=False), LIGHT),
-    **{kind: Object(lambda kind: Shape(kind, ""), SHAPE) for kind in SHAPES},
-    **{kind: _connection._replace(what=kind) for kind in CUTS | LINKS},
+    **{shape: Object(lambda kind: Shape(kind, ""), SHAPE) for shape in SHAPES},
+    **{
+        kind: _named(lambda kind: Connection(kind, "", ("", ""), ("", "")), CONNECTION, kind)
+        for kind in CUTS | LINKS
+    },
 }

@@ -161,6 +161,10 @@ class Body(Part):
         """The body and the point that it is attached to."""
         return self.parent, self.point
 
+    @place.setter
+    def place(self, place: tuple[str | None, str | None]) -> None:
+        self.parent, self.point = place
+
 
 class Base(msgspec.Struct):
     """The ground. ``gravity`` is an acceleration in its axes (m/s^2)."""

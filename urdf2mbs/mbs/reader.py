@@ -1,23 +1,20 @@
 """Read any .mbs file into the model.
 
-Elements and attributes that the model has no place for are passed over, as Robotran does; each
-object knows its element, so that the writer keeps them.  What makes Robotran itself go wrong,
-mostly without a word, is an error here.
+The tables of ``fields`` become functions once.  Elements and attributes that the model has no place
+for are passed over, as Robotran does; each object knows its element, so that the writer keeps them.
+A fault that Robotran passes over without a word, to compute another robot, is an error here.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable
-from math import isinf
-from operator import attrgetter
+from collections.abc import Callable, Collection
+from functools import cache
 from sys import intern
-from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import BASE as BASE_TABLE
-from urdf2mbs.mbs.fields import DRAWING, INSIDE, MBS, OBJECTS, REPEATED, VIEW, Table
+from urdf2mbs.mbs.fields import INSIDE, OBJECTS, REPEATED, Kind, Object, Table
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -26,46 +23,43 @@ from urdf2mbs.mbs.model import (
     NATURES,
     ORIGIN,
     SENSOR_MEASURES,
-    XY,
     Base,
     Body,
-    Drawing,
     Joint,
     Mbs,
     Origin,
+    Part,
     Point,
     Sensor,
     UserConstraint,
-    View,
 )
+from urdf2mbs.mbs.values import Values
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
-from urdf2mbs.spatial import ZERO, Sym, Vec
-from urdf2mbs.xml import lines as xml_lines
+from urdf2mbs.spatial import ZERO
+from urdf2mbs.xml import lines
 from urdf2mbs.xml.errors import BLANK, check_conflict, check_entities, explain
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
 
-    Children = dict[str, list[_Element]]
+    #: Gives the value of an element, or the object in it.
+    Read = Callable[["_Reader", _Element], Any]
+    #: Gives an object the values of an element's children.
+    Fill = Callable[["_Reader", Any, _Element], None]
 
-#: What must be the first child of an element: Robotran takes the first, whatever it is.
-_FIRST = frozenset(["bodyname", "jointname", "pointname", "coordinates"])
-#: What an element must have beside its name.
+#: The children that an element must have beside its name.
 _REQUIRED = {
-    "mbsDescR7": ("base", "bodytree"), "base": ("gravity",), "body": ("parent",),
+    "mbs": ("base", "bodytree"), "base": ("gravity",), "body": ("parent",),
     **dict.fromkeys((*CUTS, *LINKS), ("endpoint1", "endpoint2")),
 }  # fmt: skip
 _GRAPHICS = frozenset(["graphics", "x3D"])
-
-_NUMBER = re.compile(r"\s*[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*").fullmatch
-_TAG = attrgetter("tag")
-_RGB = r"\s*[0-9]{1,3}\s*"
+_PLACE = list(INSIDE["place"])
 
 
 def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
     """The model of an .mbs file; ``file`` is its name, for messages.
 
-    ``mechanics_only`` passes over all graphics, which takes a third of the time.
+    ``mechanics_only`` passes over all graphics, which take a third of the time.
 
     Raises ConversionError, with the line: not XML, another root, no base or body tree, a
     body without a joint, an unknown parent, point or joint or one that stands later in the
@@ -76,7 +70,7 @@ def read(data: bytes, file: str, *, mechanics_only: bool = False) -> Mbs:
 
 def read_again(source: bytes) -> tuple[Mbs, list[_Element]]:
     """The model of a file that was read before, and the elements of its objects by the numbers of
-    their origins; their tree has all that stands in the file."""
+    their origins.  The tree of these elements is the whole file, white space included."""
     reader = _Reader(source, "")
     return reader.mbs(_parse(source, "", remove_blank_text=False)), reader.elements
 
@@ -84,7 +78,7 @@ def read_again(source: bytes) -> tuple[Mbs, list[_Element]]:
 def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Element:
     if not data.strip(BLANK):
         raise ConversionError("file-empty", "the file is empty", file=file)
-    parser = xml_lines.parser(collect_ids=False, remove_blank_text=remove_blank_text)
+    parser = lines.parser(collect_ids=False, remove_blank_text=remove_blank_text)
     try:
         root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:
@@ -95,13 +89,10 @@ def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Elemen
     return root
 
 
-Thing = TypeVar("Thing")
-
-
-class _Reader:
+class _Reader(Values):
     def __init__(self, data: bytes, file: str, *, mechanics_only: bool = False) -> None:
-        self.data, self.file, self.mechanics_only = data, file, mechanics_only
-        self.numbers: dict[str | None, float] = {}
+        super().__init__(data, file)
+        self.mechanics_only = mechanics_only
         self.names: dict[tuple[str, str], str] = {
             ("body", BASE): "the ground", ("body", ORIGIN): "a body's own frame",
         }  # fmt: skip
@@ -110,68 +101,27 @@ class _Reader:
         """Those of the objects, by the numbers of their origins."""
         self.owner: str | None = None
         """The body whose points are read; None is the base."""
-        self.points: dict[str | None, set[str]] = {}
+        self.points: dict[str | None, set[str]] = {None: set()}
         """The points of each body read so far."""
 
     def mbs(self, root: _Element) -> Mbs:
         if root.tag != "mbsDescR7":
             self.fail(root, "not-mbs", f"the root of an .mbs file is <mbsDescR7>, not <{root.tag}>")
-        kids = self.children(root, MBS, "the file")
-        # what is referred to comes first
-        kids = {tag: kids[tag] for tag in MBS if tag in kids}
-        return self.fill(Mbs("", "", origin=self.origin(root)), kids, MBS)
+        mbs: Mbs = _object("mbs", self.mechanics_only)(self, root)
+        return mbs
 
-    def base(self, element: _Element) -> Base:
-        self.points[None] = set()
-        base = self.fill(Base(""), self.children(element, BASE_TABLE, "the base"), BASE_TABLE)
-        base.name = base.name or BASE
-        self.names.setdefault(("body", base.name), "the base")
-        return base
-
-    def part(self, element: _Element) -> Any:
-        """The object of an element, with all that stands in it."""
-        make, table, what = OBJECTS[element.tag]
-        part: Any = make(element.tag)
-        kids = self.children(element, table)
-        if what:
-            tag = next(iter(table))
-            part.name = self.name(element, kids, tag, what)
-            del kids[tag]
-            self.require(element, kids, f"{what} '{part.name}'")
-        part.origin = self.origin(element)
-        if what == "body":
-            self.owner = part.name
-        self.fill(part, kids, table)
-        check = _CHECKS.get(what)
-        if check is not None:
-            check(self, part, element)
-        return part
-
-    def fill(self, thing: Thing, kids: Children, table: Table) -> Thing:
-        """Give an object, or what belongs to it, the values of its elements."""
-        for tag, found in kids.items():
-            entry = table.get(tag)
-            if entry is None or (self.mechanics_only and tag in _GRAPHICS):
-                continue
-            if not isinstance(entry, tuple):
-                self.fill(thing, self.children(found[0], entry), entry)
-                continue
-            field, kind = entry
-            read = _KINDS.get(kind)
-            if read is not None:
-                setattr(thing, field, read(self, found[0]))
-            elif kind == "place":
-                self.set_place(thing, field, found[0])
-            elif kind == "parts":
-                setattr(thing, field, list(map(self.part, found)))
-            elif kind == "texts":
-                setattr(thing, field, tuple(map(self.text, found)))
-            elif isinstance(kind, frozenset):
-                parts = [self.part(child) for child in found[0] if child.tag in kind]
-                setattr(thing, field, parts)
-        return thing
+    def origin(self, element: _Element) -> Origin | None:
+        """None without graphics: what is not read cannot be kept."""
+        if self.mechanics_only:
+            return None
+        self.elements.append(element)
+        return Origin(self.data, len(self.elements) - 1)
 
     # --- objects ---
+
+    def check_base(self, base: Base, _: _Element) -> None:
+        base.name = base.name or BASE
+        self.names.setdefault(("body", base.name), "the base")
 
     def check_body(self, body: Body, element: _Element) -> None:
         self.points.setdefault(body.name, set())
@@ -182,16 +132,16 @@ class _Reader:
             )  # fmt: skip
 
     def check_joint(self, joint: Joint, element: _Element) -> None:
-        for tag, word, words, code, hint in (
-            ("type", joint.type, JOINT_TYPES, "joint-type-unknown",
-             "the types are T1 T2 T3 R1 R2 R3"),
-            ("nature", joint.nature, NATURES, "joint-nature-unknown",
-             "the natures are independent, dependent and driven"),
-        ):  # fmt: skip
-            if word not in words:
-                at = element.find(tag)
-                said = f"joint '{joint.name}' is of {tag} '{word}'"
-                self.fail(element if at is None else at, code, said, hint)
+        if joint.type not in JOINT_TYPES:
+            self.fail_word(joint, element, "type", "the types are T1 T2 T3 R1 R2 R3")
+        if joint.nature not in NATURES:
+            hint = "the natures are independent, dependent and driven"
+            self.fail_word(joint, element, "nature", hint)
+
+    def fail_word(self, joint: Joint, element: _Element, tag: str, hint: str) -> NoReturn:
+        at = element.find(tag)
+        said = f"joint '{joint.name}' is of {tag} '{getattr(joint, tag)}'"
+        self.fail(element if at is None else at, f"joint-{tag}-unknown", said, hint)
 
     def check_point(self, point: Point, element: _Element) -> None:
         names = self.points.setdefault(self.owner, set())
@@ -221,55 +171,51 @@ class _Reader:
                     nearest(joint, [name for kind, name in self.names if kind == "joint"]),
                 )  # fmt: skip
 
-    def set_place(self, thing: Any, field: str, element: _Element) -> None:
-        if isinstance(thing, Body):
-            what = f"the parent of body '{thing.name}'"
-            thing.parent, thing.point = self.place(element, what, thing.name)
-        else:
-            what = f"{field} of {thing.kind} '{thing.name}'"
-            setattr(thing, field, self.place(element, what))
-
-    def place(
-        self, element: _Element, what: str, of: str | None = None
-    ) -> tuple[str | None, str | None]:
-        """A body and one of its points, both known by now; ``of`` is the body that hangs on it."""
-        parts = self.children(element, INSIDE["place"])
-        body: str | None
-        point: str | None
-        body, point = [self.text(parts[tag][0]) if tag in parts else "" for tag in INSIDE["place"]]
-        if of is None and "" in (body, point):
-            return body, point  # a draft: who drew it has not chosen yet
-        if body == BASE:
-            body = None
-        elif body not in self.points:
-            if body == of:
-                self.fail(element, "parent-unknown", f"body '{of}' is its own parent")
-            later = [
-                self.text(name) for name in element.getroottree().iterfind("bodytree/body/bodyname")
-            ]
-            if body in later:
-                self.fail(
-                    element, "parent-order", f"{what}, '{body}', stands later in the file",
-                    "a body must stand after its parent",
-                )  # fmt: skip
-            self.fail(
-                element, "parent-unknown", f"{what} is '{body}', and there is no such body",
-                nearest(body or "", [BASE, *later]),
-            )  # fmt: skip
-        if point == ORIGIN:
-            point = None
-        elif point not in self.points[body]:
+    def place(self, element: _Element) -> tuple[str | None, str | None]:
+        """A body and one of its points, both known by now."""
+        names = ["" if name is None else self.text(name) for name in self.parts(element, _PLACE)]
+        if element.tag != "parent" and "" in names:
+            return names[0], names[1]  # a draft: its author has not chosen yet
+        body = None if names[0] == BASE else names[0]
+        point = None if names[1] == ORIGIN else names[1]
+        if body is not None and body not in self.points:
+            self.fail_body(element, body)
+        if point is not None and point not in self.points[body]:
             self.fail(
                 element, "point-unknown",
-                f"{what} is point '{point}', and {_where(body)} has none such",
-                nearest(point or "", [ORIGIN, *self.points[body]]),
+                f"{self.place_in_words(element)[0]} is point '{point}', "
+                f"and {_where(body)} has none such",
+                nearest(point, [ORIGIN, *self.points[body]]),
             )  # fmt: skip
         return body, point
+
+    def fail_body(self, element: _Element, body: str) -> NoReturn:
+        """Fail since no body before this element has this name."""
+        what, owner = self.place_in_words(element)
+        if element.tag == "parent" and body == owner:
+            self.fail(element, "parent-unknown", f"body '{owner}' is its own parent")
+        names = element.getroottree().iterfind("bodytree/body/bodyname")
+        later = [self.text(name) for name in names]
+        if body in later:
+            self.fail(
+                element, "parent-order", f"{what}, '{body}', stands later in the file",
+                "a body must stand after its parent",
+            )  # fmt: skip
+        self.fail(
+            element, "parent-unknown", f"{what} is '{body}', and there is no such body",
+            nearest(body, [BASE, *later]),
+        )  # fmt: skip
+
+    def place_in_words(self, element: _Element) -> tuple[str, str]:
+        """The meaning of a place in words, and the name of its body, cut or link."""
+        owner: Any = element.getparent()
+        name = self.text(owner.find("bodyname" if owner.tag == "body" else "name"))
+        return f"{'the ' * (owner.tag == 'body')}{element.tag} of {owner.tag} '{name}'", name
 
     def sensor(self, element: _Element) -> Sensor:
         name = element.get("name", "").strip()
         if not name:
-            self.fail(element, "name-missing", f"this <{element.tag}> has no name")
+            self.fail_name(element, f"<{element.tag}>")
         self.take(element, name, element.tag)
         measures = []
         attributes: Any = element.items()
@@ -284,102 +230,7 @@ class _Reader:
             measures.append(measure)
         return Sensor(name, tuple(measures), origin=self.origin(element))
 
-    # --- values ---
-
-    def symbols(self, element: _Element) -> tuple[str, ...]:
-        return tuple(tag for tag in self.children(element, INSIDE["symbols"])
-                     if tag in INSIDE["symbols"])  # fmt: skip
-
-    def color(self, element: _Element) -> tuple[int, int, int]:
-        rgb = [element.get(part, "") for part in "RGB"]
-        for text in rgb:
-            if not re.fullmatch(_RGB, text) or int(text) > 255:
-                self.fail(
-                    element, "number-invalid", f"'{text}' is no part of a colour",
-                    "R, G and B are whole numbers from 0 to 255",
-                )  # fmt: skip
-        return int(rgb[0]), int(rgb[1]), int(rgb[2])
-
-    def inertia(self, element: _Element) -> Sym:
-        parts = self.children(element, INSIDE["inertia"])
-        xx, xy, xz, yy, yz, zz = [
-            self.number(parts[tag][0]) if tag in parts else 0.0 for tag in INSIDE["inertia"]
-        ]
-        return (xx, xy, xz, yy, yz, zz)
-
-    def coordinates(self, element: _Element) -> Vec:
-        parts = self.children(element, INSIDE["coordinates"])
-        if "coordinates" not in parts:
-            self.fail(
-                element, "mbs-incomplete", f"<{element.tag}> has no <coordinates>",
-                "Robotran's C library cannot read it: give x, y and z, or leave the element out",
-            )  # fmt: skip
-        self.is_first(element, parts["coordinates"][0])
-        return self.xyz(parts["coordinates"][0])
-
-    def xyz(self, element: _Element) -> Vec:
-        x, y, z = self.axes(element, _XYZ)
-        return self.number(x), self.number(y), self.number(z)
-
-    def xy(self, element: _Element) -> XY:
-        x, y = self.axes(element, _XYZ[:2])
-        return self.number(x), self.number(y)
-
-    def axes(self, element: _Element, tags: list[str]) -> list[_Element]:
-        """The elements x, y (and z) of a vector or position."""
-        # Half of all elements come through here, nearly always just these and in order.
-        children: list[_Element] = element[:]  # type: ignore[index,assignment]
-        if list(map(_TAG, children)) == tags:
-            return children
-        kids = self.children(element, INSIDE["xyz"])
-        for tag in tags:
-            if tag not in kids:
-                self.fail(element, "number-missing", f"<{element.tag}> has no <{tag}>")
-        return [kids[tag][0] for tag in tags]
-
-    def control_points(self, element: _Element) -> tuple[XY, ...]:
-        return tuple(map(self.xy, element.iterchildren("control_point")))
-
-    def number(self, element: _Element) -> float:
-        value = None if len(element) else self.numbers.get(element.text)
-        if value is None:
-            text = self.text(element)
-            if not _NUMBER(text):
-                self.fail(
-                    element, "number-invalid", f"'{text}' in <{element.tag}> is no number",
-                    "write it as 0.5 or 5e-1",
-                )  # fmt: skip
-            value = float(text)
-            if isinf(value):
-                self.fail(
-                    element, "number-invalid", f"'{text}' in <{element.tag}> is too large",
-                    "a double goes up to 1.8e308",
-                )  # fmt: skip
-            self.numbers[element.text] = value
-        return value
-
-    def text(self, element: _Element) -> str:
-        if len(element):
-            self.fail(
-                element, "mbs-not-plain", f"<{element.tag}> holds more than a text",
-                "comments and elements do not belong within a name or a number",
-            )  # fmt: skip
-        return (element.text or "").strip()
-
-    # --- names and elements ---
-
-    def name(self, element: _Element, kids: Children, tag: str, what: str) -> str:
-        """The name of an object, which no other of its name space has."""
-        name = self.text(kids[tag][0]) if tag in kids else ""
-        if not name:
-            self.fail(element, "name-missing", f"this {what} has no name")
-        if tag in _FIRST:
-            self.is_first(element, kids[tag][0])
-        if what in ("body", "joint"):
-            self.take(element, name, what)
-        return name
-
-    def take(self, element: _Element, name: str, kind: str) -> None:
+    def take(self, element: Any, name: str, kind: str) -> None:
         """A name of its kind: Robotran's own CoMan has joints and bodies of one name."""
         if (kind, name) in self.names:
             self.fail(
@@ -390,68 +241,119 @@ class _Reader:
             )  # fmt: skip
         self.names[kind, name] = f"a {kind} before"
 
-    def origin(self, element: _Element) -> Origin | None:
-        """None without graphics: what is not read cannot be kept."""
-        if self.mechanics_only:
-            return None
-        self.elements.append(element)
-        return Origin(self.data, len(self.elements) - 1)
+    def fail_missing(self, element: _Element, tag: str, owner: Object, thing: Any) -> NoReturn:
+        """Fail since an element lacks a child that it must have."""
+        if owner.named and not thing.name:
+            self.fail_name(element, owner.what)
+        code = "parent-missing" if tag == "parent" else "mbs-incomplete"
+        self.fail(element, code, f"{owner.in_words(thing)} has no <{tag}>")
 
-    def is_first(self, parent: _Element, child: _Element) -> None:
-        if parent[0] is not child:
-            before = parent[0].tag
-            what = f"<{before}>" if isinstance(before, str) else "a comment"
-            self.fail(
-                child, "mbs-not-first", f"{what} stands before <{child.tag}> in <{parent.tag}>",
-                "Robotran's C library takes the first for it, and reads zeros or no name: "
-                f"<{child.tag}> must be the first",
-            )  # fmt: skip
-
-    def children(self, element: _Element, known: Table, who: str = "") -> Children:
-        """The children by tag.  Two of a known tag are an error, unless they belong to a list; and
-        so is the lack of one that ``who`` must have."""
-        kids: Children = {}
-        # A slice is twice as fast as list().
-        children: list[_Element] = element[:]  # type: ignore[index,assignment]
-        for child in children:
-            kids.setdefault(child.tag, []).append(child)
-        if len(kids) < len(children):
-            for tag, found in kids.items():
-                entry = known.get(tag)
-                repeated = entry is None or (isinstance(entry, tuple) and entry[1] in REPEATED)
-                if len(found) > 1 and not repeated:
-                    self.fail(found[1], "doubled-element", f"<{element.tag}> has two <{tag}>")
-        if who:
-            self.require(element, kids, who)
-        return kids
-
-    def require(self, element: _Element, kids: Children, who: str) -> None:
-        """Fail if an element lacks what it must have."""
-        for tag in _REQUIRED.get(element.tag, ()):
-            if tag not in kids:
-                code = "parent-missing" if tag == "parent" else "mbs-incomplete"
-                self.fail(element, code, f"{who} has no <{tag}>")
-
-    def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
-        line = xml_lines.line(element, self.data)
-        raise ConversionError(code, message, file=self.file, line=line, hint=hint)
+    def fail_name(self, element: Any, what: str) -> NoReturn:
+        self.fail(element, "name-missing", f"this {what} has no name")
 
 
 def _where(body: str | None) -> str:
     return "the base" if body is None else f"body '{body}'"
 
 
-_XYZ = ["x", "y", "z"]
+@cache
+def _object(key: str, mechanics_only: bool) -> Read:
+    """Gives one of the ``OBJECTS``, with all that stands in its element."""
+    owner = OBJECTS[key]
+    fill = _filler(owner.table, mechanics_only, owner, _REQUIRED.get(key, ()))
+    check, is_part = _CHECKS.get(owner.what), isinstance(owner.make(key), Part)
+
+    def read_object(reader: _Reader, element: _Element) -> Any:
+        if key == "drawing" and not len(element):
+            return None
+        thing: Any = owner.make(key)
+        if is_part:
+            thing.origin = reader.origin(element)
+        fill(reader, thing, element)
+        if check is not None:
+            check(reader, thing, element)
+        return thing
+
+    return read_object
+
+
+def _filler(
+    table: Table, mechanics_only: bool, owner: Object, required: Collection[str] = ()
+) -> Fill:
+    """Gives an object the values of an element's children, in the order of the table."""
+    once = set(table)
+    entries: list[tuple[str, str, Any, type | None, bool]] = []
+    for tag, entry in table.items():
+        if isinstance(entry, tuple):
+            field, kind = entry
+            collect = REPEATED.get(kind) if isinstance(kind, str) else None
+            if collect is not None:
+                once.remove(tag)
+            named = owner.named and tag == next(iter(owner.table))
+            read: Any = _name(owner.what) if named else _value(tag, kind, mechanics_only)
+            entries.append((tag, field, read, collect, named or tag in required))
+        elif entry is not None and not (mechanics_only and tag in _GRAPHICS):
+            entries.append((tag, "", _filler(entry, mechanics_only, owner), None, False))
+
+    def fill(reader: _Reader, thing: Any, element: _Element) -> None:
+        kids = reader.children(element, once)
+        for tag, field, read, collect, must in entries:
+            found = kids.get(tag)
+            if found is None:
+                if must:
+                    reader.fail_missing(element, tag, owner, thing)
+            elif collect is not None:
+                setattr(thing, field, collect([read(reader, child) for child in found]))
+            elif field:
+                setattr(thing, field, read(reader, found[0]))
+            else:  # more of the same object
+                read(reader, thing, found[0])
+
+    return fill
+
+
+def _value(tag: str, kind: Kind | frozenset[str], mechanics_only: bool) -> Read:
+    if kind == "parts":
+        return _object(tag, mechanics_only)
+    if isinstance(kind, str):
+        return _object(kind, mechanics_only) if kind in OBJECTS else _VALUES[kind]
+    parts = {tag: _object(tag, mechanics_only) for tag in kind}
+    return lambda reader, element: [
+        parts[child.tag](reader, child) for child in element if child.tag in parts
+    ]
+
+
+def _name(what: str) -> Read:
+    """Gives the name of an object, which no other of its name space has."""
+    first, unique = what in ("body", "joint", "point"), what in ("body", "joint")
+
+    def read_name(reader: _Reader, element: _Element) -> str:
+        name = reader.text(element)
+        if not name:
+            reader.fail_name(element.getparent(), what)
+        if first:
+            reader.check_first(element)
+        if unique:
+            reader.take(element.getparent(), name, what)
+        if what == "body":
+            reader.owner = name
+        return name
+
+    return read_name
+
+
 #: What must hold for an object that is read.
 _CHECKS: dict[str, Callable[[_Reader, Any, _Element], None]] = {
     "body": _Reader.check_body,
     "joint": _Reader.check_joint,
     "point": _Reader.check_point,
+    "the base": _Reader.check_base,
     "user constraint": _Reader.check_constraint,
 }
 #: What reads each kind of value.
-_KINDS: dict[object, Callable[[_Reader, _Element], Any]] = {
+_VALUES: dict[str, Read] = {
     "text": _Reader.text,
+    "texts": _Reader.text,
     "title": _Reader.text,
     "word": lambda reader, element: intern(reader.text(element)),
     "number": _Reader.number,
@@ -463,10 +365,6 @@ _KINDS: dict[object, Callable[[_Reader, _Element], Any]] = {
     "symbols": _Reader.symbols,
     "color": _Reader.color,
     "flag": lambda *_: True,
+    "place": _Reader.place,
     "sensor": _Reader.sensor,
-    "base": _Reader.base,
-    "drawing": lambda reader, element: (
-        reader.fill(Drawing(), reader.children(element, DRAWING), DRAWING) if len(element) else None
-    ),
-    "view": lambda reader, element: reader.fill(View(), reader.children(element, VIEW), VIEW),
 }

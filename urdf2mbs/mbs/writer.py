@@ -160,7 +160,7 @@ def _root() -> Write:
 @cache
 def _part(tag: str, pad: str) -> Write:
     """Writes the element of an object."""
-    _, table, what = OBJECTS[tag]
+    _, table, what, _ = OBJECTS[tag]
     inside = _elements(table, f"{pad}  ")
 
     def write(writer: _Writer, part: Any) -> str:
