@@ -40,7 +40,8 @@ from robots import ARMS, DH, REAL, by_dh, real, without_meshes
 from urdf2mbs.equations import Equations, generate
 from urdf2mbs.equations.files import Maker
 from urdf2mbs.equations.routine import statements
-from urdf2mbs.equations.tree import NONE, Tree
+from urdf2mbs.equations.tree import Tree
+from urdf2mbs.equations.vectors import STILL
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
@@ -346,7 +347,7 @@ def arms(names: list[str]) -> None:
         mbs = read(data, name, mechanics_only=True)
         for fold, loads in ((False, True), (False, False), (True, True), (True, False)):
             maker = Maker(mbs, fold=fold)
-            with patch.object(Tree, "loads", Tree.loads if loads else lambda *_: (NONE, NONE)):
+            with patch.object(Tree, "loads", Tree.loads if loads else lambda *_: STILL):
                 count = statements(maker.invdyna())[1]
             told = f"{', folded' if fold else ''}{'' if loads else ', no loads'}"
             print(f"{name}{told}: {count.products} products + {count.sums} sums")

@@ -8,7 +8,7 @@ joints' accelerations are in the forces already.
 from __future__ import annotations
 
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
-from urdf2mbs.equations.graph import Expr
+from urdf2mbs.equations.graph import Scalar
 from urdf2mbs.equations.kinematics import chain
 from urdf2mbs.equations.tree import Tree
 
@@ -21,36 +21,33 @@ class Massless(Exception):  # noqa: N818
         self.number = number
 
 
-def accelerations(tree: Tree) -> dict[int, Expr]:
+def accelerations(tree: Tree) -> dict[int, Scalar]:
     """qdd of the independent joints by joint number, for the joint forces ``Qq``.
 
     Raises Massless.
     """
-    graph = tree.graph
     driven = [f.number for f in tree.frames[1:] if f.joint.nature == "driven"]
-    needed = joint_forces(tree, driven)
-    matrix = mass_matrix(tree)
     free = [f.number for f in tree.frames[1:] if f.joint.nature != "driven"]
+    needed, matrix = joint_forces(tree, driven), mass_matrix(tree)
     before = {
         k: [f.number for f in chain(tree, k)[-2::-1] if f.joint.nature != "driven"] for k in free
     }
     """The joints further in, the nearest first."""
-    factor, inverse = dict[tuple[int, int], Expr](), dict[int, Expr]()
+    factor, inverse = dict[tuple[int, int], Scalar](), dict[int, Scalar]()
     for k in reversed(free):
         if not matrix.get((k, k)):
             raise Massless(k)
-        inverse[k] = graph.div(1, matrix[k, k])
+        inverse[k] = 1 / matrix[k, k]
         for i in before[k]:
-            a = factor[i, k] = graph.mul(matrix.get((i, k), 0), inverse[k])
+            a = factor[i, k] = matrix.get((i, k), 0) * inverse[k]
             for j in (i, *before[i]):
-                rest = graph.sub(matrix.get((j, i), 0), graph.mul(a, matrix.get((j, k), 0)))
-                matrix[j, i] = rest
-    x = {k: graph.sub(graph.symbol(f"Qq[{k}]"), needed[k]) for k in free}
+                matrix[j, i] = matrix.get((j, i), 0) - a * matrix.get((j, k), 0)
+    x = {k: tree.graph.symbol(f"Qq[{k}]") - needed[k] for k in free}
     for k in reversed(free):
         for i in before[k]:
-            x[i] = graph.sub(x[i], graph.mul(factor[i, k], x[k]))
+            x[i] -= factor[i, k] * x[k]
     for k in free:
-        x[k] = graph.mul(x[k], inverse[k])
+        x[k] *= inverse[k]
         for i in before[k]:
-            x[k] = graph.sub(x[k], graph.mul(factor[i, k], x[i]))
+            x[k] -= factor[i, k] * x[i]
     return x

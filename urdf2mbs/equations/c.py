@@ -85,7 +85,7 @@ class CWriter(Writer):
             text += self._define("static void accelerations", "MbsData *s", made) + TREE
         else:
             if self.pairs and made.alike:
-                made = in_pairs(made, made.alike)
+                made = in_pairs(made)
             text = self._define(f"void mbs_{name}", PARAMETERS[name], made)
         return self._includes(name, text) + text.rstrip("\n") + "\n"
 

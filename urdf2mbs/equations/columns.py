@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.tree import NONE, OWN, Frame, Tree, Vector, along
+from urdf2mbs.equations.graph import Scalar
+from urdf2mbs.equations.tree import Frame, Tree
+from urdf2mbs.equations.vectors import NONE, OWN, Spatial, Vector
+
+#: From so many columns on, one turn by a sum of angles pays.
+RUN = 2
 
 
 class Columns:
@@ -32,8 +36,8 @@ class Columns:
             self._look(frame)
 
     def _look(self, frame: Frame) -> None:
-        tree, k = self.tree, frame.number
-        parent, size = frame.parent, len(tree.graph.op)
+        k, parent, operations = frame.number, frame.parent, self.tree.graph.op
+        size = len(operations)
         turned = bool(frame.sin)
         step = _weight(frame.offset) * 4 + self.price[parent] + (12 if turned else 0)
         self.price[k] = step if parent else 9.0 if turned else 0.0
@@ -41,10 +45,10 @@ class Columns:
             return
         axes = self.seen[k]
         for inner, axis, lever in self.seen[parent]:
-            lever = tree.outward(frame, tree.plus(lever, frame.offset)) if inner.turns else NONE
-            axes.append((inner, tree.outward(frame, axis), lever))
-        axes.append((frame, along(frame.axis, 1), NONE))
-        self.work[k] = self.work[parent] + len(tree.graph.op) - size
+            lever = frame.to_child(lever + frame.offset) if inner.turns else NONE
+            axes.append((inner, frame.to_child(axis), lever))
+        axes.append((frame, frame.unit, NONE))
+        self.work[k] = self.work[parent] + len(operations) - size
         levers = {lever for inner, _, lever in axes if inner.turns}
         price = sum(4 * _weight(lever) for lever in levers)
         price += sum(2 * _weight(axis) - 1 for _, axis, _ in axes if _weight(axis) > 1)
@@ -54,28 +58,27 @@ class Columns:
             self.stops[k] = True
             self.price[k] = price
 
-    def carry(
-        self, frame: Frame, f: Vector, n: Vector, matrix: dict[tuple[int, int], Expr]
-    ) -> None:
+    def carry(self, frame: Frame, force: Spatial, matrix: dict[tuple[int, int], Scalar]) -> None:
         """Fill the column of one joint from force and moment about the joint's origin, in the axes
-        of the frame before it; further in, both are in the axes of each frame passed."""
-        tree, column, offset = self.tree, frame.number, frame.offset
-        at = tree.frames[frame.parent]
+        that its frame has where the joint is at zero."""
+        column, offset = frame.number, frame.offset
+        f, n = frame.to_parent_axes(force.linear), frame.to_parent_axes(force.angular)
+        at = self.tree.frames[frame.parent]
         while at.number:
-            n = tree.plus(n, tree.cross(offset, f))
+            n = n + offset.cross(f)
             if self.stops[at.number]:
                 for inner, axis, lever in self.seen[at.number]:
-                    reach = tree.plus(n, tree.cross(lever, f)) if inner.turns else f
-                    matrix[inner.number, column] = tree.dot(axis, reach)
+                    felt = n + lever.cross(f) if inner.turns else f
+                    matrix[inner.number, column] = axis @ felt
                 return
             run = self._run(at)
             if len(run) > 1:
                 f, n = self._past(run, f, n, column, matrix)
                 at = run[-1]
             else:
-                matrix[at.number, column] = n[at.axis] if at.turns else f[at.axis]
-                f, n = tree.inward(at, f), tree.inward(at, n)
-            offset, at = at.offset, tree.frames[at.parent]
+                matrix[at.number, column] = at.along(Spatial((f, n)))
+                f, n = at.to_parent(f), at.to_parent(n)
+            offset, at = at.offset, self.tree.frames[at.parent]
 
     def _run(self, frame: Frame) -> list[Frame]:
         """The joints from this one inwards that turn about the same axis."""
@@ -92,34 +95,26 @@ class Columns:
 
     def _past(
         self, run: list[Frame], f: Vector, n: Vector, column: int,
-        matrix: dict[tuple[int, int], Expr],
+        matrix: dict[tuple[int, int], Scalar],
     ) -> tuple[Vector, Vector]:  # fmt: skip
-        tree, axis = self.tree, run[0].axis
-        turns = self._turns(run)
-        c, s = turns[0]
-        f, n = tree.turn(axis, c, s, f), tree.turn(axis, c, s, n)
-        for frame, (c, s) in zip(run[:-1], turns[1:], strict=True):
+        axis, turns = run[0].axis, _turns(run)
+        f, n = f.turned(axis, *turns[0]), n.turned(axis, *turns[0])
+        for frame, turn in zip(run[:-1], turns[1:], strict=True):
             matrix[frame.number, column] = n[axis]
-            n = tree.plus(n, tree.cross(tree.turn(axis, c, s, frame.offset), f))
+            n = n + frame.offset.turned(axis, *turn).cross(f)
         matrix[run[-1].number, column] = n[axis]
-        return tree.before(run[-1], f), tree.before(run[-1], n)
-
-    def _turns(self, run: list[Frame]) -> list[tuple[Expr, Expr]]:
-        """Cosine and sine of the angle of each frame of a run to the frame before all."""
-        add, mul = self.tree.graph.add, self.tree.graph.mul
-        c, s = 1, 0
-        out = []
-        for frame in reversed(run):
-            c, s = (
-                add(mul(c, frame.cos), -mul(s, frame.sin)),
-                add(mul(s, frame.cos), mul(c, frame.sin)),
-            )
-            out.append((c, s))
-        return out[::-1]
+        return run[-1].to_parent_axes(f), run[-1].to_parent_axes(n)
 
 
-#: From so many columns on, one turn by a sum of angles pays.
-RUN = 2
+def _turns(run: list[Frame]) -> list[tuple[Scalar, Scalar]]:
+    """Cosine and sine of the angle of each frame of a run to the frame before all."""
+    c: Scalar = 1
+    s: Scalar = 0
+    out = []
+    for frame in reversed(run):
+        c, s = c * frame.cos - s * frame.sin, s * frame.cos + c * frame.sin
+        out.append((c, s))
+    return out[::-1]
 
 
 def _weight(v: Vector) -> int:

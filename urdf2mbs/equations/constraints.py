@@ -15,9 +15,10 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import NamedTuple
 
-from urdf2mbs.equations.graph import Expr
+from urdf2mbs.equations.graph import Expr, Scalar
 from urdf2mbs.equations.kinematics import Motion, common, ends, motion
-from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
+from urdf2mbs.equations.tree import Frame, Tree
+from urdf2mbs.equations.vectors import NONE, Vector
 from urdf2mbs.mbs.model import Connection, Mbs
 
 #: The order of Robotran's equations; within a kind, that of the file.
@@ -35,10 +36,10 @@ class Constraint:
     """The frame from which the ways to both ends part: ``value`` is in its axes."""
     what: str
     """The direction that the equation holds: ``along x``, ``about x``, or a rod's."""
-    value: Expr
+    value: Scalar
     """m for a ball, m^2 for a rod, 1 for a turn of a solid."""
-    jacobian: dict[int, Expr]
-    jdqd: Expr
+    jacobian: dict[int, Scalar]
+    jdqd: Scalar
     movable: bool
     """False if the Jacobian is zero by its form: Robotran leaves the equation out."""
 
@@ -62,8 +63,9 @@ def constant_gaps(mbs: Mbs) -> Iterator[tuple[str, str]]:
     """The cuts that can never close, each with a sentence on an equation that no joint fulfils."""
     tree, still = Tree(mbs), Tree(mbs, still=True)
     for constraint, at_start in zip(every_constraint(tree), every_constraint(still), strict=True):
-        gap = still.graph.value[abs(at_start.value)]  # all is a number at the start position
-        moves = any(x and tree.moves(tree.frames[k]) for k, x in constraint.jacobian.items())
+        assert not isinstance(at_start.value, Expr)  # all is a number at the start position
+        gap = abs(at_start.value)
+        moves = any(x and tree.frames[k].moves for k, x in constraint.jacobian.items())
         if gap <= CLOSED or moves:
             continue
         start, name = constraint.start, constraint.cut.name
@@ -90,41 +92,35 @@ def every_constraint(tree: Tree) -> Iterator[Constraint]:
         if cut.kind == "rod":
             rods += 1
             length = tree.parameter(cut.length, f"lrod[{rods}]")
-            yield _rod(tree, cut, tree.frames[start], a, b, length, form)
+            yield _rod(cut, tree.frames[start], a, b, length, form)
             continue
-        yield from _ball(tree, cut, tree.frames[start], a, b, form)
+        yield from _ball(cut, tree.frames[start], a, b, form)
         if cut.kind == "solid":
-            yield from _parallel(tree, cut, tree.frames[start], a, b, form)
+            yield from _parallel(cut, tree.frames[start], a, b, form)
 
 
-def _difference(tree: Tree, a: dict[int, Vector], b: dict[int, Vector]) -> dict[int, Vector]:
-    return {k: tree.minus(a.get(k, NONE), b.get(k, NONE)) for k in sorted({*a, *b})}
+def _difference(a: dict[int, Vector], b: dict[int, Vector]) -> dict[int, Vector]:
+    return {k: a.get(k, NONE) - b.get(k, NONE) for k in sorted({*a, *b})}
 
 
 def _rod(
-    tree: Tree, cut: Connection, start: Frame, a: Motion, b: Motion, length: Expr, form: Forms
+    cut: Connection, start: Frame, a: Motion, b: Motion, length: Scalar, form: Forms
 ) -> Constraint:
     """Half the difference of the squares of distance and length."""
-    graph = tree.graph
-    d = tree.minus(b.position, a.position)
-    v = tree.minus(b.velocity, a.velocity)
-    acceleration = tree.minus(b.acceleration, a.acceleration)
-    half = graph.constant(0.5)
-    value = graph.mul(half, graph.sub(tree.dot(d, d), graph.mul(length, length)))
-    linear = _difference(tree, b.linear, a.linear)
-    jacobian = {k: tree.dot(d, column) for k, column in linear.items()}
-    jdqd = graph.add(tree.dot(v, v), tree.dot(d, acceleration))
+    d = b.position - a.position
+    v = b.velocity - a.velocity
+    value = 0.5 * (d @ d - length * length)
+    jacobian = {k: d @ column for k, column in _difference(b.linear, a.linear).items()}
+    jdqd = v @ v + d @ (b.acceleration - a.acceleration)
     movable = bool((form[0].place | form[1].place) & (form[0].linear | form[1].linear))
     return Constraint(cut, start, "along the rod", value, jacobian, jdqd, movable)
 
 
-def _ball(
-    tree: Tree, cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms
-) -> Iterator[Constraint]:
+def _ball(cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms) -> Iterator[Constraint]:
     """The first point less the second."""
-    d = tree.minus(a.position, b.position)
-    jdqd = tree.minus(a.acceleration, b.acceleration)
-    linear = _difference(tree, a.linear, b.linear)
+    d = a.position - b.position
+    jdqd = a.acceleration - b.acceleration
+    linear = _difference(a.linear, b.linear)
     for i in range(3):
         jacobian = {k: column[i] for k, column in linear.items()}
         movable = i in form[0].linear | form[1].linear
@@ -132,20 +128,20 @@ def _ball(
 
 
 def _parallel(
-    tree: Tree, cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms
+    cut: Connection, start: Frame, a: Motion, b: Motion, form: Forms
 ) -> Iterator[Constraint]:
     """The elements (3,2), (1,3) and (2,1) of R1 R2^T, where the columns of R1 and R2 are the axes
     of the bodies.  As in Robotran's equations, their Jacobian is that of the difference of the
     angular velocities, which is their derivative only where the constraint holds."""
-    jdqd = tree.minus(a.spin_rate, b.spin_rate)
-    angular = _difference(tree, a.angular, b.angular)
+    jdqd = a.omega_dot - b.omega_dot
+    angular = _difference(a.angular, b.angular)
+    first, second = a.axes.T, b.axes.T
     for i in range(3):
         j, k = (i + 2) % 3, (i + 1) % 3
-        row = a.axes[0][j], a.axes[1][j], a.axes[2][j]
-        value = tree.dot(row, (b.axes[0][k], b.axes[1][k], b.axes[2][k]))
         jacobian = {number: column[i] for number, column in angular.items()}
         movable = i in form[0].angular | form[1].angular
-        yield Constraint(cut, start, f"about {'xyz'[i]}", value, jacobian, jdqd[i], movable)
+        about = f"about {'xyz'[i]}"
+        yield Constraint(cut, start, about, first[j] @ second[k], jacobian, jdqd[i], movable)
 
 
 class Form(NamedTuple):
@@ -173,9 +169,9 @@ def _form(tree: Tree, number: int, at: Vector, start: int) -> Form:
     while number != start:
         frame = tree.frames[number]
         i, j = (frame.axis + 1) % 3, (frame.axis + 2) % 3
-        if tree.moves(frame) and frame.turns:
+        if frame.moves and frame.turns:
             turns.append(({frame.axis}, set(form.place)))
-        elif tree.moves(frame):
+        elif frame.moves:
             form.linear.add(frame.axis)
         for coordinates in chain(form, *turns) if frame.sin else ():
             mixed = {i + j - k for k in coordinates if k != frame.axis}

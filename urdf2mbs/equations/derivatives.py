@@ -3,7 +3,7 @@
 The closed forms of Singh, Russell and Wensing (Efficient analytical derivatives of rigid-body
 dynamics using spatial vector algebra, 2022), in the frames of the bodies.  Each frame sees the
 others as if its own origin stood still: no force changes if everything moves on evenly.  So its own
-body has a spin and no velocity, and few terms are left.
+body has an angular velocity and no velocity, and few terms are left.
 """
 
 from __future__ import annotations
@@ -11,43 +11,30 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from urdf2mbs.equations.dynamics import (
-    Moving,
-    add_matrices,
-    inertial_force,
-    matter,
-    motions,
-    multiply,
-    outer,
-    shift_moments,
-    turn_moments,
-)
-from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.tree import NONE, Frame, Matrix, Tree, Vector, along, relabel_matrix
-
-#: A linear vector and an angular one about the origin of a frame, in its axes.
-Spatial = tuple[Vector, Vector]
+from urdf2mbs.equations.dynamics import Matter, Moving, matter, motions, turning
+from urdf2mbs.equations.graph import Scalar
+from urdf2mbs.equations.tree import Frame, Tree
+from urdf2mbs.equations.vectors import NONE, Matrix, Spatial, Vector, outer
 
 
 @dataclass
-class Unit:
+class JointMotion:
     """What changes for all further out by a unit of a joint's q, of its qd, or of its qdd."""
 
-    spin_by_q: Vector
-    spin_by_qd: Vector
+    omega_by_q: Vector
+    """The change of the angular velocity."""
+    omega_by_qd: Vector
     by_q: Spatial
-    """The acceleration; with what the change of spin adds in each body, this is all."""
+    """The change of the acceleration; a change of omega adds its own in each body."""
     by_qd: Spatial
     by_qdd: Spatial
 
 
 @dataclass
-class Carried:
-    """All that a joint carries."""
+class Composite:
+    """All that a joint carries, about the origin of its frame and in its axes."""
 
-    mass: Expr
-    first: Vector
-    second: Matrix
+    matter: Matter
     momentum: Vector
     """Twice the sum of dm v (kg m/s)."""
     mixed: Matrix
@@ -55,159 +42,129 @@ class Carried:
     force: Spatial
     """What its motion takes."""
 
+    def __add__(self, more: Composite) -> Composite:
+        return Composite(
+            self.matter + more.matter, self.momentum + more.momentum, self.mixed + more.mixed,
+            self.force + more.force,
+        )  # fmt: skip
+
+    def accelerated(self, acceleration: Spatial) -> Spatial:
+        """The force that an acceleration takes."""
+        (linear, angular), first = acceleration, self.matter.first
+        f = self.matter.mass * linear + angular.cross(first)
+        return Spatial((f, first.cross(linear) + _spread(self.matter.second) @ angular))
+
+    def spun(self, omega: Vector) -> Spatial:
+        """The force that an angular velocity more takes, as all moves: twice dm omega x v."""
+        return Spatial((omega.cross(self.momentum), _spread(self.mixed).T @ omega))
+
 
 @dataclass
-class Felt:
+class Wrenches:
     """What a joint's q, qd or qdd changes in the forces of joints further in, and its own force by
-    the spin of these."""
+    the angular velocity of these."""
 
     by_q: Spatial
     by_qd: Spatial
     by_qdd: Spatial
-    by_spin: Vector
+    by_omega: Vector
+
+    def of_inner(self, joint: JointMotion) -> Iterator[tuple[str, Scalar]]:
+        """The derivatives of the force of a joint further in."""
+        for by, force in (("q", self.by_q), ("qd", self.by_qd), ("qdd", self.by_qdd)):
+            yield by, joint.by_qdd @ force
+
+    def by_inner(self, joint: JointMotion) -> Iterator[tuple[str, Scalar]]:
+        """The derivatives by a joint further in."""
+        yield "q", joint.by_q @ self.by_qdd + joint.omega_by_q @ self.by_omega
+        yield "qd", joint.by_qd @ self.by_qdd + joint.omega_by_qd @ self.by_omega
+        yield "qdd", joint.by_qdd @ self.by_qdd
+
+    def inward(self, frame: Frame, drift: Vector) -> Wrenches:
+        """The same, as the frame before sees it."""
+        by_qdd = frame.inward(self.by_qdd)
+        by_omega = frame.to_parent(self.by_omega) + drift.cross(by_qdd.linear)
+        return Wrenches(frame.inward(self.by_q), frame.inward(self.by_qd), by_qdd, by_omega)
 
 
-def derivatives(tree: Tree) -> dict[tuple[str, int, int], Expr]:
+def derivatives(tree: Tree) -> dict[tuple[str, int, int], Scalar]:
     """By ``q``, ``qd`` or ``qdd``, the derivatives of the force of a joint (the first number) by
     that of a joint (the second); zeros are left out."""
-    moving, matters = motions(tree, range(len(tree.frames))), zip(*matter(tree), strict=True)
-    carried = [
-        _body(tree, frame, moving[frame.number], *matter)
-        for frame, matter in zip(tree.frames, matters, strict=True)
+    moving = motions(tree, range(len(tree.frames)))
+    composite = [
+        _body(tree, frame, moving[frame.number], own)
+        for frame, own in zip(tree.frames, matter(tree), strict=True)
     ]
-    units = [_unit(tree, frame, moving[frame.number]) for frame in tree.frames]
-    drifts = [_drift(tree, frame, moving[frame.parent].spin) for frame in tree.frames]
-    out: dict[tuple[str, int, int], Expr] = {}
+    joints = [_joint_motion(frame, moving[frame.number]) for frame in tree.frames]
+    drifts = [_drift(frame, moving[frame.parent].omega) for frame in tree.frames]
+    out: dict[tuple[str, int, int], Scalar] = {}
     for frame in reversed(tree.frames[1:]):
         k = frame.number
-        felt, at = _felt(tree, carried[k], units[k]), frame
+        wrenches, at = _wrenches(composite[k], joints[k]), frame
         while at.number:
             i = at.number
-            out |= {(by, i, k): value for by, value in _inner(tree, felt, units[i])}
-            out |= {(by, k, i): value for by, value in _outer(tree, felt, units[i])}
-            felt, at = _inward(tree, at, felt, drifts[i]), tree.frames[at.parent]
-        _gather(tree, frame, carried, drifts[k])
+            out |= {(by, i, k): value for by, value in wrenches.of_inner(joints[i])}
+            out |= {(by, k, i): value for by, value in wrenches.by_inner(joints[i])}
+            wrenches, at = wrenches.inward(at, drifts[i]), tree.frames[at.parent]
+        composite[frame.parent] += _inward(frame, composite[k], drifts[k])
     return {key: value for key, value in out.items() if value}
 
 
-def _body(
-    tree: Tree, frame: Frame, moving: Moving, mass: Expr, first: Vector, second: Matrix
-) -> Carried:
-    twice = tree.times(tree.graph.constant(2.0), moving.spin)
-    force = inertial_force(tree, frame, moving, mass, first, second)
-    mixed = [list(tree.cross(twice, (x, y, z))) for x, y, z in second]
-    return Carried(mass, first, second, tree.cross(twice, first), mixed, force)
+def _body(tree: Tree, frame: Frame, moving: Moving, own: Matter) -> Composite:
+    """A body alone."""
+    alpha, beta, first = moving.alpha, moving.beta, own.first
+    f = own.mass * alpha + beta @ first
+    n = first.cross(alpha) + turning(beta, own.second)
+    if frame.body is not None:
+        frc, trq = tree.loads(frame)
+        f, n = f - frc, n - (trq + tree.centre(frame).cross(frc))
+    twice = 2.0 * moving.omega
+    mixed = Matrix(map(twice.cross, own.second))
+    return Composite(own, twice.cross(first), mixed, Spatial((f, n)))
 
 
-def _unit(tree: Tree, frame: Frame, moving: Moving) -> Unit:
-    axis = along(frame.axis, 1)
-    across = tree.cross(moving.spin, axis)
-    twice, change = tree.times(tree.graph.constant(2.0), across), multiply(tree, moving.field, axis)
+def _joint_motion(frame: Frame, moving: Moving) -> JointMotion:
+    axis = frame.unit
+    across = moving.omega.cross(axis)
+    twice, change = 2.0 * across, moving.beta @ axis
     if frame.turns:
-        by_q = tree.cross(moving.pull, axis), change
-        return Unit(across, axis, by_q, (NONE, twice), (NONE, axis))
-    return Unit(NONE, NONE, (change, NONE), (twice, NONE), (axis, NONE))
+        by_q = Spatial((moving.alpha.cross(axis), change))
+        return JointMotion(across, axis, by_q, Spatial((NONE, twice)), frame.motion)
+    by_q, by_qd = Spatial((change, NONE)), Spatial((twice, NONE))
+    return JointMotion(NONE, NONE, by_q, by_qd, frame.motion)
 
 
-def _drift(tree: Tree, frame: Frame, spin: Vector) -> Vector:
+def _drift(frame: Frame, omega: Vector) -> Vector:
     """Twice the velocity of a frame's origin, as the frame before it sees it."""
-    own = NONE if frame.turns else tree.before(frame, along(frame.axis, frame.qd))
-    velocity = tree.plus(tree.cross(spin, frame.offset), own)
-    return tree.times(tree.graph.constant(2.0), velocity)
+    own = frame.to_parent_axes(frame.qd * frame.motion.linear)
+    return 2.0 * (omega.cross(frame.offset) + own)
 
 
-def _felt(tree: Tree, carried: Carried, unit: Unit) -> Felt:
-    mixed, (linear, angular), (f, n) = _spread(tree, carried.mixed), unit.by_qdd, carried.force
-    turned = tree.cross(angular, f), tree.plus(tree.cross(angular, n), tree.cross(linear, f))
-    of_q, of_qd = (_spun(tree, carried, s) for s in (unit.spin_by_q, unit.spin_by_qd))
-    return Felt(
-        _plus(tree, turned, _plus(tree, _moved(tree, carried, unit.by_q), of_q)),
-        _plus(tree, _moved(tree, carried, unit.by_qd), of_qd),
-        _moved(tree, carried, unit.by_qdd),
-        tree.plus(tree.cross(carried.momentum, linear), multiply(tree, mixed, angular)),
+def _wrenches(composite: Composite, joint: JointMotion) -> Wrenches:
+    (linear, angular), (f, n) = joint.by_qdd, composite.force
+    turned = Spatial((angular.cross(f), angular.cross(n) + linear.cross(f)))
+    of_q, of_qd = composite.spun(joint.omega_by_q), composite.spun(joint.omega_by_qd)
+    return Wrenches(
+        turned + (composite.accelerated(joint.by_q) + of_q),
+        composite.accelerated(joint.by_qd) + of_qd,
+        composite.accelerated(joint.by_qdd),
+        composite.momentum.cross(linear) + _spread(composite.mixed) @ angular,
     )
 
 
-def _moved(tree: Tree, carried: Carried, acceleration: Spatial) -> Spatial:
-    """The force that takes an acceleration more."""
-    (linear, angular), h = acceleration, carried.first
-    f = tree.plus(tree.times(carried.mass, linear), tree.cross(angular, h))
-    moment = multiply(tree, _spread(tree, carried.second), angular)
-    return f, tree.plus(tree.cross(h, linear), moment)
-
-
-def _spun(tree: Tree, carried: Carried, spin: Vector) -> Spatial:
-    """The force that takes a spin more, as all moves: twice dm spin x v."""
-    rows = _spread(tree, carried.mixed)
-    columns = [[row[i] for row in rows] for i in range(3)]
-    return tree.cross(spin, carried.momentum), multiply(tree, columns, spin)
-
-
-def _inner(tree: Tree, felt: Felt, unit: Unit) -> Iterator[tuple[str, Expr]]:
-    """The derivatives of the force of a joint further in."""
-    for by, force in (("q", felt.by_q), ("qd", felt.by_qd), ("qdd", felt.by_qdd)):
-        yield by, _work(tree, unit.by_qdd, force)
-
-
-def _outer(tree: Tree, felt: Felt, unit: Unit) -> Iterator[tuple[str, Expr]]:
-    """The derivatives by a joint further in."""
-    add, dot = tree.graph.add, tree.dot
-    turned = dot(unit.spin_by_q, felt.by_spin), dot(unit.spin_by_qd, felt.by_spin)
-    yield "q", add(_work(tree, unit.by_q, felt.by_qdd), turned[0])
-    yield "qd", add(_work(tree, unit.by_qd, felt.by_qdd), turned[1])
-    yield "qdd", _work(tree, unit.by_qdd, felt.by_qdd)
-
-
-def _inward(tree: Tree, frame: Frame, felt: Felt, drift: Vector) -> Felt:
+def _inward(frame: Frame, own: Composite, drift: Vector) -> Composite:
     """The same, as the frame before sees it."""
-    by_qdd = _carry(tree, frame, felt.by_qdd)
-    by_spin = tree.plus(tree.inward(frame, felt.by_spin), tree.cross(drift, by_qdd[0]))
-    return Felt(_carry(tree, frame, felt.by_q), _carry(tree, frame, felt.by_qd), by_qdd, by_spin)
+    turned = own.matter.turned(frame)
+    rows = map(frame.to_parent, own.mixed)
+    mixed = Matrix(map(frame.to_parent, Matrix(rows).T)).T
+    momentum = frame.to_parent(own.momentum) + own.matter.mass * drift
+    mixed += outer(frame.to_parent_axes(turned.first), drift)
+    mixed += outer(frame.offset, momentum)
+    return Composite(turned.shifted(frame), momentum, mixed, frame.inward(own.force))
 
 
-def _carry(tree: Tree, frame: Frame, force: Spatial) -> Spatial:
-    f, n = tree.inward(frame, force[0]), tree.inward(frame, force[1])
-    return f, tree.plus(n, tree.cross(frame.offset, f))
-
-
-def _gather(tree: Tree, frame: Frame, carried: list[Carried], drift: Vector) -> None:
-    """Add what a joint carries to what the one before it carries."""
-    own, before, offset = carried[frame.number], carried[frame.parent], frame.offset
-    h, second, mixed = tree.inward(frame, own.first), own.second, own.mixed
-    if frame.turns:
-        second, mixed = turn_moments(tree, frame, second), _turn(tree, frame, mixed)
-    second, mixed = relabel_matrix(second, frame.back), relabel_matrix(mixed, frame.back)
-    momentum = tree.plus(tree.inward(frame, own.momentum), tree.times(own.mass, drift))
-    mixed = add_matrices(tree, mixed, outer(tree, h, drift))
-    mixed = add_matrices(tree, mixed, outer(tree, offset, momentum))
-    first, second = shift_moments(tree, own.mass, h, second, offset)
-    before.mass = tree.graph.add(before.mass, own.mass)
-    before.first = tree.plus(before.first, first)
-    before.second = add_matrices(tree, before.second, second)
-    before.momentum = tree.plus(before.momentum, momentum)
-    before.mixed = add_matrices(tree, before.mixed, mixed)
-    before.force = _plus(tree, before.force, _carry(tree, frame, own.force))
-
-
-def _plus(tree: Tree, a: Spatial, b: Spatial) -> Spatial:
-    return tree.plus(a[0], b[0]), tree.plus(a[1], b[1])
-
-
-def _work(tree: Tree, motion: Spatial, force: Spatial) -> Expr:
-    return tree.graph.add(tree.dot(motion[0], force[0]), tree.dot(motion[1], force[1]))
-
-
-def _turn(tree: Tree, frame: Frame, matrix: Matrix) -> Matrix:
-    """A matrix given in the frame behind a turn, in the axes of the frame before it."""
-    for _ in range(2):
-        rows = [tree.turn(frame.axis, frame.cos, frame.sin, (x, y, z)) for x, y, z in matrix]
-        matrix = [[row[i] for row in rows] for i in range(3)]
-    return matrix
-
-
-def _spread(tree: Tree, matrix: Matrix) -> Matrix:
+def _spread(matrix: Matrix) -> Matrix:
     """The trace as a matrix, less a matrix: the inertia of second moments."""
-    out = [[-x for x in row] for row in matrix]
-    for i in range(3):
-        out[i][i] = tree.graph.add(matrix[i - 2][i - 2], matrix[i - 1][i - 1])
-    return out
+    m = matrix
+    sums = Vector((m[1][1] + m[2][2], m[2][2] + m[0][0], m[0][0] + m[1][1]))
+    return Matrix.of(lambda i, j: sums[i] if i == j else -m[i][j])

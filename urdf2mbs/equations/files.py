@@ -13,7 +13,7 @@ from urdf2mbs.equations.constraints import constant_gaps, constraints
 from urdf2mbs.equations.derivatives import derivatives
 from urdf2mbs.equations.dynamics import joint_forces, mass_matrix
 from urdf2mbs.equations.energy import first_moment, kinetic
-from urdf2mbs.equations.graph import Expr, Op
+from urdf2mbs.equations.graph import Expr, Scalar
 from urdf2mbs.equations.kinematics import Motion, motion
 from urdf2mbs.equations.loads import extforces, links, links3d
 from urdf2mbs.equations.matlab import MatlabWriter
@@ -22,7 +22,7 @@ from urdf2mbs.equations.python import PythonWriter
 from urdf2mbs.equations.regressor import regressor
 from urdf2mbs.equations.routine import Absent, Cases, Count, Loops, Made, Refused, Routine
 from urdf2mbs.equations.standalone import headers
-from urdf2mbs.equations.tree import NONE, Tree, is_fixed
+from urdf2mbs.equations.tree import Tree, is_fixed
 from urdf2mbs.equations.writer import Writer
 from urdf2mbs.mbs.equations_fit import fingerprint
 from urdf2mbs.mbs.model import SENSOR_MEASURES, Mbs, Sensor
@@ -237,7 +237,7 @@ class Maker:
         read = {
             (f"D{by}", row, column): value
             for (by, row, column), value in derivatives(tree).items()
-            if tree.graph.op[abs(getattr(tree.frames[column], by))] == Op.SYMBOL
+            if isinstance(getattr(tree.frames[column], by), Expr)
         }
         _store_tables(routine, read, twin)
         return routine
@@ -249,11 +249,13 @@ class Maker:
         return routine
 
     def _store_forces(
-        self, routine: Routine, name: str, values: list[Expr], twin: dict[int, int]
+        self, routine: Routine, name: str, values: list[Scalar], twin: dict[int, int]
     ) -> None:
         for k in range(len(values) - 1, 0, -1):
             routine.store(f"{name}[{k}]", values[k])
-        routine.alike += [(values[k], values[j]) for k, j in twin.items() if k < j]
+        for k, j in twin.items():
+            if k < j:
+                routine.mirror(values[k], values[j])
 
     def accelred(self) -> Routine | Loops | Refused:
         tree = self.tree()
@@ -323,7 +325,7 @@ class Maker:
     def energy(self) -> Routine:
         tree = self.tree()
         routine = Routine(tree.graph)
-        potential = -tree.dot(tree.gravity(), first_moment(tree)[1])
+        potential = -(tree.gravity() @ first_moment(tree)[1])
         routine.fill("E", (kinetic(tree)[0], potential))
         return routine
 
@@ -333,10 +335,10 @@ class Maker:
         mass, first = first_moment(tree)
         if not mass:
             return Refused("no body has a mass")
-        own = tree.cross(tree.times(tree.graph.div(1, mass), first), linear)
+        centre = 1 / mass * first
         routine = Routine(tree.graph)
         routine.fill("P", linear)
-        routine.fill("L", tree.minus(angular, own))
+        routine.fill("L", angular - centre.cross(linear))
         return routine
 
     def com(self) -> Routine | Refused:
@@ -345,7 +347,7 @@ class Maker:
         if not mass:
             return Refused("no body has a mass")
         routine = Routine(tree.graph)
-        routine.fill("P", tree.times(tree.graph.div(1, mass), first))
+        routine.fill("P", 1 / mass * first)
         return routine
 
     def gensensor(self) -> Cases:
@@ -353,7 +355,7 @@ class Maker:
         tree = self.tree()
         return Cases(
             {
-                frame.number: _sensor(tree, motion(tree, frame.number, NONE), every)
+                frame.number: _sensor(tree, motion(tree, frame.number), every)
                 for frame in tree.frames[1:]
             }
         )
@@ -361,7 +363,7 @@ class Maker:
 
 def _store_tables(
     routine: Routine,
-    values: dict[tuple[str, int, int], Expr],
+    values: dict[tuple[str, int, int], Scalar],
     twin: dict[int, int],
     *,
     symmetric: bool = False,
@@ -373,7 +375,7 @@ def _store_tables(
         more = [f"{name}[{k}][{i}]"] if symmetric and i != k else []
         routine.store(f"{name}[{i}][{k}]", values[key], *more)
         if twins[key] in values and (k, i) < twins[key][:0:-1]:
-            routine.alike.append((values[key], values[twins[key]]))
+            routine.mirror(values[key], values[twins[key]])
 
 
 def _sensor(tree: Tree, at: Motion, sensor: Sensor) -> Routine:

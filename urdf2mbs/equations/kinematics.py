@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 
-from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector
+from urdf2mbs.equations.graph import Scalar
+from urdf2mbs.equations.tree import Frame, Tree
+from urdf2mbs.equations.vectors import IDENTITY, NONE, Matrix, Vector
 from urdf2mbs.mbs.model import Connection
 
 
@@ -18,23 +19,48 @@ from urdf2mbs.mbs.model import Connection
 class Motion:
     """Of a point fixed to a frame, in the axes of the frame that it is seen from (SI units)."""
 
-    axes: tuple[Vector, Vector, Vector]
-    """The frame's x, y and z axis: the columns of the rotation from the frame."""
-    position: Vector
-    velocity: Vector
-    spin: Vector
-    acceleration: Vector
+    axes: Matrix = IDENTITY
+    """The rows are the frame's x, y and z axis: ``axes @ v`` is v in the axes of the frame."""
+    position: Vector = NONE
+    velocity: Vector = NONE
+    omega: Vector = NONE
+    acceleration: Vector = NONE
     """Without gravity."""
-    spin_rate: Vector
+    omega_dot: Vector = NONE
     linear: dict[int, Vector] = field(default_factory=dict)
     """By joint number, the velocity for a unit rate of the joint."""
     angular: dict[int, Vector] = field(default_factory=dict)
 
-    def measured(self, measures: Collection[str]) -> Iterator[tuple[str, str, Expr]]:
+    def shift(self, offset: Vector) -> None:
+        """Go on to a point of the frame, given in its axes."""
+        arm = offset[0] * self.axes[0] + offset[1] * self.axes[1] + offset[2] * self.axes[2]
+        w = self.omega
+        self.position += arm
+        self.velocity += w.cross(arm)
+        self.acceleration += self.omega_dot.cross(arm) + w.cross(w.cross(arm))
+
+    def pass_joint(self, frame: Frame, qdd: Scalar) -> None:
+        """Go on to the frame behind a joint at this place."""
+        axis = self.axes[frame.axis]
+        rate = frame.qd * axis
+        across = self.omega.cross(rate)
+        if frame.turns:
+            self.omega += rate
+            self.omega_dot = self.omega_dot + across + qdd * axis
+            i, j, c, s = (frame.axis + 1) % 3, (frame.axis + 2) % 3, frame.cos, frame.sin
+            axes = list(self.axes)
+            x, y = axes[i], axes[j]
+            axes[i], axes[j] = c * x + s * y, c * y - s * x
+            self.axes = Matrix(axes)
+        else:
+            self.velocity += rate
+            self.acceleration = self.acceleration + 2.0 * across + qdd * axis
+
+    def measured(self, measures: Collection[str]) -> Iterator[tuple[str, str, Scalar]]:
         """Robotran's name of each quantity among the measures, a place in it, and its value."""
         for name, measure, vector in (
-            ("P", "Pos", self.position), ("V", "Vit", self.velocity), ("OM", "Om", self.spin),
-            ("A", "Acc", self.acceleration), ("OMP", "Omp", self.spin_rate),
+            ("P", "Pos", self.position), ("V", "Vit", self.velocity), ("OM", "Om", self.omega),
+            ("A", "Acc", self.acceleration), ("OMP", "Omp", self.omega_dot),
         ):  # fmt: skip
             if measure in measures:
                 for k, value in enumerate(vector, start=1):
@@ -43,9 +69,6 @@ class Motion:
             for row, axis in enumerate(self.axes, start=1):
                 for k, value in enumerate(axis, start=1):
                     yield "R", f"[{row}][{k}]", value
-
-
-UNIT: tuple[Vector, Vector, Vector] = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 def chain(tree: Tree, number: int, start: int = 0) -> list[Frame]:
@@ -62,51 +85,19 @@ def motion(
 ) -> Motion:
     """The motion of a point ``at`` in the frame behind a joint, seen from the frame ``start`` and
     in its axes, as if this frame stood still; ``accelerations`` False takes all qdd as 0."""
-    graph = tree.graph
-    axes = UNIT
-    position = velocity = spin = acceleration = spin_rate = NONE
-    turning: list[tuple[int, Vector, Vector]] = []
-    linear: dict[int, Vector] = {}
-    angular: dict[int, Vector] = {}
-
-    def shift(offset: Vector) -> None:
-        nonlocal position, velocity, acceleration
-        arm = combine(tree, axes, offset)
-        position = tree.plus(position, arm)
-        velocity = tree.plus(velocity, tree.cross(spin, arm))
-        turning = tree.cross(spin, tree.cross(spin, arm))
-        acceleration = tree.plus(acceleration, tree.plus(tree.cross(spin_rate, arm), turning))
-
+    out = Motion()
+    origins: dict[int, Vector] = {}
     for frame in chain(tree, number, start):
-        k, axis = frame.number, frame.axis
-        shift(frame.offset)
-        own = axes[axis]
-        rate = tree.times(frame.qd, own)
-        qdd = tree.times(frame.qdd, own) if accelerations else NONE
-        across = tree.cross(spin, rate)
-        if frame.turns:
-            turning.append((k, own, position))
-            angular[k] = own
-            spin = tree.plus(spin, rate)
-            spin_rate = tree.plus(tree.plus(spin_rate, across), qdd)
-            i, j = (axis + 1) % 3, (axis + 2) % 3
-            c, s = frame.cos, frame.sin
-            turned = list(axes)
-            turned[i] = tree.plus(tree.times(c, axes[i]), tree.times(s, axes[j]))
-            turned[j] = tree.minus(tree.times(c, axes[j]), tree.times(s, axes[i]))
-            axes = (turned[0], turned[1], turned[2])
-        else:
-            linear[k] = own
-            velocity = tree.plus(velocity, rate)
-            twice = tree.times(graph.constant(2.0), across)
-            acceleration = tree.plus(tree.plus(acceleration, twice), qdd)
-    shift(at)
-    for k, own, origin in turning:
-        linear[k] = tree.cross(own, tree.minus(position, origin))
-    return Motion(
-        axes, position, velocity, spin, acceleration, spin_rate,
-        dict(sorted(linear.items())), dict(sorted(angular.items())),
-    )  # fmt: skip
+        k = frame.number
+        out.shift(frame.offset)
+        moved = out.angular if frame.turns else out.linear
+        moved[k], origins[k] = out.axes[frame.axis], out.position
+        out.pass_joint(frame, frame.qdd if accelerations else 0)
+    out.shift(at)
+    for k, axis in out.angular.items():
+        out.linear[k] = axis.cross(out.position - origins[k])
+    out.linear = dict(sorted(out.linear.items()))
+    return out
 
 
 #: The number of a body's last joint, and a point in the frame behind this joint (m).
@@ -138,30 +129,15 @@ def relative(tree: Tree, end1: End, end2: End) -> Motion:
     start = common(tree, end1[0], end2[0])
     a = motion(tree, *end1, start=start)
     b = motion(tree, *end2, start=start)
-    p = tree.minus(b.position, a.position)
-    across = tree.cross(a.spin, p)
-    v = tree.minus(tree.minus(b.velocity, a.velocity), across)
-    w = tree.minus(b.spin, a.spin)
-    rate = tree.minus(b.spin_rate, a.spin_rate)
-    rate = tree.minus(rate, tree.cross(a.spin, w))
+    p, w = b.position - a.position, a.omega
+    v = b.velocity - a.velocity - w.cross(p)
+    turning = b.omega - w
+    rate = b.omega_dot - a.omega_dot - w.cross(turning)
     # b = a + w' x p + w x (w x p) + 2 w x v + what is seen
-    seen = tree.minus(b.acceleration, a.acceleration)
-    seen = tree.minus(seen, tree.cross(a.spin_rate, p))
-    seen = tree.minus(seen, tree.cross(a.spin, across))
-    seen = tree.minus(seen, tree.times(tree.graph.constant(2.0), tree.cross(a.spin, v)))
-    x, y, z = (into(tree, a.axes, axis) for axis in b.axes)
-    return Motion(
-        (x, y, z), into(tree, a.axes, p), into(tree, a.axes, v), into(tree, a.axes, w),
-        into(tree, a.axes, seen), into(tree, a.axes, rate),
-    )  # fmt: skip
-
-
-def combine(tree: Tree, axes: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
-    """A vector given in a frame, in the axes that the frame's own are given in."""
-    parts = [tree.times(x, axis) for x, axis in zip(v, axes, strict=True)]
-    return tree.plus(tree.plus(parts[0], parts[1]), parts[2])
-
-
-def into(tree: Tree, axes: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
-    """The other way: a vector in the axes of a frame."""
-    return tree.dot(axes[0], v), tree.dot(axes[1], v), tree.dot(axes[2], v)
+    seen = b.acceleration - a.acceleration - a.omega_dot.cross(p)
+    seen = seen - w.cross(w.cross(p)) - 2.0 * w.cross(v)
+    axes = Matrix(a.axes @ axis for axis in b.axes)
+    position, velocity, omega, acceleration, omega_dot = (
+        a.axes @ x for x in (p, v, turning, seen, rate)
+    )
+    return Motion(axes, position, velocity, omega, acceleration, omega_dot)

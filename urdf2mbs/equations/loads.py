@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from urdf2mbs.equations.kinematics import End, Motion, common, ends, into, motion, relative
+from urdf2mbs.equations.graph import Expr, root
+from urdf2mbs.equations.kinematics import End, Motion, common, ends, motion, relative
 from urdf2mbs.equations.routine import Absent, Call, Routine
-from urdf2mbs.equations.tree import NONE, Frame, Tree, Vector, along
+from urdf2mbs.equations.tree import Frame, Tree
+from urdf2mbs.equations.vectors import NONE, Vector
 
 XYZ = (1, 2, 3)
 
@@ -25,11 +27,9 @@ class _Load:
     def put(self, number: int, force: Vector, at: Vector, torque: Vector = NONE) -> None:
         """A force (N) at a point (m) and a torque (Nm), all in the frame behind the joint of this
         number, which is a body's last."""
-        tree = self.tree
-        lever = tree.minus(at, tree.centre(tree.frames[number]))
-        torque = tree.plus(torque, tree.cross(lever, force))
-        self.force[number] = tree.plus(self.force.get(number, NONE), force)
-        self.torque[number] = tree.plus(self.torque.get(number, NONE), torque)
+        lever = at - self.tree.centre(self.tree.frames[number])
+        self.force[number] = self.force.get(number, NONE) + force
+        self.torque[number] = self.torque.get(number, NONE) + (torque + lever.cross(force))
 
     def store(self, routine: Routine) -> None:
         for name, loads in (("frc", self.force), ("trq", self.torque)):
@@ -37,14 +37,12 @@ class _Load:
                 for k, value in zip(XYZ, vector, strict=True):
                     if value:
                         place = f"{name}[{k}][{number}]"
-                        there = self.tree.graph.input(place)
-                        routine.store(place, self.tree.graph.add(there, value))
+                        routine.store(place, self.tree.graph.input(place) + value)
 
 
 def _vector(tree: Tree, name: str, first: int = 1) -> Vector:
     """Three elements of what a user function has returned."""
-    x, y, z = (tree.graph.input(f"{name}[{k}]") for k in range(first, first + 3))
-    return x, y, z
+    return Vector(tree.graph.input(f"{name}[{k}]") for k in range(first, first + 3))
 
 
 def extforces(tree: Tree) -> Routine:
@@ -60,8 +58,7 @@ def extforces(tree: Tree) -> Routine:
             last = tree.last[body.name]
             at = motion(tree, last, tree.point(body.name, point.name))
             result = _ask(routine, "ExtForces", number, at, point.extforce.measures)
-            force = into(tree, at.axes, _vector(tree, result))
-            torque = into(tree, at.axes, _vector(tree, result, 4))
+            force, torque = (at.axes @ _vector(tree, result, first) for first in (1, 4))
             load.put(last, force, _vector(tree, result, 7), torque)
     load.store(routine)
     return routine
@@ -91,38 +88,35 @@ def links(tree: Tree) -> Routine | Absent:
     every_link = [link for link in tree.mbs.links if link.kind == "link"]
     if not every_link:
         return Absent("links")
-    graph = tree.graph
-    routine = Routine(graph)
+    routine = Routine(tree.graph)
     load = _Load(tree)
     for number, link in enumerate(every_link, start=1):
         end1, end2 = ends(tree, link)
         start = common(tree, end1[0], end2[0])
         a = motion(tree, *end1, start=start, accelerations=False)
         b = motion(tree, *end2, start=start, accelerations=False)
-        between = tree.minus(b.position, a.position)
+        between = b.position - a.position
         shift = _only_shift(tree, end1, end2) or _only_shift(tree, end2, end1)
         if shift and tree.mbs.version == VERSION_2014:
-            outwards = 1 if shift.number == end2[0] else -1
             length, rate = shift.q, shift.qd
-            line = along(shift.axis, outwards)
+            line = shift.unit if shift.number == end2[0] else -shift.unit
         elif any(between):
-            length = graph.sqrt(tree.dot(between, between))
-            line = tree.times(graph.div(1, length), between)
-            rate = tree.dot(tree.minus(b.velocity, a.velocity), line)
+            length = root(between @ between)
+            line = 1 / length * between
+            rate = (b.velocity - a.velocity) @ line
         else:  # both ends are in one place: there is no line
             length, line, rate = 0, NONE, 0
         routine.store(f"Z[{number}]", length)
         routine.store(f"Zd[{number}]", rate)
         arguments = (f"Z[{number}]", f"Zd[{number}]", "s", "tsim", str(number))
         routine.steps.append(Call("user_LinkForces", arguments, f"force{number}"))
-        force = graph.input(f"force{number}")
+        force: Expr = tree.graph.input(f"force{number}")
         routine.store(f"Flink[{number}]", force)
-        pull = tree.times(force, line)
+        pull = force * line
         if end1[0]:
-            load.put(end1[0], into(tree, a.axes, pull), end1[1])
+            load.put(end1[0], a.axes @ pull, end1[1])
         if end2[0]:
-            x, y, z = into(tree, b.axes, pull)
-            load.put(end2[0], (-x, -y, -z), end2[1])
+            load.put(end2[0], -(b.axes @ pull), end2[1])
     load.store(routine)
     return routine
 
@@ -132,7 +126,7 @@ def _only_shift(tree: Tree, end: End, outer: End) -> Frame | None:
     frame = tree.frames[outer[0]]
     if not frame.number or frame.turns or outer[1] != NONE or frame.parent != end[0]:
         return None
-    shifted = tree.plus(end[1], tree.before(frame, along(frame.axis, frame.q)))
+    shifted = end[1] + frame.to_parent_axes(frame.q * frame.unit)
     return frame if frame.offset == shifted else None
 
 
@@ -154,10 +148,8 @@ def links3d(tree: Tree) -> Routine | Absent:
         result = _ask(routine, "Link3DForces", number, seen, every)
         force, torque = _vector(tree, result), _vector(tree, result, 4)
         if last1:
-            load.put(last1, force, tree.plus(at1, seen.position), torque)
+            load.put(last1, force, at1 + seen.position, torque)
         if last2:
-            fx, fy, fz = into(tree, seen.axes, force)
-            mx, my, mz = into(tree, seen.axes, torque)
-            load.put(last2, (-fx, -fy, -fz), at2, (-mx, -my, -mz))
+            load.put(last2, -(seen.axes @ force), at2, -(seen.axes @ torque))
     load.store(routine)
     return routine

@@ -9,18 +9,19 @@ from __future__ import annotations
 
 from itertools import permutations, product
 
-from urdf2mbs.equations.tree import OWN, Frame, Labels, Tree, along, is_fixed
+from urdf2mbs.equations.tree import Frame, Tree, is_fixed
+from urdf2mbs.equations.vectors import OWN, Axes
 
 #: All ways to name the axes of a frame anew: those of a right-handed frame.
-NAMES: list[Labels] = [
-    ((i, a), (j, b), (k, c))
+NAMES = [
+    Axes(((i, a), (j, b), (k, c)))
     for i, j, k in permutations(range(3))
     for a, b, c in product((1, -1), repeat=3)
     if a * b * c == (1 if (j - i) % 3 == 1 else -1)
 ]
 
 
-def find_mirrored(tree: Tree) -> tuple[dict[int, int], dict[int, Labels]]:
+def find_mirrored(tree: Tree) -> tuple[dict[int, int], dict[int, Axes]]:
     """By number the twin of each joint that has one, and the axes of frames in second limbs.
 
     Joints that move alike, behind the same one or behind two twins, are twins: first those with as
@@ -53,7 +54,7 @@ class _Finder:
             key = frame.turns, *sorted(self.shape[i] for i in self.behind[k])
             self.shape[k] = known.setdefault(key, len(known))
         self.twin: dict[int, int] = {}
-        self.labels: dict[int, Labels] = {}
+        self.labels: dict[int, Axes] = {}
 
     def find(self) -> None:
         stack = [(0, 0)]
@@ -105,7 +106,7 @@ class _Finder:
         if twin is not None:
             wanted = [(self._axis(j, frame), self._axis(k, twin)) for k, j in pairs]
 
-        def price(names: Labels) -> tuple[bool, int, bool]:
+        def price(names: Axes) -> tuple[bool, int, bool]:
             new = {index: i for i, (index, _) in enumerate(names)}
             own = twin is not None and not square and new[frame.axis] != twin.axis
             off = sum(1 for a, b in wanted if a is not None and new[a] != b)
@@ -118,11 +119,10 @@ class _Finder:
 
     def _axis(self, number: int, frame: Frame) -> int | None:
         """The axis of a joint behind a frame, as one of the frame's if it is one."""
-        at = self.tree.frames[number]
-        v = along(at.axis, 1)
+        v = self.tree.frames[number].unit
         for fixed in reversed(self.between[number]):
             if fixed is frame:
                 break
-            v = self.tree.inward(fixed, v)
+            v = fixed.to_parent(v)
         axes = [i for i, x in enumerate(v) if x]
         return axes[0] if len(axes) == 1 else None

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
-from urdf2mbs.equations.graph import BINARY, LEAVES, Expr, Graph, Op
+from urdf2mbs.equations.graph import BINARY, LEAVES, Graph, Op, Signed
 from urdf2mbs.equations.routine import Routine, Store
 
 
@@ -19,16 +19,16 @@ class Twin:
     """The second of two nodes that do the same, and how."""
 
     node: int
-    operands: tuple[Expr, Expr]
+    operands: tuple[Signed, Signed]
     """In the order of those of the first node."""
 
 
-def in_pairs(routine: Routine, alike: list[tuple[Expr, Expr]]) -> Routine:
-    """The routine with pairs where it pays; ``alike`` are the results of mirrored joints."""
+def in_pairs(routine: Routine) -> Routine:
+    """The routine with pairs where it pays."""
     graph = routine.graph
     stores = [step for step in routine.steps if isinstance(step, Store)]
     used = graph.reach(store.value for store in stores)
-    twins = _twins(graph, used, alike)
+    twins = _twins(graph, used, routine.alike)
     writer = _Writer(graph, twins)
     for node in _order(graph, used, twins):
         writer.make(node)
@@ -48,7 +48,7 @@ def _shapes(graph: Graph, used: list[int]) -> dict[int, int]:
     return out
 
 
-def _twins(graph: Graph, used: list[int], alike: list[tuple[Expr, Expr]]) -> dict[int, Twin]:
+def _twins(graph: Graph, used: list[int], alike: list[tuple[Signed, Signed]]) -> dict[int, Twin]:
     """By the first of two nodes the second, from the results down to the data."""
     shapes, op = _shapes(graph, used), graph.op
 
@@ -134,8 +134,8 @@ class _Writer:
     def __init__(self, graph: Graph, twins: dict[int, Twin]) -> None:
         self.graph, self.twins = graph, twins
         self.first = {twin.node: node for node, twin in twins.items()}
-        self.scalars: dict[int, Expr] = {0: 0}
-        self.pairs: dict[int, tuple[Expr, int]] = {}
+        self.scalars: dict[int, Signed] = {0: 0}
+        self.pairs: dict[int, tuple[Signed, int]] = {}
         """By the first of two twins: a pair of it and the second, this one times a sign, 1 or
         -1, and the sign."""
 
@@ -148,11 +148,11 @@ class _Writer:
         else:
             self.scalars[node] = self._single(node)
 
-    def _single(self, node: int) -> Expr:
+    def _single(self, node: int) -> Signed:
         graph = self.graph
         return graph.apply(graph.op[node], self.scalar(graph.a[node]), self.scalar(graph.b[node]))
 
-    def scalar(self, x: Expr) -> Expr:
+    def scalar(self, x: Signed) -> Signed:
         """An expression of the routine that was given, in the new one."""
         node = abs(x)
         if node not in self.scalars:
@@ -163,7 +163,7 @@ class _Writer:
                 self.scalars[node] = self.graph.part(Op.FIRST, self.pairs[node][0])
         return self.scalars[node] if x > 0 else -self.scalars[node]
 
-    def _twins(self, node: int, twin: Twin) -> tuple[Expr, int]:
+    def _twins(self, node: int, twin: Twin) -> tuple[Signed, int]:
         graph, op = self.graph, self.graph.op[node]
         if op not in BINARY:
             return graph.pair(self._single(node), self._single(twin.node)), 1
@@ -175,7 +175,7 @@ class _Writer:
             y = graph.mul(y, graph.pair(1, -1))  # the second is reversed
         return graph.add(x, y), sign
 
-    def _both(self, x: Expr, y: Expr) -> tuple[Expr, int]:
+    def _both(self, x: Signed, y: Signed) -> tuple[Signed, int]:
         """A pair of x and y times a sign, and the sign; if they are equal, a number for both."""
         node, second = abs(x), abs(y)
         turned = 1 if x > 0 else -1

@@ -5,53 +5,52 @@
 
 from __future__ import annotations
 
-from urdf2mbs.equations.dynamics import Moving, motions, multiply
-from urdf2mbs.equations.graph import Expr
-from urdf2mbs.equations.tree import NONE, Matrix, Tree, Vector, along
+from urdf2mbs.equations.dynamics import Moving, motions
+from urdf2mbs.equations.graph import Scalar
+from urdf2mbs.equations.tree import Tree
+from urdf2mbs.equations.vectors import NONE, UNITS, Spatial, outer
 
 #: The elements of a tensor of inertia, as an .mbs has them.
 ELEMENTS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
-def regressor(tree: Tree) -> dict[tuple[int, int], Expr]:
+def regressor(tree: Tree) -> dict[tuple[int, int], Scalar]:
     """By the number of a joint and of a parameter; zeros are left out.
 
     Each body has ten parameters: mass, first moments (kg m), and the elements xx, xy, xz, yy, yz,
     zz of its inertia about the origin of its frame (kg m^2), in the order of the file.
     """
     moving, before = motions(tree, range(len(tree.frames))), 0
-    seen: list[list[tuple[int, Vector, Vector]]] = [[]]
-    """The joints up to each frame's own: linear and angular motion for a unit rate."""
-    out: dict[tuple[int, int], Expr] = {}
+    seen: list[dict[int, Spatial]] = [{}]
+    """By frame, the motion that each joint up to it gives it for a unit rate, in its axes."""
+    out: dict[tuple[int, int], Scalar] = {}
     for frame in tree.frames[1:]:
-        axes = []
-        for number, linear, angular in seen[frame.parent]:
-            linear = tree.plus(linear, tree.cross(angular, frame.offset))
-            axes.append((number, tree.outward(frame, linear), tree.outward(frame, angular)))
-        axis = along(frame.axis, 1)
-        axes.append((frame.number, *((NONE, axis) if frame.turns else (axis, NONE))))
-        seen.append(axes)
+        joints = {}
+        for number, (linear, angular) in seen[frame.parent].items():
+            arrives = linear + angular.cross(frame.offset)
+            joints[number] = Spatial((frame.to_child(arrives), frame.to_child(angular)))
+        joints[frame.number] = frame.motion
+        seen.append(joints)
         if frame.body is None:
             continue
-        for column, (f, n) in enumerate(_columns(tree, moving[frame.number]), start=before + 1):
-            for number, linear, angular in axes:
-                value = tree.graph.add(tree.dot(linear, f), tree.dot(angular, n))
+        for column, force in enumerate(_columns(moving[frame.number]), start=before + 1):
+            for number, motion in joints.items():
+                value = motion @ force
                 if value:
                     out[number, column] = value
         before += 10
     return out
 
 
-def _columns(tree: Tree, moving: Moving) -> list[tuple[Vector, Vector]]:
+def _columns(moving: Moving) -> list[Spatial]:
     """Force and moment about a body's origin for a unit of each of its parameters."""
-    pull, field, spin = moving.pull, moving.field, moving.spin
-    out: list[tuple[Vector, Vector]] = [(pull, NONE)]
-    for k in range(3):
-        unit = along(k, 1)
-        out.append((multiply(tree, field, unit), tree.cross(unit, pull)))
+    omega, alpha = moving.omega, moving.alpha
+    out = [Spatial((alpha, NONE))]
+    out += [Spatial((moving.beta @ unit, unit.cross(alpha))) for unit in UNITS]
     for i, j in ELEMENTS:
-        tensor: Matrix = [[0] * 3 for _ in "xyz"]
-        tensor[i][j] = tensor[j][i] = 1
-        turning = tree.cross(spin, multiply(tree, tensor, spin))
-        out.append((NONE, tree.plus(multiply(tree, tensor, moving.spin_rate), turning)))
+        inertia = outer(UNITS[i], UNITS[j])
+        if i != j:
+            inertia += outer(UNITS[j], UNITS[i])
+        moment = inertia @ moving.omega_dot + omega.cross(inertia @ omega)
+        out.append(Spatial((NONE, moment)))
     return out

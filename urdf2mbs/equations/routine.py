@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import astuple, dataclass, field
 
-from urdf2mbs.equations.graph import BINARY, LEAVES, Expr, Graph, Op
+from urdf2mbs.equations.graph import BINARY, LEAVES, Graph, Op, Scalar, Signed
 
 #: No expression is longer than this many characters; what would be is a variable.
 LONGEST = 72
@@ -20,7 +20,7 @@ class Store:
     """An expression is written to places such as ``M[1][3]``."""
 
     places: tuple[str, ...]
-    value: Expr
+    value: Signed
 
 
 @dataclass
@@ -38,13 +38,17 @@ class Routine:
 
     graph: Graph
     steps: list[Store | Call] = field(default_factory=list)
-    alike: list[tuple[Expr, Expr]] = field(default_factory=list)
+    alike: list[tuple[Signed, Signed]] = field(default_factory=list)
     """Results of mirrored joints."""
 
-    def store(self, place: str, value: Expr, *more: str) -> None:
-        self.steps.append(Store((place, *more), value))
+    def store(self, place: str, value: Scalar, *more: str) -> None:
+        self.steps.append(Store((place, *more), self.graph.number(value)))
 
-    def fill(self, name: str, values: Iterable[Expr]) -> None:
+    def mirror(self, one: Scalar, other: Scalar) -> None:
+        """Note two results of mirrored joints."""
+        self.alike.append((self.graph.number(one), self.graph.number(other)))
+
+    def fill(self, name: str, values: Iterable[Scalar]) -> None:
         """Store values in an array, from index 1."""
         for k, value in enumerate(values, start=1):
             self.store(f"{name}[{k}]", value)
@@ -146,7 +150,7 @@ class _Writer:
         self.routine, self.graph = routine, routine.graph
         self.uses: dict[int, int] = {}
         self.votes: dict[int, int] = {}
-        """In how many more uses a node is added than subtracted."""
+        """Uses with plus, less uses with minus."""
         self.named: set[int] = set()
         """Nodes that are variables though they are used once: only these have parts."""
         self.pairs: set[int] = set()

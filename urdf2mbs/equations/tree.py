@@ -11,19 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar, cast
 
-from urdf2mbs.equations.graph import Expr, Graph, Op
+from urdf2mbs.equations.graph import Expr, Graph, Scalar, cosine, sine
+from urdf2mbs.equations.vectors import NONE, OWN, UNITS, Axes, Matrix, Spatial, Vector
 from urdf2mbs.mbs.model import Body, Joint, Mbs
-
-#: Three expressions; most often the coordinates of a vector.
-Vector = tuple[Expr, Expr, Expr]
-#: The elements of a symmetric matrix, as rows.
-Matrix = list[list[Expr]]
-
-NONE: Vector = (0, 0, 0)
-
-#: Other axes of a frame: for each coordinate, which it was in the old axes, and its sign.
-Labels = tuple[tuple[int, int], tuple[int, int], tuple[int, int]]
-OWN: Labels = ((0, 1), (1, 1), (2, 1))
 
 
 @dataclass
@@ -38,21 +28,73 @@ class Frame:
     axis: int
     """0, 1 or 2, in the frame's own axes."""
     turns: bool
-    q: Expr
-    qd: Expr
-    qdd: Expr
-    sin: Expr
-    cos: Expr
-    offset: Vector
-    """Where the frame behind the joint is in the frame before it (m): a point, a shift by q."""
-    labels: Labels = OWN
+    q: Scalar
+    """The position (rad, m), its rate and its acceleration."""
+    qd: Scalar
+    qdd: Scalar
+    labels: Axes
     """The frame's axes, of those of the file."""
-    change: Labels = OWN
+    change: Axes
     """The frame's axes, of those of the frame before, where the joint is at zero."""
-    back: Labels = OWN
-    """The other way."""
+    offset: Vector
+    """Where the frame is in the frame before (m): a point, and a shift by q."""
     body: Body | None = None
     """The body whose frame this is."""
+
+    def __post_init__(self) -> None:
+        self.sin: Scalar = sine(self.q) if self.turns else 0
+        self.cos: Scalar = cosine(self.q) if self.turns else 1
+        self.back = self.change.inverse
+        if not self.turns:
+            self.offset += self.to_parent_axes(self.unit * self.q)
+
+    @property
+    def unit(self) -> Vector:
+        """Along the axis."""
+        return UNITS[self.axis]
+
+    @property
+    def motion(self) -> Spatial:
+        """Of the frame for a unit rate of the joint."""
+        return Spatial((NONE, self.unit) if self.turns else (self.unit, NONE))
+
+    @property
+    def moves(self) -> bool:
+        """False if the position of the joint is a number of the equations."""
+        return isinstance(self.q, Expr)
+
+    def along(self, force: Spatial) -> Scalar:
+        """The part of a force and its moment that the joint feels."""
+        return (force.angular if self.turns else force.linear)[self.axis]
+
+    def to_child_axes(self, v: Vector) -> Vector:
+        """A vector in the axes of the frame before, in those behind the joint if this is at
+        zero."""
+        return v if self.change is OWN else self.change.of(v)
+
+    def to_parent_axes(self, v: Vector) -> Vector:
+        """A vector in the axes behind the joint if this is at zero, in those of the frame
+        before."""
+        return v if self.change is OWN else self.back.of(v)
+
+    def to_child(self, v: Vector) -> Vector:
+        """A vector in the axes of the frame before, in those of this frame."""
+        v = self.to_child_axes(v)
+        return v.turned(self.axis, self.cos, -self.sin) if self.turns else v
+
+    def to_parent(self, v: Vector) -> Vector:
+        """A vector in the axes of this frame, in those of the frame before."""
+        return self.to_parent_axes(self.turned(v))
+
+    def turned(self, v: Vector) -> Vector:
+        """A vector in the axes of this frame, in those that it has if the joint is at zero."""
+        return v.turned(self.axis, self.cos, self.sin) if self.turns else v
+
+    def inward(self, force: Spatial) -> Spatial:
+        """A force and its moment about the origin of this frame, about the origin of the frame
+        before."""
+        f, n = self.to_parent(force.linear), self.to_parent(force.angular)
+        return Spatial((f, n + self.offset.cross(f)))
 
 
 class Tree:
@@ -64,12 +106,12 @@ class Tree:
         *,
         fold: bool = False,
         still: bool = False,
-        labels: Mapping[int, Labels] | None = None,
+        labels: Mapping[int, Axes] | None = None,
     ) -> None:
         """``fold`` makes numbers of the model's data; ``still`` makes numbers of all, at the start
         position."""
         self.mbs = mbs
-        self.graph = graph = Graph()
+        self.graph = Graph()
         self.fold, self.still = fold or still, still
         self.last: dict[str | None, int] = {None: 0}
         """The number of each body's last joint."""
@@ -77,81 +119,65 @@ class Tree:
         self.points = {place: number for number, place in enumerate(points, start=1)}
         """The number of each point, as Robotran counts: in the order of the file, base first."""
         self.coordinates = {place: clean(point.coordinates) for place, point in points.items()}
-        labels = labels or {}
-        ground = Joint("", "T1")
-        self.frames = [Frame(0, ground, 0, 0, False, 0, 0, 0, 0, 1, NONE)]
+        self.frames = [Frame(0, Joint("", "T1"), 0, 0, False, 0, 0, 0, OWN, OWN, NONE)]
         for body in mbs.bodies:
-            parent = self.last[body.parent]
-            start = self.point(body.parent, body.point)
+            parent, offset = self.last[body.parent], self.point(body.parent, body.point)
             for joint in body.joints:
-                number = len(self.frames)
-                q, qd, qdd = self._motion(joint, number)
-                turns = joint.type[0] == "R"
-                own, before = labels.get(number, OWN), self.frames[parent].labels
+                number, turns = len(self.frames), joint.type[0] == "R"
+                own = (labels or {}).get(number, OWN)
+                change = own.after(self.frames[parent].labels.inverse)
                 axis = [i for i, _ in own].index(int(joint.type[1]) - 1)
-                sine, cosine = (graph.sin(q), graph.cos(q)) if turns else (0, 1)
-                frame = Frame(number, joint, parent, axis, turns, q, qd, qdd, sine, cosine, start)
-                frame.labels, frame.change = own, chain_labels(own, invert_labels(before))
-                frame.back = invert_labels(frame.change)
-                self.frames.append(frame)
-                if not turns:
-                    frame.offset = self.plus(start, self.before(frame, along(axis, q)))
-                parent, start = number, NONE
+                self.frames.append(
+                    Frame(number, joint, parent, axis, turns, *self._motion(joint, number),
+                          own, change, offset)
+                )  # fmt: skip
+                parent, offset = number, NONE
             self.last[body.name] = parent
             self.frames[parent].body = body
 
-    def _motion(self, joint: Joint, number: int) -> tuple[Expr, Expr, Expr]:
-        graph = self.graph
+    def _motion(self, joint: Joint, number: int) -> tuple[Scalar, Scalar, Scalar]:
         if self.still or is_fixed(joint):
-            return graph.constant(joint.q or 0.0), 0, 0
+            return joint.q or 0.0, 0, 0
         kept = ("q", "qd", "qdd") if joint.symbols is None else joint.symbols
+        symbol = self.graph.symbol
         q, qd, qdd = (
-            graph.symbol(f"{name}[{number}]") if name in kept else 0 for name in ("q", "qd", "qdd")
+            symbol(f"{name}[{number}]") if name in kept else 0 for name in ("q", "qd", "qdd")
         )
         return q, qd, qdd
 
-    def moves(self, frame: Frame) -> bool:
-        """True if the position of a joint is not a number of the equations."""
-        return self.graph.op[abs(frame.q)] != Op.CONST
-
-    def parameter(self, value: float | None, name: str) -> Expr:
+    def parameter(self, value: float | None, name: str) -> Scalar:
         """A number of the file: a symbol if it is not zero, or with ``fold`` the number."""
-        if not value:
-            return 0
-        return self.graph.constant(value) if self.fold else self.graph.symbol(name)
+        return self.graph.symbol(name) if value and not self.fold else value or 0
 
     def point(self, body: str | None, point: str | None) -> Vector:
         """The coordinates of a point in its body's frame (m)."""
         if point is None:
             return NONE
         number = self.points[body, point]
-        x, y, z = (
+        at = Vector(
             self.parameter(value, f"dpt[{k}][{number}]")
             for k, value in enumerate(self.coordinates[body, point], start=1)
         )
-        return relabel((x, y, z), self.frames[self.last[body]].labels)
+        return self.frames[self.last[body]].labels.of(at)
 
     def gravity(self) -> Vector:
-        x, y, z = (
-            self.parameter(value, f"g[{k}]")
-            for k, value in enumerate(self.mbs.base.gravity, start=1)
-        )
-        return x, y, z
+        """In the axes of the base (m/s^2)."""
+        values = enumerate(self.mbs.base.gravity, start=1)
+        return Vector(self.parameter(value, f"g[{k}]") for k, value in values)
 
-    def mass(self, frame: Frame) -> Expr:
+    def mass(self, frame: Frame) -> Scalar:
+        """Of the frame's body (kg)."""
         body = frame.body
         return 0 if body is None else self.parameter(body.mass, f"m[{frame.number}]")
 
     def centre(self, frame: Frame) -> Vector:
         """The centre of mass in the frame (m)."""
-        given = (0.0, 0.0, 0.0)
-        if frame.body is not None and frame.body.com is not None:
-            given = clean(frame.body.com)
-        x, y, z = (
-            self.parameter(value, f"l[{k}][{frame.number}]")
-            for k, value in enumerate(given, start=1)
+        if frame.body is None or frame.body.com is None:
+            return NONE
+        values = enumerate(clean(frame.body.com), start=1)
+        return frame.labels.of(
+            Vector(self.parameter(value, f"l[{k}][{frame.number}]") for k, value in values)
         )
-        return relabel((x, y, z), frame.labels)
 
     def inertia(self, frame: Frame) -> Matrix:
         """About the centre of mass, in the frame's axes (kg m^2)."""
@@ -162,70 +188,16 @@ class Tree:
             self.parameter(value, f"In[{k}][{frame.number}]")
             for k, value in zip((1, 2, 3, 5, 6, 9), given, strict=True)
         )
-        return relabel_matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], frame.labels)
+        rows = Vector((xx, xy, xz)), Vector((xy, yy, yz)), Vector((xz, yz, zz))
+        return frame.labels.of_matrix(Matrix(rows))
 
-    def loads(self, frame: Frame) -> tuple[Vector, Vector]:
+    def loads(self, frame: Frame) -> Spatial:
         """Force and torque on a body at its centre of mass (N, Nm), in the frame's axes."""
-        symbol, number = self.graph.symbol, frame.number
-        fx, fy, fz = (symbol(f"frc[{k}][{number}]") for k in (1, 2, 3))
-        mx, my, mz = (symbol(f"trq[{k}][{number}]") for k in (1, 2, 3))
-        return relabel((fx, fy, fz), frame.labels), relabel((mx, my, mz), frame.labels)
-
-    # --- vectors ---------------------------------------------------------------------------
-
-    def plus(self, v: Vector, w: Vector) -> Vector:
-        add = self.graph.add
-        return add(v[0], w[0]), add(v[1], w[1]), add(v[2], w[2])
-
-    def minus(self, v: Vector, w: Vector) -> Vector:
-        return self.plus(v, (-w[0], -w[1], -w[2]))
-
-    def times(self, s: Expr, v: Vector) -> Vector:
-        mul = self.graph.mul
-        return mul(s, v[0]), mul(s, v[1]), mul(s, v[2])
-
-    def dot(self, v: Vector, w: Vector) -> Expr:
-        add, mul = self.graph.add, self.graph.mul
-        return add(add(mul(v[0], w[0]), mul(v[1], w[1])), mul(v[2], w[2]))
-
-    def cross(self, v: Vector, w: Vector) -> Vector:
-        add, mul = self.graph.add, self.graph.mul
-        return (
-            add(mul(v[1], w[2]), -mul(v[2], w[1])),
-            add(mul(v[2], w[0]), -mul(v[0], w[2])),
-            add(mul(v[0], w[1]), -mul(v[1], w[0])),
+        frc, trq = (
+            Vector(self.graph.symbol(f"{name}[{k}][{frame.number}]") for k in (1, 2, 3))
+            for name in ("frc", "trq")
         )
-
-    def behind(self, frame: Frame, v: Vector) -> Vector:
-        """A vector in the axes of the frame before a joint, in those behind it if this is at
-        zero."""
-        return v if frame.change is OWN else relabel(v, frame.change)
-
-    def before(self, frame: Frame, v: Vector) -> Vector:
-        """The other way."""
-        return v if frame.change is OWN else relabel(v, frame.back)
-
-    def outward(self, frame: Frame, v: Vector) -> Vector:
-        """A vector given in the frame before a joint, in the frame behind it."""
-        v = self.behind(frame, v)
-        return self.turn(frame.axis, frame.cos, -frame.sin, v) if frame.turns else v
-
-    def inward(self, frame: Frame, v: Vector) -> Vector:
-        """A vector given in the frame behind a joint, in the frame before it."""
-        if frame.turns:
-            v = self.turn(frame.axis, frame.cos, frame.sin, v)
-        return self.before(frame, v)
-
-    def turn(self, axis: int, c: Expr, s: Expr, v: Vector) -> Vector:
-        """A vector, turned about a coordinate axis by an angle given by cosine and sine."""
-        if s == 0 and c == 1:
-            return v
-        add, mul = self.graph.add, self.graph.mul
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        out = list(v)
-        out[i] = add(mul(c, v[i]), -mul(s, v[j]))
-        out[j] = add(mul(s, v[i]), mul(c, v[j]))
-        return out[0], out[1], out[2]
+        return Spatial((frame.labels.of(frc), frame.labels.of(trq)))
 
 
 #: A number this many times smaller than the largest beside it is a rounding of zero.
@@ -246,34 +218,3 @@ def clean(numbers: Numbers) -> Numbers:
 def is_fixed(joint: Joint) -> bool:
     """Whether a joint never moves: driven, and of its symbols only the position is kept."""
     return joint.nature == "driven" and joint.symbols == ("q",)
-
-
-def along(axis: int, x: Expr) -> Vector:
-    """A vector along a coordinate axis."""
-    out = [0, 0, 0]
-    out[axis] = x
-    return out[0], out[1], out[2]
-
-
-def relabel(v: Vector, labels: Labels) -> Vector:
-    """A vector in other axes."""
-    (i, a), (j, b), (k, c) = labels
-    return a * v[i], b * v[j], c * v[k]
-
-
-def relabel_matrix(matrix: Matrix, labels: Labels) -> Matrix:
-    return [[a * b * matrix[i][j] for j, b in labels] for i, a in labels]
-
-
-def chain_labels(labels: Labels, first: Labels) -> Labels:
-    """Other axes than those that ``first`` makes; OWN itself if nothing changes."""
-    (i, a), (j, b), (k, c) = ((first[index][0], first[index][1] * sign) for index, sign in labels)
-    out = (i, a), (j, b), (k, c)
-    return OWN if out == OWN else out
-
-
-def invert_labels(labels: Labels) -> Labels:
-    (_, i, a), (_, j, b), (_, k, c) = sorted(
-        (index, new, sign) for new, (index, sign) in enumerate(labels)
-    )
-    return (i, a), (j, b), (k, c)
