@@ -8,21 +8,17 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from lxml import etree
 from report.shown import SHOWN, shown
 
 from urdf2mbs.cli import main
 from urdf2mbs.diagram.draw import draw
-from urdf2mbs.diagram.route import along, route
 from urdf2mbs.mbs.model import Body, Connection, Drawing, Joint, Mbs, Point, Sensor
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConversionError
 
 SVG = "{http://www.w3.org/2000/svg}"
 Box = tuple[float, float, float, float]
-reproducible = settings(max_examples=100, deadline=None, derandomize=True, database=None)
 
 
 class Picture:
@@ -65,12 +61,6 @@ class Picture:
             tuple(text.text or "" for text in group.findall(f"{SVG}text"))  # type: ignore[misc]
             for group in self.groups("joint-label")
         ]
-
-    def connections(self) -> list[list[tuple[float, float]]]:
-        """The corners of each cut and link."""
-        paths = [path for group in self.groups("connection") for path in group.iter(f"{SVG}path")]
-        corners = [re.findall(r"(-?[\d.]+),(-?[\d.]+)", path.get("d") or "") for path in paths]
-        return [[(float(x), float(y)) for x, y in way] for way in corners]
 
     def wires(self) -> list[list[float]]:
         """The first and the last point of each wire."""
@@ -257,59 +247,15 @@ def test_a_new_model_without_bodies_shows_its_base() -> None:
     assert Picture(draw(Mbs("new"))).boxes() == {"": (-60, -28, 60, 28)}
 
 
-def crossed(way: list[tuple[float, float]], boxes: dict[str, Box]) -> set[str]:
-    """The boxes through which a way runs, but for those that hold an end of it."""
-    found = set()
-    for name, (left, top, right, bottom) in boxes.items():
-        if any(left <= x <= right and top <= y <= bottom for x, y in (way[0], way[-1])):
-            continue
-        for (ax, ay), (bx, by) in itertools.pairwise(way):
-            places = [(ax + k / 500 * (bx - ax), ay + k / 500 * (by - ay)) for k in range(501)]
-            if any(left < x < right and top < y < bottom for x, y in places):
-                found.add(name)
-    return found
-
-
-def test_all_samples_are_drawn_and_no_cut_or_link_runs_over_a_box(shared: Path) -> None:
+def test_all_samples_are_drawn(shared: Path) -> None:
     files = sorted((shared / "mbs-samples").glob("*.mbs"))
     assert len(files) > 20
-    turned = 0
     for file in files:
         mbs = read(file.read_bytes(), str(file))
         picture = Picture(draw(mbs))
         placed = [c for c in (*mbs.cuts, *mbs.links) if not c.is_draft]
-        ways = picture.connections()
-        assert len(ways) == len(placed), file.name
+        assert len(picture.groups("connection")) == len(placed), file.name
         assert len(picture.groups("body")) == len(mbs.bodies) + 1, file.name
-        turned += sum(len(way) > 2 for way in ways)
-        for way, connection in zip(ways, placed, strict=True):
-            assert not crossed(way, picture.boxes()), (file.name, connection.name)
-    assert turned > 20
-
-
-@reproducible
-@given(st.lists(st.tuples(*[st.integers(0, 400)] * 2, *[st.integers(1, 90)] * 2), max_size=12))
-def test_a_way_runs_round_boxes_anywhere(places: list[tuple[int, int, int, int]]) -> None:
-    """It crosses no box, turns only near boxes, and is straight where nothing is in the way."""
-    boxes = {str(k): (x, y, x + w, y + h) for k, (x, y, w, h) in enumerate(places)}
-    start, end = (-20.0, 150.0), (520.0, 260.0)
-    way = route(start, end, list(boxes.values()))
-    assert (way[0], way[-1]) == (start, end)
-    assert not crossed(way, boxes)
-    assert (len(way) == 2) == (not crossed([start, end], boxes))
-
-
-def test_a_way_that_is_shut_in_is_straight() -> None:
-    walls = [(-40, -40, -20, 40), (20, -40, 40, 40), (-40, -40, 40, -20), (-40, 20, 40, 40)]
-    assert route((0, 0), (200, 0), walls) == [(0, 0), (200, 0)]
-    many = [(20.0 * k, -50.0 - k, 20.0 * k + 10, 50.0 + k) for k in range(1, 200)]
-    assert route((0, 0), (5000, 0), many) == [(0, 0), (5000, 0)]
-
-
-def test_the_label_of_a_bent_way_stands_on_it() -> None:
-    assert along([(0, 0), (0, 0), (0, 30), (10, 30)], 0.5) == (0, 20)
-    assert along([(0, 0), (0, 30), (10, 30)], 1.0) == (10, 30)
-    assert along([(5, 5), (5, 5)], 0.5) == (5, 5)
 
 
 def test_names_are_escaped() -> None:

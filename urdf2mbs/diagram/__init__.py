@@ -15,7 +15,7 @@ def arrange(mbs: Mbs, style: str = "robot") -> str:
     worth following.
     """
     order = nodes(mbs)
-    shape = look(order)
+    shape = look(mbs, order)
     bones = robot.spine(order, shape) if style == "robot" else None
     if bones is not None:
         robot.arrange(mbs, order, bones)

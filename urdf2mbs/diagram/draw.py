@@ -1,8 +1,7 @@
 """The 2D diagram of an .mbs file as an SVG picture, drawn as MBSysPad draws it.
 
-Boxes, dots, arrows, wires and labels stand where the file puts them (pixels, y down); cuts and
-links go round the boxes, where MBSysPad draws them straight.  What MBSysPad leaves to a click is
-in the tooltips: joint and point names, nature, coordinates.
+Boxes, dots, arrows, wires and labels stand where the file puts them (pixels, y down).  What
+MBSysPad leaves to a click is in the tooltips: joint and point names, nature, coordinates.
 """
 
 from __future__ import annotations
@@ -11,9 +10,11 @@ from collections.abc import Iterator
 from html import escape as _t
 from math import hypot
 
-from urdf2mbs.diagram.route import Box, along, route
 from urdf2mbs.mbs.model import CUTS, ORIGIN, XY, Body, Connection, Drawing, Joint, Mbs, Point
 from urdf2mbs.messages.diagnostics import ConversionError
+
+#: Left, top, right, bottom (px).
+Box = tuple[float, float, float, float]
 
 #: Round everything that is drawn (px).
 MARGIN = 20.0
@@ -199,27 +200,27 @@ class _Picture:
                 before = after
 
     def connections(self) -> Iterator[str]:
-        """The cuts, then the links, round the boxes; labels stand clear of other words."""
+        """The cuts, then the links; labels stand clear of other words."""
         taken = self._words()
-        boxes = [self._box(name, drawing) for name, drawing in self._drawings()]
         for connection in (*self.mbs.cuts, *self.mbs.links):
             if connection.is_draft:
                 continue
             kind = "cut" if connection.kind in CUTS else "link"
-            a, b = self._place(*connection.endpoint1), self._place(*connection.endpoint2)
+            (ax, ay), (bx, by) = (
+                self._place(*end) for end in (connection.endpoint1, connection.endpoint2)
+            )
             half = 3.5 * max(len(connection.name), len(connection.kind)) + 2
-            way = route(a, b, boxes)
-            spots = [along(way, share) for share in SHARES]
+            spots = [(ax + share * (bx - ax), ay + share * (by - ay)) for share in SHARES]
             labels = [(x - half, y - 14, x + half, y + 16) for x, y in spots]
             crowd = [sum(_overlap(label, word) for word in taken) for label in labels]
             best = crowd.index(min(crowd))
             taken.append(labels[best])
             x, y = spots[best]
             about = _about_connection(connection)
-            corners = " L".join(_p(*corner) for corner in way)
             yield (
                 f'<g class="connection" data-name="{_t(connection.name)}">'
-                f'<title>{_t(about)}</title><path class="{kind}" d="M{corners}"/>'
+                f'<title>{_t(about)}</title><path class="{kind}"'
+                f' d="M{_p(ax, ay)} L{_p(bx, by)}"/>'
                 + _text(connection.kind, (x, y - 3), "label")
                 + _text(connection.name, (x, y + 12), "label")
                 + "</g>"

@@ -12,7 +12,9 @@ import re
 import msgspec
 
 from urdf2mbs.diagram.boxes import Node
-from urdf2mbs.spatial import HERE, Rot, Vec, add, from_turn, multiply, rotate
+from urdf2mbs.mbs.kinematics import place
+from urdf2mbs.mbs.model import Mbs
+from urdf2mbs.spatial import Vec
 
 ALIKE = 0.05
 """How far a limb may be off its partner's mirror image (share of the robot's size)."""
@@ -51,9 +53,15 @@ class Shape(msgspec.Struct):
         return self.limbs[node.name].middle[0] / self.size if self.size else 0.0
 
 
-def look(order: list[Node]) -> Shape:
+def look(mbs: Mbs, order: list[Node]) -> Shape:
     """The robot's shape; ``order`` is the base, then the bodies depth first."""
-    starts, places = _pose(order)
+    placement = place(mbs)
+    places = {body.name: placement.bodies[body.name].xyz for body in mbs.bodies}
+    starts: dict[str, Vec] = {}
+    """Where each body leaves its parent."""
+    joints = iter(placement.joints)
+    for body in mbs.bodies:
+        starts[body.name], *_ = (next(joints).origin for _ in body.joints)
     columns = zip(*places.values(), strict=True)
     size = max([max(column) - min(column) for column in columns], default=0.0)
     best = _seen(order, starts, places, 1, size)
@@ -72,31 +80,6 @@ def look(order: list[Node]) -> Shape:
                 x, y, z = getattr(limb, what)
                 setattr(limb, what, (-x, y, z))
     return best
-
-
-def _pose(order: list[Node]) -> tuple[dict[str, Vec], dict[str, Vec]]:
-    """Where each body's parent has its point, and where the body's frame is, in the start pose."""
-    starts: dict[str, Vec] = {}
-    frames: dict[str, tuple[Vec, Rot]] = {"": HERE}
-    for node in order:
-        here, turned = frames[node.name]
-        for lead in node.leads:
-            start = (
-                here if lead.point is None else add(here, rotate(turned, lead.point.coordinates))
-            )
-            for child in lead.nodes:
-                xyz, rot = start, turned
-                for joint in child.joints:
-                    if not joint.q:
-                        continue
-                    k, q = int(joint.type[1]), joint.q
-                    if joint.type[0] == "R":
-                        rot = multiply(rot, from_turn((k, q)))
-                    else:
-                        along = (q * (k == 1), q * (k == 2), q * (k == 3))
-                        xyz = add(xyz, rotate(rot, along))
-                starts[child.name], frames[child.name] = start, (xyz, rot)
-    return starts, {node.name: frames[node.name][0] for node in order[1:]}
 
 
 def _seen(
