@@ -86,8 +86,8 @@ def equations(mbs: Mbs) -> float:
 
 def row(name: str, source: Path, floating: bool, large: bool) -> tuple[Any, ...]:
     base = "floating" if floating else "fixed"
-    plain = convert(source, base=base, options=KEEP)
-    compact = convert(source, base=base, options=KEEP, pipeline="compact")
+    plain = convert(source, base=base, passes=KEEP)
+    compact = convert(source, base=base, passes=KEEP, pipeline="compact")
     dof = compact.report.joints.independent - (6 if floating else 0)
     small = 64 * joints(plain.mbs, floating=False) ** 3 < 4e9
     return (
@@ -103,7 +103,7 @@ def rounded(folder: Path, tolerance: float) -> tuple[dict[str, int], float]:
     found, off = {}, 0.0
     for name, (file, floating) in ROBOTS.items():
         base = "floating" if floating else "fixed"
-        compact = convert(folder / file, base=base, options=options, pipeline="compact")
+        compact = convert(folder / file, base=base, passes=options, pipeline="compact")
         found[name] = joints(compact.mbs, floating)
         largest = compact.report.proof.largest
         off = max(off, largest["motion"], largest["frame"])

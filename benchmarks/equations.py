@@ -254,7 +254,7 @@ def _one(name: str, text: str, function: str, libraries: dict[str, bytes], folde
         assert theirs[build].load(str(folder / "model.txt").encode()) == model.nv
     # the quarter turns of rbd-benchmarks' iiwa have 12 digits
     options = {"snap": {"angle": 1e-9}} if "--snap" in sys.argv else {}
-    data = convert_text(text, base=base, pipeline="compact", options=options).data
+    data = convert_text(text, base=base, pipeline="compact", passes=options).data
     mbs = read(data, name, mechanics_only=True)
     runs: dict[str, Callable[[], float]] = {}
     told: dict[str, str] = {}

@@ -90,7 +90,7 @@ def robot(subdivisions: int) -> None:
         source = Path(folder) / "robot.urdf"
         source.write_text(f'<robot name="r">{"".join(links)}</robot>')
         start = perf_counter()
-        convert(source, project=Path(folder) / "project")
+        convert(source, output={"project": Path(folder) / "project"})
         seconds = perf_counter() - start
         print(f"\n12 meshes of {len(data) / 1e6:.0f} MB: {seconds:.1f} s on the clock")
 

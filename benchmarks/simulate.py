@@ -23,7 +23,7 @@ from robots import REAL, ROBOTS
 
 from urdf2mbs.commands.init import find
 from urdf2mbs.commands.simulate import HOLD
-from urdf2mbs.engine.config import Project, from_values
+from urdf2mbs.engine.config import Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.runtime import Results
 from urdf2mbs.runtime.project import make, simulate
@@ -54,7 +54,7 @@ def project(name: str, folder: Path, languages: list[Any], *, bristles: bool = T
     """The .mbs of a robot's project."""
     source = SOURCES[name]
     packages = {path.name: str(path) for path in source.parents[2].glob("*") if path.is_dir()}
-    config, lines = from_values(
+    config, lines = config_of(
         {"source": str(source)}, pipeline="compact", packages=packages,
         output=Project(str(folder), languages),
     )  # fmt: skip

@@ -72,7 +72,7 @@ def prepare() -> None:
         Path(f"{kind}.urdf").write_text(MESHED.format(kind))
     Path("tiny.urdf").write_text(TINY)
     Path("tiny.mbs").write_bytes(convert("tiny.urdf").data)
-    convert("tiny.urdf", project="p").write()
+    convert("tiny.urdf", output={"project": "p"}).write()
     shutil.copy(CORPUS / "config" / "good-closed", "closed.yaml")
     carry_out("run closed.yaml")
 

@@ -66,7 +66,7 @@ FEWEST = {
 
 @pytest.mark.parametrize("name", FEWEST)
 def test_so_few_joints_are_enough(name: str, shared: Path) -> None:
-    result = ROBOTS[name].convert(base="fixed", pipeline="compact", options=KEEP_ALL)
+    result = ROBOTS[name].convert(base="fixed", pipeline="compact", passes=KEEP_ALL)
 
     joints = result.report.joints
     assert (joints.independent, joints.driven) == FEWEST[name]
@@ -83,7 +83,7 @@ def test_a_tolerance_takes_more_for_aligned_and_says_so(
 ) -> None:
     options = {**KEEP_ALL, "align-frames": {"tolerance": 1e-6}, "check": {"tolerance": 1e-6}}
 
-    result = ROBOTS[name].convert(base="fixed", pipeline="compact", options=options)
+    result = ROBOTS[name].convert(base="fixed", pipeline="compact", passes=options)
 
     assert result.report.joints.driven == fewest
     told = [d for d in result.diagnostics if d.code == "axis-aligned"]
@@ -111,12 +111,12 @@ def test_random_robots_are_the_same(
     }
 
     # an axis within 1e-9 rad of a coordinate axis or plane of its link is taken to lie on it
-    result = prove(text, tolerance=3e-11, moved=snapped(text), base=base, options=options)
+    result = prove(text, tolerance=3e-11, moved=snapped(text), base=base, passes=options)
 
     urdf = Urdf.parse(text)
     kinds = {joint.type for joint in urdf.joints.values()}
     if not kinds & {"floating", "planar"}:
-        faithful = convert_text(text.decode(), base=base, options=KEEP_ALL if keep else {})
+        faithful = convert_text(text.decode(), base=base, passes=KEEP_ALL if keep else {})
         assert driven(result) <= driven(faithful)
 
 

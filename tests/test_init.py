@@ -212,7 +212,7 @@ def test_a_robot_without_mass_is_offered_an_estimate(here: Path) -> None:
     (here / "bare.urdf").write_text(re.sub("<visual>.*</visual>", "", text, flags=re.S))
     assert main(["init", "bare.urdf"]) == 0
     assert "no link has a mass, nor a shape" in (here / "bare.yaml").read_text()
-    bare = convert(here / "bare.urdf", options={"estimate-inertia": {"total_mass": 1.0}})
+    bare = convert(here / "bare.urdf", passes={"estimate-inertia": {"total_mass": 1.0}})
     assert "nothing-estimated" in [said.code for said in bare.diagnostics]
 
 

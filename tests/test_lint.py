@@ -167,7 +167,7 @@ def test_the_action_runs_as_github_would_run_it(here: Path) -> None:
     shutil.copy(ROOT / "configs" / "lamp.urdf", "lamp.urdf")
     assert main(["convert", "lamp.urdf", "-o", "lamp.mbs"]) == 0
     assert act(robot="lamp.urdf") == [0, 0]
-    assert act(robot="lamp.urdf", model="lamp.mbs", options="--frames") == [0, 0]
+    assert act(robot="lamp.urdf", model="lamp.mbs", passes="--frames") == [0, 0]
     assert json.loads(Path("urdf2mbs.sarif").read_text())["runs"]
     text, mass = Path("lamp.urdf").read_text(), '<mass value="'
     Path("lamp.urdf").write_text(text.replace(mass, f"{mass}9"))

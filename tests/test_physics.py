@@ -39,7 +39,7 @@ def urdf_of(text: Path) -> Urdf:
 
 def converted(robot: RealRobot, base: str, keep: bool) -> Comparison:
     urdf = urdf_of(robot.text)
-    result = robot.convert(base=base, options=KEEP_ALL if keep else {})
+    result = robot.convert(base=base, passes=KEEP_ALL if keep else {})
     return Comparison(result, urdf, floating=urdf.floats(base))
 
 
@@ -119,12 +119,12 @@ def test_auto_is_one_of_the_two_bases(robot: RealRobot, shared: Path) -> None:
     if not has_bodies(robot, base, keep=True):
         pytest.skip("a single massless link")
 
-    auto = robot.convert(options=KEEP_ALL)
+    auto = robot.convert(passes=KEEP_ALL)
 
     own = any(joint.type == "floating" for joint in urdf.joints.values())
     assert auto.report.base == ("floating" if own else base)
     assert bool(auto.report.floating_joints) == own
-    assert auto.data == robot.convert(base=base, options=KEEP_ALL).data
+    assert auto.data == robot.convert(base=base, passes=KEEP_ALL).data
 
 
 @pytest.mark.parametrize("robot", BROKEN)
@@ -137,9 +137,9 @@ def test_what_is_no_robot_is_refused(robot: RealRobot, shared: Path) -> None:
 
 def test_one_conversion_does_not_influence_the_next(shared: Path) -> None:
     robots = [param.values[0] for param in CONVERTIBLE[::3]]
-    once = [robot.convert(options=KEEP_ALL).data for robot in robots]
+    once = [robot.convert(passes=KEEP_ALL).data for robot in robots]
 
-    again = [robot.convert(options=KEEP_ALL).data for robot in reversed(robots)]
+    again = [robot.convert(passes=KEEP_ALL).data for robot in reversed(robots)]
 
     assert once == again[::-1]
     for data in once:

@@ -54,7 +54,7 @@ def check(
     urdf = Urdf.parse(text)
     floating = urdf.floats(base)
 
-    result = convert(file, base=base, options=KEEP_ALL if keep else {}, pipeline=pipeline)
+    result = convert(file, base=base, passes=KEEP_ALL if keep else {}, pipeline=pipeline)
 
     comparison = Comparison(result, urdf, floating=floating, ground_has_mass=pipeline == "faithful")
     rng = np.random.default_rng(zlib.crc32(text))

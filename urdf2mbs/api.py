@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion, Names
 from urdf2mbs.disk import files
 from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, from_values
+from urdf2mbs.engine.config import Config, config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.mbs.model import LinkFrame, Mbs
 from urdf2mbs.mbs.reader import read
@@ -82,31 +81,15 @@ class Result:
         return report(self.conversion)
 
 
-def convert(
-    source: Config | str | os.PathLike[str],
-    *,
-    project: str | os.PathLike[str] | None = None,
-    language: str | Sequence[str] | None = None,
-    options: Mapping[str, Mapping[str, Any]] | None = None,
-    **fields: Any,
-) -> Result:
+def convert(source: Config | str | os.PathLike[str], **fields: Any) -> Result:
     """Convert a URDF or xacro file; nothing is written until ``Result.write()``.
 
-    ``fields`` are those of ``Config``, the keys of a config file: ``pipeline="compact"``.  A whole
-    ``Config`` in place of the file says the same with types.  ``options`` are the ``passes`` of a
-    config; ``project`` and ``language`` are its ``output`` where that is a Robotran project.
-    Paths are relative to the working folder.  Raises ConversionError.
+    ``source`` may also be a config file, or a ``Config``.  ``fields`` are those of ``Config``, the
+    keys of a config file: ``pipeline="compact"``, ``output={"project": "robot"}``,
+    ``passes={"contacts": {"links": ["foot"]}}``.  Paths are relative to the working folder.
+    Raises ConversionError.
     """
-    if options is not None:
-        fields["passes"] = options
-    if project is not None:
-        if fields.get("output") is not None:
-            raise ConfigError("usage", "give either an output or a project, not both")
-        fields["output"] = {"project": project}
-        if language is not None:
-            fields["output"]["language"] = language
-    given = source if isinstance(source, Config) else {"source": source}
-    return Result(Pipeline(*from_values(given, **fields)).run())
+    return Result(Pipeline(*config_of(source, **fields)).run())
 
 
 class Verdict(Proof, kw_only=True):
@@ -278,7 +261,7 @@ def _read_robot(source: str, fields: dict[str, Any], passes: dict[str, Any]) -> 
     asked = {name: options for name, options in passes.items() if name in _ROBOT}
     output = {"project": f"{source}.project"}  # rotors are for projects alone
     given = {"source": source, "output": output, "pipeline": _ROBOT, "passes": asked}
-    return Pipeline(*from_values(given, **fields), installed_plugins=False).run()
+    return Pipeline(*config_of(given, **fields), installed_plugins=False).run()
 
 
 def _unseen(robot: Robot, mbs: Mbs, found: Match) -> dict[str, str]:

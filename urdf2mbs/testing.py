@@ -52,7 +52,7 @@ def run_pass(
         robot,
         plugins=[] if plugin is None else [plugin],
         after={after: name},
-        options={name: options or {}},
+        passes={name: options or {}},
         **settings,
     )
 

@@ -11,12 +11,13 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
+import urdf2mbs
 from urdf2mbs import convert
 from urdf2mbs.commands import parse as read_words
 from urdf2mbs.commands import parser
 from urdf2mbs.commands.schema import schema
 from urdf2mbs.commands.settings import ALONE, FLAGS, RUNNING, choose_fields, field_docs
-from urdf2mbs.engine.config import Config, Lines, load, parse, typed
+from urdf2mbs.engine.config import Config, Lines, config_of, load, parse, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import Plugins
 from urdf2mbs.engine.yaml_text import word
@@ -117,7 +118,6 @@ passes: {check: {tolerance: 1e-6}}
         ("source: x\noutput: ''", r"robot.yaml:2: .*'output': this is empty: write"),
         ("source: x\nplugins: ['']", r"robot.yaml:2: .*'plugins.0': this is empty: write"),
         ("source: x\npackages: {p: ''}", r"robot.yaml:2: .*'packages.p': this is empty: write"),
-        ("source: x\nalias: {'': emit}", r"robot.yaml:2: .*'alias': a key is empty: write"),
         ("source: x\npackages: {'': p}", r"robot.yaml:2: .*'packages': a key is empty"),
         ("source: x\nxacro_args: {'': p}", r"robot.yaml:2: .*'xacro_args': a key is empty"),
     ],
@@ -220,8 +220,6 @@ def test_our_configs_agree_with_it(file: Path, ours: dict[str, Any]) -> None:
         ("output: {project: x}", True),
         ("output: {project: ''}", False),
         ("output: ''", False),
-        ("alias: {'': emit}", False),
-        ("alias: {again: emit}", True),
         ("plugins: ''", False),
         ("output: {project: x, more: 1}", False),
         ("outptu: x", False),
@@ -344,6 +342,30 @@ def test_python_takes_the_fields_of_a_config_or_a_config(tmp_path: Path) -> None
         convert(config, pipelin="faithful")
     with pytest.raises(ConfigError, match="holds no such thing: <object"):
         convert(config, strict=object())
+
+
+def test_python_takes_a_config_file_and_changes_it(tmp_path: Path) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    file = tmp_path / "tiny.yaml"
+    file.write_text("source: tiny.urdf\nbase: fixed\ndiagnostics: {collision: warning}\n"
+                    "passes: {layout: {style: tree}, check: {tolerance: 1.0e-8}}\n")  # fmt: skip
+    config, lines = config_of(
+        file, base="floating", diagnostics={"limit": "note"}, passes={"layout": {"keep": False}}
+    )
+    assert (config.base, lines.folder) == ("floating", tmp_path)
+    assert config.diagnostics == {"collision": "warning", "limit": "note"}
+    assert config.passes == {
+        "layout": {"style": "tree", "keep": False}, "check": {"tolerance": 1e-8},
+    }  # fmt: skip
+    assert convert(file).mbs.base.gravity == (0.0, 0.0, -9.81)
+
+
+@pytest.mark.parametrize("call", [urdf2mbs.convert, urdf2mbs.simulate, urdf2mbs.load_equations])
+def test_a_keyword_of_an_earlier_version(call: Any) -> None:
+    for words, new in (({"options": {}}, "passes="), ({"project": "a"}, "output={'project'")):
+        with pytest.raises(ConfigError, match="no longer a keyword") as caught:
+            call("tiny.urdf", **words)
+        assert new in str(caught.value.hint)
 
 
 def test_a_flag_says_what_its_field_says() -> None:

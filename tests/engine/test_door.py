@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +11,6 @@ import pytest
 
 import urdf2mbs
 from urdf2mbs import convert, plugin
-from urdf2mbs.cli import main
 from urdf2mbs.commands.new_pass import new_pass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
@@ -75,26 +73,12 @@ def test_before_and_after_and_without(tmp_path: Path) -> None:
         ({"without": ["chekc"]}, "there is no pass 'chekc'"),
         ({"without": ["lump-fixed"]}, "'lump-fixed' is not in this pipeline"),
         ({"before": {"nosuch": "check"}}, "there is no pass 'nosuch'"),
-        ({"alias": {"again": "scael"}}, "there is no pass 'scael'"),
-        ({"alias": {"check": "emit"}}, "there is a pass 'check' already"),
     ],
 )
 def test_what_cannot_be_placed(settings: Any, said: str) -> None:
     with pytest.raises(ConfigError) as wrong:
         names(**settings)
     assert said in wrong.value.message
-
-
-def test_one_pass_under_two_names(tmp_path: Path) -> None:
-    result = convert_text(
-        plugins=[write(tmp_path, SCALE)],
-        alias={"scale-hand": "scale"},
-        after={"expand": ["scale", "scale-hand"]},
-        options={"scale": {"by": 3.0}, "scale-hand": {"link": "hand"}},
-    )
-    masses = {body.name: body.mass for body in result.mbs.bodies}
-    assert masses == {"body": 2.0, "arm": 1.5, "hand": 0.2}
-    assert [one.by for one in result.report.changed] == ["scale", "scale-hand"]
 
 
 PRESET = """
@@ -181,27 +165,14 @@ def test_a_result_can_be_written(tmp_path: Path) -> None:
     source.write_text(TINY)
     written = convert(source, output=tmp_path / "out.mbs", gravity=(0.0, 0.0, -1.6)).write()
     assert read(written.read_bytes(), "").base.gravity == (0.0, 0.0, -1.6)
-    assert convert(source, project=tmp_path / "arm", language=["python", "c"]).write() == (
-        tmp_path / "arm" / "dataR" / "arm.mbs"
-    )
+    assert convert(
+        source, output={"project": tmp_path / "arm", "language": ["python", "c"]}
+    ).write() == (tmp_path / "arm" / "dataR" / "arm.mbs")
     assert (tmp_path / "arm" / "userfctR" / "arm_robot.c").is_file()
     assert (tmp_path / "arm" / "workR" / "main.py").is_file()
-    with pytest.raises(ConfigError, match="not both"):
-        convert(source, output="a.mbs", project="a")
     for kind in (str, Path):
         verdict = urdf2mbs.verify(
             kind(source), kind(tmp_path / "out.mbs"), packages={"arm": kind(tmp_path)},
             gravity=(0.0, 0.0, -1.6),
         )  # fmt: skip
         assert verdict.same
-
-
-def test_an_alias_on_the_command_line_of_explain(tmp_path: Path, capsys: Any) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    write(tmp_path, SCALE)
-    config = tmp_path / "tiny.yaml"
-    config.write_text("source: tiny.urdf\nplugins: [lab.py]\nalias: {twice: scale}\n"
-                      "after: {expand: twice}\n")  # fmt: skip
-    assert main(["explain", str(config), "--json"]) == 0
-    assert "twice" in [one["name"] for one in json.loads(capsys.readouterr().out)]
-    assert main(["explain", str(config)]) == 0

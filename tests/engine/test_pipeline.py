@@ -97,13 +97,13 @@ def test_an_error_in_after_names_its_line(tmp_path: Path) -> None:
 
 def test_options_reach_a_pass_and_the_line_of_a_wrong_one() -> None:
     with pytest.raises(ConfigError, match=r"unknown key 'passes.check.tolerence'\n.*'tolerance'"):
-        convert_text(options={"check": {"tolerence": 1}})
+        convert_text(passes={"check": {"tolerence": 1}})
     with pytest.raises(
         ConfigError, match=r"'passes.check.tolerance': a number is wanted, and this is 'x'"
     ):
-        convert_text(options={"check": {"tolerance": "x"}})
+        convert_text(passes={"check": {"tolerance": "x"}})
     with pytest.raises(ConfigError, match="pass 'lump-fixed' is not in this pipeline"):
-        convert_text(options={"lump-fixed": {}})
+        convert_text(passes={"lump-fixed": {}})
 
 
 class Watcher:
@@ -194,7 +194,7 @@ def test_a_preset_that_was_used_before_is_no_other_config_s(tmp_path: Path) -> N
         names = [one.pass_.name for one in pipeline_of(tmp_path, text).passes]
         assert names == wanted
     with pytest.raises(ConfigError, match="wrong-order"):
-        pipeline_of(tmp_path, "before: {expand: own}\nalias: {own: left-out}")
+        pipeline_of(tmp_path, "without: [layout]\nbefore: {expand: layout}")
     for text, joints in (("passes: {actuators: {joints: ['*']}}", ["*"]), ("", [])):
         passes = pipeline_of(tmp_path, text).passes
         options = {one.pass_.name: one.pass_ for one in passes}

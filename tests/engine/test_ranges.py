@@ -153,7 +153,7 @@ def test_the_error_names_key_line_value_and_range(
 @pytest.mark.parametrize("name", ["check", "align-frames"])
 def test_no_tolerance_is_beyond_1e_3(name: str, tolerance: float) -> None:
     with pytest.raises(ConfigError) as refused:
-        convert_text(pipeline="compact", options={name: {"tolerance": tolerance}})
+        convert_text(pipeline="compact", passes={name: {"tolerance": tolerance}})
     assert refused.value.code == "value-range"
 
 

@@ -58,7 +58,7 @@ def run(mbs: Mbs, folder: Path, *, c: bool) -> PythonEquations:
 
 
 def closed(text: str, cuts: dict[str, Any]) -> Mbs:
-    result = convert_text(text, base="fixed", options={"loops": {"cuts": cuts}})
+    result = convert_text(text, base="fixed", passes={"loops": {"cuts": cuts}})
     return read(result.data, "four_bar", mechanics_only=True)
 
 
@@ -156,7 +156,7 @@ def off_plane() -> str:
 
 
 def test_a_gap_that_no_joint_closes_is_told_in_a_conversion() -> None:
-    result = convert_text(off_plane(), base="fixed", options={"loops": {"cuts": BALL}})
+    result = convert_text(off_plane(), base="fixed", passes={"loops": {"cuts": BALL}})
     (warning,) = [d for d in result.diagnostics if d.code.startswith("loop-")]
     assert warning.code == "loop-never-closes"
     assert "0.1 m apart along y of 'base'" in warning.message

@@ -187,7 +187,9 @@ def robot(folder: Path, *filenames: str, **options: Any) -> Result:
         f'<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
         f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial>{visuals}</link></robot>'
     )
-    return convert(folder / "r.urdf", project=folder / "p", options={"convert-meshes": options})
+    return convert(
+        folder / "r.urdf", output={"project": folder / "p"}, passes={"convert-meshes": options}
+    )
 
 
 def codes(result: Result) -> set[str]:

@@ -160,7 +160,7 @@ def test_from_python(bad: str, here: Path) -> None:
     for act in (
         lambda: convert(bad),
         lambda: convert(robot, plugins=[bad]),
-        lambda: convert(robot, options={"posture": {"srdf": bad, "state": "home"}}),
+        lambda: convert(robot, passes={"posture": {"srdf": bad, "state": "home"}}),
         lambda: convert(robot, packages={"p": bad}) and convert(bad),
         lambda: verify(bad, model),
         lambda: verify(robot, Path(bad)),

@@ -8,12 +8,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from making import passes_of
 
 from urdf2mbs.api import convert
 from urdf2mbs.engine.config import Lines
 from urdf2mbs.many.convert import jobs_of
-from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.testing import TINY
 
 
@@ -44,8 +43,8 @@ def with_collision(tiny: Path, mesh: bytes | None) -> Path:
 def test_contacts_of_a_mesh_that_cannot_be_used(tiny: Path, mesh: bytes | None) -> None:
     given = {"contacts": {"links": ["hand"], "points": {"hand": [[0, 0, 1]]}}}
     with_collision(tiny, mesh)
-    assert not told(convert(tiny, options=given).diagnostics, "contacts-mesh")
-    result = convert(tiny, options={"contacts": {"links": ["hand"]}})
+    assert not told(convert(tiny, passes=given).diagnostics, "contacts-mesh")
+    result = convert(tiny, passes={"contacts": {"links": ["hand"]}})
     found = told(result.diagnostics, "contacts-mesh")
     assert [one.link for one in found] == ["hand"]
     assert "'hand.obj' cannot be used" in found[0].message
@@ -61,7 +60,7 @@ def test_a_sensor_on_no_link_and_one_on_the_base(tiny: Path) -> None:
         '<child link="body"/></joint>'
     )
     tiny.write_text(TINY.replace("</robot>", f"{more}</robot>"))
-    result = convert(tiny, base="fixed", project=tiny.parent / "p")
+    result = convert(tiny, base="fixed", output={"project": tiny.parent / "p"})
     found = [one.message for one in told(result.diagnostics, "sensor-left-out")]
     assert any("'lost' is left out: it is on link 'nobody'" in one for one in found), found
     assert any("still (link 'world')" in one for one in found), found
@@ -72,20 +71,10 @@ def test_a_part_of_a_mesh(tiny: Path) -> None:
     visual = '<visual><geometry><mesh filename="hand.obj"/></geometry></visual>'
     tiny.write_text(TINY.replace('<link name="hand">', f'<link name="hand">{visual}'))
     (tiny.parent / "hand.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 nan\nf 1 2 3\nf 1 2 4")
-    found = told(convert(tiny, project=tiny.parent / "p").diagnostics, "mesh-part")
+    found = told(convert(tiny, output={"project": tiny.parent / "p"}).diagnostics, "mesh-part")
     assert len(found) == 1
     assert "a coordinate of 1 triangle" in found[0].message
     assert found[0].message.endswith("mesh hand.obj")
-
-
-def test_meshes_after_emit(tiny: Path) -> None:
-    with pytest.raises(ConfigError, match="put 'again' before 'emit'") as caught:
-        convert(
-            tiny, project=tiny.parent / "p",
-            pipeline=[*(name for name in passes_of("faithful") if name != "check"),
-                      "again"], alias={"again": "convert-meshes"},
-        )  # fmt: skip
-    assert caught.value.code == "stale"
 
 
 def test_a_cluster_whose_workers_cannot_convert(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from urdf2mbs.engine.config import from_values
+from urdf2mbs.engine.config import config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.engine.plugins import GROUP
 
@@ -122,7 +122,7 @@ def convert(
         "pipeline": "compact", "base": "floating", "passes": passes, "gravity": [0.5, -0.3, -9.7],
         "diagnostics": {"mimic-driven": "ignore", "posture-limit": "ignore"}, **settings,
     }  # fmt: skip
-    pipeline = Pipeline(*from_values(values), installed_plugins=False)
+    pipeline = Pipeline(*config_of(values), installed_plugins=False)
     conversion: Any = pipeline.run(stop_after=stop_after)
     plugged = {True: list[Any](), False: list[Any]()}
     for configured in pipeline.passes:

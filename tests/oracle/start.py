@@ -17,7 +17,7 @@ def prove(case: Case) -> None:
         name = list(case.data.joint_id)[number - 1]
         case.compare(f"joint '{name}': its start", offset, row @ q, "(its rule)", 1.0)
     leaders = {k for row, _ in tied.values() for k in row.nonzero()[0]}
-    others = {*case.conversion.plugged, *case.conversion.settings.config.alias.values()}
+    others = case.conversion.plugged
     if options is None or options.srdf is not None or "posture" in others:
         case.unproven["the start"] = "of an SRDF file, or of another pass"
         return

@@ -20,7 +20,7 @@ def test_actuated_joints() -> None:
     result = convert_text(TINY.replace("</robot>", more))
     actuated = [j.name for b in result.mbs.bodies for j in b.joints if j.actuated]
     assert actuated == ["shoulder", "wrist_roll"]
-    result = convert_text(TINY, options={"actuators": {"joints": ["wrist_*"]}})
+    result = convert_text(TINY, passes={"actuators": {"joints": ["wrist_*"]}})
     actuated = [j.name for b in result.mbs.bodies for j in b.joints if j.actuated]
     assert actuated == ["wrist_roll", "wrist_pitch"]
 
@@ -33,5 +33,5 @@ def test_actuated_joints() -> None:
 )
 def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, options={"actuators": options})
+        convert_text(TINY, passes={"actuators": options})
     assert caught.value.code == code

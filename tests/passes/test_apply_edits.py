@@ -83,7 +83,7 @@ def test_links_are_where_they_were_by_their_new_names(here: Path) -> None:
     ))  # fmt: skip
     plain = convert(source, output="r.mbs")
     edited = convert(
-        source, output="r.mbs", options={"apply-edits": {"file": str(here / "edits.yaml")}}
+        source, output="r.mbs", passes={"apply-edits": {"file": str(here / "edits.yaml")}}
     )
     for link, frame in plain.frames.items():
         frame.body = called.get(frame.body or "", frame.body)

@@ -34,7 +34,7 @@ def certificate(project: Path) -> dict[str, Any]:
 
 
 def test_it_is_a_statement_of_in_toto_about_every_file_made(tiny: Path, tmp_path: Path) -> None:
-    convert(tiny, project=tmp_path / "p", language=["python", "c"]).write()
+    convert(tiny, output={"project": tmp_path / "p", "language": ["python", "c"]}).write()
     said = certificate(tmp_path / "p")
     assert said["_type"] == "https://in-toto.io/Statement/v1"
     assert said["predicateType"] == "https://in-toto.io/attestation/test-result/v0.1"
@@ -52,10 +52,10 @@ def test_it_is_a_statement_of_in_toto_about_every_file_made(tiny: Path, tmp_path
 
 
 def test_a_merged_file_is_certified_as_it_is_written(tiny: Path, tmp_path: Path) -> None:
-    convert(tiny, project=tmp_path / "p").write()
+    convert(tiny, output={"project": tmp_path / "p"}).write()
     model = tmp_path / "p" / "dataR" / "p.mbs"
     model.write_text(re.sub(r"<x>\d+\.0</x>", "<x>77.0</x>", model.read_text(), count=1))
-    convert(tiny, project=tmp_path / "p").write()
+    convert(tiny, output={"project": tmp_path / "p"}).write()
     assert "<x>77.0</x>" in model.read_text()
     assert certificate(tmp_path / "p")["subject"][0] == {
         "name": "dataR/p.mbs",
@@ -64,13 +64,13 @@ def test_a_merged_file_is_certified_as_it_is_written(tiny: Path, tmp_path: Path)
 
 
 def test_the_plan_names_one_that_goes(tiny: Path, tmp_path: Path) -> None:
-    convert(tiny, output=tmp_path / "tiny.mbs", options=ALWAYS).write()
+    convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
     later = convert(tiny, output=tmp_path / "tiny.mbs")
     assert plan(later.conversion)["removed"] == [tmp_path / "tiny.proof.json"]
 
 
 def test_it_has_the_numbers_of_each_rigid_group(tiny: Path, tmp_path: Path) -> None:
-    convert(tiny, project=tmp_path / "p").write()
+    convert(tiny, output={"project": tmp_path / "p"}).write()
     groups = {
         group["coordinate"]: group
         for group in certificate(tmp_path / "p")["predicate"]["urdf2mbs"]["groups"]
@@ -94,7 +94,7 @@ def test_the_same_robot_elsewhere_has_the_same_certificate(tmp_path: Path) -> No
         robot = folder / "robot.urdf.xacro"
         robot.write_bytes(BIPED.read_bytes())
         result = convert(
-            robot, project=folder / "p", packages={"none": folder},
+            robot, output={"project": folder / "p"}, packages={"none": folder},
             plugins=[str(_nothing(folder))], after={"expand": "nothing"},
         )  # fmt: skip
         (path,) = (path for path in result.conversion.files if path.name.endswith(".proof.json"))
@@ -124,7 +124,10 @@ def test_what_a_plugin_changed_is_named(tiny: Path, tmp_path: Path) -> None:
         "    return [make('heavy', run, writes=('robot',))]\n"
     )
     convert(
-        tiny, project=tmp_path / "p", plugins=[tmp_path / "heavy.py"], after={"expand": "heavy"}
+        tiny,
+        output={"project": tmp_path / "p"},
+        plugins=[tmp_path / "heavy.py"],
+        after={"expand": "heavy"},
     ).write()
     predicate = certificate(tmp_path / "p")["predicate"]
     assert predicate["result"] == "WARNED"
@@ -136,7 +139,7 @@ def test_what_a_plugin_changed_is_named(tiny: Path, tmp_path: Path) -> None:
 def test_a_name_of_a_file_may_be_no_text(tiny: Path, tmp_path: Path) -> None:
     odd = tmp_path / os.fsdecode(b"odd\xff.urdf")
     odd.write_text(TINY)
-    convert(odd, project=tmp_path / "p").write()
+    convert(odd, output={"project": tmp_path / "p"}).write()
     (source,) = certificate(tmp_path / "p")["predicate"]["configuration"]
     assert source["name"] == odd.name
 
@@ -144,19 +147,19 @@ def test_a_name_of_a_file_may_be_no_text(tiny: Path, tmp_path: Path) -> None:
 def test_a_lone_file_has_one_if_asked_for(tiny: Path, tmp_path: Path) -> None:
     convert(tiny, output=tmp_path / "tiny.mbs").write()
     assert not list(tmp_path.glob("*.proof.json"))
-    convert(tiny, output=tmp_path / "tiny.mbs", options=ALWAYS).write()
+    convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
     said = json.loads((tmp_path / "tiny.proof.json").read_text())
     assert [file["name"] for file in said["subject"]] == ["tiny.mbs"]
 
 
 def test_one_that_fits_no_more_goes_unless_it_was_edited(tiny: Path, tmp_path: Path) -> None:
     path = tmp_path / "tiny.proof.json"
-    convert(tiny, output=tmp_path / "tiny.mbs", options=ALWAYS).write()
+    convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
     convert(
-        tiny, output=path.with_name("tiny.mbs"), options={"certificate": {"write": "never"}}
+        tiny, output=path.with_name("tiny.mbs"), passes={"certificate": {"write": "never"}}
     ).write()
     assert not path.exists()
-    convert(tiny, output=tmp_path / "tiny.mbs", options=ALWAYS).write()
+    convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
     convert(tiny, output=path.with_name("tiny.mbs"), without=["check"]).write()
     assert not path.exists()
     path.write_text("mine\n")
@@ -167,7 +170,7 @@ def test_one_that_fits_no_more_goes_unless_it_was_edited(tiny: Path, tmp_path: P
 def test_a_rejected_file_has_none_and_the_good_one_keeps_its_own(
     tiny: Path, tmp_path: Path
 ) -> None:
-    convert(tiny, output=tmp_path / "tiny.mbs", options=ALWAYS).write()
+    convert(tiny, output=tmp_path / "tiny.mbs", passes=ALWAYS).write()
     good = (tmp_path / "tiny.proof.json").read_bytes()
     (tmp_path / "heavy.py").write_text(
         "from making import hookimpl, make\n"
@@ -179,7 +182,7 @@ def test_a_rejected_file_has_none_and_the_good_one_keeps_its_own(
     convert(
         tiny,
         output=tmp_path / "tiny.mbs",
-        options=ALWAYS,
+        passes=ALWAYS,
         plugins=[tmp_path / "heavy.py"],
         after={"reframe-inertia": "heavy"},
     ).write()
@@ -194,7 +197,7 @@ def test_a_slip_that_the_reader_mends_is_no_error(
 ) -> None:
     """The replay cannot read such a URDF, but its certificate is written."""
     tiny.write_text(TINY.replace("0 0.5 0", "0 0.7854 0").replace(was, now))
-    convert(tiny, project=tmp_path / "p", options={"snap": {"angle": 0.001}}).write()
+    convert(tiny, output={"project": tmp_path / "p"}, passes={"snap": {"angle": 0.001}}).write()
     predicate = certificate(tmp_path / "p")["predicate"]
     assert ["joint", "shoulder", "origin"] in [
         where for where, *_ in predicate["urdf2mbs"]["changes"]

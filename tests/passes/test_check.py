@@ -107,12 +107,12 @@ def test_the_largest_difference_comes_first(spoiled: Spoil) -> None:
 
 def test_the_tolerance_is_the_options(spoiled: Spoil) -> None:
     change = ("<mass>0.5</mass>", "<mass>0.5000001</mass>")
-    loose = spoiled(*change, options={"check": {"tolerance": 1e-3}})
+    loose = spoiled(*change, passes={"check": {"tolerance": 1e-3}})
     assert loose.report.proof.same is True
     tight = spoiled("<mass>0.5</mass>", "<mass>0.50000000001</mass>")
     assert tight.report.proof.same is True
     tight = spoiled(
-        "<mass>0.5</mass>", "<mass>0.50000000001</mass>", options={"check": {"tolerance": 1e-12}}
+        "<mass>0.5</mass>", "<mass>0.50000000001</mass>", passes={"check": {"tolerance": 1e-12}}
     )
     assert tight.report.proof.same is False
 

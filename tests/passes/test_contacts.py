@@ -53,7 +53,7 @@ def test_a_robot_that_floats_by_its_own_joint_is_raised_once() -> None:
       <joint name="stay" type="fixed"><parent link="root"/><child link="foot"/></joint></robot>"""
     for pipeline in ("faithful", "compact"):
         options = {"contacts": {"links": ["foot"]}}
-        result = convert_text(robot, pipeline=pipeline, options=options)
+        result = convert_text(robot, pipeline=pipeline, passes=options)
         assert result.conversion.proof.same
         (body,) = result.mbs.bodies
         assert place(result.mbs).bodies[body.name].xyz[2] == pytest.approx(0.5, abs=1e-12)
@@ -63,7 +63,7 @@ def test_a_robot_over_its_feet_stands_and_one_beside_them_is_told() -> None:
     for leans, told in ((-0.3, False), (0.9, True)):
         joints = {**STANCE, "*_hip_pitch": leans}
         options = {"posture": {"joints": joints}, "contacts": {"links": ["*_foot"]}}
-        said = {found.code: found for found in convert(BIPED, options=options).diagnostics}
+        said = {found.code: found for found in convert(BIPED, passes=options).diagnostics}
         assert ("contacts-balance" in said) == told
     way = str(said["contacts-balance"].hint).partition("must come (")[2].partition(")")[0]
     x, _, z = map(float, way.split(","))
@@ -190,7 +190,7 @@ def test_corners_of_a_mesh(tmp_path: Path) -> None:
 )
 def test_wrong_contacts(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, options={"contacts": options})
+        convert_text(TINY, passes={"contacts": options})
     assert caught.value.code == code
 
 
@@ -250,7 +250,10 @@ def test_the_law_of_a_robot_without_weight(tmp_path: Path) -> None:
     ):
         contacts = {"points": {"hand": [[0, 0, 0]]}, **options}
         result = convert_text(
-            TINY, project=tmp_path / "p", gravity=(0.0, 0.0, 0.0), passes={"contacts": contacts}
+            TINY,
+            output={"project": tmp_path / "p"},
+            gravity=(0.0, 0.0, 0.0),
+            passes={"contacts": contacts},
         )
         (law,) = [model for model in result.mbs.user_models if model.name == "contact"]
         found = {p.name: float(p.values[0]) for p in law.parameters}
@@ -288,7 +291,7 @@ def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
     own = TINY.replace("mu1", "mu2")
     text = own.replace("</robot>", f'<gazebo reference="hand">{numbers}</gazebo></robot>')
     passes = {"contacts": {"links": ["hand"], "points": {"hand": [[0, 0, 0]]}}}
-    result = convert_text(text, options=passes, project=tmp_path / "p")
+    result = convert_text(text, passes=passes, output={"project": tmp_path / "p"})
     proof = result.conversion.proof
     assert proof is not None
     assert proof.same
@@ -351,9 +354,9 @@ def test_the_toe_of_a_long_foot_is_no_corner(tmp_path: Path) -> None:
         options: dict[str, Any] = {"contacts": {"links": ["body"]}}
         if told:
             with pytest.raises(ConfigError, match="no shape to take points of"):
-                convert(source, options=options)
+                convert(source, passes=options)
             continue
-        (body, *_) = convert(source, options=options).mbs.bodies
+        (body, *_) = convert(source, passes=options).mbs.bodies
         found = [p.coordinates[:2] for p in body.points if p.extforce is not None]
         around = ((0.2, -0.01), (0.2, 0.01), (-0.1, 0.01), (-0.1, -0.01))
         assert found == [pytest.approx(at) for at in around]
@@ -362,7 +365,7 @@ def test_the_toe_of_a_long_foot_is_no_corner(tmp_path: Path) -> None:
         "<collision><geometry><mesh filename='none.obj'/></geometry></collision>", 1,
     )  # fmt: skip
     source.write_text(text)
-    (said,) = [d for d in convert(source, options=options).diagnostics if d.code == "contacts-mesh"]
+    (said,) = [d for d in convert(source, passes=options).diagnostics if d.code == "contacts-mesh"]
     assert said.message.endswith("mesh 'none.obj' cannot be used: it was not found")
 
 
@@ -404,5 +407,5 @@ def test_a_corner_counts_up_to_a_fiftieth_of_the_mesh_above_the_lowest(
     )
     source = tmp_path / "r.urdf"
     source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="foot.obj"/>'))
-    (body, *_) = convert(source, options={"contacts": {"links": ["body"]}}).mbs.bodies
+    (body, *_) = convert(source, passes={"contacts": {"links": ["body"]}}).mbs.bodies
     assert sum(point.extforce is not None for point in body.points) == count

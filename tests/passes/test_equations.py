@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     ("options", "said"), [({}, True), ({"fold": True}, True), ({"language": None}, False)]
 )
 def test_options_without_a_language_are_told(options: dict[str, Any], said: bool) -> None:
-    found = convert_text(options={"equations": options}).diagnostics
+    found = convert_text(passes={"equations": options}).diagnostics
     assert ("equations-language" in [each.code for each in found]) == said
 
 

@@ -36,7 +36,7 @@ def estimated(*content: str, more: str = "", **options: Any) -> Result:
     return convert_text(
         robot(link("a", *content), more),
         pipeline=["expand", "estimate-inertia"],
-        options={"estimate-inertia": options or {"density": 1000}},
+        passes={"estimate-inertia": options or {"density": 1000}},
     )
 
 
@@ -234,7 +234,7 @@ def of_mesh(folder: Path, triangles: Array, scale: str = "1 1 1") -> tuple[Inert
     result = convert(
         source,
         pipeline=["expand", "estimate-inertia"],
-        options={"estimate-inertia": {"density": 1000}},
+        passes={"estimate-inertia": {"density": 1000}},
     )
     return inertia_of(result), result.report.passes["estimate-inertia"]["links"]["a"]["from"]
 
@@ -322,7 +322,7 @@ def test_where_a_mesh_cannot_be_read_rods_stand_in(tmp_path: Path, content: byte
     result = convert(
         source,
         pipeline=["expand", "estimate-inertia"],
-        options={"estimate-inertia": {"density": 1000, "rod_radius": 0.1}},
+        passes={"estimate-inertia": {"density": 1000, "rod_radius": 0.1}},
     )
 
     def rod(length: float) -> Inertia:
@@ -346,7 +346,7 @@ def test_where_a_mesh_cannot_be_read_rods_stand_in(tmp_path: Path, content: byte
 def test_arms_without_any_inertia_convert(name: str, pipeline: str, shared: Path) -> None:
     """Their meshes are not there: rods stand in, and each is said to."""
     result = ROBOTS[name].convert(
-        base="fixed", pipeline=pipeline, options={"estimate-inertia": {"total_mass": 380}}
+        base="fixed", pipeline=pipeline, passes={"estimate-inertia": {"total_mass": 380}}
     )
     assert result.report.proof.same
     estimates = result.report.passes["estimate-inertia"]["links"]
@@ -366,7 +366,7 @@ def test_estimates_make_the_same_robot_as_stated_inertias() -> None:
         *(link(name, box) for name in links),
         joint("a", "b", xyz="0 0 1", axis="0 1 1"), joint("b", "c", "fixed", xyz="0 0 1"),
     )  # fmt: skip
-    guessed = convert_text(text, options={"estimate-inertia": {"density": 1000}})
+    guessed = convert_text(text, passes={"estimate-inertia": {"density": 1000}})
     stated = '<inertial><origin xyz="1 2 3" rpy="1 2 3"/><mass value="30"/><inertia ixx="0.85" '
     stated += 'ixy="0" ixz="0" iyy="0.725" iyz="0" izz="0.325"/></inertial>'
     for name in links:
@@ -387,7 +387,7 @@ def test_a_face_without_an_area_is_passed_over(tmp_path: Path) -> None:
 
 
 def test_what_a_body_can_have_is_not_repaired() -> None:
-    result = convert_text(options={"estimate-inertia": {"repair": True}})
+    result = convert_text(passes={"estimate-inertia": {"repair": True}})
     assert "inertia-repaired" not in [found.code for found in result.diagnostics]
     assert "inertia-repair" not in result.conversion.facts
 

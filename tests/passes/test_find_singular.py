@@ -70,7 +70,7 @@ def test_what_moves_nothing_is_told_once_for_all_such_joints() -> None:
     tips = [f"t{number}" for number in range(7)]
     text = robot(link("a", SOLID), *(link(tip) for tip in tips), *(joint("a", tip) for tip in tips))
     assert told(convert_text(text)) == []
-    result = convert_text(text, options={"prune-massless": {"keep": ["*"]}})
+    result = convert_text(text, passes={"prune-massless": {"keep": ["*"]}})
     assert told(result) == [
         ("singular", "each of the 7 joints 'a_to_t0', 'a_to_t1', 'a_to_t2', 'a_to_t3', 'a_to_t4', "
          "... moves nothing that has mass")
@@ -123,7 +123,7 @@ def test_real_robots_are_singular_where_pinocchio_says_so(real: RealRobot, base:
     keep = {"prune-massless": {"keep": ["*"]}}
     if base == "fixed" and real.name.endswith("01-myfirst"):
         pytest.skip("one link without mass: nothing is left")
-    result = real.convert(base=base, pipeline="compact", options=keep)
+    result = real.convert(base=base, pipeline="compact", passes=keep)
     singular = result.report.passes["singular"]
     always, initially = least(result)
     assert always > 1e-6 or always < 1e-12

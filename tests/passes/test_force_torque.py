@@ -69,7 +69,7 @@ def test_force_torque_sensors_of_one_name_and_at_joints_that_move() -> None:
     )
     more = '<gazebo reference="shoulder"><sensor name="torque" type="force_torque"/></gazebo>'
     text = TINY.replace("</robot>", f"{links}{more}</robot>")
-    result = convert_text(text, options={"force-torque": {"joints": ["*_ft"]}})
+    result = convert_text(text, passes={"force-torque": {"joints": ["*_ft"]}})
     names = {joint.name for body in result.mbs.bodies for joint in body.joints}
     assert {"left_ft_T1", "right_ft_R3"} <= names
     told = {found.code: found.message for found in result.diagnostics}
@@ -87,7 +87,7 @@ def test_force_torque_sensors_of_one_name_and_at_joints_that_move() -> None:
 )
 def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, options={"force-torque": options})
+        convert_text(TINY, passes={"force-torque": options})
     assert caught.value.code == code
 
 

@@ -56,7 +56,7 @@ def test_a_stop_swings_with_its_frequency() -> None:
     """The hand has 1e-4 kg m^2, and 0.1 kg at 0.05 m, of which the axis sees the half squared."""
     inertia = 1e-4 + 0.1 * 0.05**2 / 2
     for frequency in (5.0, 20.0):
-        result = convert_text(TINY, options={"joint-parameters": {"stop_frequency": frequency}})
+        result = convert_text(TINY, passes={"joint-parameters": {"stop_frequency": frequency}})
         model = next(m for m in result.mbs.user_models if m.name == "stop_stiffness")
         stiffness = {p.name: float(p.values[0]) for p in model.parameters}["wrist_pitch"]
         swing = sqrt(stiffness / inertia) / (2 * pi)
@@ -124,7 +124,7 @@ def test_the_moved_inertia_is_the_diagonal_of_the_mass_matrix() -> None:
     pin = pytest.importorskip("pinocchio")
     from oracle.pin import to_pinocchio
 
-    result = convert_text(TINY, options={"posture": {"joints": {"*": 0.4}}})
+    result = convert_text(TINY, passes={"posture": {"joints": {"*": 0.4}}})
     model = to_pinocchio(result.mbs)
     names = list(model.names)[1:]
     start = {j.name: j.q or 0.0 for b in result.mbs.bodies for j in b.joints}
@@ -141,5 +141,5 @@ def test_the_moved_inertia_is_the_diagonal_of_the_mass_matrix() -> None:
 )
 def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, options={"joint-parameters": options})
+        convert_text(TINY, passes={"joint-parameters": options})
     assert caught.value.code == code

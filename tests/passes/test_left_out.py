@@ -133,7 +133,7 @@ def test_all_frames_kept_needs_no_hint_to_keep_them(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
     keep = {"prune-massless": {"keep": ["*"]}}
     for options in ({}, keep):
-        found = convert(tmp_path / "r.urdf", options=options).diagnostics
+        found = convert(tmp_path / "r.urdf", passes=options).diagnostics
         (said,) = [one for one in found if one.level == "warning"]
         assert said.code == "no-mass"
         assert "keep" not in (said.hint or "")
@@ -145,7 +145,7 @@ def test_of_a_fixed_joint_nothing_is_left_out(tmp_path: Path, project: bool) -> 
     text = LEADS.replace('type="revolute"', 'type="fixed"').replace("<mimic", "<nothing")
     source = tmp_path / "robot.urdf"
     source.write_text(text)
-    result = convert(source, project=tmp_path / "p" if project else None)
+    result = convert(source, output={"project": tmp_path / "p"} if project else None)
     codes = {found.code for found in result.diagnostics}
     assert not codes & {"joint-dynamics", "limit", "safety-controller", "calibration"}
     assert result.report.left_out == {}

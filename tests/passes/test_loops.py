@@ -51,7 +51,7 @@ def natures(result: Any) -> dict[str, str]:
 
 
 def test_a_ball_makes_two_joints_of_a_four_bar_dependent() -> None:
-    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": BALL}})
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": BALL}})
     assert natures(result)["crank"] == "independent"
     assert [k for k, v in natures(result).items() if v == "dependent"] == ["elbow", "rocker"]
     mbs = read(result.data, "four_bar.mbs")
@@ -65,16 +65,16 @@ def test_a_ball_makes_two_joints_of_a_four_bar_dependent() -> None:
 
 def test_dependent_joints_by_name() -> None:
     options = {"cuts": BALL, "dependent": ["crank", "elbow"]}
-    result = convert_text(FOUR_BAR, base="fixed", options={"loops": options})
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": options})
     assert natures(result)["rocker"] == "independent"
     options = {"cuts": BALL, "dependent": ["crank"]}
     with pytest.raises(ConfigError, match="make 2 joints dependent, of which 1"):
-        convert_text(FOUR_BAR, base="fixed", options={"loops": options})
+        convert_text(FOUR_BAR, base="fixed", passes={"loops": options})
 
 
 def test_motors_stay_independent() -> None:
     options = {"loops": {"cuts": BALL}, "actuators": {"joints": ["rocker"]}}
-    result = convert_text(FOUR_BAR, base="fixed", options=options)
+    result = convert_text(FOUR_BAR, base="fixed", passes=options)
     assert natures(result)["rocker"] == "independent"
 
 
@@ -127,12 +127,12 @@ def test_a_solid_that_is_turned_is_told_with_its_angle(angle: float, said: list[
     """At the start the coupler is level, and the rocker is turned."""
     cuts = {"pin": {"kind": "solid", **BALL["pin"]}}
     turned = FOUR_BAR.replace(at(1, 0, 0), f'<origin xyz="1 0 0" rpy="0 {angle!r} 0"/>')
-    result = convert_text(turned, base="fixed", options={"loops": {"cuts": cuts}})
+    result = convert_text(turned, base="fixed", passes={"loops": {"cuts": cuts}})
     told = [found.message for found in result.diagnostics if found.code == "loop-open"]
     assert [text.partition(", by ")[2].partition(":")[0] for text in told] == said
     if angle == pi / 2:  # where the points meet, the angle alone is told
         cuts["pin"]["ends"] = [{"link": "coupler"}, {"link": "right", "at": [-1, 0, -1]}]
-        result = convert_text(turned, base="fixed", options={"loops": {"cuts": cuts}})
+        result = convert_text(turned, base="fixed", passes={"loops": {"cuts": cuts}})
         (text,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
         assert text.partition(" m and ")[2].startswith("1.57 rad")
         assert float(text.partition(", by ")[2].partition(" m")[0]) < 1e-9
@@ -145,7 +145,10 @@ def test_a_follower_in_a_loop_counts_as_its_leader(tmp_path: Path) -> None:
     text = parts[0] + "</joint>" + parts[1] + mimic + "</joint>".join(parts[2:])
     (tmp_path / "r.urdf").write_text(text)
     result = convert(
-        tmp_path / "r.urdf", project=tmp_path / "r", base="fixed", options={"loops": {"cuts": BALL}}
+        tmp_path / "r.urdf",
+        output={"project": tmp_path / "r"},
+        base="fixed",
+        passes={"loops": {"cuts": BALL}},
     )
     # so the coupler stays level: at the start, one of the ball's two equations follows
     found = natures(result)
@@ -164,15 +167,15 @@ def test_a_planar_loop_before_followers_is_warned_of(tmp_path: Path) -> None:
     ):
         (tmp_path / "r.urdf").write_text(text)
         result = convert(
-            tmp_path / "r.urdf", project=tmp_path / "r", language="c", base="fixed",
-            options={"loops": {"cuts": BALL}},
+            tmp_path / "r.urdf", output={"project": tmp_path / "r", "language": "c"}, base="fixed",
+            passes={"loops": {"cuts": BALL}},
         )  # fmt: skip
         assert warned == any(d.code == "loop-row-of-zeros" for d in result.diagnostics)
 
 
 def test_an_open_loop_is_told_with_its_distance() -> None:
     options = {"loops": {"cuts": BALL}, "posture": {"joints": {"crank": pi / 2}}}
-    result = convert_text(FOUR_BAR, base="fixed", options=options)
+    result = convert_text(FOUR_BAR, base="fixed", passes=options)
     (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
     # the coupler's end is at (1, 0, -1), the rocker's at (1, 0, 1)
     assert "by 2 m" in told
@@ -182,14 +185,14 @@ def test_a_rod_keeps_the_distance_of_the_start() -> None:
     rod = {
         "rod": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right", "at": [0, 0, 1]}]}
     }
-    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": rod}})
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": rod}})
     (cut,) = read(result.data, "x").cuts
     assert cut.kind == "rod"
     assert cut.length == pytest.approx(1.0)
     assert "loop-open" not in [found.code for found in result.diagnostics]
     assert sum(nature == "dependent" for nature in natures(result).values()) == 1
     rod["rod"]["length"] = 0.75  # type: ignore[assignment]
-    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": rod}})
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": rod}})
     (told,) = [found.message for found in result.diagnostics if found.code == "loop-open"]
     assert "by 0.25 m" in told
 
@@ -214,7 +217,9 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
         "posture": {"joints": {f"j{name}": random.normal() for name in "abcdg"}},
     }
     (tmp_path / "r.urdf").write_text(f"{text}</robot>")
-    result = convert(tmp_path / "r.urdf", project=tmp_path / "p", base="fixed", passes=options)
+    result = convert(
+        tmp_path / "r.urdf", output={"project": tmp_path / "p"}, base="fixed", passes=options
+    )
     conversion, mbs = result.conversion, result.mbs
     (cut,) = mbs.cuts
     ends = (cut.endpoint1, cut.endpoint2)
@@ -260,7 +265,7 @@ def test_the_rows_of_a_cut_are_its_derivatives(kind: str, tmp_path: Path) -> Non
 )  # fmt: skip
 def test_wrong_cuts(cut: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        convert_text(FOUR_BAR, options={"loops": {"cuts": {"x": cut}}})
+        convert_text(FOUR_BAR, passes={"loops": {"cuts": {"x": cut}}})
     assert caught.value.code == code
 
 
@@ -285,7 +290,7 @@ def test_a_loop_that_can_never_close_is_told_as_that() -> None:
         "other": {"kind": "rod", "ends": [{"link": "coupler"}, {"link": "right"}]},
         "pin": {"ends": [{"link": "coupler", "at": [1, 1, 0]}, BALL["pin"]["ends"][1]]},
     }
-    result = convert_text(FOUR_BAR, base="fixed", options={"loops": {"cuts": cuts}})
+    result = convert_text(FOUR_BAR, base="fixed", passes={"loops": {"cuts": cuts}})
     (told,) = [d for d in result.diagnostics if d.code in ("loop-never-closes", "loop-open")]
     assert told.code == "loop-never-closes"
     assert "'pin'" in told.message
@@ -328,7 +333,7 @@ def test_a_cut_has_a_name_of_its_own() -> None:
     assert [cut.name for cut in result.mbs.cuts] == ["pin"]
     assert "loop-renamed" not in [found.code for found in result.diagnostics]
     with pytest.raises(ConfigError, match="a cut and a link are both called 'left'"):
-        convert_text(FOUR_BAR, options={"loops": {"cuts": {"left": BALL["pin"]}}})
+        convert_text(FOUR_BAR, passes={"loops": {"cuts": {"left": BALL["pin"]}}})
 
 
 def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:

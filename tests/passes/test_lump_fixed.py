@@ -24,7 +24,7 @@ def row(kinds: str, *, keep: tuple[str, ...] = (), base: str = "fixed") -> Resul
         for ends, kind in zip(pairwise(names), kinds, strict=True)
     ]
     text = robot(link("world"), *(link(name, SOLID, BOX) for name in names[1:]), *joints)
-    return prove(text, base=base, options={"lump-fixed": {"keep": list(keep)}})
+    return prove(text, base=base, passes={"lump-fixed": {"keep": list(keep)}})
 
 
 def bodies(result: Result) -> list[str]:
@@ -129,7 +129,7 @@ def test_a_kept_link_behind_a_moving_massless_one_needs_no_joint_of_its_own() ->
         link("world"), link("frame"), link("tip", SOLID),
         joint("world", "frame"), joint("frame", "tip", "fixed", rpy="0.1 0.2 0.3"),
     )  # fmt: skip
-    result = prove(text, base="fixed", options={"lump-fixed": {"keep": ["tip"]}})
+    result = prove(text, base="fixed", passes={"lump-fixed": {"keep": ["tip"]}})
     assert chains(result) == {"tip": ["R3"]}
 
 

@@ -167,7 +167,7 @@ def test_several_in_a_row(second: str, third: str, bodies: int, keep: list[str])
         joint("two", "hand", axis="1 0 0", xyz=third),
         joint("hand", "finger", axis="0 0 1", xyz="1 2 3"),
     )  # fmt: skip
-    result = prove(text, base="fixed", options={"prune-massless": {"keep": keep}})
+    result = prove(text, base="fixed", passes={"prune-massless": {"keep": keep}})
     assert len(result.mbs.bodies) == bodies + 1
 
 

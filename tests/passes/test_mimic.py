@@ -137,7 +137,7 @@ def test_a_leader_that_does_not_move(tmp_path: Path) -> None:
     text = CHAIN.replace('name="one" type="continuous"', 'name="one" type="fixed"')
     source = tmp_path / "robot.urdf"
     source.write_text(text)
-    result = convert(source, options={"mimic": {"joints": {"*": "dependent"}}})
+    result = convert(source, passes={"mimic": {"joints": {"*": "dependent"}}})
     assert [found.joint for found in result.diagnostics if found.code == "mimic-leader"] == [
         "two", "three",
     ]  # fmt: skip
@@ -227,7 +227,7 @@ def test_a_leader_without_mass_feels_its_followers(tmp_path: Path, pipeline: str
 
     source = tmp_path / "gripper.urdf"
     source.write_text(GRIPPER)
-    result = convert(source, project=tmp_path / "p", base="fixed", pipeline=pipeline)
+    result = convert(source, output={"project": tmp_path / "p"}, base="fixed", pipeline=pipeline)
     codes = {found.code for found in result.diagnostics}
     assert "mimic-massless" in codes
     assert not codes & {"mimic", "mimic-leader", "massless-leaf", "singular", "singular-at-start"}
@@ -254,15 +254,15 @@ def test_a_plain_mbs_has_no_leader_without_mass() -> None:
     assert codes["mimic"].hint == "a project can: 'output: {project: DIR}'"
     assert "singular" not in codes
     keep: dict[str, Any] = {"prune-massless": {"keep": ["knob"]}}
-    (found,) = convert_text(GRIPPER, options=keep).report.passes["singular"]
+    (found,) = convert_text(GRIPPER, passes=keep).report.passes["singular"]
     assert (found["joint"], found["why"]) == ("drive", "moves-nothing")
     # whoever writes the user functions may say so
     coupled = {**keep, "mimic": {"joints": {"*": "dependent"}}}
-    assert convert_text(GRIPPER, options=coupled).report.passes["singular"] == []
+    assert convert_text(GRIPPER, passes=coupled).report.passes["singular"] == []
     del coupled["prune-massless"]
     hints = {
         found.joint: found.hint
-        for found in convert_text(GRIPPER, options=coupled).diagnostics
+        for found in convert_text(GRIPPER, passes=coupled).diagnostics
         if found.code == "mimic-leader"
     }
     assert list(hints) == ["turns", "shifts"]
@@ -274,7 +274,7 @@ def test_a_multiplier_of_zero_holds_a_joint(tmp_path: Path) -> None:
     text = GRIPPER.replace('multiplier="0.5"', 'multiplier="0"').replace('"-2"', '"0"')
     source = tmp_path / "gripper.urdf"
     source.write_text(text)
-    result = convert(source, project=tmp_path / "p", base="fixed")
+    result = convert(source, output={"project": tmp_path / "p"}, base="fixed")
     joints = {j.name: j for b in result.mbs.bodies for j in b.joints}
     held = [(joints[name].nature, joints[name].q) for name in ("turns", "shifts")]
     assert held == [("driven", 0.1), ("driven", 0.0)]
@@ -282,7 +282,7 @@ def test_a_multiplier_of_zero_holds_a_joint(tmp_path: Path) -> None:
     assert "mimic-held" in {found.code for found in result.diagnostics}
     options = {"posture": {"joints": {"turns": 1.0}}}
     with pytest.raises(ConfigError, match="follows another joint"):
-        convert(source, project=tmp_path / "q", base="fixed", options=options)
+        convert(source, output={"project": tmp_path / "q"}, base="fixed", passes=options)
 
 
 def test_followers_that_are_free_in_a_project_get_no_hint_to_make_a_project(
@@ -291,7 +291,7 @@ def test_followers_that_are_free_in_a_project_get_no_hint_to_make_a_project(
     source = tmp_path / "chain.urdf"
     source.write_text(CHAIN)
     options = {"mimic": {"joints": {"*": "independent"}}}
-    result = convert(source, project=tmp_path / "p", options=options)
+    result = convert(source, output={"project": tmp_path / "p"}, passes=options)
     (told,) = [found for found in result.diagnostics if found.code == "mimic"]
     assert told.hint is None
     assert "cannot" not in told.message

@@ -26,7 +26,7 @@ def test_a_group_state(tmp_path: Path) -> None:
     )
     file = str(tmp_path / "robot.srdf")
     passes = {"srdf": file, "state": "home", "joints": {"shoulder": 0.25}}
-    result = convert_text(TINY, options={"posture": passes})
+    result = convert_text(TINY, passes={"posture": passes})
     start = {j.name: j.q for b in result.mbs.bodies for j in b.joints}
     assert start["shoulder"] == 0.25
     assert start["wrist_pitch"] == -1.5
@@ -34,7 +34,7 @@ def test_a_group_state(tmp_path: Path) -> None:
     assert "gone" in told["posture-state"]
     assert "wrist_pitch at -1.5 of [-1, 1] rad" in told["posture-limit"]
     with pytest.raises(ConfigError, match="no group state 'hoem'") as caught:
-        convert_text(TINY, options={"posture": {"srdf": file, "state": "hoem"}})
+        convert_text(TINY, passes={"posture": {"srdf": file, "state": "hoem"}})
     assert caught.value.hint == "did you mean 'home'?"
 
 
@@ -97,13 +97,13 @@ def test_within_its_limits_nothing_moves(tmp_path: Path) -> None:
 )
 def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, options={"posture": options})
+        convert_text(TINY, passes={"posture": options})
     assert caught.value.code == code
 
 
 def test_only_the_joints_that_are_named_are_held() -> None:
     options = {"posture": {"hold": {"joints": ["wrist_*"]}}}
-    result = convert_text(TINY, options=options)
+    result = convert_text(TINY, passes=options)
     names = [held.joint.name for held in result.conversion.simulation.hold]
     assert names == ["wrist_roll", "wrist_pitch"]
 
@@ -174,7 +174,7 @@ def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
         "</group_state></robot>"
     )
     options = {"srdf": str(tmp_path / "r.srdf"), "state": "s"}
-    result = convert_text(TINY, options={"posture": options})
+    result = convert_text(TINY, passes={"posture": options})
     assert result.conversion.facts["posture"] == {"wrist_roll": 0.5}
     assert "is not used for shoulder, wrist_pitch: " in messages(result)["posture-state"]
 
@@ -202,7 +202,7 @@ def test_a_start_in_degrees_is_told_to_be_in_rad(start: float, kind: str, told: 
 
 
 def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:
-    result = convert_text(LIMITED, project=tmp_path / "robot", without=["posture"])
+    result = convert_text(LIMITED, output={"project": tmp_path / "robot"}, without=["posture"])
     assert starts(result) == {"one": 0.0, "two": 0.2}
 
 
@@ -227,7 +227,7 @@ def test_limits_that_are_missing_or_leave_no_room(
 def test_an_srdf_that_is_no_xml_is_told_with_its_line(tmp_path: Path) -> None:
     (tmp_path / "r.srdf").write_text("<robot>\n<group_state>\n</robot>\n")
     with pytest.raises(ConfigError, match="is not XML") as caught:
-        convert_text(options={"posture": {"srdf": str(tmp_path / "r.srdf"), "state": "s"}})
+        convert_text(passes={"posture": {"srdf": str(tmp_path / "r.srdf"), "state": "s"}})
     assert caught.value.line == 3
 
 

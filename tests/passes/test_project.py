@@ -92,7 +92,7 @@ def test_all_twelve_user_functions_are_there(tmp_path: Path) -> None:
 def test_code_of_another_language_goes_and_that_of_this_one_stays(tmp_path: Path) -> None:
     user = make(tmp_path, CHAIN, language="both") / "userfctR"
     assert (user / "robot_robot.c").is_file()
-    made = convert(tmp_path / "source.urdf", project=user.parent)
+    made = convert(tmp_path / "source.urdf", output={"project": user.parent})
     (told,) = [d.message for d in made.diagnostics if d.code == "project-obsolete"]
     assert told.startswith("6 files of an earlier conversion fit the robot no more")
     make(tmp_path, CHAIN, language="python")
@@ -318,7 +318,7 @@ def test_your_files_that_name_what_is_gone_are_told(tmp_path: Path) -> None:
     said = {}
     for new in (TINY, text):
         (tmp_path / "r.urdf").write_text(new)
-        result = convert(tmp_path / "r.urdf", project=project)
+        result = convert(tmp_path / "r.urdf", output={"project": project})
         said[new] = [d.message for d in result.diagnostics if d.code == "project-names-lost"]
     gone = "run.c:1 'hand_sensor', run.c:1 'slip', run.c:2 'bristle'"
     assert said[TINY] == [f"your files name what the model has no more: {gone}"]

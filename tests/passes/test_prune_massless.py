@@ -14,10 +14,10 @@ def pruned(*elements: str, keep: tuple[str, ...] = ()) -> Result:
     result = convert_text(
         text,
         pipeline=["expand", "insert-base", "prune-massless"],
-        options={"prune-massless": {"keep": list(keep)}},
+        passes={"prune-massless": {"keep": list(keep)}},
     )
     # and by physics
-    prove(text, pipeline="faithful", options={"prune-massless": {"keep": list(keep)}})
+    prove(text, pipeline="faithful", passes={"prune-massless": {"keep": list(keep)}})
     return result
 
 

@@ -74,7 +74,7 @@ def test_what_has_none_gets_none() -> None:
     result = convert_text(
         robot(link("world"), link("a"), joint("world", "a"), link("b", SOLID), joint("a", "b")),
         pipeline=["expand", "insert-base", "prune-massless", "reframe-inertia"],
-        options={"prune-massless": {"keep": ["a"]}},
+        passes={"prune-massless": {"keep": ["a"]}},
     )
     a, b = result.mbs.bodies
     assert (a.mass, a.com, a.inertia) == (None, None, None)
@@ -99,7 +99,7 @@ def test_lumped_parts_are_seen_from_where_they_are() -> None:
     result = convert_text(
         text,
         pipeline=["expand", "insert-base", "prune-massless", "lump-fixed", "reframe-inertia"],
-        options={"prune-massless": {"keep": ["a"]}},
+        passes={"prune-massless": {"keep": ["a"]}},
     )
     (body,) = result.mbs.bodies
     assert body.com == pytest.approx((1.2, 2.1, 3.3))
@@ -113,7 +113,7 @@ def test_an_inertial_of_zeros_is_none() -> None:
     result = convert_text(
         robot(link("world"), link("a", zeros + "</inertial>"), joint("world", "a")),
         pipeline=["expand", "insert-base", "prune-massless", "reframe-inertia"],
-        options={"prune-massless": {"keep": ["a"]}},
+        passes={"prune-massless": {"keep": ["a"]}},
     )
     assert result.mbs.bodies[0].mass is None
 

@@ -61,7 +61,7 @@ def test_accelerations_are_those_of_pinocchios_armature(base: str, tmp_path: Pat
     (tmp_path / "r.urdf").write_text(ROBOT)
     options: dict[str, dict[str, Any]] = {"rotors": OWN}
     made = convert(
-        tmp_path / "r.urdf", base=base, pipeline="compact", options=options,
+        tmp_path / "r.urdf", base=base, pipeline="compact", passes=options,
         output={"project": str(tmp_path / "p")},
     )  # fmt: skip
     assert made.report.proof is not None
@@ -72,7 +72,7 @@ def test_accelerations_are_those_of_pinocchios_armature(base: str, tmp_path: Pat
     assert made.conversion.facts["rotors"] == pytest.approx(armature)
 
     equations = load_equations(
-        tmp_path / "r.urdf", base=base, pipeline="compact", options=options, language="python"
+        tmp_path / "r.urdf", base=base, pipeline="compact", passes=options, language="python"
     )
     root = pin.JointModelFreeFlyer() if base == "floating" else None
     model = pin.buildModelFromXML(ROBOT, root) if root else pin.buildModelFromXML(ROBOT)

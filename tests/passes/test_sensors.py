@@ -47,7 +47,7 @@ def test_a_sensor_is_not_on_the_point_of_a_force(tmp_path: Path) -> None:
     (tmp_path / "forced.py").write_text(FORCED)
     result = convert_text(
         TINY, plugins=[tmp_path / "forced.py"], after={"collect-anchors": "forced"},
-        options={"sensors": {"links": ["tool"]}},
+        passes={"sensors": {"links": ["tool"]}},
     )  # fmt: skip
     points = {point.name: point for body in result.mbs.bodies for point in body.points}
     assert points["tool"].extforce is not None
@@ -117,13 +117,13 @@ def test_sensors_of_the_config(tmp_path: Path) -> None:
 )
 def test_wrong_options(options: dict[str, Any], code: str) -> None:
     with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, options={"sensors": options})
+        convert_text(TINY, passes={"sensors": options})
     assert caught.value.code == code
 
 
 def test_elements_that_became_sensors_are_not_left_out() -> None:
     for used, left in ((True, "1 <gazebo>"), (False, "2 <gazebo>, 2 <sensor>")):
-        result = convert_text(ROBOT, options={"sensors": {"from_urdf": used}})
+        result = convert_text(ROBOT, passes={"sensors": {"from_urdf": used}})
         (said,) = [found.message for found in result.diagnostics if found.code == "extension"]
         assert said == f".mbs has no place for {left}; left out"
 
@@ -163,7 +163,7 @@ def test_a_sensor_that_is_there_twice_is_one(apart: float, count: int) -> None:
 
 def test_a_sensor_on_what_does_not_move_is_left_out() -> None:
     sensors = {"sensors": {"links": ["body", "hand"]}}
-    result = convert_text(TINY, base="fixed", pipeline="compact", options=sensors)
+    result = convert_text(TINY, base="fixed", pipeline="compact", passes=sensors)
     (said,) = [found for found in result.diagnostics if found.code == "sensor-left-out"]
     assert said.message.endswith("no part of a moving body: body (link 'body')")
     assert [sensor["link"] for sensor in result.report.passes["sensors"]] == ["hand"]

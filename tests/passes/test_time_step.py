@@ -64,7 +64,7 @@ WRIST = (
 
 
 def convert_project(text: str, folder: Path, **passes: Any) -> Result:
-    return convert_text(text, project=folder / "robot", options=passes)
+    return convert_text(text, output={"project": folder / "robot"}, passes=passes)
 
 
 def step_of(project: Path) -> float:
@@ -96,7 +96,7 @@ def test_the_bound_of_runge_and_kutta() -> None:
 
 
 def test_the_mass_matrix_and_points_are_pinocchios() -> None:
-    result = convert_text(TINY, options={"posture": {"joints": {"*": 0.4}}})
+    result = convert_text(TINY, passes={"posture": {"joints": {"*": 0.4}}})
     model = to_pinocchio(result.mbs)
     names = list(model.names)[1:]
     start = {j.name: j.q or 0.0 for body in result.mbs.bodies for j in body.joints}
@@ -165,8 +165,8 @@ def test_a_foot_carries_its_share_of_the_weight(tmp_path: Path) -> None:
     for speed in (0.02, 0.01):
         options = {"links": ["*_foot"], "stiffness": 1000.0, "speed": speed, "friction": 0.0}
         result = convert(
-            BIPED, project=tmp_path / "robot",
-            options={"contacts": options, "joint-parameters": {"stops": False}},
+            BIPED, output={"project": tmp_path / "robot"},
+            passes={"contacts": options, "joint-parameters": {"stops": False}},
         )  # fmt: skip
         steps.append(result.conversion.simulation.time_step)
         assert "the ground's push" in result.conversion.simulation.shortened_by
@@ -250,13 +250,13 @@ def test_the_gains_of_hold(tmp_path: Path) -> None:
     assert d["shoulder"] == pytest.approx(sqrt(moved["shoulder"] * k["shoulder"]), rel=0.05)
     assert k["wrist_roll"] == pytest.approx(moved["wrist_roll"] * (2 * pi) ** 2, rel=0.05)
     with pytest.raises(ConfigError, match=r"'hold\.gains'.*is called 'wirst'") as caught:
-        convert_text(TINY, options={"posture": {"hold": {"gains": {"wirst": {}}}}})
+        convert_text(TINY, passes={"posture": {"hold": {"gains": {"wirst": {}}}}})
     assert caught.value.code == "posture-hold"
 
 
 def test_a_leg_carries_the_robot_and_an_arm_itself(tmp_path: Path) -> None:
     passes = {"posture": {"hold": {}}, "contacts": {"links": ["*_foot"]}}
-    mbs = convert(BIPED, options=passes, pipeline="compact").mbs
+    mbs = convert(BIPED, passes=passes, pipeline="compact").mbs
     models = {m.name: {p.name: float(p.values[0]) for p in m.parameters} for m in mbs.user_models}
     moved = dict(zip(mbs.numbers(), np.diag(Mass(mbs).matrix), strict=True))
     k = {name: value / (20 * pi) ** 2 for name, value in models["hold_stiffness"].items()}
@@ -290,7 +290,7 @@ def test_a_leader_carries_what_follows_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("lean", "side"), [(0.0, 0.0), (-0.9, 1.0), (0.9, -1.0)])
 def test_a_robot_that_leans_too_far_is_told(lean: float, side: float) -> None:
     options = {"contacts": {"links": ["*_foot"]}, "posture": {"joints": {"*_hip_pitch": lean}}}
-    result = convert(BIPED, options=options, pipeline="compact")
+    result = convert(BIPED, passes=options, pipeline="compact")
     said = [d for d in result.diagnostics if d.code == "contacts-balance"]
     if not side:
         assert not said
@@ -308,7 +308,7 @@ def test_a_robot_that_leans_too_far_is_told(lean: float, side: float) -> None:
     assert f"but {away:.3g} m beside them" in said[0].message
     assert f"it must come ({side * away:.3g}, " in (said[0].hint or "")
     # fixed to the world, it cannot fall
-    held = convert(BIPED, options=options, pipeline="compact", base="fixed")
+    held = convert(BIPED, passes=options, pipeline="compact", base="fixed")
     assert not [d for d in held.diagnostics if d.code == "contacts-balance"]
 
 
@@ -379,7 +379,7 @@ def test_the_biped_stands_still(tmp_path: Path) -> None:
 
 def test_followers_move_by_the_rules_of_the_reduction(tmp_path: Path) -> None:
     """The arm's second finger follows the first one."""
-    result = convert(ROOT / "configs" / "arm.urdf.xacro", project=tmp_path / "arm")
+    result = convert(ROOT / "configs" / "arm.urdf.xacro", output={"project": tmp_path / "arm"})
     conversion = result.conversion
     mass = Mass(result.mbs)
     names = [placed.joint.name for placed in mass.placement.joints]

@@ -142,7 +142,7 @@ def test_states_stand_last_and_are_found(tmp_path: Path) -> None:
     assert names[-2:] == ["friction_state", "contact_state"]
     assert data.user_model["friction_state"] == {"axle_1": 1}
     assert data.user_model["contact_state"] == {"slip": [2, 3, 4, 5]}
-    plain = convert_text(text, base="fixed", options={"contacts": {"points": points}})
+    plain = convert_text(text, base="fixed", passes={"contacts": {"points": points}})
     assert not [p for m in plain.mbs.user_models for p in m.parameters if p.type == "state"]
 
 
@@ -150,11 +150,13 @@ def test_without_bristles_a_warning_says_what_is_left_of_friction(tmp_path: Path
     text = pendulum(12.0).replace('ixx="0.01" iyy="0.01" izz="0.01"', 'ixx="1" iyy="1e-5" izz="1"')
     text = text.replace('xyz="0.3 0 0"', 'xyz="0 0 0"')
     options = {"joint-parameters": {"bristles": False}}
-    result = convert_text(text, project=tmp_path / "robot", base="fixed", options=options)
+    result = convert_text(
+        text, output={"project": tmp_path / "robot"}, base="fixed", passes=options
+    )
     (said,) = [d for d in result.diagnostics if d.code == "friction-smoothed"]
     speed = 12.0 / (300 * 1e-5)
     assert f"in 1 joint: 'axle' {12.0 * 0.1 / speed:.2g} of 12" in said.message
-    result = convert_text(text, project=tmp_path / "robot2", base="fixed")
+    result = convert_text(text, output={"project": tmp_path / "robot2"}, base="fixed")
     assert not [d for d in result.diagnostics if d.code == "friction-smoothed"]
 
 

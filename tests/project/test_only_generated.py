@@ -608,7 +608,7 @@ def test_a_model_without_mass_is_called_so(tmp_path: Path) -> None:
     robot = tmp_path / "light.urdf"
     robot.write_text(re.sub(r"(?s)<inertial>.*?</inertial>", "", CHAIN))
     with pytest.raises(ConversionError, match="no body has a mass") as caught:
-        simulate(robot, project=tmp_path / "light", time=0.1)
+        simulate(robot, output={"project": tmp_path / "light"}, time=0.1)
     assert "estimate-inertia" in str(caught.value.hint)
 
 

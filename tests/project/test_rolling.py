@@ -8,7 +8,7 @@ import pytest
 
 from urdf2mbs import simulate
 from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import from_values
+from urdf2mbs.engine.config import config_of
 from urdf2mbs.engine.pipeline import Pipeline
 
 FORCE, TIME = 2.0, 0.4
@@ -59,7 +59,7 @@ def test_a_cart_that_is_pushed_rolls(tmp_path: Path, language: str) -> None:
             "forces": {"wrenches": {"push": {"link": "chassis", "force": [FORCE, 0.0, 0.0]}}},
         },
     }  # fmt: skip
-    conversion = Pipeline(*from_values(values), installed_plugins=False).run()
+    conversion = Pipeline(*config_of(values), installed_plugins=False).run()
     assert conversion.rejected is None
     write(conversion)
     results = simulate(tmp_path / "cart", time=TIME, language=language, rate=100.0)

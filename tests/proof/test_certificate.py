@@ -43,13 +43,13 @@ def texts_of(result: Result) -> Texts:
 
 @pytest.fixture(scope="module", params=["faithful", "compact"])
 def biped(request: pytest.FixtureRequest) -> Texts:
-    return texts_of(convert(BIPED, pipeline=request.param, options=ALWAYS))
+    return texts_of(convert(BIPED, pipeline=request.param, passes=ALWAYS))
 
 
 def tiny(text: str, folder: Path, **settings: Any) -> Texts:
     source = folder / "tiny.urdf"
     source.write_text(text)
-    return texts_of(convert(source, **{"options": ALWAYS, **settings}))
+    return texts_of(convert(source, **{"passes": ALWAYS, **settings}))
 
 
 def replay(texts: Texts, folder: Path) -> int:
@@ -205,7 +205,7 @@ PASSES: Any = {
 
 @pytest.mark.parametrize("fault", ["", *PLACES])
 def test_another_place_is_found(fault: str, tmp_path: Path) -> None:
-    texts = tiny(TINY, tmp_path, base="fixed", options=PASSES, project=tmp_path / "p")
+    texts = tiny(TINY, tmp_path, base="fixed", passes=PASSES, output={"project": tmp_path / "p"})
     texts = planted(texts, PLACES.get(fault, lambda mbs: None))
     assert replay(texts, tmp_path) == (3 if fault else 0)
     seen = fault in ("a frame turned", "an end of a cut")
@@ -233,7 +233,7 @@ def test_what_a_pass_changed_on_purpose_is_named(
 ) -> None:
     """The robot is the same but for these changes, and each value is what it was and became."""
     options, kinds = CHANGES[name]
-    settings = {"base": "fixed", "options": {name: options}, "project": tmp_path / "p"}
+    settings = {"base": "fixed", "passes": {name: options}, "output": {"project": tmp_path / "p"}}
     texts = tiny(HANDLESS if name == "estimate-inertia" else TINY, tmp_path, **settings)
     assert replay(texts, tmp_path) == 0
     assert f"  but for {name} (plugin 'urdf2mbs') changed of" in capsys.readouterr().out
@@ -255,7 +255,7 @@ def test_what_a_certificate_permits_is_printed(
 ) -> None:
     """A certificate that says less than it permits does not hide what is another robot."""
     options = {"snap": {"angle": 1e-3}}
-    texts = tiny(TINY, tmp_path, base="fixed", options=options, project=tmp_path / "p")
+    texts = tiny(TINY, tmp_path, base="fixed", passes=options, output={"project": tmp_path / "p"})
     texts[2]["predicate"]["warnedTests"] = []
     assert replay(texts, tmp_path) == 0
     said = capsys.readouterr().out
@@ -268,7 +268,7 @@ def test_what_a_certificate_permits_is_printed(
 
 
 def test_a_joint_that_is_held_must_be_named(tmp_path: Path) -> None:
-    texts = tiny(HANDLESS, tmp_path, base="fixed", project=tmp_path / "p")
+    texts = tiny(HANDLESS, tmp_path, base="fixed", output={"project": tmp_path / "p"})
     assert any("held at zero" in line for line in texts[2]["predicate"]["warnedTests"])
     assert replay(texts, tmp_path) == 0
     texts[2]["predicate"]["warnedTests"] = []
@@ -289,7 +289,7 @@ def test_slips_that_people_make_are_read(tmp_path: Path) -> None:
     ):
         assert text not in (TINY, WORLD)
         assert replay(tiny(text, tmp_path), tmp_path) == 0, text
-        said = tiny(text, tmp_path, options={"snap": {"angle": 1e-3}, **ALWAYS})
+        said = tiny(text, tmp_path, passes={"snap": {"angle": 1e-3}, **ALWAYS})
         assert replay(said, tmp_path) == 0, text
 
 
@@ -374,13 +374,13 @@ def test_what_people_edited_is_named_and_all_else_is_compared(
     source, model = tmp_path / "tiny.urdf", tmp_path / "p" / "dataR" / "p.mbs"
     damped = TINY.replace("<limit ", '<dynamics damping="0.5"/><limit ')
     source.write_text(damped)
-    convert(source, project=tmp_path / "p").write()
+    convert(source, output={"project": tmp_path / "p"}).write()
     mbs = read(model.read_bytes(), "p.mbs")
     body, damping = mbs.bodies[-1], next(m for m in mbs.user_models if m.name == "damping")
     _turn_frame(mbs)
     body.mass, damping.parameters[0].values = 7.0, ("0.25",)
     model.write_bytes(write(mbs))
-    result = convert(source, project=tmp_path / "p")
+    result = convert(source, output={"project": tmp_path / "p"})
     assert result.report.verdict.startswith("the same robot, but for ")
     result.write()
     files = [str(file) for file in (source, model, model.with_suffix(".proof.json"))]
@@ -394,7 +394,7 @@ def test_what_people_edited_is_named_and_all_else_is_compared(
     assert said.count("as edited in p.mbs") >= 2
     mbs.bodies[-1].joints.append(Joint("spin", "R1", "independent"))
     model.write_bytes(write(mbs))
-    convert(source, project=tmp_path / "p").write()
+    convert(source, output={"project": tmp_path / "p"}).write()
     assert checker.replay(*files) == 0
     assert "joint 'spin' of body 'hand' moves in the .mbs only" in capsys.readouterr().out
     for change in (

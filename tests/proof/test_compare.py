@@ -289,7 +289,7 @@ def test_a_fingers_error_counts_on_a_crane() -> None:
 @pytest.mark.parametrize(("nature", "matched"), [("driven", False), ("independent", True)])
 def test_a_joint_that_moves_nothing_may_be_held_by_hand(nature: str, matched: bool) -> None:
     text = TINY.replace("</robot>", f"{link('tip')}{joint('hand', 'tip', name='tip')}</robot>")
-    result, mbs = pieces(text, options={"prune-massless": {"keep": ["tip"]}})
+    result, mbs = pieces(text, passes={"prune-massless": {"keep": ["tip"]}})
     own_joint(mbs, "tip").nature = nature
     found = match(result.robot, mbs)
     assert ("tip" in found.joints) is matched

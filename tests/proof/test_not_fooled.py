@@ -210,7 +210,7 @@ def test_our_own_estimate_is_told_too() -> None:
     bare = TINY.replace('<mass value="0.1"/>', "").replace(
         '<inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/>', ""
     )
-    result = convert_text(bare, options={"estimate-inertia": {"density": 1000.0}})
+    result = convert_text(bare, passes={"estimate-inertia": {"density": 1000.0}})
     assert result.report.verdict.startswith("the same robot, but for what estimate-inertia changed")
     assert convert_text().report.changed == []
 

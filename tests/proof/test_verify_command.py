@@ -81,7 +81,7 @@ def test_cuts_are_told(pair: Path, capsys: Any) -> None:
     options: dict[str, dict[str, Any]] = {
         "loops": {"cuts": {"tie": {"kind": "rod", "ends": [{"link": one} for one in ENDS]}}},
     }
-    result = convert("tiny.urdf", pipeline="compact", options=options)
+    result = convert("tiny.urdf", pipeline="compact", passes=options)
     (pair / "tiny.mbs").write_bytes(result.data)
     assert main(["verify", "tiny.urdf", "tiny.mbs"]) == 0
     last = capsys.readouterr().out.splitlines()[-1]
@@ -110,7 +110,7 @@ def test_a_follower_that_a_project_drives_on_purpose(pair: Path, capsys: Any) ->
     mimic = '<axis xyz="0 1 1"/><mimic joint="wrist_roll"/>'
     (pair / "tiny.urdf").write_text(TINY.replace('<axis xyz="0 1 1"/>', mimic))
     drive = {"mimic": {"joints": {"*": "driven"}}}
-    convert("tiny.urdf", project="p", options=drive).write()
+    convert("tiny.urdf", output={"project": "p"}, passes=drive).write()
     assert main(["verify", "tiny.urdf", "p"]) == 0
     assert "but for joint 'wrist_pitch' (driven, so that 'wrist_roll'" in capsys.readouterr().out
     certificate = pair / "p" / "dataR" / "p.proof.json"
@@ -134,7 +134,7 @@ def test_what_passes_changed_on_purpose(name: str, options: Any, pair: Path, cap
     if name == "estimate-inertia":
         tilted = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", tilted)
     (pair / "tiny.urdf").write_text(tilted)
-    convert("tiny.urdf", project="p", options={name: options}).write()
+    convert("tiny.urdf", output={"project": "p"}, passes={name: options}).write()
     assert main(["verify", "tiny.urdf", "p"]) == 0
     said = capsys.readouterr().out.splitlines()[-1]
     assert f"but for what {name} changed: " in said

@@ -168,7 +168,7 @@ def test_a_base_that_floats_on_purpose_is_no_difference(tmp_path: Path) -> None:
 
 
 def test_a_follower_driven_by_the_config_is_named() -> None:
-    result = convert_text(MIMIC, options={"mimic": {"joints": {"wrist_pitch": "driven"}}})
+    result = convert_text(MIMIC, passes={"mimic": {"joints": {"wrist_pitch": "driven"}}})
     words = "but for joint 'wrist_pitch' (driven, so that 'wrist_roll' does not feel it)"
     assert words in result.report.verdict
 

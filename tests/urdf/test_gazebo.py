@@ -204,7 +204,7 @@ def test_links_that_are_not_there() -> None:
 def balls(inside: str, kind: str = "revolute", **options: Any) -> tuple[Any, Any]:
     """The ends of the cuts of a joint, each in the frame of its own link."""
     text = f"{ARMS}{ball(inside, kind)}</robot>"
-    result = convert_text(text, base="fixed", options=options)
+    result = convert_text(text, base="fixed", passes=options)
     points = {p.name: np.array(p.coordinates) for b in result.mbs.bodies for p in b.points}
     return result, points
 

@@ -94,7 +94,7 @@ def test_repair(pipeline: str, mass: str, values: Any, wanted: Sym, said: str) -
     (warned,) = [one for one in kept.diagnostics if one.level == "warning"]
     assert "estimate-inertia: {repair: true}" in (warned.hint or "")
 
-    result = convert_text(text, pipeline=pipeline, options={"estimate-inertia": {"repair": True}})
+    result = convert_text(text, pipeline=pipeline, passes={"estimate-inertia": {"repair": True}})
     assert_same_robot(result)
     inertial = result.robot.links["b"].inertial
     assert inertial is not None

@@ -43,7 +43,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     config, lines = robot_or_config(arguments)
     config = msgspec.structs.replace(
-        config, pipeline=PASSES, after={}, before={}, without=[], alias={}, swap={}, passes={},
+        config, pipeline=PASSES, after={}, before={}, without=[], swap={}, passes={},
         plugins=[], sweep=None,
         base="floating" if config.base == "auto" else config.base,  # a guess is no fault
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""What the words of a command line say of a conversion: a config, or what stands for one."""
+"""Turns the words of a command line into a ``Config``; options that several commands have."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import msgspec
 
 from urdf2mbs.disk import standard_input
 from urdf2mbs.disk.files import is_folder
-from urdf2mbs.engine.config import Config, Lines, load, typed
+from urdf2mbs.engine.config import Config, Lines, config_of, load
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf import descriptions
 
@@ -96,27 +96,19 @@ def _value(flag: _Flag, given: Any) -> Any:
 def read_config(file: Path, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """A config file, with what the command line changes of it."""
     config, lines = load(file)
+    config, _ = config_of(config, **choose_fields(arguments, RUNNING))
     if getattr(arguments, "no_plugins", False) and config.plugins:
         left_out = ", ".join(config.plugins)
         print(f"{file}: --no-plugins leaves out its plugins: {left_out}", file=sys.stderr)
         config = msgspec.structs.replace(config, plugins=[])
-    given = choose_fields(arguments, RUNNING)
-    for name, options in given.get("passes", {}).items():
-        given["passes"][name] = {**config.passes.get(name, {}), **options}
-    values = typed(Config, {"source": config.source, **given}, Lines())
-    for field in given:
-        value = getattr(values, field)
-        given[field] = {**getattr(config, field), **value} if isinstance(value, dict) else value
-    return msgspec.structs.replace(config, **given), lines
+    return config, lines
 
 
 def without_config(robot: str, output: Any, arguments: argparse.Namespace) -> tuple[Config, Lines]:
     """The config that the command line stands for."""
     if robot == "-":
         robot = standard_input.take()
-    lines = Lines()
-    given = {"source": robot, "output": output, **choose_fields(arguments)}
-    return typed(Config, given, lines), lines
+    return config_of({"source": robot, "output": output, **choose_fields(arguments)})
 
 
 def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:

@@ -111,8 +111,6 @@ class Config(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """pass: the passes to put right before it"""
     without: list[str] = []
     """passes to leave out"""
-    alias: dict[Name, str] = {}
-    """new name: the pass that it is, to run a pass twice"""
     swap: dict[str, str] = {}
     """pass: the plugin whose pass of the same name replaces it"""
     passes: Annotated[dict[str, dict[str, Any]], _flag("--set PASS.OPTION=VALUE")] = {}
@@ -204,15 +202,48 @@ def parse(text: str, file: Path | None) -> tuple[Config, Lines]:
     return _read_fields(Config, data, lines, ()), lines
 
 
-def from_values(values: Config | Mapping[str, Any], **more: Any) -> tuple[Config, Lines]:
-    """The config of a call from Python: a path is a word, any sequence a list.
+#: Keywords of an earlier version, and what says the same now.
+_FORMER = {
+    "options": "passes={...}",
+    "project": "output={'project': ..., 'language': ...}",
+    "language": "output={'project': ..., 'language': ...}",
+}
 
-    Paths are relative to the working folder.  Raises ConfigError.
+
+def config_of(
+    source: Config | Mapping[str, Any] | str | PathLike[str], **fields: Any
+) -> tuple[Config, Lines]:
+    """The config of a call from Python, with ``fields`` in it.
+
+    ``source`` is a robot, a config file, a ``Config``, or a mapping of its fields.  A field that
+    is a block of keys, such as ``xacro_args``, changes the block of the source; of ``passes``, the
+    block of each pass.  A path is a word, any sequence a list.  Paths are relative to the working
+    folder, those of a config file to its folder.  Raises ConfigError.
     """
-    given = msgspec.structs.asdict(values) if isinstance(values, Config) else values
+    for name in _FORMER.keys() & fields.keys():
+        raise ConfigError(
+            "usage", f"'{name}' is no longer a keyword", hint=f"write {_FORMER[name]}"
+        )
     lines = Lines()
-    plain = msgspec.to_builtins({**given, **more}, enc_hook=_word_or_list, str_keys=True)
-    return typed(Config, plain, lines), lines
+    values: Any = {"source": source}
+    if isinstance(source, (Config, Mapping)):
+        values = source
+    elif fspath(source).lower().endswith((".yaml", ".yml")):
+        values, lines = load(Path(source))
+    if isinstance(values, Config):
+        values = msgspec.structs.asdict(values)
+    values, fields = (
+        msgspec.to_builtins(given, enc_hook=_word_or_list, str_keys=True)
+        for given in (values, fields)
+    )
+    for name, value in fields.items():
+        before = values.get(name)
+        if isinstance(value, dict) and isinstance(before, dict):
+            if name == "passes":
+                value = {key: {**before.get(key, {}), **own} for key, own in value.items()}
+            value = {**before, **value}
+        values[name] = value
+    return typed(Config, values, Lines()), lines
 
 
 def _word_or_list(value: Any) -> Any:

@@ -29,7 +29,7 @@ def resolve(config: Config, lines: Lines, plugins: Plugins) -> list[Configured]:
 
     What is wrong with single passes becomes faults of the lines.  Raises ConfigError.
     """
-    known = _add_aliases(config, plugins, lines)
+    known = plugins.passes
     options: dict[str, dict[str, Any]] = {}
     if isinstance(config.pipeline, str):
         names, options = preset(config.pipeline, plugins, lines)
@@ -88,23 +88,6 @@ def preset(
     for pass_, given in found.passes.items():
         options[pass_] = {**options.get(pass_, {}), **given}
     return names, options
-
-
-def _add_aliases(config: Config, plugins: Plugins, lines: Lines) -> dict[str, list[Registered]]:
-    """All passes by name, those under a second name too."""
-    known = dict(plugins.passes)
-    for alias, name in config.alias.items():
-        if name not in plugins.passes:
-            raise _unknown(lines, ("alias", alias), name, plugins.passes)
-        if alias in known:
-            raise lines.error(
-                "pass-doubled", f"there is a pass '{alias}' already", ("alias", alias)
-            )
-        chosen = _choose(name, plugins.passes[name], config.swap.get(name), lines)
-        words = {"name": alias, "__doc__": chosen.kind.__doc__}
-        kind: Any = msgspec.defstruct(alias, [], bases=(chosen.kind,), namespace=words)
-        known[alias] = [msgspec.structs.replace(chosen, kind=kind)]
-    return known
 
 
 def _place(

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Generator, Iterable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 from urdf2mbs.disk.files import one_name
-from urdf2mbs.engine.config import Config, Lines, Project, from_values, load
+from urdf2mbs.engine.config import Config, Lines, Project, config_of
 from urdf2mbs.machine.processes import EndedError, cores, each
 from urdf2mbs.many.job import Job, Outcome, convert_one, died
 from urdf2mbs.many.sweep import members
@@ -34,17 +33,11 @@ def convert_many(
     ConfigError before anything is converted.
     """
     jobs = jobs_of(
-        (_read(config) for config in configs),
+        (config_of(config) for config in configs),
         installed_plugins=installed_plugins,
         force=force,
     )  # before the first result, so that errors come at once
     return run(jobs, workers=workers, cluster=cluster)
-
-
-def _read(config: str | os.PathLike[str] | Config | Mapping[str, Any]) -> tuple[Config, Lines]:
-    if isinstance(config, (Config, Mapping)):
-        return from_values(config)
-    return load(Path(config))
 
 
 def jobs_of(

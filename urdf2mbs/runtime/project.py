@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import absolute, is_folder
 from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, Project, from_values, load
+from urdf2mbs.engine.config import Config, Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 from urdf2mbs.runtime.c_code import compiler
@@ -35,15 +35,12 @@ def simulate(
     rtol: float = 1e-6,
     atol: float = 1e-8,
     watch: Callable[[float], None] | None = None,
-    project: str | os.PathLike[str] | None = None,
-    options: Mapping[str, Mapping[str, Any]] | None = None,
     **fields: Any,
 ) -> Results:
     """Simulate a Robotran project for ``time`` seconds.
 
     ``source`` is a project's folder, an .mbs, a robot or a config.  A config's project is made
-    where the config says; another robot's in the folder ``project``, or in a temporary one.
-    ``options`` and ``fields`` are as in ``convert``.
+    where its ``output`` says, else in a temporary folder.  ``fields`` are as in ``convert``.
 
     ``push``: forces on links, such as ``chest:20,0,0@0.5..0.6`` (N, s).  ``method`` is one of
     scipy's integrators, with its ``rtol`` and ``atol``; the results have ``rate`` frames a second.
@@ -52,7 +49,7 @@ def simulate(
 
     The results are in memory; ``Results.write()`` writes them.  Raises ConversionError.
     """
-    model, keep = project_of(source, project, options, fields)
+    model, keep = project_of(source, fields)
     data = MbsData(model)
     data.pushes = [parse(one) if isinstance(one, str) else one for one in push]
     dirdyn = MbsDirdyn(data)
@@ -66,29 +63,17 @@ def simulate(
     return results
 
 
-def project_of(
-    source: Config | str | os.PathLike[str],
-    project: str | os.PathLike[str] | None,
-    options: Mapping[str, Mapping[str, Any]] | None,
-    fields: dict[str, Any],
-) -> tuple[Path, Any]:
+def project_of(source: Config | str | os.PathLike[str], fields: dict[str, Any]) -> tuple[Path, Any]:
     """The .mbs of what ``simulate`` is given, and a temporary folder that must be kept, or None."""
-    keep = None
     model = None if isinstance(source, Config) else model_of(Path(source))
-    if model is None:
-        if options is not None:
-            fields["passes"] = options
-        if not isinstance(source, Config) and Path(source).suffix.lower() in (".yaml", ".yml"):
-            config, lines = load(Path(source))
-            config = msgspec.structs.replace(config, **fields)
-        else:
-            given = source if isinstance(source, Config) else {"source": source}
-            config, lines = from_values(given, **fields)
-        if project is None:
-            keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
-            project = Path(keep.name, stem(Path(config.source)))
-        model = make(Pipeline(with_project(config, Path(project)), lines).run())
-    return model, keep
+    if model is not None:
+        return model, None
+    config, lines = config_of(source, **fields)
+    keep = None
+    if not isinstance(config.output, Project):
+        keep = tempfile.TemporaryDirectory(prefix="urdf2mbs-")
+        config = with_project(config, Path(keep.name, stem(Path(config.source))))
+    return make(Pipeline(config, lines).run()), keep
 
 
 def model_of(place: Path) -> Path | None:

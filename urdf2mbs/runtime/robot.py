@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -29,8 +28,6 @@ def load_equations(
     *,
     language: str | None = None,
     math: Any = None,
-    project: str | os.PathLike[str] | None = None,
-    options: Mapping[str, Mapping[str, Any]] | None = None,
     **fields: Any,
 ) -> Robot:
     """The equations of motion of an .mbs, a project's folder, a robot or a config.
@@ -38,13 +35,13 @@ def load_equations(
     ``language``: ``c`` or ``python``; by itself C where there is a compiler.  ``math``: a module
     with ``sin``, ``cos`` and ``sqrt`` for other numbers than floats: ``numpy`` for many states at
     once (q is then (joints, states)), ``casadi``, ``jax.numpy``; the equations are then Python.
-    ``project``, ``options`` and ``fields`` are as in ``simulate``.  Raises ConversionError.
+    ``fields`` are as in ``simulate``.  Raises ConversionError.
     """
     if language not in (None, "c", "python"):
         raise ConfigError("usage", f"there is no language '{language}'", hint="c, or python")
     if language == "c" and math is not None:
         raise ConfigError("usage", "C has floats only: leave language or math out")
-    model, keep = project_of(source, project, options, fields)
+    model, keep = project_of(source, fields)
     if language is None:
         language = "python" if math is not None or compiler() is None else "c"
     return Robot(MbsData(model), language, math, keep)
