@@ -173,6 +173,20 @@ def test_licences_of_the_viewer_come_with_it(tiny: Path, tmp_path: Path) -> None
     assert "three.js authors" in html.visible.lower()
 
 
+def test_the_modules_of_the_script_fit() -> None:
+    """A module imports what another one exports; the page has all in one scope, in this order."""
+    folder = Path(page.__file__).with_name("js")
+    assert {file.stem for file in folder.glob("*.js")} == set(page.MODULES)
+    texts = {name: (folder / f"{name}.js").read_text("utf-8") for name in page.MODULES}
+    exports = {
+        name: set(re.findall(r"^export (?:async )?(?:const|let|function) (\w+)", text, re.M))
+        for name, text in texts.items()
+    }
+    for text in texts.values():
+        for names, name in re.findall(r'^import {(.*?)}\s+from "./(\w+).js";$', text, re.M | re.S):
+            assert set(re.split(r",\s+", names)) <= exports[name], name
+
+
 def test_a_script_cannot_end_early() -> None:
     assert page._script("a </script> </SCRIPT > <!-- b") == "a <\\/script> <\\/SCRIPT > <\\!-- b"
 

@@ -5,13 +5,12 @@ All is read from the written .mbs; what a point is for is known by the passes.
 
 from __future__ import annotations
 
-from html import escape
 from math import dist
 from typing import Any
 
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Connection, Mbs, Point
-from urdf2mbs.report.table import number, titled, vector
+from urdf2mbs.report.table import Cell, Row, plain, titled
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import ZERO, Vec, add, rotate
 
@@ -97,33 +96,25 @@ def tables(simulation: Simulation, model: Mbs) -> str:
 
 def _point_table(simulation: Simulation, model: Mbs) -> str:
     purposes = _purposes(simulation)
-    rows = []
+    rows: list[Row] = []
     for body, point in _points(model):
         for one, kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
             if one is None:
                 continue
-            what, link = purposes.get(one.name, ("", ""))
-            rows.append(
-                (
-                    f' data-body="{escape(body or "")}"',
-                    [
-                        escape(one.name), kind, escape(", ".join(one.measures)),
-                        escape(body or "base"), escape(point.name), vector(point.coordinates),
-                        *([escape(what), escape(link)] if purposes else []),
-                    ],
-                )
-            )  # fmt: skip
+            cells: list[Cell] = [
+                one.name, kind, ", ".join(one.measures), body or "base", point.name,
+                point.coordinates,
+            ]  # fmt: skip
+            cells += purposes.get(one.name, ("", "")) if purposes else ()
+            rows.append(({"data-body": body or ""}, cells))
     head = ("name", "kind", "measures", "body", "point", "at [m]")
     known = ("what it is", "URDF link") if purposes else ()
     return titled("Sensors, contacts and external forces", (*head, *known), rows, right=(5,))
 
 
 def _force_torque_table(simulation: Simulation) -> str:
-    rows = [
-        (
-            f' data-link="{escape(one.link)}"',
-            [escape(one.name), escape(one.link), escape(", ".join(j.name for j in one.joints))],
-        )
+    rows: list[Row] = [
+        ({"data-link": one.link}, (one.name, one.link, ", ".join(j.name for j in one.joints)))
         for one in simulation.force_torques
     ]
     head = ("sensor", "URDF link", "driven joints whose Qc it reads")
@@ -142,17 +133,13 @@ def _connection_table(model: Mbs) -> str:
         return add(pose.xyz, rotate(pose.rot, here))
 
     def words(end: tuple[str | None, str | None]) -> str:
-        return escape("/".join((end[0] or "base", *([end[1]] if end[1] else []))))
+        return "/".join((end[0] or "base", *([end[1]] if end[1] else [])))
 
-    def row(one: Connection) -> tuple[str, list[str]]:
-        apart = "not chosen yet"
-        if not one.is_draft:
-            apart = f"{dist(where(one.endpoint1), where(one.endpoint2)):.6g}"
-        return (
-            f' data-body="{escape(one.endpoint2[0] or "")}"',
-            [escape(one.name), one.kind, words(one.endpoint1), words(one.endpoint2),
-             number(one.length), apart],
-        )  # fmt: skip
+    def row(one: Connection) -> Row:
+        ends = one.endpoint1, one.endpoint2
+        apart = "not chosen yet" if one.is_draft else dist(*map(where, ends))
+        about = {"data-body": one.endpoint2[0] or ""}
+        return about, (one.name, one.kind, *map(words, ends), one.length, apart)
 
     rows = [row(one) for one in (*model.cuts, *model.links)]
     head = ("name", "kind", "from", "to", "length [m]", "apart at the start [m]")
@@ -164,29 +151,27 @@ def _user_model_tables(model: Mbs) -> str:
     joints; one of all other parameters."""
     numbers = model.numbers()
     kinds: dict[str, dict[str, str]] = {}
-    others = []
+    others: list[Row] = []
     for one in model.user_models:
         values = {p.name: ", ".join(map(_short, p.values)) for p in one.parameters}
         if values and values.keys() <= numbers.keys():
             kinds[one.name] = values
         else:
-            others += [("", [escape(one.name), escape(k), escape(v)]) for k, v in values.items()]
-    rows = [
-        (
-            f' data-joint="{escape(name)}"',
-            [escape(name), *(escape(values.get(name, "")) for values in kinds.values())],
-        )
+            others += [plain(one.name, name, value) for name, value in values.items()]
+    rows: list[Row] = [
+        ({"data-joint": name}, (name, *(values.get(name) for values in kinds.values())))
         for name in numbers
         if any(name in values for values in kinds.values())
     ]
-    head = ("joint", *map(escape, kinds))
+    head = ("joint", *kinds)
     return titled("User models: one value a joint", head, rows, right=range(1, len(head))) + titled(
         "Other user models", ("user model", "parameter", "value"), others, right=(2,)
     )
 
 
 def _short(value: str) -> str:
+    """Six digits of a number; another text as it is."""
     try:
-        return number(float(value))
+        return f"{float(value) + 0.0:.6g}"
     except ValueError:
         return value

@@ -25,18 +25,19 @@ from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
-from urdf2mbs.proof.verdict import NOT_CHECKED
-from urdf2mbs.report import around
+from urdf2mbs.report import around, sections
 from urdf2mbs.report.motion import motion
 from urdf2mbs.report.scene import Store, extent, lookup, mbs_side, path_of, urdf_side
-from urdf2mbs.report.summary import left_out, report, verdict
-from urdf2mbs.report.table import number, table, titled, vector
+from urdf2mbs.report.summary import report
 from urdf2mbs.simulation import Simulation
 
 #: The package that brings three.js, and where in it three.js is.
 THREE = ("jupyter-threejs-sage", "jupyter_threejs_sage/static/r130/three.min.js")
-#: Messages about what the URDF has and the .mbs has no place for.
-LEFT_OUT = ("collision", "extension", "texture", "rotors-left-out", "loop-left-out")
+#: The modules of the page's script, each before those that use it.
+MODULES = (
+    "basics", "kinematics", "positions", "geometry", "scene", "shapes", "marks", "compare", "show",
+    "choose", "camera", "panel", "diagram", "player", "main",
+)  # fmt: skip
 
 
 class Page(msgspec.Struct):
@@ -104,13 +105,13 @@ def make(conversion: Conversion) -> Page:
             "verdict": _verdict(conversion),
             "facts": _facts(conversion),
             "notes": _notes(store, stand_ins),
-            "joints": _joints(model, _urdf_joints(conversion, model)),
-            "bodies": _bodies(model, _links_of(conversion)),
+            "joints": sections.joints(model, conversion),
+            "bodies": sections.bodies(model, conversion),
             "around": around.tables(conversion.simulation, model),
-            "names": _names(conversion),
-            "left_out": _left_out(conversion),
-            "proof": _proof(conversion),
-            "messages": _messages(conversion),
+            "names": sections.names(conversion),
+            "left_out": sections.lost(conversion),
+            "proof": sections.proof(conversion),
+            "messages": sections.messages(conversion),
         },
     )  # fmt: skip
 
@@ -138,8 +139,8 @@ def make_of_model(model: Mbs, file: Path) -> Page:
             "diagram": _diagram(model),
             "facts": _facts_of_model(model),
             "notes": _notes(store, set()),
-            "joints": _joints(model),
-            "bodies": _bodies(model),
+            "joints": sections.joints(model),
+            "bodies": sections.bodies(model),
             "around": around.tables(none, model),
         },
     )  # fmt: skip
@@ -169,7 +170,7 @@ def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, 
     meshes = len(arrays) + sum(len(url) for url in store.textures)
     fields |= {
         "css": _own("page.css"),
-        "js": _own("page.js"),
+        "js": _joined_modules(),
         "viewer": _script(viewer),
         "data": _island(data),
         "arrays": arrays,
@@ -188,6 +189,14 @@ def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, 
 
 def _own(name: str) -> str:
     return files("urdf2mbs.report").joinpath(name).read_text("utf-8").rstrip("\n")
+
+
+def _joined_modules() -> str:
+    """The page's own script: all modules in one scope, for a page on disk can load none."""
+    text = "\n\n".join(_own(f"js/{name}.js") for name in MODULES)
+    text = re.sub(r"^import .*?;\n+", "", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
+    return f'"use strict";\n(() => {{\n{text}\n}})();'
 
 
 def _viewer() -> tuple[str, str]:
@@ -276,217 +285,6 @@ def _notes(store: Store, stand_ins: set[str]) -> str:
             count = counted(len(reason_of), "mesh")
             notes.append(f"<p>{count} {words}:</p><ul>{''.join(lines)}</ul>")
     return f'<div class="note warn">{"".join(notes)}</div>' if notes else ""
-
-
-# --- tables ------------------------------------------------------------------------------------
-
-
-def _joints(model: Mbs, urdf: dict[str, list[str]] | None = None) -> str:
-    """The joints; ``urdf`` has the cells of each that come from the URDF."""
-    numbers = model.numbers()
-    rows = [
-        (
-            f' class="{escape(joint.nature)}" data-joint="{escape(joint.name)}"',
-            [
-                f"q{numbers[joint.name]}", escape(joint.name), joint.type, escape(joint.nature),
-                number(joint.q), escape(body.name), *(urdf[joint.name] if urdf else []),
-            ],
-        )
-        for body in model.bodies
-        for joint in body.joints
-    ]  # fmt: skip
-    head = ["number", "joint", "type", "nature", "initial q [rad, m]", "body"]
-    if urdf is not None:
-        head += ["URDF joint", "limits [rad, m]", "velocity", "effort", "follows"]
-    return table(head, rows, right=(0, 4, 7, 8, 9))
-
-
-def _urdf_joints(conversion: Conversion, model: Mbs) -> dict[str, list[str]]:
-    """What the URDF says of each .mbs joint: its joint, limits, velocity, effort, leader."""
-    origin = {name: urdf for urdf, names in conversion.names.joints.items() for name in names}
-    alone = {
-        names[0]: urdf for urdf, names in conversion.names.coordinates.items() if len(names) == 1
-    }
-    robot = conversion.robot
-    cells = {}
-    for name in model.numbers():
-        urdf = robot.joints.get(alone.get(name, ""))
-        limit = urdf.limit if urdf else None
-        mimic = urdf.mimic if urdf else None
-        ranged = limit is not None and urdf is not None and urdf.type != "continuous"
-        cells[name] = [
-            escape(origin.get(name, "")),
-            vector((limit.lower, limit.upper)) if limit and ranged else "",
-            number(limit.velocity) if limit else "",
-            number(limit.effort) if limit else "",
-            escape(f"{mimic.multiplier:g} · {mimic.joint} + {mimic.offset:g}") if mimic else "",
-        ]
-    return cells
-
-
-def _links_of(conversion: Conversion) -> dict[str, list[str]]:
-    """The URDF links of each body."""
-    links: dict[str, list[str]] = {}
-    for link, at in conversion.frames.items():
-        if at.body is not None and at.joint is None:
-            links.setdefault(at.body, []).append(link)
-    return links
-
-
-def _bodies(model: Mbs, links: dict[str, list[str]] | None = None) -> str:
-    rows = [
-        (
-            f' data-body="{escape(body.name)}"',
-            [
-                escape(body.name), escape(body.parent or "base"), escape(body.point or "origin"),
-                number(body.mass), vector(body.com), vector(body.inertia), str(len(body.joints)),
-                str(len(body.shapes)),
-                *([] if links is None else [escape(", ".join(links.get(body.name, ())))]),
-            ],
-        )
-        for body in model.bodies
-    ]  # fmt: skip
-    head = [
-        "body", "parent", "at point", "mass [kg]", "centre of mass [m]",
-        "inertia xx, xy, xz, yy, yz, zz [kg m²]", "joints", "shapes",
-    ]  # fmt: skip
-    if links is not None:
-        head.append("URDF links")
-    total = sum(body.mass or 0.0 for body in model.bodies)
-    foot = ["total", "", "", number(total), *[""] * (len(head) - 4)]
-    return table(head, rows, right=(3, 4, 5, 6, 7), foot=foot)
-
-
-def _names(conversion: Conversion) -> str:
-    links = []
-    for link in conversion.robot.links:
-        at = conversion.frames.get(link)
-        if at is None:
-            where, turned = "-", ""
-        else:
-            where = "base" if at.body is None else f"body {at.body}"
-            if at.joint is not None:
-                where = f"after joint {at.joint}"
-            here = (*at.pose.xyz, *at.pose.rot)
-            turned = "" if here == (0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1) else vector(at.pose.xyz)
-        links.append((f' data-link="{escape(link)}"', [escape(link), escape(where), turned]))
-    joints = []
-    for name, joint in conversion.robot.joints.items():
-        became = ", ".join(conversion.names.joints.get(name, ()))
-        why = conversion.frozen.get(name)
-        if why is not None:
-            became = f"left out, held at 0: {why}"
-        elif not became:
-            became = f"none: '{joint.child}' is rigid with the body that carries it"
-        joints.append(
-            (f' data-urdf-joint="{escape(name)}"', [escape(name), joint.type, escape(became)])
-        )
-    return (
-        "<h3>Links</h3>"
-        + table(("URDF link", "in the .mbs", "shifted by [m]"), links, right=(2,))
-        + "<h3>Joints</h3>"
-        + table(("URDF joint", "type", ".mbs joints, in the order in which they act"), joints)
-    )
-
-
-def _left_out(conversion: Conversion) -> str:
-    """What the messages name, and every number of the URDF's joints that has found no place."""
-    said = [escape(one.message) for one in conversion.diagnostics if one.code in LEFT_OUT]
-    named = f"<ul>{''.join(f'<li>{text}</li>' for text in said)}</ul>" if said else ""
-    rows = []
-    for name, parts in left_out(conversion).items():
-        for part, values in parts.items():
-            listed = ", ".join(
-                f"{key} {'none' if value is None else value if key == 'joint' else repr(value)}"
-                for key, value in values.items()
-            )
-            rows.append(("", [escape(name), escape(part.replace("_", " ")), escape(listed)]))
-    if not rows:
-        return named or '<p class="note">Nothing.</p>'
-    columns = ("URDF joint", "part", "values [as in the URDF: rad, m, N m, N, s]")
-    return named + table(columns, rows)
-
-
-def _proof(conversion: Conversion) -> str:
-    proof = conversion.proof
-    if proof is None:
-        return (
-            f'<p class="note">{NOT_CHECKED}: the pass <code>check</code> is not in the '
-            "pipeline. Add it after <code>emit</code>. The comparison in the 3D model is made "
-            "at the position shown only.</p>"
-        )
-    same = (
-        "The .mbs was read back and compared with the URDF by a second route: it is "
-        f"{escape(verdict(conversion))}."
-        if proof.same
-        else "<b>The .mbs is not the same robot as the URDF.</b> It was written as "
-        f"{escape(conversion.rejected.name if conversion.rejected else '')}."
-    )
-    facts = (
-        f"<p>{same}</p><dl><dt>Positions compared</dt><dd>{proof.positions}, zero included</dd>"
-        f"<dt>Rigid groups</dt><dd>{proof.groups}: each must move as its counterpart, and have "
-        "its mass, centre and inertia</dd></dl>"
-    )
-    largest = table(
-        ("compared", "largest relative deviation"),
-        [("", [escape(kind), f"{size:.2e}"]) for kind, size in proof.largest.items()],
-        right=(1,),
-    )
-    differences = [
-        ("", [escape(d.kind), f"{d.size:.2e}", escape(d.message)]) for d in proof.differences
-    ]
-    known = [("", [escape(thing), escape(why)]) for thing, why in proof.but_for.items()]
-    left = [("", [escape(thing), escape(why)]) for thing, why in proof.not_compared.items()]
-    changed = [
-        (
-            "",
-            [escape(one.by), escape(change.kind), escape(change.name),
-             _short(change.before), _short(change.after)],
-        )
-        for one in conversion.changed
-        for change in one.changes
-    ]  # fmt: skip
-    head = ("pass", "what", "link or joint", "in the URDF", "now")
-    return (
-        facts
-        + largest
-        + titled("Differences", ("what", "relative size", "where"), differences, right=(1,))
-        + titled("The same, but for", ("what", "why"), known)
-        + titled("Not compared", ("what", "why"), left)
-        + titled("Changed on purpose", head, changed)
-    )
-
-
-def _short(value: Any) -> str:
-    """A changed value as text."""
-    text = "" if value is None else json.dumps(msgspec.to_builtins(value))
-    return escape(text if len(text) <= 80 else f"{text[:77]}...")
-
-
-def _messages(conversion: Conversion) -> str:
-    if not conversion.diagnostics:
-        return '<p class="note">None.</p>'
-    rows = []
-    for said in sorted(conversion.diagnostics, key=lambda d: d.level != "warning"):
-        where = f"{Path(said.file).name}:{said.line}" if said.file and said.line else ""
-        hint = f'<br><span class="note">{escape(said.hint)}</span>' if said.hint else ""
-        about = ""
-        if said.joint is not None:
-            about = f' data-urdf-joint="{escape(said.joint)}"'
-        elif said.link is not None:
-            about = f' data-link="{escape(said.link)}"'
-        rows.append(
-            (
-                about,
-                [
-                    f'<span class="level {said.level}">{said.level}</span>',
-                    escape(said.code),
-                    escape(said.message) + hint,
-                    escape(where),
-                ],
-            )
-        )
-    return table(("level", "code", "what", "where"), rows)
 
 
 def _footer(made_from: str, licenses: str, viewer: int, meshes: int) -> str:
