@@ -22,10 +22,9 @@ from urdf2mbs.diagram.boxes import (
     Node,
     Plan,
     half_name,
-    plan,
-    put,
     room,
 )
+from urdf2mbs.diagram.plan import Wish, plan, put
 from urdf2mbs.diagram.shape import Shape
 from urdf2mbs.diagram.tree import BOTH, plan_tree
 from urdf2mbs.mbs.model import Mbs
@@ -235,7 +234,7 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
             plan_tree(node, ways[node.name], narrow=True)
     # the chain of the spine passes all names at one distance, and its boxes stand at the middle
     aside = max(room(node, vertical=True)[2] for node in (base, *(bone.node for bone in bones)))
-    base.plan[True] = plan(base, True, [], aside=aside)
+    base.plan[True] = plan(base, True, [], wish=Wish(aside=aside))
     _, height, low, high = base.plan[True].box
     half = (high - low + GAP) / 2
     taken: list[Box] = [(0.0, half, -height, 0.0)]
@@ -257,7 +256,12 @@ def arrange(mbs: Mbs, order: list[Node], bones: list[Vertebra]) -> None:
                 taken.append((start + f0, start + f1, at + a - e1, at + a))
     for bone, one, at in drawn:
         _sideways(bone, one, at, taken)
-    put(mbs, base, (0.0, 0.0, 0.0, -1.0, 1.0, 0.0), plan(base, True, base.leads, aside=aside))
+    put(
+        mbs,
+        base,
+        (0.0, 0.0, 0.0, -1.0, 1.0, 0.0),
+        plan(base, True, base.leads, wish=Wish(aside=aside)),
+    )
 
 
 def _ways(order: list[Node], bones: list[Vertebra]) -> dict[str, tuple[bool, ...]]:
@@ -287,7 +291,7 @@ def _grown(bone: Vertebra, half: float, aside: float) -> Plan:
     if above and bone.rows:
         long = 2 * (total + NAME)
     inside = EDGE if bone.legs else 0.0
-    one = plan(bone.node, True, bone.ahead, long=long, inside=inside, aside=aside)
+    one = plan(bone.node, True, bone.ahead, wish=Wish(long=long, inside=inside, aside=aside))
     a0, a1, b0, b1 = one.box
     long = a1 - a0
     if bone.rows:
@@ -399,11 +403,12 @@ def _run(
     Returns the lane that the limb takes, and the column below its last body that runs out.
     """
     row = limb.row[:length]
-    last = plan(row[-1], False, [], row[-1].leads, spread=spread, corner=True, reach=reach)
+    turning = Wish(spread=spread, corner=True, reach=reach)
+    last = plan(row[-1], False, [], row[-1].leads, wish=turning)
     row[-1].plan[False] = last
     start = edge
     for node in reversed(row[:-1]):
-        node.plan[False] = plan(node, False, node.leads, spread=spread)
+        node.plan[False] = plan(node, False, node.leads, wish=Wish(spread=spread))
         start += node.plan[False].box[1]
     top = lane + limb.high
     boxes = [(edge, start + last.box[1], lane - limb.low, top)]

@@ -7,7 +7,8 @@ the other: that is a comb, and takes less room.
 
 from __future__ import annotations
 
-from urdf2mbs.diagram.boxes import Lead, Node, Plan, plan, put
+from urdf2mbs.diagram.boxes import Lead, Node, Plan
+from urdf2mbs.diagram.plan import plan, put
 from urdf2mbs.diagram.shape import Shape
 from urdf2mbs.mbs.model import Mbs
 
