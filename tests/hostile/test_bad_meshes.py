@@ -237,28 +237,6 @@ def test_a_mesh_that_is_nowhere(filename: str, looked: str, tmp_path: Path) -> N
     assert {file.name for file in tmp_path.iterdir()} == {"robot"}, "nothing outside"
 
 
-@pytest.mark.parametrize("where", ["..", "absolute", "file", "folder", "backslash"])
-def test_a_mesh_that_lies_outside_is_copied_inside(where: str, tmp_path: Path) -> None:
-    (tmp_path / "away").mkdir()
-    mesh = tmp_path / "away" / "a.stl"
-    mesh.write_bytes(stl(1, TRIANGLE))
-    filename = {
-        "..": "../away/a.stl", "absolute": str(mesh), "file": mesh.as_uri(),
-        "folder": "./x/../../away/a.stl", "backslash": "..\\away\\a.stl",
-    }[where]  # fmt: skip
-    result = robot(tmp_path / "robot", filename)
-    (tmp_path / "robot" / "x").mkdir()
-    result = robot(tmp_path / "robot", filename)
-    result.write()
-    assert {file.name for file in tmp_path.iterdir()} == {"robot", "away"}
-    assert {file.name for file in (tmp_path / "away").iterdir()} == {"a.stl"}
-    folder = tmp_path / "robot" / "p" / "animationR" / "vrml"
-    if where != "backslash" or "mesh-missing" not in codes(result):
-        assert [file.name for file in folder.glob("*.wrl")] == ["a.wrl"]
-    for shape in result.mbs.bodies[0].shapes if result.mbs.bodies else []:
-        assert "away" not in str(shape.url)
-
-
 @pytest.mark.parametrize("name", ["http://127.0.0.1:9/a.mtl", "../away/a.bin", "//a/b"])
 def test_what_a_mesh_names_is_never_fetched(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "robot"

@@ -13,6 +13,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -234,23 +235,6 @@ def test_a_full_disk_at_any_step(two: tuple[Path, list[Conversion]], fresh: bool
     raise AssertionError("it never ended")
 
 
-def test_a_limit_of_the_system(two: tuple[Path, list[Conversion]]) -> None:
-    """Not an injected failure: the system itself refuses to write more."""
-    import resource
-
-    folder, (old, new) = two
-    for most in (0, 100, 2000):
-        before = clean(folder, old)
-
-        def work(most: int = most) -> None:
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
-            write(new)
-
-        assert in_child(work) == 2
-        assert state(folder) == before
-
-
 @pytest.mark.parametrize("signal_", [signal.SIGTERM, signal.SIGINT])
 def test_a_signal_takes_the_litter_away(
     signal_: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -277,51 +261,12 @@ def test_a_signal_takes_the_litter_away(
     assert number > 4
 
 
-def test_another_run_waits(tmp_path: Path) -> None:
-    """While one run is within its renames, nobody gets the folders."""
-    from fcntl import LOCK_EX, LOCK_NB, flock
-
-    files = {tmp_path / "a" / "1": b"x", tmp_path / "b" / "2": b"y"}
-    write_files(files)
-    tried: list[str] = []
-
-    def look() -> None:
-        for folder in ("a", "b"):
-            descriptor = os.open(tmp_path / folder, os.O_RDONLY)
-            try:
-                flock(descriptor, LOCK_EX | LOCK_NB)
-                tried.append(f"{folder} is free")
-            except BlockingIOError:
-                tried.append("locked")
-            finally:
-                os.close(descriptor)
-
-    with at_step(3, look):
-        write_files(files)
-    assert tried == ["locked", "locked"]
-    tried.clear()
-    look()
-    assert tried == ["a is free", "b is free"]
-
-
 def test_two_runs_at_once_do_not_mix(two: tuple[Path, list[Conversion]]) -> None:
     folder, made = two
     wholes = [whole(one, folder) for one in made]
     clean(folder, made[0])
     for _ in range(5):
-        pids = []
-        for one in made:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                pid = os.fork()
-            if pid == 0:
-                code = 1
-                try:
-                    write(one)
-                    code = 0
-                finally:
-                    os._exit(code)
-            pids.append(pid)
+        pids = [started(partial(write, one)) for one in made]
         assert [os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) for pid in pids] == [0, 0]
         assert state(folder) in wholes
         write(made[0])  # it is ours still
@@ -373,41 +318,6 @@ def test_whose_the_mbs_is_is_asked_when_nobody_else_writes(
         if code == 0:
             return
     raise AssertionError("it never ended")
-
-
-def test_two_runs_meet_at_every_step(two: tuple[Path, list[Conversion]]) -> None:
-    """One run stops at each of its steps and lets the other begin; then both end.
-
-    No sleeps: the first waits at a pipe until the other has begun, and the other can go no further
-    than the lock.
-    """
-    folder, made = two
-    wholes = [whole(one, folder) for one in made]
-    for number in range(1, 60, 7):
-        clean(folder, made[0])
-        begun, go_on = os.pipe(), os.pipe()
-
-        def first(number: int = number, begun: Any = begun, go_on: Any = go_on) -> None:
-            def meet() -> None:
-                os.write(begun[1], b"x")
-                os.read(go_on[0], 1)
-
-            with at_step(number, meet) as taken:
-                write(made[1])
-            if len(taken) < number:
-                os.write(begun[1], b"x")
-
-        def second(begun: Any = begun, go_on: Any = go_on) -> None:
-            os.read(begun[0], 1)
-            os.write(go_on[1], b"x")
-            write(made[0])
-
-        pids = [started(first), started(second)]
-        assert [os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) for pid in pids] == [0, 0]
-        for descriptor in (*begun, *go_on):
-            os.close(descriptor)
-        assert state(folder) in wholes, f"step {number}"
-        write(made[0])  # it is ours still
 
 
 def test_litter_of_others_stays(tmp_path: Path) -> None:

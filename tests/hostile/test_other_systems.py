@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from errno import EACCES
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,7 +15,6 @@ from urdf2mbs.disk import output
 from urdf2mbs.disk.files import is_portable
 from urdf2mbs.disk.output import write_files
 from urdf2mbs.disk.seal import seal
-from urdf2mbs.meshes.model import read_beside
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
@@ -90,14 +89,6 @@ def test_outputs_on_two_drives(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(many.os.path, "commonpath", two_drives)
     assert many._folder([]) == Path.cwd()
-
-
-@pytest.mark.parametrize("name", ["textures\\a.png", "textures/a.png", "textures%2Fa.png"])
-def test_a_texture_by_a_path_of_windows(name: str, tmp_path: Path) -> None:
-    (tmp_path / "textures").mkdir()
-    (tmp_path / "textures" / "a.png").write_bytes(b"x")
-    assert read_beside(tmp_path / "a.obj", name) == b"x"
-    assert PureWindowsPath(name.replace("%2F", "/")).name == "a.png"
 
 
 def test_line_ends_of_windows_in_every_input(tmp_path: Path) -> None:

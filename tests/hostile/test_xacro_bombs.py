@@ -38,7 +38,6 @@ COMMANDS = (
     "convert r.xacro",
     "run r.yaml",
     "report r.xacro",
-    "report r.yaml",
     "verify r.xacro tiny.mbs",
     "init r.xacro",
 )
@@ -93,18 +92,6 @@ def test_an_attack_through_a_folder_a_sweep_and_standard_input(
     assert (here / "attacked").exists()
 
 
-@pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("kind", ["macro", "include"])
-def test_endless_recursion_through_every_command(
-    command: str, kind: str, here: Path, capsys: Any
-) -> None:
-    write(ENDLESS[kind])
-    assert main(command.split()) == 1
-    assert "error[xacro]: macros, includes or properties that call themselves" in (
-        capsys.readouterr().err
-    )
-
-
 @pytest.mark.parametrize("kind", ENDLESS)
 def test_what_has_no_end(kind: str, here: Path) -> None:
     write(ENDLESS[kind])
@@ -139,30 +126,3 @@ def test_included_files_are_bounded(
     assert caught.value.code == "xacro"
     assert "larger than 4000 bytes" in str(caught.value)
     assert "large.xacro" in str(caught.value)
-
-
-def test_the_chain_of_includes_and_macros(here: Path) -> None:
-    """An error in an included file names file and line, and how xacro came there."""
-    write('<xacro:include filename="a.xacro"/>\n<xacro:leg side="left"/>')
-    Path("a.xacro").write_text(f'{HEAD}\n<xacro:include filename="b.xacro"/></robot>')
-    Path("b.xacro").write_text(
-        f'{HEAD}<xacro:macro name="leg" params="side"><xacro:foot side="${{side}}"/>'
-        '</xacro:macro>\n<xacro:macro name="foot" params="side">\n'
-        '<link name="${side + 1}"/></xacro:macro></robot>'
-    )
-    with pytest.raises(ConversionError) as caught:
-        convert("r.xacro")
-    said = str(caught.value)
-    assert caught.value.file == str(here / "b.xacro")
-    assert caught.value.line == 4
-    assert said.index("in the macro 'foot'") < said.index("called by the macro 'leg'")
-    write('\n\n<xacro:include filename="a.xacro"/>')
-    Path("b.xacro").write_text(f'{HEAD}\n<link name="${{nothing_of_the_kind}}"/></robot>')
-    with pytest.raises(ConversionError) as caught:
-        convert("r.xacro")
-    said = str(caught.value)
-    assert said.startswith(f"{here / 'b.xacro'}:3: error[xacro]: ")
-    assert "nothing_of_the_kind" in said
-    assert said.index(f"in the file {here / 'b.xacro'}") < said.index(
-        f"included from {here / 'a.xacro'}"
-    ) < said.index(f"included from {here / 'r.xacro'}")  # fmt: skip

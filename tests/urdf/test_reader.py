@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from itertools import pairwise
 from math import pi
 from pathlib import Path
@@ -1029,77 +1028,30 @@ def test_an_error_of_another_file_is_not_remembered(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("chain", [True, False])
-def test_ten_thousand_links(chain: bool) -> None:
-    def text(count: int) -> bytes:
-        parts = ['<robot name="r"><link name="l0"/>']
-        for n in range(1, count):
-            parent = n - 1 if chain else (n - 1) // 2
-            parts.append(
-                f'<link name="l{n}">\n{inertial()}</link>\n<joint name="j{n}" type="continuous">\n'
-                f'<parent link="l{parent}"/>\n<child link="l{n}"/></joint>'
-            )
-        return "".join([*parts, "</robot>"]).encode()
-
-    def calls(data: bytes) -> int:
-        count = 0
-
-        def profile(*_: object) -> None:
-            nonlocal count
-            count += 1
-
-        sys.setprofile(profile)
-        try:
-            parse(data, "r")
-        finally:
-            sys.setprofile(None)
-        return count
-
-    robot, diagnostics = parse(text(10_000), "r")
-    assert (len(robot.links), diagnostics) == (10_000, [])
-    assert calls(text(10_000)) < 11 * calls(text(1_000))
+def test_a_thousand_links_in_a_row_or_on_one(chain: bool) -> None:
+    parts = ['<robot name="r"><link name="l0"/>']
+    parts += [
+        f'<link name="l{n}">\n{inertial()}</link>\n<joint name="j{n}" type="continuous">\n'
+        f'<parent link="l{n - 1 if chain else 0}"/>\n<child link="l{n}"/></joint>'
+        for n in range(1, 2000)
+    ]
+    result = convert_text("".join([*parts, "</robot>"]))
+    assert len(result.mbs.bodies) >= 1999
+    assert result.conversion.proof is not None
+    assert result.conversion.proof.same
 
 
-def test_loops_and_roots_among_ten_thousand_links() -> None:
-    names = [f"l{n}" for n in range(10_000)]
+def test_a_loop_and_roots_among_a_thousand_links() -> None:
+    names = [f"l{n}" for n in range(1000)]
     chain = [f"{a}>{b}" for a, b in pairwise(names)]
-
-    def text(joints: list[str]) -> bytes:
-        lines = [f'<link name="{name}"/>' for name in names]
-        for joint in joints:
-            parent, child = joint.split(">")
-            lines.append(
-                f'<joint name="{parent}_{child}" type="fixed"><parent link="{parent}"/>'
-                f'<child link="{child}"/></joint>'
-            )
-        return ('<robot name="r">' + "".join(lines) + "</robot>").encode()
-
-    for joints, code in (([*chain, "l9999>l0"], "loop"), (chain[::2], "several-roots")):
+    links = "".join(f'<link name="{name}"/>' for name in names)
+    fixed = '<joint name="{0}_{1}" type="fixed"><parent link="{0}"/><child link="{1}"/></joint>'
+    for joints, code in (([*chain, "l999>l0"], "loop"), (chain[::2], "several-roots")):
+        inside = "".join(fixed.format(*joint.split(">")) for joint in joints)
         with pytest.raises(ConversionError) as caught:
-            parse(text(joints), "r")
+            parse(f'<robot name="r">{links}{inside}</robot>'.encode(), "r")
         assert caught.value.code == code
         assert len(caught.value.message) < 500
-
-
-@pytest.mark.parametrize("first", [65_533, 65_534, 65_535, 65_536, 70_000])
-@pytest.mark.parametrize("end", ["</robot>", "\n\n</robot>", "<link/></robot>"])
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
-def test_lines_that_libxml2_cannot_tell(first: int, end: str, encoding: str) -> None:
-    text = '<robot name="r">' + "\n" * (first - 1) + '<link name="a"/><!-- -->\n\n<link/>' + end
-    with pytest.raises(ConversionError) as caught:
-        parse(text.encode(encoding), "r")
-    assert (caught.value.code, caught.value.line) == ("name-missing", first + 2)
-
-
-def test_every_line_of_a_long_file() -> None:
-    count = 66_000
-    links = "".join(f'<link name="l{n}"/>\n' for n in range(2, count))
-    joints = "".join(
-        f'<joint name="j{n}" type="fixed"><parent link="l2"/><child link="l{n}"/></joint>\n'
-        for n in range(3, count)
-    )
-    robot, _ = parse(f'<robot name="r">\n{links}{joints}</robot>'.encode(), "r")
-    assert all(link.line == int(link.name[1:]) for link in robot.links.values())
-    assert [joint.line for joint in robot.joints.values()] == [*range(count, 2 * count - 3)]
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ from urdf2mbs.spatial import add, compose, dot, rotate
 from urdf2mbs.urdf import descriptions
 from urdf2mbs.urdf.model import Geometry, Joint, Link, Mesh, Robot
 from urdf2mbs.urdf.reader import read_text, stem
-from urdf2mbs.xml import lines as xml_lines
+from urdf2mbs.xml.parser import safe_parser
 
 EXAMPLES = (
     "urdf2mbs init robot.urdf.xacro",
@@ -149,7 +149,7 @@ def _arguments(names: list[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for file in names:
         try:
-            root = etree.fromstring(files.read(Path(file)), xml_lines.parser(recover=True))
+            root = etree.fromstring(files.read(Path(file)), safe_parser(recover=True))
         except (OSError, etree.XMLSyntaxError):
             continue
         for element in () if root is None else root.iter("{*}arg"):

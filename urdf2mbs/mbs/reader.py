@@ -36,8 +36,8 @@ from urdf2mbs.mbs.model import (
 from urdf2mbs.mbs.values import Values
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
 from urdf2mbs.spatial import ZERO
-from urdf2mbs.xml import lines
 from urdf2mbs.xml.errors import BLANK, check_conflict, check_entities, explain
+from urdf2mbs.xml.parser import safe_parser
 
 if TYPE_CHECKING:
     from lxml.etree import _Element
@@ -78,7 +78,7 @@ def read_again(source: bytes) -> tuple[Mbs, list[_Element]]:
 def _parse(data: bytes, file: str, *, remove_blank_text: bool = True) -> _Element:
     if not data.strip(BLANK):
         raise ConversionError("file-empty", "the file is empty", file=file)
-    parser = lines.parser(collect_ids=False, remove_blank_text=remove_blank_text)
+    parser = safe_parser(collect_ids=False, remove_blank_text=remove_blank_text)
     try:
         root: _Element = etree.fromstring(data, parser)
     except etree.XMLSyntaxError as error:

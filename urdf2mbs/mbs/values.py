@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from urdf2mbs.mbs.fields import INSIDE
 from urdf2mbs.mbs.model import SYMBOLS
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.xml.lines import line
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -146,5 +145,5 @@ class Values:
             )  # fmt: skip
 
     def fail(self, element: _Element, code: str, message: str, hint: str | None = None) -> NoReturn:
-        at = line(element, self.data)
+        at: Any = element.sourceline
         raise ConversionError(code, message, file=self.file, line=at, hint=hint)

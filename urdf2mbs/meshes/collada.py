@@ -20,7 +20,7 @@ from lxml import etree
 from urdf2mbs.meshes.model import MOST_PARTS, UP_AXES, Mesh, MeshError, TooLargeError, add
 from urdf2mbs.meshes.model import Material as Look
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.xml import lines as xml_lines
+from urdf2mbs.xml.parser import safe_parser
 
 #: The elements that say how shapes look.
 LOOKS = ("library_images", "library_effects", "library_materials", "bind_material")
@@ -138,7 +138,7 @@ def load(data: bytes) -> tuple[Collada, bool, list[str]]:
 
     Raises what pycollada and lxml raise, where nothing can be read.
     """
-    parser = xml_lines.parser(remove_comments=True, remove_pis=True, huge_tree=True)
+    parser = safe_parser(remove_comments=True, remove_pis=True, huge_tree=True)
     root = etree.fromstring(data, parser)
     skinned = next(root.iter("{*}instance_controller"), None) is not None
     _remove(root, NO_SHAPES)

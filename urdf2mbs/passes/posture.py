@@ -28,7 +28,7 @@ from urdf2mbs.mbs.model import Joint
 from urdf2mbs.messages.diagnostics import ConfigError, nearest, some
 from urdf2mbs.ranges import Coordinate
 from urdf2mbs.simulation import Coupling, Held
-from urdf2mbs.xml import lines as xml_lines
+from urdf2mbs.xml.parser import safe_parser
 
 
 class Gains(msgspec.Struct, forbid_unknown_fields=True):
@@ -152,7 +152,7 @@ def _group_state(
         raise ConfigError("posture-srdf", f"posture: {what}", hint=hint)
     file = conversion.settings.folder / options.srdf
     try:
-        root = etree.fromstring(files.read(file), xml_lines.parser())
+        root = etree.fromstring(files.read(file), safe_parser())
     except OSError as error:
         what = f"posture: cannot read '{file}': {error.strerror}"
         raise ConfigError("posture-srdf", what) from None

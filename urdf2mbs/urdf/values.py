@@ -33,8 +33,6 @@ class Reading(Elements):
         super().__init__(file, expanded)
         self.colourless: set[str] = set()
         """Materials whose colour could not be read; a warning has said so."""
-        self.firsts: dict[tuple[str, str | None], Any] = {}
-        """The first link and joint of each name; empty until a name is doubled."""
         self.quaternions = False
         """True if the file's version has ``quat_xyzw``; urdfdom ignores it in older versions."""
 
@@ -53,19 +51,15 @@ class Reading(Elements):
             what = "the name begins or ends with a blank, which is kept"
             self.warn("name-blank", what, element.sourceline)
         if name in taken:
-            if _says_the_same(self._first(element, kind, name), element):
+            named = (
+                one for one in element.getparent().iterchildren(kind) if one.get("name") == name
+            )
+            if _says_the_same(next(named), element):
                 self.warn_of_double("robot", element)
                 return None
             what = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
             self.fail("name-doubled", what, element, f"give one of the {kind}s another name")
         return name
-
-    def _first(self, element: Any, kind: str, name: str) -> Any:
-        """The first element of this kind and name; all are looked for once."""
-        if not self.firsts:
-            for child in element.getparent().iterchildren("link", "joint"):
-                self.firsts.setdefault((child.tag, child.get("name")), child)
-        return self.firsts[kind, name]
 
     def text(self, element: Any, attribute: str, text: str) -> None:
         if "${" in text or "$(" in text:

@@ -26,7 +26,7 @@ from urdf2mbs.urdf import written, xml
 from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.expressions import MOST, TRUST, Guard, tokenize, too_large
 from urdf2mbs.urdf.packages import absolute, workspace
-from urdf2mbs.xml import lines as xml_lines
+from urdf2mbs.xml.parser import safe_parser
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -533,7 +533,7 @@ def _legacy(files: list[str]) -> ConversionError | None:
     for file in files:
         root: Any = None
         with suppress(etree.XMLSyntaxError, ValueError):
-            root = xml_lines.parse(written.text(file).encode(), xml_lines.parser(recover=True))
+            root = etree.fromstring(written.text(file).encode(), safe_parser(recover=True))
         child = None if root is None else next(root.iterchildren(*LEGACY), None)
         if child is not None:
             text = f"<{child.tag}> without the prefix xacro: is not read by xacro any more"

@@ -13,8 +13,8 @@ import msgspec
 from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.xml import lines as xml_lines
 from urdf2mbs.xml.errors import BLANK, check_entities, explain
+from urdf2mbs.xml.parser import safe_parser
 
 
 class Slip(msgspec.Struct, frozen=True):
@@ -54,7 +54,7 @@ def parse(data: bytes, file: str) -> tuple[Any, list[Slip]]:
             explain(data, file, error, log, _BEGINS)
         # old files use prefixes that they do not declare
         slips += [Slip("xml-namespace", e.message.strip().rstrip("."), e.line) for e in log]
-        root = xml_lines.parse(data, xml_lines.parser(recover=True))
+        root = etree.fromstring(data, safe_parser(recover=True))
     if root is None:
         raise ConversionError("xml-syntax", "there is no XML element in the file", file=file)
     check_entities(root, file)
@@ -128,9 +128,9 @@ def mend(data: bytes) -> tuple[bytes, list[Slip]]:
 
 
 def _attempt(data: bytes) -> tuple[Any, list[Any], etree.XMLSyntaxError | None]:
-    parser = xml_lines.parser()
+    parser = safe_parser()
     try:
-        return xml_lines.parse(data, parser), [], None
+        return etree.fromstring(data, parser), [], None
     except etree.XMLSyntaxError as error:
         # an exception's own log also has what other parsers said before
         entries: Any = parser.error_log

@@ -1,1 +1,1 @@
-"""XML texts: line numbers beyond libxml2's, and what is wrong with a text that is no XML."""
+"""XML texts: a parser, and what is wrong with a text that is no XML."""
