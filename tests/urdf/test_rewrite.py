@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from proving import SOLID, joint, link, robot
 
-from urdf2mbs import convert, verify
+from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.reader import parse
 
@@ -56,13 +56,3 @@ def test_a_ball_joint_is_three_joints(preset: str, base: str, tmp_path: Path) ->
     codes = [found.code for found in result.diagnostics]
     assert codes.count("joint-ball") == codes.count("joint-renamed") == 1
     assert "number-commas" in codes
-
-
-def test_the_equations_of_motion_are_those_of_pinocchio(tmp_path: Path) -> None:
-    pytest.importorskip("pinocchio")
-    source = tmp_path / "r.urdf"
-    source.write_text(BALLS)
-    convert(source, base="floating", output=tmp_path / "r.mbs").write()
-    verdict = verify(source, tmp_path / "r.mbs", engine="pinocchio")
-    assert verdict.same
-    assert "mass matrix" in verdict.largest
