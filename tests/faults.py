@@ -56,7 +56,6 @@ ROOMS = {
     "diff/*.py": ["tests/diff", "tests/merge"],
     "disk/*.py": ["tests/test_output.py", "tests/test_seal.py", "tests/hostile"],
     "engine/*.py": ["tests/engine", "tests/plugins"],
-    "machine/*.py": ["tests/test_processes.py", "tests/test_stopping.py", "tests/many"],
     "many/*.py": ["tests/many"],
     "meshes/*.py": ["tests/meshes", "tests/passes/test_convert_meshes.py"],
     "xml/*.py": ["tests/urdf", "tests/mbs", "tests/hostile"],

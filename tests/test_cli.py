@@ -328,10 +328,10 @@ def test_help_imports_no_heavy_package() -> None:
     ("program", "rooms"),
     [
         ("from urdf2mbs import convert",
-         "api conversion disk engine machine mbs messages passes proof ranges report simulation "
+         "api conversion disk engine mbs messages passes proof ranges report simulation "
          "spatial urdf xml"),
         ("import urdf2mbs; urdf2mbs.convert('plain.urdf').write()",
-         "api conversion diagram disk engine machine mbs merge messages passes proof ranges report "
+         "api conversion diagram disk engine mbs merge messages passes proof ranges report "
          "simulation spatial urdf xml"),
     ],
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """URDF and xacro robots to Robotran ``.mbs`` multibody systems, provably the same robot."""
 
-# ``cli`` takes a stranger's working folder out of ``sys.path`` before anything is imported.  So
-# Python imports these names when they are first used; a type checker and an editor read them here.
+# Python imports these names when they are first used, so that help comes at once.  A type checker
+# and an editor read them here.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from urdf2mbs.api import Result, Verdict, convert, verify

@@ -1,46 +1,34 @@
-"""The command line ``urdf2mbs``.
+"""The command line ``urdf2mbs``."""
 
-Python may look for modules in the working folder, which may be a stranger's.  So this file and
-``machine.stopping`` import nothing but modules that every Python has loaded already.
-"""
-
-import os
+import signal
 import sys
 
-from urdf2mbs.machine import stopping
+#: The signals that end a command, as far as this system has them.
+SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit code (0 done, 1 robot, 2 usage, 3 not the same).
 
-    Without ``argv`` the process is ours: then signals end it, and Python looks for no module in
-    the working folder.
-    """
-    if argv is None:
-        stopping.end_on_signals()
-        _leave_working_folder()
-    from urdf2mbs.commands import carry_out
-
-    return carry_out(sys.argv[1:] if argv is None else argv)
-
-
-def _leave_working_folder() -> None:
-    """Take the working folder out of ``sys.path``.
-
-    Python puts it there for ``python -m``, and for each empty entry of PYTHONPATH
-    (``PYTHONPATH=$PYTHONPATH:...``).  It stays where PYTHONPATH names it in full.
+    A signal gives 128 plus its number.  Without ``argv`` the process is ours: then SIGTERM and
+    SIGHUP, too, undo what is half done, as Ctrl-C does.
     """
     try:
-        folder = os.getcwd()  # noqa: PTH109
-    except OSError:  # the folder is gone, and no module can be in it
-        return
-    named = [
-        os.path.abspath(place)  # noqa: PTH100
-        for place in os.environ.get("PYTHONPATH", "").split(os.pathsep)
-        if os.path.isabs(place)  # noqa: PTH117
-    ]
-    library = os.path.dirname(os.__file__)  # noqa: PTH120
-    # behind Python's own library stands what is installed, perhaps from the working folder
-    before = sys.path.index(library) if library in sys.path else len(sys.path)
-    if folder not in named:
-        sys.path[:before] = [place for place in sys.path[:before] if place not in ("", folder)]
+        for number in SIGNALS if argv is None else ():
+            if signal.getsignal(number) != signal.SIG_IGN:  # nohup ignores SIGHUP
+                signal.signal(number, _stop)
+        from urdf2mbs.commands import carry_out
+
+        return carry_out(sys.argv[1:] if argv is None else argv)
+    except KeyboardInterrupt as stopped:
+        ended_by = signal.Signals(stopped.args[0] if stopped.args else signal.SIGINT)
+        print(f"stopped by {ended_by.name}", file=sys.stderr)
+        return 128 + ended_by
+
+
+def _stop(number: int, _: object) -> None:
+    for other in SIGNALS:
+        signal.signal(other, signal.SIG_IGN)  # what is half done is undone once
+    raise KeyboardInterrupt(number)

@@ -16,7 +16,6 @@ import pytest
 from urdf2mbs import convert, convert_many
 from urdf2mbs.cli import main
 from urdf2mbs.many.job import Outcome
-from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -121,12 +120,6 @@ def test_mappings_and_a_failure_among_them(tmp_path: Path, monkeypatch: Any) -> 
     assert outcomes[0].error.file == str(tmp_path / "bad.urdf")
 
 
-def test_two_of_one_output_are_refused_before_anything_is_made(tmp_path: Path) -> None:
-    one = {"source": "a.urdf", "output": str(tmp_path / "a.mbs")}
-    with pytest.raises(ConfigError, match="would be written twice"):
-        convert_many([one, one])
-
-
 # --- the command line ------------------------------------------------------------------------
 
 
@@ -171,22 +164,26 @@ def test_the_worst_exit_code(tmp_path: Path, capsys: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "code"),
     [
-        ["run", "sweep.yaml", "--workers", "0"],
-        ["run", "sweep.yaml", "--stop-after", "expand"],
-        ["run", "sweep.yaml", "--dump", "d"],
-        ["convert", "biped.urdf.xacro", "--workers", "2"],
-        ["convert", "."],
-        ["convert", ".", "-o", "sweep.yaml"],
-        ["convert", "empty", "-o", "out"],
-        ["report", "sweep.yaml"],
+        ("run sweep.yaml --workers 0", "usage"),
+        ("run sweep.yaml --stop-after expand", "usage"),
+        ("run sweep.yaml --dump d", "usage"),
+        ("convert biped.urdf.xacro --workers 2", "usage"),
+        ("convert .", "usage"),
+        ("convert . -o sweep.yaml", "usage"),
+        ("convert empty -o out", "folder-empty"),
+        ("report sweep.yaml", "sweep-many"),
+        ("run one.yaml other.yaml", "output-doubled"),
     ],
 )
-def test_wrong_words(sweep: Path, words: list[str], capsys: Any) -> None:
+def test_wrong_words(sweep: Path, words: str, code: str, capsys: Any) -> None:
     Path("empty").mkdir()
-    assert main(words) == 2
-    assert "error[" in capsys.readouterr().err
+    for name in ("one", "other"):
+        Path(f"{name}.yaml").write_text("source: biped.urdf.xacro\noutput: same.mbs\n")
+    assert main(words.split()) == 2
+    assert f"error[{code}]" in capsys.readouterr().err
+    assert not Path("same.mbs").exists()
 
 
 def test_explain_shows_the_first(sweep: Path, capsys: Any) -> None:
@@ -259,13 +256,8 @@ def test_no_scheduler(sweep: Path, monkeypatch: Any, capsys: Any) -> None:
     assert "error[cluster-unreachable]" in capsys.readouterr().err
 
 
-def test_some_robots_of_a_sweep_and_their_table(sweep: Path, capsys: Any) -> None:
-    chosen = ["--only", "height=0.70", "--report", "table.csv"]
-    assert main(["run", str(sweep), *chosen]) == 0
-    head, row = (sweep.parent / "table.csv").read_text().splitlines()[:2]
-    found = dict(zip(head.split(","), row.split(","), strict=True))
-    assert (found["height"], found["code"], found["verdict"]) == ("0.7", "0", "the same robot")
-    assert float(found["mass"]) > 1.0
+def test_some_robots_of_a_sweep(sweep: Path, capsys: Any) -> None:
+    assert main(["run", str(sweep), "--only", "height=0.70"]) == 0
     assert [file.name for file in (sweep.parent / "models").glob("*.mbs")] == ["0.7.mbs"]
     assert main(["run", str(sweep), "--only", "height=7"]) == 2
     assert "no robot has this value" in capsys.readouterr().err

@@ -19,7 +19,6 @@ from typing import Any, NoReturn
 
 from urdf2mbs.commands.colours import screens
 from urdf2mbs.disk.files import absolute
-from urdf2mbs.machine import stopping
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, memory_full, nearest
 
 #: In the order of the help.
@@ -66,9 +65,6 @@ def carry_out(words: Sequence[str]) -> int:
         except BrokenPipeError:  # the reader of our output has seen enough
             _leave_stdout()
             return 0
-        except KeyboardInterrupt:
-            print(stopping.line(stopping.SIGINT), file=sys.stderr)
-            return 128 + stopping.SIGINT
         except Exception as error:
             if arguments.debug:
                 raise

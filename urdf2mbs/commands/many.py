@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import os
 import sys
 from collections.abc import Iterable
@@ -20,7 +18,6 @@ from urdf2mbs.commands.settings import REPORT
 from urdf2mbs.disk.output import check_ours, write_files
 from urdf2mbs.engine.config import Config, Lines, Project
 from urdf2mbs.engine.plugins import version_of
-from urdf2mbs.machine import stopping
 from urdf2mbs.many.convert import jobs_of, run
 from urdf2mbs.many.job import Job, Outcome
 from urdf2mbs.many.sweep import in_words
@@ -48,8 +45,7 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
     robots = [_to_report(outcome) for outcome in outcomes]
     whole = {"urdf2mbs": version_of("urdf2mbs"), "code": code, "robots": robots}
     text = msgspec.json.format(msgspec.json.encode(whole), indent=1) + b"\n"
-    as_table = report.suffix.lower() == ".csv"
-    write_files({report: _csv(outcomes) if as_table else text}, force=arguments.force)
+    write_files({report: text}, force=arguments.force)
     if arguments.json:
         print_json({"code": code, "robots": robots})
     else:
@@ -81,25 +77,6 @@ def _is(value: object, text: str) -> bool:
         return str(value) == text or float(str(value)) == float(text)
     except ValueError:
         return False
-
-
-def _csv(outcomes: list[Outcome]) -> bytes:
-    """A row for each robot: its values, exit code, error, and the counts of its model."""
-    own = list(dict.fromkeys(name for outcome in outcomes for name in outcome.values))
-    out = io.StringIO()
-    rows = csv.writer(out, lineterminator="\n")
-    counts = ("mass", "links", "bodies", "joints", "per_degree_of_freedom", "verdict")
-    rows.writerow([*own, "source", "output", "code", "error", *counts])
-    for outcome in outcomes:
-        values = [outcome.values.get(name, "") for name in own]
-        code = outcome.error.code if outcome.error else ""
-        row = [*values, outcome.source, outcome.output, outcome.code, code]
-        if found := outcome.report:
-            joints = found.joints
-            row += [found.mass, found.links, found.bodies, joints.mbs]
-            row += [joints.per_degree_of_freedom, found.verdict]
-        rows.writerow(row)
-    return out.getvalue().encode()
 
 
 def _to_report(outcome: Outcome) -> dict[str, object]:
@@ -135,17 +112,18 @@ def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome
     done: list[Outcome] = []
     running = run(jobs, workers=arguments.workers, cluster=arguments.cluster)
     with Progress(arguments) as progress, closing(running) as outcomes:
-        progress.at = f"0 of {counted(count, 'robot')} done"
-        stopping.tell(f": {progress.at}")
-        for outcome in outcomes:
-            done.append(outcome)
-            failed += outcome.code != 0
-            rate = len(done) / (monotonic() - start)
-            at = f"{len(done)} of {counted(count, 'robot')} done"
-            stopping.tell(f": {at}")
-            at += f", {failed} failed" if failed else ""
-            progress.at = f"{at}, {rate:.3g} a second, {(count - len(done)) / rate:.0f} s left"
-    stopping.tell("")
+        at = progress.at = f"0 of {counted(count, 'robot')} done"
+        try:
+            for outcome in outcomes:
+                done.append(outcome)
+                failed += outcome.code != 0
+                rate = len(done) / (monotonic() - start)
+                at = f"{len(done)} of {counted(count, 'robot')} done"
+                at += f", {failed} failed" if failed else ""
+                progress.at = f"{at}, {rate:.3g} a second, {(count - len(done)) / rate:.0f} s left"
+        except KeyboardInterrupt:
+            print(at, file=sys.stderr)
+            raise
     return sorted(done, key=lambda outcome: outcome.number)
 
 

@@ -231,6 +231,6 @@ def add_many(command: argparse.ArgumentParser) -> None:
         help="of a sweep, the robots with this value: height=0.7",
     )  # fmt: skip
     many.add_argument(
-        "--report", type=path, metavar="FILE.json|FILE.csv",
-        help=f"all that is known, or a table (default: {REPORT} in the folder of all outputs)",
+        "--report", type=path, metavar="FILE.json",
+        help=f"default: {REPORT} in the folder of all outputs",
     )  # fmt: skip

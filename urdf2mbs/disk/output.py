@@ -22,7 +22,6 @@ from types import MappingProxyType
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_portable, read
 from urdf2mbs.disk.seal import RECORD, can_hold, checksum, has_seal, intact, seal
-from urdf2mbs.machine.stopping import Unfinished
 from urdf2mbs.messages.diagnostics import ConfigError
 
 #: What Robotran expects in a project's folder.
@@ -99,7 +98,7 @@ def write_files(
     parts: dict[Path, Path] = {}
     kept: dict[Path, Path | None] = {}
     made: list[Path] = []
-    with Unfinished(), ExitStack() as locks:
+    with ExitStack() as locks:
         try:
             for path in (*folders, *(file.parent for file in (*files, *once))):
                 _make_folder(path, made)

@@ -37,10 +37,7 @@ def _installed(path: tuple[str, ...]) -> tuple[tuple[EntryPoint, str], ...]:
     """The installed plugins, each with its package.  ``path`` is ``sys.path``.
 
     The result is kept: a second search would take longer than the conversion of a small robot.
-
-    A package that lies in the working folder is not installed: it may be a stranger's.
     """
-    path = tuple(filter(None, path))
     if not any(map(_may_name_plugins, path)) and all(map(_is_usual, sys.meta_path)):
         return ()
     from importlib import metadata

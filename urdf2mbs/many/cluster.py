@@ -6,7 +6,7 @@ from collections.abc import Generator
 from typing import Any
 
 from urdf2mbs.many.job import Job, Outcome, convert_one, died, failed
-from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 
 #: Seconds until a scheduler that does not answer is not there.
 PATIENCE = 10
@@ -15,8 +15,8 @@ PATIENCE = 10
 def on_cluster(jobs: list[Job], address: str) -> Generator[Outcome]:
     """Each outcome as it comes.
 
-    Dask gives the jobs of a worker that is gone to the others.  A job that is done twice by this
-    writes the same bytes twice, and is one outcome.
+    Dask gives the jobs of a worker that is gone to the others.  A job may run twice: it
+    writes the same bytes, and is one outcome.
     """
     try:
         import distributed
@@ -47,8 +47,5 @@ def on_cluster(jobs: list[Job], address: str) -> Generator[Outcome]:
             elif isinstance(failure, dask.KilledWorker):
                 yield died(job)
             else:
-                yield failed(
-                    job, "cluster-failed",
-                    f"the cluster's workers cannot convert: {type(failure).__name__}: {failure}",
-                    2,
-                )  # fmt: skip
+                said = f"the cluster's workers cannot convert: {type(failure).__name__}: {failure}"
+                yield failed(job, Diagnostic("error", "cluster-failed", said), 2)

@@ -8,8 +8,7 @@ from typing import Any
 
 from urdf2mbs.disk.files import one_name
 from urdf2mbs.engine.config import Config, Lines, Project, config_of
-from urdf2mbs.machine.processes import EndedError, cores, each
-from urdf2mbs.many.job import Job, Outcome, convert_one, died
+from urdf2mbs.many.job import Job, Outcome, convert_one
 from urdf2mbs.many.sweep import members
 
 
@@ -31,6 +30,9 @@ def convert_many(
 
     A robot that fails is a result, too.  What is wrong with the configs themselves raises
     ConfigError before anything is converted.
+
+    A script that is run by itself calls this below ``if __name__ == "__main__":``, since each
+    process imports the script.
     """
     jobs = jobs_of(
         (config_of(config) for config in configs),
@@ -86,24 +88,16 @@ def run(
         from urdf2mbs.many.cluster import on_cluster
 
         return on_cluster(jobs, cluster)
-    return _in_processes(jobs, min(len(jobs), cores() if workers is None else workers))
-
-
-def _in_processes(jobs: list[Job], count: int) -> Generator[Outcome]:
-    """A job whose process is ended by the system is tried again when all others are done: then
-    there is more memory."""
+    count = min(len(jobs), _cores() if workers is None else workers)
     if count <= 1:
-        yield from map(convert_one, jobs)
-        return
-    again = []
-    for job, outcome in each(convert_one, jobs, count):
-        try:
-            yield outcome.result()
-        except EndedError:
-            again.append(job)
-    for lost in again:
-        for job, outcome in each(convert_one, [lost], 1):
-            try:
-                yield outcome.result()
-            except EndedError:
-                yield died(job)
+        return (convert_one(job) for job in jobs)
+    from urdf2mbs.many.processes import in_processes
+
+    return in_processes(jobs, count)
+
+
+def _cores() -> int:
+    """The number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

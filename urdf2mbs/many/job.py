@@ -10,7 +10,7 @@ import msgspec
 from urdf2mbs.disk.output import write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic, render
+from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.report.summary import Report, report
 
 
@@ -32,19 +32,6 @@ class Job(msgspec.Struct, frozen=True):
         return str(self.lines.folder / self.config.source)
 
 
-class Failure(msgspec.Struct):
-    """Why there is no robot."""
-
-    code: str
-    message: str
-    file: str | None = None
-    line: int | None = None
-    hint: str | None = None
-
-    def __str__(self) -> str:
-        return render("error", self.code, self.message, self.file, self.line, self.hint)
-
-
 class Outcome(msgspec.Struct):
     """What became of one of many robots."""
 
@@ -58,7 +45,7 @@ class Outcome(msgspec.Struct):
     code: int
     """As the exit code: 0 done, 1 robot, 2 config, 3 not the same robot."""
     report: Report | None = None
-    error: Failure | None = None
+    error: Diagnostic | None = None
     diagnostics: list[Diagnostic] = []
     """What was said before the error."""
     seconds: float = 0.0
@@ -76,8 +63,7 @@ def convert_one(job: Job) -> Outcome:
         ).run()
         write(conversion, force=job.force)
     except ConversionError as error:
-        outcome = failed(job, error.code, error.message, error.exit_code)
-        outcome.error = Failure(error.code, error.message, error.file, error.line, error.hint)
+        outcome = failed(job, error.diagnostic(), error.exit_code)
         outcome.diagnostics = error.said
         outcome.seconds = perf_counter() - start
         return outcome
@@ -89,17 +75,15 @@ def convert_one(job: Job) -> Outcome:
     )  # fmt: skip
 
 
-def failed(job: Job, code: str, message: str, exit_code: int = 1) -> Outcome:
+def failed(job: Job, error: Diagnostic, exit_code: int = 1) -> Outcome:
     """The outcome of a robot that was not converted."""
-    return Outcome(
-        job.number, job.source, None, job.values, exit_code, error=Failure(code, message)
-    )
+    return Outcome(job.number, job.source, None, job.values, exit_code, error=error)
 
 
 def died(job: Job) -> Outcome:
     """The outcome of a job whose process ended twice without a word."""
-    return failed(
-        job, "worker-died",
+    said = (
         f"the process that converts '{job.source}' was ended twice by the system: it may need "
-        "more memory than there is",
-    )  # fmt: skip
+        "more memory than there is"
+    )
+    return failed(job, Diagnostic("error", "worker-died", said))

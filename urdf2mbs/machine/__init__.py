@@ -1,1 +1,0 @@
-"""The processes of a machine: work on all cores, and what ends them."""
