@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import json
 import struct
-from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,31 +19,51 @@ CORNERS = [tuple((HIGH if k >> axis & 1 else LOW)[axis] for axis in range(3)) fo
 #: The six sides, anticlockwise seen from outside: -x, +x, -y, +y, -z, +z.
 SIDES = [(0, 4, 6, 2), (1, 3, 7, 5), (0, 1, 5, 4), (2, 6, 7, 3), (0, 2, 3, 1), (4, 5, 7, 6)]
 TRIANGLES = [t for a, b, c, d in SIDES for t in ((a, b, c), (a, c, d))]
-#: A colour for each side, 0 to 255.
+#: A colour for each side, 0 to 255; and one for each corner.
 COLORS = [(200, 100, 50), (0, 255, 0), (0, 0, 255), (255, 255, 0), (10, 20, 30), (255, 255, 255)]
+CORNER_COLORS = [*COLORS, (1, 2, 3), (4, 5, 6)]
 
 Points = list[tuple[float, ...]]
 
 
 class Sample(NamedTuple):
     name: str
-    write: Callable[[Path], Path]
-    colors: frozenset[tuple[int, int, int]] = frozenset()
+    file: str
+    files: dict[str, str | bytes]
+    """The mesh file, and the files that it names."""
+    colors: frozenset[tuple[int, int, int]]
     """What the file states; empty: it leaves the colour to the URDF."""
-    texture: bool = False
+    texture: bool
+
+    def write(self, folder: Path) -> Path:
+        """Write the files; gives the path of the mesh."""
+        for name, content in self.files.items():
+            place = folder / name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return folder / self.file
 
 
 SAMPLES: list[Sample] = []
 
 
-def sample(
-    colors: list[tuple[int, int, int]] | None = None, texture: bool = False
-) -> Callable[[Callable[[Path], Path]], Callable[[Path], Path]]:
-    def register(write: Callable[[Path], Path]) -> Callable[[Path], Path]:
-        SAMPLES.append(Sample(write.__name__, write, frozenset(colors or []), texture))
-        return write
+def add(
+    name: str,
+    file: str,
+    content: str | bytes,
+    colors: list[tuple[int, int, int]] | None = None,
+    texture: bool = False,
+    **beside: str | bytes,
+) -> None:
+    """``beside`` are further files; ``__`` in a name is a dot."""
+    files = {file: content} | {key.replace("__", "."): data for key, data in beside.items()}
+    colors = [(255, 255, 255)] if texture else colors
+    SAMPLES.append(Sample(name, file, files, frozenset(colors or []), texture))
 
-    return register
+
+def write(name: str, folder: Path) -> Path:
+    """Write a sample by its name."""
+    return next(one for one in SAMPLES if one.name == name).write(folder)
 
 
 def image(format_: str, size: tuple[int, int] = (4, 2)) -> bytes:
@@ -56,6 +75,13 @@ def image(format_: str, size: tuple[int, int] = (4, 2)) -> bytes:
     out = io.BytesIO()
     picture.save(out, format_)
     return out.getvalue()
+
+
+def rows(*tables: list[tuple[float, ...]]) -> str:
+    """A line a row, of tables side by side."""
+    return "".join(
+        " ".join(str(x) for row in line for x in row) + "\n" for line in zip(*tables, strict=True)
+    )
 
 
 # STL
@@ -78,25 +104,9 @@ def stl_binary_data(header: bytes = b"") -> bytes:
     return data
 
 
-@sample()
-def stl_ascii(folder: Path) -> Path:
-    path = folder / "ascii.stl"
-    path.write_text(stl_ascii_text())
-    return path
-
-
-@sample()
-def stl_binary(folder: Path) -> Path:
-    path = folder / "binary.STL"
-    path.write_bytes(stl_binary_data())
-    return path
-
-
-@sample()
-def stl_binary_that_says_solid(folder: Path) -> Path:
-    path = folder / "solid.stl"
-    path.write_bytes(stl_binary_data(b"solid of some exporter"))
-    return path
+add("stl_ascii", "ascii.stl", stl_ascii_text())
+add("stl_binary", "binary.STL", stl_binary_data())
+add("stl_binary_that_says_solid", "solid.stl", stl_binary_data(b"solid of some exporter"))
 
 
 # OBJ
@@ -107,73 +117,43 @@ def obj_lines(faces: list[str], head: str = "") -> str:
     return f"{head}{vertices}\n" + "\n".join(faces) + "\n"
 
 
-@sample()
-def obj_triangles(folder: Path) -> Path:
-    path = folder / "plain.obj"
-    path.write_text(obj_lines([f"f {a + 1} {b + 1} {c + 1}" for a, b, c in TRIANGLES]))
-    return path
+def face(corners: tuple[int, ...]) -> str:
+    return "f " + " ".join(str(k + 1) for k in corners)
 
 
-@sample()
-def obj_quads(folder: Path) -> Path:
-    path = folder / "quads.obj"
-    path.write_text(obj_lines(["f " + " ".join(str(k + 1) for k in side) for side in SIDES]))
-    return path
+def obj_textured(picture: str) -> dict[str, str]:
+    """The .obj, and its .mtl that names a picture."""
+    faces = ["f " + " ".join(f"{k + 1}/{n}" for n, k in enumerate(s, 1)) for s in SIDES]
+    head = "mtllib textured.mtl\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    material = f"newmtl wood\nKd 1 1 1\nmap_Kd {picture}\n"
+    return {"content": obj_lines(["usemtl wood", *faces], head), "textured__mtl": material}
 
 
-@sample(COLORS)
-def obj_materials(folder: Path) -> Path:
-    path = folder / "materials.obj"
-    faces = []
-    for n, side in enumerate(SIDES):
-        faces += [f"usemtl side{n}", "f " + " ".join(str(k + 1) for k in side)]
-    path.write_text(obj_lines(faces, "mtllib materials.mtl\n"))
-    (folder / "materials.mtl").write_text(
-        "".join(
-            "newmtl side{}\nKd {} {} {}\nd 0.75\n".format(n, *(c / 255 for c in color))
-            for n, color in enumerate(COLORS)
-        )
-    )
-    return path
-
-
-@sample([(255, 0, 0), (0, 0, 255)])
-def obj_vertex_colors(folder: Path) -> Path:
-    path = folder / "vertexcolors.obj"
-    vertices = [
-        "v {} {} {} {} 0 {}".format(*corner, int(k < 4), int(k >= 4))
+OBJ_FACES = [face(triangle) for triangle in TRIANGLES]
+add("obj_triangles", "plain.obj", obj_lines(OBJ_FACES))
+add("obj_quads", "quads.obj", obj_lines([face(side) for side in SIDES]))
+add(
+    "obj_materials", "materials.obj",
+    obj_lines([f"usemtl side{n}\n{face(side)}" for n, side in enumerate(SIDES)],
+              "mtllib materials.mtl\n"),
+    COLORS,
+    materials__mtl="".join(
+        "newmtl side{}\nKd {} {} {}\nd 0.75\n".format(n, *(c / 255 for c in color))
+        for n, color in enumerate(COLORS)
+    ),
+)  # fmt: skip
+add(
+    "obj_vertex_colors", "vertexcolors.obj",
+    "".join(
+        "v {} {} {} {} 0 {}\n".format(*corner, int(k < 4), int(k >= 4))
         for k, corner in enumerate(CORNERS)
-    ]
-    faces = [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in TRIANGLES]
-    path.write_text("\n".join(vertices + faces) + "\n")
-    return path
-
-
-def _obj_textured(folder: Path, name: str, picture: bytes) -> Path:
-    path = folder / "textured.obj"
-    uv = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-    faces = ["usemtl wood"]
-    faces += ["f " + " ".join(f"{k + 1}/{n}" for n, k in enumerate(s, 1)) for s in SIDES]
-    path.write_text(obj_lines(faces, f"mtllib textured.mtl\n{uv}"))
-    (folder / "textured.mtl").write_text(f"newmtl wood\nKd 1 1 1\nmap_Kd {name}\n")
-    place = folder / name
-    place.parent.mkdir(exist_ok=True)
-    place.write_bytes(picture)
-    return path
-
-
-@sample([(255, 255, 255)], texture=True)
-def obj_texture_jpg(folder: Path) -> Path:
-    folder = folder / "jpg"
-    folder.mkdir()
-    return _obj_textured(folder, "../pictures/oak.jpg", image("JPEG"))
-
-
-@sample([(255, 255, 255)], texture=True)
-def obj_texture_tga(folder: Path) -> Path:
-    folder = folder / "tga"
-    folder.mkdir()
-    return _obj_textured(folder, "oak.tga", image("TGA"))
+    ) + "\n".join(OBJ_FACES) + "\n",
+    [(255, 0, 0), (0, 0, 255)],
+)  # fmt: skip
+add("obj_texture_jpg", "textured.obj", **obj_textured("pictures/oak.jpg"), texture=True,
+    **{"pictures/oak__jpg": image("JPEG")})  # fmt: skip
+add("obj_texture_tga", "textured.obj", **obj_textured("oak.tga"), texture=True,
+    oak__tga=image("TGA"))  # fmt: skip
 
 
 # PLY
@@ -188,59 +168,32 @@ def ply_header(format_: str, vertex: str = "", face: str = "", comment: str = ""
 
 
 RGB_PROPERTIES = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-
-
-@sample()
-def ply_ascii(folder: Path) -> Path:
-    path = folder / "ascii.ply"
-    rows = ["{} {} {}".format(*c) for c in CORNERS]
-    rows += ["3 {} {} {}".format(*t) for t in TRIANGLES]
-    path.write_text(ply_header("ascii") + "\n".join(rows) + "\n")
-    return path
-
-
-@sample()
-def ply_binary(folder: Path) -> Path:
-    path = folder / "binary.ply"
-    data = ply_header("binary_little_endian").encode()
-    data += b"".join(struct.pack("<3f", *c) for c in CORNERS)
-    data += b"".join(struct.pack("<B3i", 3, *t) for t in TRIANGLES)
-    path.write_bytes(data)
-    return path
-
-
-@sample([*COLORS, (1, 2, 3), (4, 5, 6)])
-def ply_vertex_colors(folder: Path) -> Path:
-    path = folder / "vertexcolors.ply"
-    colors = [*COLORS, (1, 2, 3), (4, 5, 6)]
-    rows = ["{} {} {} {} {} {}".format(*p, *c) for p, c in zip(CORNERS, colors, strict=True)]
-    rows += ["3 {} {} {}".format(*t) for t in TRIANGLES]
-    path.write_text(ply_header("ascii", vertex=RGB_PROPERTIES) + "\n".join(rows) + "\n")
-    return path
-
-
-@sample(COLORS)
-def ply_face_colors(folder: Path) -> Path:
-    path = folder / "facecolors.ply"
-    rows = ["{} {} {}".format(*c) for c in CORNERS]
-    rows += ["3 {} {} {} {} {} {}".format(*t, *COLORS[n // 2]) for n, t in enumerate(TRIANGLES)]
-    path.write_text(ply_header("ascii", face=RGB_PROPERTIES) + "\n".join(rows) + "\n")
-    return path
-
-
-@sample([(255, 255, 255)], texture=True)
-def ply_texture(folder: Path) -> Path:
-    path = folder / "textured.ply"
-    rows = ["{} {} {} {} {}".format(*c, k & 1, k >> 1 & 1) for k, c in enumerate(CORNERS)]
-    rows += ["3 {} {} {}".format(*t) for t in TRIANGLES]
-    header = ply_header(
-        "ascii",
-        vertex="property float s\nproperty float t\n",
-        comment="comment TextureFile pine.png\n",
-    )
-    path.write_text(header + "\n".join(rows) + "\n")
-    (folder / "pine.png").write_bytes(image("PNG"))
-    return path
+PLY_FACES: Points = [(3, *triangle) for triangle in TRIANGLES]
+add("ply_ascii", "ascii.ply", ply_header("ascii") + rows(CORNERS) + rows(PLY_FACES))
+add(
+    "ply_binary", "binary.ply",
+    ply_header("binary_little_endian").encode()
+    + b"".join(struct.pack("<3f", *c) for c in CORNERS)
+    + b"".join(struct.pack("<B3i", 3, *t) for t in TRIANGLES),
+)  # fmt: skip
+add(
+    "ply_vertex_colors", "vertexcolors.ply",
+    ply_header("ascii", vertex=RGB_PROPERTIES) + rows(CORNERS, CORNER_COLORS) + rows(PLY_FACES),
+    CORNER_COLORS,
+)  # fmt: skip
+add(
+    "ply_face_colors", "facecolors.ply",
+    ply_header("ascii", face=RGB_PROPERTIES) + rows(CORNERS)
+    + rows(PLY_FACES, [color for color in COLORS for _ in range(2)]),
+    COLORS,
+)  # fmt: skip
+add(
+    "ply_texture", "textured.ply",
+    ply_header("ascii", vertex="property float s\nproperty float t\n",
+               comment="comment TextureFile pine.png\n")
+    + rows(CORNERS, [(k & 1, k >> 1 & 1) for k in range(8)]) + rows(PLY_FACES),
+    texture=True, pine__png=image("PNG"),
+)  # fmt: skip
 
 
 # COLLADA
@@ -304,81 +257,61 @@ type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></acce
 """  # fmt: skip
 
 
-def _dae(folder: Path, name: str, text: str) -> Path:
-    path = folder / f"{name}.dae"
-    path.write_text(text)
-    return path
+def dae_faces(kind: str, inside: str, more: str = "") -> str:
+    """A primitive of COLLADA with its corners; ``more`` is an attribute."""
+    return f'<{kind}{more}><input semantic="VERTEX" source="#v" offset="0"/>{inside}</{kind}>'
 
 
-@sample()
-def dae_z_up_metres(folder: Path) -> Path:
-    return _dae(folder, "zup", dae_text())
+def flat(table: list[tuple[int, ...]]) -> str:
+    return " ".join(str(k) for row in table for k in row)
 
 
-@sample()
-def dae_y_up_centimetres(folder: Path) -> Path:
-    points: Points = [(100 * x, 100 * z, -100 * y) for x, y, z in CORNERS]
-    unit = '<unit name="centimeter" meter="0.01"/>'
-    return _dae(folder, "yup", dae_text(points, unit=unit, up_axis="Y_UP"))
+def add_dae(name: str, text: str, colors: list[tuple[int, int, int]] | None = None) -> None:
+    add(f"dae_{name}", f"{name}.dae", text, colors)
 
 
-@sample()
-def dae_x_up_inches(folder: Path) -> Path:
-    points: Points = [(z / 0.0254, -x / 0.0254, -y / 0.0254) for x, y, z in CORNERS]
-    unit = '<unit name="inch" meter="0.0254"/>'
-    return _dae(folder, "xup", dae_text(points, unit=unit, up_axis="X_UP"))
-
-
-@sample()
-def dae_that_says_nothing_is_y_up_metres(folder: Path) -> Path:
-    points: Points = [(x, z, -y) for x, y, z in CORNERS]
-    return _dae(folder, "silent", dae_text(points, unit="", up_axis=""))
-
-
-@sample()
-def dae_nested_nodes_in_millimetres(folder: Path) -> Path:
-    # the box is at half size, a quarter turn about z and a shift away from where it belongs
-    points: Points = [(500 * y, -500 * x, 500 * (z - 3)) for x, y, z in CORNERS]
-    node = (
-        '<translate>0 0 3000</translate><node id="a"><rotate>0 0 1 90</rotate>'
-        "<!-- between --><node><scale>2 2 2</scale>{geometry}</node></node>"
-    )
-    return _dae(folder, "nested", dae_text(points, unit='<unit meter="0.001"/>', node=node))
-
-
-@sample()
-def dae_mirrored_node(folder: Path) -> Path:
-    points: Points = [(-x, y, z) for x, y, z in CORNERS]
-    triangles = [(a, c, b) for a, b, c in TRIANGLES]  # outward, too, before it is mirrored
-    node = "<matrix>-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix>{geometry}"
-    return _dae(folder, "mirrored", dae_text(points, node=node, triangles=triangles))
-
-
-@sample()
-def dae_instance_node(folder: Path) -> Path:
-    nodes = '<node id="lib"><translate>1 0 0</translate><instance_geometry url="#g"/></node>'
-    points: Points = [(x - 1, y, z) for x, y, z in CORNERS]
-    node = '<instance_node url="#lib"/>'
-    return _dae(folder, "instanced", dae_text(points, node=node, nodes=nodes))
-
-
-@sample()
-def dae_polylist(folder: Path) -> Path:
-    index = " ".join(str(k) for side in SIDES for k in side)
-    primitives = (
-        '<polylist count="6"><input semantic="VERTEX" source="#v" offset="0"/>'
-        f"<vcount>4 4 4 4 4 4</vcount><p>{index}</p></polylist>"
-    )
-    return _dae(folder, "polylist", dae_text(primitives=primitives))
-
-
-@sample()
-def dae_polygons(folder: Path) -> Path:
-    sides = "".join(f"<p>{' '.join(str(k) for k in side)}</p>" for side in SIDES)
-    primitives = (
-        '<polygons count="6"><input semantic="VERTEX" source="#v" offset="0"/>' + sides
-    ) + "</polygons>"
-    return _dae(folder, "polygons", dae_text(primitives=primitives))
+add_dae("z_up_metres", dae_text())
+add_dae("y_up_centimetres", dae_text(
+    [(100 * x, 100 * z, -100 * y) for x, y, z in CORNERS],
+    unit='<unit name="centimeter" meter="0.01"/>', up_axis="Y_UP",
+))  # fmt: skip
+add_dae("x_up_inches", dae_text(
+    [(z / 0.0254, -x / 0.0254, -y / 0.0254) for x, y, z in CORNERS],
+    unit='<unit name="inch" meter="0.0254"/>', up_axis="X_UP",
+))  # fmt: skip
+add_dae("that_says_nothing_is_y_up_metres",
+        dae_text([(x, z, -y) for x, y, z in CORNERS], unit="", up_axis=""))  # fmt: skip
+# the box is at half size, a quarter turn about z and a shift away from where it belongs
+add_dae("nested_nodes_in_millimetres", dae_text(
+    [(500 * y, -500 * x, 500 * (z - 3)) for x, y, z in CORNERS], unit='<unit meter="0.001"/>',
+    node='<translate>0 0 3000</translate><node id="a"><rotate>0 0 1 90</rotate>'
+    "<!-- between --><node><scale>2 2 2</scale>{geometry}</node></node>",
+))  # fmt: skip
+add_dae("mirrored_node", dae_text(
+    [(-x, y, z) for x, y, z in CORNERS],
+    node="<matrix>-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</matrix>{geometry}",
+    triangles=[(a, c, b) for a, b, c in TRIANGLES],  # outward, too, before it is mirrored
+))  # fmt: skip
+add_dae("instance_node", dae_text(
+    [(x - 1, y, z) for x, y, z in CORNERS], node='<instance_node url="#lib"/>',
+    nodes='<node id="lib"><translate>1 0 0</translate><instance_geometry url="#g"/></node>',
+))  # fmt: skip
+add_dae(
+    "polylist",
+    dae_text(
+        primitives=dae_faces(
+            "polylist", f"<vcount>4 4 4 4 4 4</vcount><p>{flat(SIDES)}</p>", ' count="6"'
+        )
+    ),
+)
+add_dae(
+    "polygons",
+    dae_text(
+        primitives=dae_faces(
+            "polygons", "".join(f"<p>{flat([side])}</p>" for side in SIDES), ' count="6"'
+        )
+    ),
+)
 
 
 def effect(color: tuple[int, int, int], more: str = "") -> str:
@@ -389,32 +322,26 @@ def effect(color: tuple[int, int, int], more: str = "") -> str:
     )
 
 
-@sample(COLORS)
-def dae_materials(folder: Path) -> Path:
-    primitives = "".join(
-        f'<triangles count="2" material="m{n}"><input semantic="VERTEX" source="#v" offset="0"/>'
-        f"<p>{a} {b} {c} {a} {c} {d}</p></triangles>"
+add_dae("materials", dae_text(
+    primitives="".join(
+        dae_faces("triangles", f"<p>{a} {b} {c} {a} {c} {d}</p>", f' count="2" material="m{n}"')
         for n, (a, b, c, d) in enumerate(SIDES)
-    )
-    effects = {f"m{n}": effect(color) for n, color in enumerate(COLORS)}
-    return _dae(folder, "materials", dae_text(primitives=primitives, effects=effects))
-
-
-@sample(COLORS)
-def dae_corner_colors(folder: Path) -> Path:
-    values = " ".join(str(c / 255) for color in COLORS for c in color)
-    sources = (
-        f'<source id="c"><float_array id="ca" count="18">{values}</float_array><technique_common>'
-        '<accessor source="#ca" count="6" stride="3"><param name="R" type="float"/><param '
-        'name="G" type="float"/><param name="B" type="float"/></accessor></technique_common>'
-        "</source>"
-    )
-    index = " ".join(f"{k} {n // 2}" for n, t in enumerate(TRIANGLES) for k in t)
-    primitives = (
-        '<triangles count="12"><input semantic="VERTEX" source="#v" offset="0"/>'
-        f'<input semantic="COLOR" source="#c" offset="1"/><p>{index}</p></triangles>'
-    )
-    return _dae(folder, "colors", dae_text(primitives=primitives, sources=sources))
+    ),
+    effects={f"m{n}": effect(color) for n, color in enumerate(COLORS)},
+), COLORS)  # fmt: skip
+add_dae("corner_colors", dae_text(
+    primitives=dae_faces(
+        "triangles",
+        '<input semantic="COLOR" source="#c" offset="1"/><p>'
+        + flat([(k, n // 2) for n, t in enumerate(TRIANGLES) for k in t]) + "</p>",
+        ' count="12"',
+    ),
+    sources='<source id="c"><float_array id="ca" count="18">'
+    + " ".join(str(c / 255) for color in COLORS for c in color)
+    + '</float_array><technique_common><accessor source="#ca" count="6" stride="3">'
+    '<param name="R" type="float"/><param name="G" type="float"/><param name="B" type="float"/>'
+    "</accessor></technique_common></source>",
+), COLORS)  # fmt: skip
 
 
 def dae_textured_text(init_from: str = "maple.png") -> str:
@@ -438,10 +365,8 @@ def dae_textured_text(init_from: str = "maple.png") -> str:
     return dae_text(primitives=primitives, sources=sources, effects={"m": look}, images=images)
 
 
-@sample([(255, 255, 255)], texture=True)
-def dae_texture(folder: Path) -> Path:
-    (folder / "sugar maple.png").write_bytes(image("PNG"))
-    return _dae(folder, "textured", dae_textured_text("sugar%20maple.png"))
+add("dae_texture", "textured.dae", dae_textured_text("sugar%20maple.png"), texture=True,
+    **{"sugar maple__png": image("PNG")})  # fmt: skip
 
 
 # glTF: y is up, so the file holds (x, z, -y)
@@ -511,32 +436,11 @@ def glb(document: dict[str, object], buffer: bytes) -> bytes:
 RED = {"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}]}
 
 
-@sample([(255, 0, 0)])
-def glb_material(folder: Path) -> Path:
-    path = folder / "material.glb"
-    path.write_bytes(glb(*gltf(RED)))
-    return path
-
-
-@sample([*COLORS, (1, 2, 3), (4, 5, 6)])
-def glb_vertex_colors(folder: Path) -> Path:
-    path = folder / "vertexcolors.glb"
-    path.write_bytes(glb(*gltf(colors=[*COLORS, (1, 2, 3), (4, 5, 6)])))
-    return path
-
-
-@sample([(255, 255, 255)], texture=True)
-def glb_texture(folder: Path) -> Path:
-    path = folder / "textured.glb"
-    path.write_bytes(glb(*gltf(picture=image("PNG"))))
-    return path
-
-
-@sample([(255, 0, 0)])
-def gltf_with_a_buffer_beside(folder: Path) -> Path:
-    path = folder / "beside.gltf"
-    document, buffer = gltf(RED)
-    document["buffers"] = [{"byteLength": len(buffer), "uri": "beside%20it.bin"}]
-    path.write_text(json.dumps(document))
-    (folder / "beside it.bin").write_bytes(buffer)
-    return path
+RED = {"materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}]}
+add("glb_material", "material.glb", glb(*gltf(RED)), [(255, 0, 0)])
+add("glb_vertex_colors", "vertexcolors.glb", glb(*gltf(colors=CORNER_COLORS)), CORNER_COLORS)
+add("glb_texture", "textured.glb", glb(*gltf(picture=image("PNG"))), texture=True)
+DOCUMENT, BUFFER = gltf(RED)
+DOCUMENT["buffers"] = [{"byteLength": len(BUFFER), "uri": "beside%20it.bin"}]
+add("gltf_with_a_buffer_beside", "beside.gltf", json.dumps(DOCUMENT), [(255, 0, 0)],
+    **{"beside it__bin": BUFFER})  # fmt: skip

@@ -153,7 +153,6 @@ def test_every_file_that_the_tests_write(
 ) -> None:
     scales = [(1.0, 1.0, 1.0), (1.0, -1.0, 1.0)]
     for sample in SAMPLES:
-        (tmp_path / sample.name).mkdir()
         mesh = sample.write(tmp_path / sample.name)
         conversion = convert(
             tmp_path, [visual(mesh, scale, (0.8, 0.4, 0.2, 0.5)) for scale in scales]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,18 +17,16 @@ from meshes.samples import (
     Sample,
     dae_text,
     dae_textured_text,
-    dae_y_up_centimetres,
     effect,
     glb,
-    glb_texture,
     gltf,
     image,
     obj_lines,
     ply_header,
-    ply_texture,
     stl_ascii_text,
     stl_binary_data,
 )
+from meshes.samples import write as write_sample
 from PIL import Image
 
 from urdf2mbs.meshes.model import Mesh, MeshError
@@ -81,12 +78,10 @@ def test_texture(sample: Sample, mesh: Path) -> None:
         assert all(shape.uv is not None for shape in shapes)
 
 
-@pytest.mark.parametrize(("write_sample", "flip"), [(ply_texture, False), (glb_texture, True)])
-def test_texture_coordinates_start_in_the_lower_left(
-    tmp_path: Path, write_sample: Callable[[Path], Path], flip: bool
-) -> None:
+@pytest.mark.parametrize(("name", "flip"), [("ply_texture", False), ("glb_texture", True)])
+def test_texture_coordinates_start_in_the_lower_left(tmp_path: Path, name: str, flip: bool) -> None:
     # as in .ply; glTF's start in the upper left, and so are turned over
-    _, (shape,) = converted(write_sample(tmp_path))
+    _, (shape,) = converted(write_sample(name, tmp_path))
     assert shape.uv is not None
     points = shape.points[shape.faces]
     np.testing.assert_array_equal(shape.uv[..., 0], points[..., 0] == HIGH[0])
@@ -131,7 +126,7 @@ def test_collada_unit_and_up_axis_are_ours_alone(tmp_path: Path) -> None:
     """trimesh, which reads everything else here, applies neither."""
     import trimesh
 
-    path = dae_y_up_centimetres(tmp_path)
+    path = write_sample("dae_y_up_centimetres", tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         low, high = trimesh.load_scene(path).bounds
@@ -141,7 +136,7 @@ def test_collada_unit_and_up_axis_are_ours_alone(tmp_path: Path) -> None:
 
 
 def test_up_axis_can_be_ignored_and_the_unit_still_counts(tmp_path: Path) -> None:
-    mesh = read(dae_y_up_centimetres(tmp_path), up_axis=False)
+    mesh = read(write_sample("dae_y_up_centimetres", tmp_path), up_axis=False)
     points = mesh.parts[0].points
     np.testing.assert_allclose((points.min(0), points.max(0)), ((1, 3, -4), (2, 6, -2)), rtol=1e-6)
 

@@ -13,8 +13,6 @@ from urdf2mbs.meshes import stl
 from urdf2mbs.meshes.reader import read
 from urdf2mbs.passes.convert_meshes import Look, draw
 
-LOOK = Look("", (255, 128, 0), 0.0)
-
 
 def binary(points: np.ndarray, header: bytes = b"") -> bytes:
     """An STL of (n, 3, 3) points."""
@@ -26,10 +24,12 @@ def binary(points: np.ndarray, header: bytes = b"") -> bytes:
 def test_the_points_are_those_of_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "urdf2mbs.meshes.by_trimesh", None)
     points = np.random.default_rng(1).normal(size=(20, 3, 3)).astype(np.float32)
-    (tmp_path / "a.stl").write_bytes(binary(points, b"solid by a program that says so"))
-    (part,) = read(tmp_path / "a.stl").parts
+    (tmp_path / "a.stl").write_bytes(binary(points, b"solid by a program that says so") + b"\n")
+    mesh = read(tmp_path / "a.stl")
+    (part,) = mesh.parts
     np.testing.assert_array_equal(part.points[part.triangles], points)
     assert not part.smooth
+    assert len(mesh.problems) == 1, "a byte after the last triangle"
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_the_memory_that_a_large_one_takes(tmp_path: Path) -> None:
     file.write_bytes(binary(np.random.default_rng(1).normal(size=(100_000, 3, 3))))
     tracemalloc.start()
     try:
-        draw(read(file), LOOK)
+        draw(read(file), Look("", (255, 128, 0), 0.0))
         peak = tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

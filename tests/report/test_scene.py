@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from meshes import wrl
-from meshes.samples import dae_y_up_centimetres
+from meshes.samples import write
 from report.shown import data, shown
 
 from urdf2mbs.mbs.reader import read
@@ -75,7 +75,7 @@ def test_wrl_and_source_are_the_same_triangles(shared: Path, tmp_path: Path, nam
 
 
 def test_the_urdf_side_is_drawn_as_rviz_does(tmp_path: Path) -> None:
-    mesh = dae_y_up_centimetres(tmp_path)
+    mesh = write("dae_y_up_centimetres", tmp_path)
     store = Store()
     number = store.source(mesh.name, mesh)
     assert number is not None
