@@ -223,30 +223,22 @@ def test_urdf_and_mbs_agree_everywhere(report: Opened) -> None:
     report.page.locator("#zero").click()
 
 
-def test_no_boxes_of_the_diagram_overlap(report: Opened) -> None:
-    boxes = report.ask(
-        """() => [...document.querySelectorAll("#paper .box")].map((box) => {
-          const {left, top, right, bottom} = box.getBoundingClientRect();
-          return [left, top, right, bottom];
-        })"""
+def test_no_boxes_of_the_diagram_overlap_and_names_fit(report: Opened) -> None:
+    boxes, names = report.ask(
+        """() => [".body .box", ".body-name text"].map((what) => Object.fromEntries(
+          [...document.querySelectorAll(`#paper ${what}`)].map((one) => {
+            const {left, top, right, bottom} = one.getBoundingClientRect();
+            return [one.closest("[data-body]").dataset.body, [left, top, right, bottom]];
+          })))"""
     )
     assert len(boxes) == len(report.conversion.mbs.bodies) + 1
-    boxes = np.array(boxes)
-    inside = (boxes[:, None, :2] < boxes[None, :, 2:] - 1e-6).all(axis=2)
+    for body, (left, _, right, _) in names.items():
+        assert right - left <= boxes[body][2] - boxes[body][0], body
+    sides = np.array(list(boxes.values()))
+    inside = (sides[:, None, :2] < sides[None, :, 2:] - 1e-6).all(axis=2)
     both = inside & inside.T
     np.fill_diagonal(both, False)
     assert not both.any()
-
-
-def test_names_fit_into_their_boxes(report: Opened) -> None:
-    too_wide = report.ask(
-        """() => [...document.querySelectorAll("#paper g.body")].filter((body) =>
-          document.querySelector(`#paper g.body-name[data-body="${body.dataset.body}"] text`)
-            .getBoundingClientRect().width
-            > body.querySelector(".box").getBoundingClientRect().width
-        ).map((body) => body.dataset.body)"""
-    )
-    assert too_wide == []
 
 
 def test_switches_change_the_picture(report: Opened) -> None:
@@ -259,10 +251,7 @@ def test_switches_change_the_picture(report: Opened) -> None:
         picture = report.ask("urdf2mbs.picture()")
         assert picture not in seen, switch
         seen.add(picture)
-
-
-def test_nothing_was_said_in_the_end(report: Opened) -> None:
-    assert report.said == []
+    assert report.said == [], "nothing went wrong in all tests above"
 
 
 # --- special pages ---------------------------------------------------------------------------
@@ -383,13 +372,6 @@ def test_without_webgl_all_else_works(opened: Open, tiny: Conversion) -> None:
     np.testing.assert_allclose(report.pose("mbs", "arm"), poses.body("arm"), atol=1e-12)
 
 
-def test_a_click_on_a_box_chooses_the_body(opened: Open, tiny: Conversion) -> None:
-    report = opened(tiny)
-    report.page.locator('#paper g.body[data-body="arm"] .box').click(position={"x": 5, "y": 5})
-    assert report.page.locator("#picked").inner_text().startswith("arm")
-    assert report.page.locator("#bodies tr.chosen").first.get_attribute("data-body") == "arm"
-
-
 def test_the_diagram_zooms_and_moves(opened: Open, tiny: Conversion) -> None:
     report = opened(tiny)
     svg = report.page.locator("#paper > svg")
@@ -424,89 +406,60 @@ MARKED = """() => [...document.querySelectorAll(".chosen")].map((one) => {
   return `${one.className.baseVal ?? one.className}`.split(" ")[0] + " "
     + one.tagName.toLowerCase() + " " + (body ?? joint ?? link ?? urdfJoint);
 })"""
+JOINT = ['#joints tr[data-joint="shoulder"]', '#names tr[data-urdf-joint="shoulder"]',
+         '#messages tr[data-urdf-joint="shoulder"]', '.slider[data-joint="shoulder"] .name',
+         '#paper g.joint[data-joint="shoulder"] circle']  # fmt: skip
+BODY = ['#bodies tr[data-body="arm"]', '#names tr[data-link="arm"]', '#tree [data-link="arm"]',
+        '#paper g.body-name[data-body="arm"] text']  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "click",
-    [
-        '#joints tr[data-joint="shoulder"]',
-        '#names tr[data-urdf-joint="shoulder"]',
-        '#messages tr[data-urdf-joint="shoulder"]',
-        '#paper g.joint[data-joint="shoulder"] circle',
-        '.slider[data-joint="shoulder"] .name',
-    ],
-)
-def test_a_joint_is_marked_everywhere(opened: Open, tiny: Conversion, click: str) -> None:
+def test_what_is_chosen_is_marked_everywhere(opened: Open, tiny: Conversion) -> None:
     tiny.note("axis-aligned", "a message about it", joint="shoulder")
     report = opened(tiny)
-    report.page.locator(click).first.click()
-    marked = set(report.ask(MARKED))
-    assert {
-        "body g arm", "joint g shoulder", "joint-label g shoulder", "slider div shoulder"
-    } <= marked  # fmt: skip
-    rows = {one for one in marked if " tr " in one}
-    assert {one.split(" tr ")[1] for one in rows} == {"shoulder", "arm"}
-    assert not any("wrist" in one or "body g body" in one for one in marked)
-    assert "q3 R3 shoulder" in report.page.locator("#picked").inner_text()
-    assert report.said == []
-
-
-@pytest.mark.parametrize(
-    "click",
-    [
-        '#bodies tr[data-body="arm"]',
-        '#names tr[data-link="arm"]',
-        '#paper g.body-name[data-body="arm"] text',
-        '#tree [data-link="arm"]',
-    ],
-)
-def test_a_body_is_marked_everywhere(opened: Open, tiny: Conversion, click: str) -> None:
-    report = opened(tiny)
+    picked = report.page.locator("#picked")
+    for click in JOINT:
+        report.page.locator(click).first.click()
+        marked = set(report.ask(MARKED))
+        joint = {"body g arm", "joint g shoulder", "joint-label g shoulder", "slider div shoulder"}
+        assert joint <= marked, click
+        rows = {one.split(" tr ")[1] for one in marked if " tr " in one}
+        assert rows == {"shoulder", "arm"}, click
+        assert not any("wrist" in one or "body g body" in one for one in marked), click
+        assert "q3 R3 shoulder" in picked.inner_text()
     report.page.locator("#as-links").click()
-    report.page.locator(click).first.click()
-    marked = report.ask(MARKED)
-    assert {"body g arm", "joint g shoulder", "joint g shoulder_origin_R2"} <= set(marked)
-    assert sum(one.endswith(" tr arm") for one in marked) == 2  # as a body, and as a link
-    assert sum(one.endswith(" div arm") for one in marked) == 1  # in the tree
-    assert report.said == []
-
-
-def test_the_keyboard_chooses_too(opened: Open, tiny: Conversion) -> None:
-    report = opened(tiny)
-    report.page.locator('#joints tr[data-joint="shoulder"]').press("Enter")
+    for click in BODY:
+        report.page.locator(click).first.click()
+        marked_ = report.ask(MARKED)
+        assert {"body g arm", "joint g shoulder", "joint g shoulder_origin_R2"} <= set(marked_)
+        assert sum(one.endswith(" tr arm") for one in marked_) == 2, "as a body, and as a link"
+        assert sum(one.endswith(" div arm") for one in marked_) == 1, "in the tree"
+    report.page.locator('#paper g.body[data-body="body"] .box').click(position={"x": 5, "y": 5})
+    assert picked.inner_text().startswith("body")
+    report.page.locator(JOINT[0]).press("Enter")
     assert "joint g shoulder" in report.ask(MARKED)
+    assert report.said == []
 
 
-def test_the_tree_of_links_has_them_all(opened: Open, tiny: Conversion) -> None:
-    report = opened(tiny)
-    report.page.locator("#as-links").click()
-    assert report.page.locator("#sliders").is_hidden()
-    shown_ = report.page.locator("#tree > div").evaluate_all(
-        "rows => rows.map(r => r.dataset.link)"
-    )
-    assert shown_ == [tiny.robot.root(), *(j.child for j in tiny.robot.depth_first())]
-
-
-def test_the_base_s_sliders_come_last(opened: Open, tmp_path: Path) -> None:
-    source = tmp_path / "tiny.urdf"
-    source.write_text(TINY)
-    report = opened(run(source, tmp_path / "p", base="floating"))
-    joints = report.page.locator("#sliders input[type=range]").evaluate_all(
-        "sliders => sliders.map(slider => slider.dataset.joint)"
-    )
-    assert len(joints) > 6
-    assert [name.startswith("floating_base") for name in joints] == sorted(
-        name.startswith("floating_base") for name in joints
-    )
-
-
-def test_collision_shapes_are_drawn(opened: Open, tmp_path: Path) -> None:
+def test_the_panel_of_a_plain_robot(opened: Open, tmp_path: Path) -> None:
+    """The tree has all links; the base's sliders come last; there are no switches for nothing."""
     source = tmp_path / "tiny.urdf"
     box = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
     source.write_text(TINY.replace("</link>", f"{box}</link>", 1))
-    report = opened(run(source, tmp_path / "p", base="fixed"))
+    report = opened(run(source, tmp_path / "p", base="floating"))
+    robot, page = report.conversion.robot, report.page
+    sliders = page.locator("#sliders input[type=range]")
+    joints = sliders.evaluate_all("sliders => sliders.map(slider => slider.dataset.joint)")
+    of_base = [name.startswith("floating_base") for name in joints]
+    assert of_base == sorted(of_base)
+    assert 0 < sum(of_base) < len(of_base)
+    page.locator("#as-links").click()
+    assert page.locator("#sliders").is_hidden()
+    tree = page.locator("#tree > div").evaluate_all("rows => rows.map(r => r.dataset.link)")
+    assert tree == [robot.root(), *(joint.child for joint in robot.depth_first())]
+    for kind in ("sensors", "contacts", "forces", "loops"):
+        assert not page.locator(f"#show-{kind}").is_visible()
     without = report.ask("urdf2mbs.picture()")
-    report.page.locator("#show-collisions").click()
+    page.locator("#show-collisions").click()
     assert report.ask("urdf2mbs.picture()") != without
     assert report.ask("urdf2mbs.agreement()")["shapesDiffering"] == []
 
@@ -656,15 +609,6 @@ def test_marks_stand_where_the_model_has_them(browser: Browser, tmp_path: Path) 
     one.page.uncheck("#show-contacts")
     assert one.ask("urdf2mbs.marks('contacts')") == []
     assert not one.said
-    one.page.close()
-
-
-def test_a_plain_robot_has_no_marks(browser: Browser, tmp_path: Path) -> None:
-    source = tmp_path / "tiny.urdf"
-    source.write_text(TINY)
-    one = open_report(browser, tmp_path, run(source, tmp_path / "tiny"))
-    for kind in ("sensors", "contacts", "forces", "loops"):
-        assert not one.page.locator(f"#show-{kind}").is_visible()
     one.page.close()
 
 
