@@ -1,16 +1,19 @@
-"""``load_equations`` beside pinocchio, in C and Python."""
+"""``load_equations`` and derivatives beside pinocchio, in C and Python; other kinds of numbers."""
 
 from __future__ import annotations
 
+import cmath
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from conftest import SHARED
-from equations.test_derivatives import pinocchios_regressor
+from equations.test_loops import slow, trees, written
+from hypothesis import given
+from hypothesis import strategies as st
 from robots import CONVERTIBLE
-from runtime import Truth, error, pin, random_state
+from runtime import Data, Truth, error, pin, random_state
 
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE
@@ -33,9 +36,27 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("urdf2mbs.runtime.c_code.FLAGS", (*FLAGS, "-O0"))
 
 
+@pytest.fixture
+def minimal(tmp_path: Path) -> Path:
+    path = SHARED / "mbs-samples" / "minimal.mbs"
+    if not path.is_file():
+        pytest.skip("../shared is not here")
+    (tmp_path / "minimal.mbs").write_bytes(path.read_bytes())
+    return tmp_path / "minimal.mbs"
+
+
 def loaded(path: Path, data: bytes, language: str) -> tuple[Mbs, Robot]:
     path.write_bytes(data)
     return read(data, path.name, mechanics_only=True), load_equations(path, language=language)
+
+
+def pinocchios_regressor(truth: Truth, s: Data) -> Any:
+    """Pinocchio has the inertia in another order: xx, xy, yy, xz, yz, zz."""
+    state = [truth.vector(x) for x in (s.q, s.qd, s.qdd)]
+    every = pin.computeJointTorqueRegressor(truth.model, truth.data, *state)[truth.column]
+    order = np.array([0, 1, 2, 3, 4, 5, 7, 6, 8, 9])
+    joints = [truth.joint_of[body.name] for body in truth.mbs.bodies]
+    return np.hstack([every[:, 10 * (joint - 1) + order] for joint in joints])
 
 
 def compare(robot: Robot, mbs: Mbs) -> None:
@@ -76,12 +97,74 @@ def compare(robot: Robot, mbs: Mbs) -> None:
     assert robot.joints == list(mbs.numbers())
 
 
+class Complex:
+    """Functions for complex numbers."""
+
+    sin, cos, sqrt = staticmethod(cmath.sin), staticmethod(cmath.cos), staticmethod(cmath.sqrt)
+
+
+@slow
+@given(trees(), st.booleans(), st.integers(0, 9))
+def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
+    """All kinds of joints, driven ones too, with forces on the bodies."""
+    functions = ["invdyna", "derivatives", "regressor"]
+    eq = written(mbs, fold=fold, functions=functions)
+    s: Any = random_state(mbs, np.random.default_rng(seed))
+    n = s.njoint + 1
+    tables, found = np.zeros((3, n, n)), np.zeros((n, 10 * len(mbs.bodies) + 1))
+    eq._of("derivatives")(*tables, s)
+    eq._of("regressor")(found, s)
+    assert error(found[1:, 1:], pinocchios_regressor(Truth(mbs), s)) <= 1e-12
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    state = [s.q.astype(object), s.qd.astype(object), s.qdd.astype(object)]
+    s.math = Complex
+    by_step = np.zeros_like(tables)
+    for table, name in zip(by_step, ("q", "qd", "qdd"), strict=True):
+        for k, joint in enumerate(joints, start=1):
+            fixed = joint.nature == "driven" and joint.symbols == ("q",)
+            s.q, s.qd, s.qdd = (x.copy() for x in state)
+            if not fixed:
+                getattr(s, name)[k] += 1e-30j
+            phi = np.full(n, 0.0, object)
+            eq._of("invdyna")(phi, s, 0.0)
+            table[:, k] = phi.astype(complex).imag / 1e-30
+    assert error(tables, by_step) <= 1e-12
+
+
+def pinocchios(truth: Truth, tables: Any) -> list[Any]:
+    """Derivatives of pinocchio, by joint number."""
+    at = np.ix_(truth.column, truth.column)
+    return [np.asarray(table)[at] for table in tables]
+
+
 @pytest.mark.parametrize("language", ["c", "python"])
 @pytest.mark.parametrize("source", [pytest.param(robot, id=robot.name) for robot in ROBOTS])
 def test_real_robots(source: Any, language: str, tmp_path: Path) -> None:
-    data = source.convert(pipeline="compact").data
-    mbs, robot = loaded(tmp_path / "robot.mbs", data, language)
+    mbs, robot = loaded(tmp_path / "robot.mbs", source.convert(pipeline="compact").data, language)
     compare(robot, mbs)
+    truth, s = Truth(mbs), random_state(mbs, np.random.default_rng(6), loads=False)
+    joints = [joint for body in mbs.bodies for joint in body.joints]
+    moving = np.array([joint.nature != "driven" for joint in joints])
+    s.qdd[1:][~moving] = 0.0
+    state = [truth.vector(x) for x in (s.q, s.qd, s.qdd)]
+    given = [x[1:].copy() for x in (s.q, s.qd, s.qdd)]
+    model, free = truth.model, np.ix_(moving, moving)
+    found = robot.inverse_dynamics_derivatives(*given)
+    by_q, by_qd, _ = pin.computeRNEADerivatives(model, truth.data, *state)
+    wanted = pinocchios(truth, (by_q, by_qd))
+    for a, b in zip(found, [*wanted, truth.matrix(s)], strict=True):
+        assert error(a[free], b[free]) <= 1e-9
+    tau = truth.forces(s, accelerated=True)
+    found = robot.forward_dynamics_derivatives(*given[:2], tau)
+    if moving.all():
+        force = np.zeros(model.nv)
+        force[truth.column] = tau
+        tables = pin.computeABADerivatives(model, truth.data, *state[:2], force)
+        inverse = np.triu(tables[2]) + np.triu(tables[2], 1).T
+        for a, b in zip(found, pinocchios(truth, (*tables[:2], inverse)), strict=True):
+            assert error(a, b) <= 1e-9
+    for a, b in zip(found, wanted, strict=False):
+        assert error((truth.matrix(s) @ a)[free], -b[free]) <= 1e-9
 
 
 def test_loops_are_closed() -> None:
@@ -108,11 +191,8 @@ def test_loops_are_closed() -> None:
 
 
 @pytest.mark.parametrize("language", ["c", "python"])
-def test_wrong_arrays_are_named(language: str, tmp_path: Path) -> None:
-    path = SHARED / "mbs-samples" / "minimal.mbs"
-    if not path.is_file():
-        pytest.skip("../shared is not here")
-    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), language)
+def test_wrong_arrays_are_named(language: str, minimal: Path) -> None:
+    robot = load_equations(minimal, language=language)
     n = len(robot.joints)
     right = np.zeros(n)
     for call in (
@@ -146,12 +226,9 @@ CALLS: dict[str, Call] = {
 }
 
 
-def test_many_states_at_once_have_the_same_bits(tmp_path: Path) -> None:
-    path = SHARED / "mbs-samples" / "minimal.mbs"
-    if not path.is_file():
-        pytest.skip("../shared is not here")
-    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
-    many = load_equations(tmp_path / "minimal.mbs", math=np)
+def test_many_states_at_once_have_the_same_bits(minimal: Path) -> None:
+    robot = load_equations(minimal, language="python")
+    many = load_equations(minimal, math=np)
     states = np.random.default_rng(2).uniform(-1, 1, (3, len(robot.joints), 4))
     for name, call in CALLS.items():
         found = call(many, *states)
@@ -163,13 +240,10 @@ def test_many_states_at_once_have_the_same_bits(tmp_path: Path) -> None:
         many.mass_matrix(states[0, 1:])
 
 
-def test_casadi(tmp_path: Path) -> None:
+def test_casadi(minimal: Path) -> None:
     casadi = pytest.importorskip("casadi", reason="casadi is not installed")
-    path = SHARED / "mbs-samples" / "minimal.mbs"
-    if not path.is_file():
-        pytest.skip("../shared is not here")
-    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
-    symbolic = load_equations(tmp_path / "minimal.mbs", math=casadi)
+    robot = load_equations(minimal, language="python")
+    symbolic = load_equations(minimal, math=casadi)
     n = len(robot.joints)
     state = np.random.default_rng(7).uniform(-1, 1, (3, n))
     symbols = [casadi.SX.sym(name, n) for name in ("q", "qd", "u")]
@@ -180,14 +254,11 @@ def test_casadi(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_jax(tmp_path: Path) -> None:
+def test_jax(minimal: Path) -> None:
     """Compiled by JAX, and differentiated: the derivatives are ours."""
     jax = pytest.importorskip("jax", reason="jax is not installed")
-    path = SHARED / "mbs-samples" / "minimal.mbs"
-    if not path.is_file():
-        pytest.skip("../shared is not here")
-    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
-    traced = load_equations(tmp_path / "minimal.mbs", math=jax.numpy)
+    robot = load_equations(minimal, language="python")
+    traced = load_equations(minimal, math=jax.numpy)
     state = np.random.default_rng(8).uniform(-1, 1, (3, len(robot.joints)))
 
     @jax.jit
@@ -207,11 +278,8 @@ class Symbol:
         return float("nan")
 
 
-def test_symbols_are_an_error_and_never_nan(tmp_path: Path) -> None:
-    path = SHARED / "mbs-samples" / "minimal.mbs"
-    if not path.is_file():
-        pytest.skip("../shared is not here")
-    _, robot = loaded(tmp_path / "minimal.mbs", path.read_bytes(), "python")
+def test_symbols_are_an_error_and_never_nan(minimal: Path) -> None:
+    robot = load_equations(minimal, language="python")
     n = len(robot.joints)
     with pytest.raises(TypeError, match="q must be real numbers"):
         robot.mass_matrix([Symbol()] * n)

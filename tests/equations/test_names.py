@@ -30,6 +30,7 @@ HOSTILE = {
     "empty-looking": (" ", "\t", "\u00a0", "\u200b"),
 }
 PLAIN = ("one", "two", "three", "four")
+HOSTILE_MIX = ("*/ a\nb", '"\\', "плечо'''", "//\\\r")
 
 
 def model(names: tuple[str, ...]) -> Mbs:
@@ -75,23 +76,16 @@ def test_names_are_no_code(kind: str, language: str) -> None:
 
 @pytest.mark.parametrize("language", ["python", "c"])
 def test_files_with_hostile_names_run(language: str, tmp_path: Path) -> None:
-    names = ("*/ a\nb", '"\\', "плечо'''", "//\\\r")
-    mbs = model(names)
+    """Also where no matter moves with a joint, which the file names."""
+    mbs, run = model(HOSTILE_MIX), CEquations if language == "c" else PythonEquations
     made = generate(mbs, b"<mbsDescR7/>", "*/ \\\n'.mbs", language=language)
-    eq = (CEquations if language == "c" else PythonEquations)(made, mbs, tmp_path)
-    s = random_state(mbs, np.random.default_rng(1))
-    m, c = eq.dirdyna(s)
+    m, c = run(made, mbs, tmp_path).dirdyna(random_state(mbs, np.random.default_rng(1)))
     assert np.isfinite(m).all()
     assert np.isfinite(c).all()
-
-
-@pytest.mark.parametrize("language", ["python", "c"])
-def test_no_matter_behind_a_joint_of_a_hostile_name(language: str, tmp_path: Path) -> None:
-    mbs = model(("a", "b", "c", "*/\n\\"))
     mbs.cuts, mbs.bodies[1].joints[0].nature = [], "independent"
     made = generate(mbs, b"<mbsDescR7/>", "arm.mbs", language=language)
     assert "no matter moves" in made.left_out["accelred"]
-    (CEquations if language == "c" else PythonEquations)(made, mbs, tmp_path)
+    run(made, mbs, tmp_path)
 
 
 @pytest.mark.parametrize(
