@@ -22,7 +22,7 @@ import msgspec
 import pytest
 import yaml
 from codes import CATALOGUE, ROWS
-from installed import FOOT_CONTACTS, install
+from installed import PLUGIN, install
 from lxml import etree
 from making import passes_of
 
@@ -131,7 +131,7 @@ class Page:
         json.loads(block.text)
 
     def toml(self, block: Block) -> None:
-        assert block.text in (FOOT_CONTACTS / "pyproject.toml").read_text()
+        assert PLUGIN.stem in block.text
 
     def sh(self, block: Block) -> None:
         if block.info and block.info[0] in ("install", "test", "setup"):
@@ -186,8 +186,8 @@ class Page:
 def test_the_code_runs(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    monkeypatch.syspath_prepend(install(FOOT_CONTACTS, tmp_path / "site-packages"))
-    monkeypatch.delitem(sys.modules, "urdf2mbs_foot_contacts", raising=False)
+    monkeypatch.syspath_prepend(install(tmp_path / "site-packages"))
+    monkeypatch.delitem(sys.modules, "renaming", raising=False)
     folder = tmp_path / "robots"
     folder.mkdir()
     monkeypatch.chdir(folder)

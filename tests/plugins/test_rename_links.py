@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
 
@@ -99,22 +98,3 @@ def test_what_cannot_be_meant_is_an_error(options: dict[str, Any], said: str) ->
     import re
 
     assert re.search(said, str(caught.value), re.DOTALL), str(caught.value)
-
-
-def test_from_a_config(tmp_path: Path, capsys: Any) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "plugins").mkdir()
-    (tmp_path / "plugins" / PLUGIN.name).write_text(PLUGIN.read_text())
-    config = tmp_path / "tiny.yaml"
-    config.write_text(
-        "source: tiny.urdf\nplugins: [plugins/rename_links.py]\nafter: {expand: rename-links}\n"
-        "passes:\n  rename-links:\n    links: {body: pelvis}\n"
-    )
-    assert main(["run", str(config)]) == 0
-    assert "<bodyname>pelvis</bodyname>" in (tmp_path / "tiny.mbs").read_text()
-    config.write_text(config.read_text().replace("links: {body", "link: {body"))
-    capsys.readouterr()
-    assert main(["run", str(config)]) == 2
-    err = capsys.readouterr().err
-    assert f"{config}:6: error[unknown-key]: unknown key 'passes.rename-links.link'" in err
-    assert "did you mean 'links'?" in err

@@ -44,10 +44,6 @@ def plain() -> bytes:
     return convert(BIPED).data
 
 
-def test_the_preset_has_the_nine() -> None:
-    assert len(BUILT_IN) >= 9
-
-
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_each_built_in_pass_can_be_replaced(name: str, plain: bytes, tmp_path: Path) -> None:
     plugin = tmp_path / "stand_in.py"
@@ -91,12 +87,9 @@ def explained(folder: Path, capsys: Any, config: str) -> str:
     return re.split(r"\n\n(?=\d+\. )", out)[1 + BUILT_IN.index("layout")]
 
 
-def test_explain_says_what_stands_in(tmp_path: Path, capsys: Any) -> None:
+def test_explain_says_what_stands_in_and_what_does_not(tmp_path: Path, capsys: Any) -> None:
     out = explained(tmp_path, capsys, "plugins: [mine.py]\nswap: {layout: mine}\n")
     assert f"from     mine ({tmp_path}/mine.py), by 'swap'" in out
-
-
-def test_explain_says_what_does_not(tmp_path: Path, capsys: Any) -> None:
     out = explained(tmp_path, capsys, "plugins: [mine.py]\n")
     assert re.search(r"from     urdf2mbs \S* ?\(.*layout.py\)\n", out)
     assert f"not      mine ({tmp_path}/mine.py): 'swap: {{layout: mine}}'\n" in out
