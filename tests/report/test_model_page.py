@@ -61,36 +61,23 @@ def test_meshes_come_from_the_project(tmp_path: Path) -> None:
     folder = tmp_path / "animationR"
     folder.mkdir()
     (folder / "a.wrl").write_bytes(wrl.of(*TEXTURED))
-    (folder / "skin.png").write_bytes(b"\x89PNG\r\n and so on")
+    (folder / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (folder / "bad.wrl").write_bytes(b"#VRML V2.0 utf8\nShape {")
     urls = (
         "PRJPATH/animationR/a.wrl", "PRJPATH\\animationR\\a.wrl",
-        f"PRJPATH/{tmp_path.name}/animationR/a.wrl", "PRJPATH/animationR/bad.wrl",
-        "C:\\Users\\x\\gone.obj",
+        f"PRJPATH/{tmp_path.name}/animationR/a.wrl", "PRJPATH/animationR/t.obj",
+        "PRJPATH/animationR/bad.wrl", "C:\\Users\\x\\gone.obj",
     )  # fmt: skip
     shapes = [Shape("inline", f"s{n}", url=url) for n, url in enumerate(urls)]
-    page = make_of_model(slider(*shapes), tmp_path / "dataR" / "m.mbs")
-    drawn = island(page.data)
-    numbers = [shape["mesh"] for shape in drawn["mbs"]["bodies"][0]["shapes"]]
-    assert numbers == [0, 1, 2, None, None]
-    assert len(drawn["textures"]) == 1
-    assert page.missing == list(urls[3:])
-    assert "2 meshes cannot be drawn" in Html(page.data).visible
-
-
-def test_what_is_no_picture_is_not_put_into_the_page(tmp_path: Path) -> None:
-    (tmp_path / "a.wrl").write_bytes(wrl.of(*TEXTURED))
-    (tmp_path / "skin.png").write_bytes(b"root:x:0:0")
-    shape = Shape("inline", "s", url="PRJPATH/a.wrl")
-    assert island(make_of_model(slider(shape), tmp_path / "m.mbs").data)["textures"] == []
-
-
-def test_other_mesh_formats(tmp_path: Path) -> None:
-    (tmp_path / "t.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    shape = Shape("inline", "s", url="PRJPATH/t.obj")
-    page = make_of_model(slider(shape), tmp_path / "m.mbs")
-    assert page.missing == []
-    assert len(island(page.data)["meshes"]) == 1
+    for picture, textures in ((b"\x89PNG\r\n and so on", 1), (b"root:x:0:0", 0)):
+        (folder / "skin.png").write_bytes(picture)
+        page = make_of_model(slider(*shapes), tmp_path / "dataR" / "m.mbs")
+        drawn = island(page.data)
+        numbers = [shape["mesh"] for shape in drawn["mbs"]["bodies"][0]["shapes"]]
+        assert numbers == [0, 1, 2, 3, None, None]
+        assert len(drawn["textures"]) == textures, "what is no picture stays out of the page"
+        assert page.missing == list(urls[4:])
+        assert "2 meshes cannot be drawn" in Html(page.data).visible
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -124,23 +124,20 @@ def test_the_proof_is_shown(tiny: Path, tmp_path: Path) -> None:
     assert "NOT CHECKED" in Html(make(conversion).data).visible
 
 
-def test_what_is_left_out_is_named_in_one_place(tiny: Path, tmp_path: Path) -> None:
+def test_every_message_is_there_and_losses_have_a_place_of_their_own(
+    tiny: Path, tmp_path: Path
+) -> None:
     conversion = run(tiny, tmp_path / "p")
     for code, message in (("collision", "no <shapes>"), ("mesh-not-found", "another")):
         conversion.note(code, message)
-    html = make(conversion).data.decode()
-    section = html.partition('<section id="left-out">')[2].partition("</section>")[0]
-    assert "<li>no &lt;shapes&gt;</li></ul>" in section
-    assert "another" not in section
-
-
-def test_every_message_is_there(tiny: Path, tmp_path: Path) -> None:
-    conversion = run(tiny, tmp_path / "p")
-    html = Html(make(conversion).data)
-    assert conversion.diagnostics
+    page = make(conversion).data
+    html = Html(page)
     for said in conversion.diagnostics:
         assert said.code in html.visible
         assert said.message in html.visible
+    section = page.decode().partition('<section id="left-out">')[2].partition("</section>")[0]
+    assert "<li>no &lt;shapes&gt;</li></ul>" in section
+    assert "another" not in section
 
 
 def test_names_cannot_break_out(tmp_path: Path) -> None:
@@ -161,15 +158,12 @@ def test_same_input_same_bytes(tmp_path: Path) -> None:
     assert str(tmp_path).encode() not in one
 
 
-def test_sizes_are_stated(tiny: Path, tmp_path: Path) -> None:
+def test_sizes_and_the_licence_of_the_viewer_are_stated(tiny: Path, tmp_path: Path) -> None:
     made = make(run(tiny, tmp_path / "p"))
+    html = Html(made.data)
     assert made.sizes["all"] == len(made.data)
     assert made.sizes["viewer"] < made.sizes["all"] < made.sizes["viewer"] + 200_000
-    assert f"three.js {made.sizes['viewer'] / 1e6:.2f} MB" in Html(made.data).visible
-
-
-def test_licences_of_the_viewer_come_with_it(tiny: Path, tmp_path: Path) -> None:
-    html = Html(make(run(tiny, tmp_path / "p")).data)
+    assert f"three.js {made.sizes['viewer'] / 1e6:.2f} MB" in html.visible
     assert "three.js authors" in html.visible.lower()
 
 
@@ -209,29 +203,6 @@ def test_without_a_drawing_all_else_is_there(tiny: Path, tmp_path: Path) -> None
     assert html.island["mbs"]["bodies"]
 
 
-def config(folder: Path, more: str = "") -> Path:
-    (folder / "tiny.urdf").write_text(TINY)
-    file = folder / "tiny.yaml"
-    file.write_text(f"source: tiny.urdf\noutput: out/robot.mbs\n{more}")
-    return file
-
-
-def test_the_command_writes_the_page_and_nothing_else(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = config(tmp_path)
-    assert main(["report", str(file)]) == 0
-    assert [path.name for path in (tmp_path / "out").iterdir()] == ["robot.html"]
-    out = capsys.readouterr().out
-    size = (tmp_path / "out" / "robot.html").stat().st_size
-    assert "robot.html" in out
-    assert f"{size / 1e6:.2f} MB" in out
-    assert main(["report", str(file), "--json", "-o", str(tmp_path / "my.html")]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["sizes"]["all"] == size
-    assert (tmp_path / "my.html").read_bytes() == (tmp_path / "out" / "robot.html").read_bytes()
-
-
 HEAVIER = """
 from making import hookimpl, make
 
@@ -244,11 +215,24 @@ def urdf2mbs_passes():
 """
 
 
-def test_the_command_says_when_it_is_another_robot(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """It writes the page and nothing else, and says when it is another robot."""
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    file, out = tmp_path / "tiny.yaml", tmp_path / "out"
+    file.write_text("source: tiny.urdf\noutput: out/robot.mbs\n")
+    assert main(["report", str(file)]) == 0
+    assert [path.name for path in out.iterdir()] == ["robot.html"]
+    size = (out / "robot.html").stat().st_size
+    said = capsys.readouterr().out
+    assert "robot.html" in said
+    assert f"{size / 1e6:.2f} MB" in said
+    assert main(["report", str(file), "--json", "-o", str(tmp_path / "my.html")]) == 0
+    assert json.loads(capsys.readouterr().out)["sizes"]["all"] == size
+    assert (tmp_path / "my.html").read_bytes() == (out / "robot.html").read_bytes()
     (tmp_path / "heavier.py").write_text(HEAVIER)
-    file = config(tmp_path, "plugins: [heavier.py]\nafter: {reframe-inertia: heavier}\n")
-    assert main(["report", str(file)]) == 3
+    plugin = ["--plugin", str(tmp_path / "heavier.py"), "--after", "reframe-inertia=heavier"]
+    assert (
+        main(["report", str(tmp_path / "tiny.urdf"), "-o", str(tmp_path / "x.html"), *plugin]) == 3
+    )
     assert "NOT the same robot" in capsys.readouterr().out
-    assert b"NOT the same robot" in (tmp_path / "out" / "robot.html").read_bytes()
+    assert b"NOT the same robot" in (tmp_path / "x.html").read_bytes()
