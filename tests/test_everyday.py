@@ -218,7 +218,7 @@ def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) ->
     monkeypatch.setattr("urdf2mbs.commands.doctor.version", lambda name: "0")
     assert main(["doctor"]) == 0
     said = capsys.readouterr().out
-    assert re.search(r"^  cluster +not installed, for .*: pip install distributed$", said, re.M)
+    assert re.search(r"^  distributed +not installed, for ", said, re.M)
     assert re.search(r"^  lxml +MISSING$", said, re.M)
 
 

@@ -7,7 +7,6 @@ What has its default value is left out, and so are the paths of this machine.
 from __future__ import annotations
 
 import re
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -20,9 +19,8 @@ from urdf2mbs.disk.seal import intact
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.spatial import IDENTITY, Pose
+from urdf2mbs.urdf.model import Robot
 
-#: How our files begin.
-MARK = "# urdf2mbs, the state after pass "
 #: The URDF that xacro made.
 EXPANDED = "expanded.urdf"
 
@@ -41,10 +39,7 @@ class Dump:
                 if old.is_file() and intact(old.read_bytes()):
                     old.unlink()
         except (OSError, ValueError) as error:
-            raise ConfigError(
-                "output-unwritable",
-                f"cannot write in '{folder}': {getattr(error, 'strerror', None) or error}",
-            ) from None
+            raise ConfigError("output-unwritable", f"cannot write in '{folder}': {error}") from None
 
     @hookimpl
     def urdf2mbs_before_pass(self, conversion: Conversion) -> None:
@@ -59,51 +54,42 @@ class Dump:
     def urdf2mbs_after_pass(self, pass_: Pass, conversion: Conversion) -> None:
         self._count += 1
         file = self._folder / f"{self._count:02}-{re.sub(r'[^A-Za-z0-9_.-]', '_', pass_.name)}.yaml"
-        text = f"{MARK}'{pass_.name}'\n" + to_yaml(state(conversion))
+        text = f"# urdf2mbs, the state after pass '{pass_.name}'\n" + to_yaml(state(conversion))
         write_files({file: text.encode()}, force=self._force)
 
 
 def state(conversion: Conversion) -> dict[str, Any]:
     """All that is known of the robot, as plain data without what has its default value."""
+    c = conversion
+    files = {**c.ahead, **c.files, **c.behind}
     everything = {
-        "robot": {**_plain(conversion.robot), "file": None},
-        "floating": conversion.floating,
-        "segments": {name: _plain(segment) for name, segment in conversion.segments.items()},
-        "mbs": _plain(conversion.mbs),
-        "names": _plain(conversion.names),
-        "frames": _plain(conversion.frames),
-        "frozen": conversion.frozen,
-        "meshes": conversion.meshes,
+        "robot": c.robot, "floating": c.floating, "segments": c.segments, "mbs": c.mbs,
+        "names": c.names, "frames": c.frames, "frozen": c.frozen, "meshes": c.meshes,
+        # a name of a file may be no text
         "files": {
-            # a name of a file may be no text
             path.name.encode("utf-8", "backslashreplace").decode(): f"{len(data)} bytes"
-            for files in (conversion.ahead, conversion.files, conversion.behind)
             for path, data in files.items()
         },
-        "changed": _plain(conversion.changed),
-        "proof": _plain(conversion.proof),
-        "report": _plain(conversion.facts),
-        "diagnostics": [_plain(said) for said in conversion.diagnostics],
-    }
-    everything["robot"] = {k: v for k, v in everything["robot"].items() if v is not None}
-    return {key: value for key, value in everything.items() if value}
+        "changed": c.changed, "proof": c.proof, "report": c.facts, "diagnostics": c.diagnostics,
+    }  # fmt: skip
+    return {name: plain for name, value in everything.items() if (plain := _plain(value))}
+
+
+#: The fields of a class that are left out: what also stands elsewhere, and paths.
+_LEFT_OUT: dict[type, tuple[str, ...]] = {
+    Segment: ("holder",), Diagnostic: ("file",), Robot: ("file",),
+}  # fmt: skip
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, Step):
-        # the joints themselves stand elsewhere: in the robot, and in the body
-        return {
-            "joint": value.joint.name,
-            **_fields(value, "joint", "joints", "coordinates"),
-            "joints": [joint.name for joint in value.joints],
-            "coordinates": [joint.name for joint in value.coordinates],
-        }
-    if isinstance(value, Segment):
-        return _fields(value, "holder")
-    if isinstance(value, Diagnostic):
-        return _fields(value, "file")
+    if isinstance(value, Step):  # its joints stand in the robot, and in the body
+        joints, coordinates = (
+            [joint.name for joint in found] for found in (value.joints, value.coordinates)
+        )
+        rest = _fields(value, ("joint", "joints", "coordinates"))
+        return {"joint": value.joint.name, **rest, "joints": joints, "coordinates": coordinates}
     if isinstance(value, msgspec.Struct):
-        return _fields(value)
+        return _fields(value, _LEFT_OUT.get(type(value), ()))
     if isinstance(value, Pose):
         return {"xyz": list(value.xyz)} | ({} if value.rot == IDENTITY else {"rot": value.rot})
     if isinstance(value, dict):
@@ -115,44 +101,24 @@ def _plain(value: Any) -> Any:
     return str(value)
 
 
-def _fields(struct: msgspec.Struct, *without: str) -> dict[str, Any]:
+def _fields(struct: msgspec.Struct, without: tuple[str, ...]) -> dict[str, Any]:
+    """The fields of a struct that are not left out, and have no default value."""
     tag = struct.__struct_config__.tag
-    fields = {} if tag is None else {"kind": tag}
-    for name, default in _defaults(type(struct)):
-        value = getattr(struct, name)
-        if value != default and name not in without:
-            fields[name] = _plain(value)
-    return fields
-
-
-@cache  # msgspec looks all up anew each time
-def _defaults(kind: type[msgspec.Struct]) -> list[tuple[str, Any]]:
-    """The fields of a class, and the default of each; NODEFAULT where there is none."""
-    return [
-        (
-            field.name,
-            field.default
-            if field.default_factory is msgspec.NODEFAULT
-            else field.default_factory(),
-        )
-        for field in msgspec.structs.fields(kind)
-    ]
-
-
-class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """PyYAML's own, but a list of numbers or words stands in one line."""
-
-    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
-        nested = any(isinstance(item, (dict, list, tuple)) for item in sequence)
-        return super().represent_sequence(tag, sequence, flow_style=not nested)
-
-    def ignore_aliases(self, data: Any) -> bool:
-        return True
+    found = {} if tag is None else {"kind": tag}
+    for field in msgspec.structs.fields(struct):
+        value, default = getattr(struct, field.name), field.default
+        if field.default_factory is not msgspec.NODEFAULT:
+            default = field.default_factory()
+        if value != default and field.name not in without:
+            found[field.name] = _plain(value)
+    return found
 
 
 def to_yaml(data: dict[str, Any]) -> str:
-    """Plain data as YAML: one line for a list of numbers or words, else one for each item."""
-    return yaml.dump(
-        data, Dumper=_Dumper, default_flow_style=False, sort_keys=False, width=10**9,
+    """Plain data as YAML: what holds nothing but numbers and words is one line."""
+    dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+    text: str = yaml.dump(
+        data, Dumper=dumper, default_flow_style=None, sort_keys=False, width=10**9,
         allow_unicode=True,
     )  # fmt: skip
+    return text

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from decimal import Decimal
 from itertools import product
+from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 
 from urdf2mbs.disk.files import one_name, portable
-from urdf2mbs.engine.config import Config, Key, Lines, Project, Range
+from urdf2mbs.engine.config import Config, Key, Lines, Project, Range, Sweep
 from urdf2mbs.engine.settings import expand
 from urdf2mbs.mbs.names import identifiers
-from urdf2mbs.messages.diagnostics import ConfigError, nearest
+from urdf2mbs.messages.diagnostics import nearest
 
 #: The most robots of one config.
 MOST = 1_000_000
@@ -40,45 +42,13 @@ def members(config: Config, lines: Lines) -> list[Member]:
     Without a sweep it stands for one.  Raises ConfigError.
     """
     lines.check()
-    sweep = config.sweep
-    if sweep is None:
+    if config.sweep is None:
         return [Member(config, {})]
-    args = {
-        name: [str(value) for value in _values(given, lines, ("sweep", "xacro_args", name))]
-        for name, given in sweep.xacro_args.items()
-    }
-    options = {
-        (pass_, option): _values(given, lines, ("sweep", "passes", pass_, option))
-        for pass_, block in sweep.passes.items()
-        for option, given in block.items()
-    }
-    lists: list[list[Any]] = [*args.values(), *options.values()]
-    if not lists:
-        raise lines.error(
-            "sweep-empty", "the sweep has no values", ("sweep",),
-            "such as 'sweep: {xacro_args: {height: [0.7, 0.8]}}'",
-        )  # fmt: skip
-    count = 1
-    for values in lists:
-        count *= len(values)
-    if count > MOST:
-        raise lines.error(
-            "sweep-long", f"the sweep makes {count} robots, and {MOST} are the most", ("sweep",)
-        )
-    for name in args:
-        if name in config.xacro_args:
-            raise _twice(f"xacro_args.{name}", lines, ("sweep", "xacro_args", name))
-    for pass_, option in options:
-        if option in config.passes.get(pass_, {}):
-            raise _twice(f"passes.{pass_}.{option}", lines, ("sweep", "passes", pass_, option))
-    keys = [*args, *(".".join(key) for key in options)]
+    values = _swept(config, config.sweep, lines)
     found: list[Member] = []
     taken: dict[str, dict[str, Any]] = {}
-    for combination in product(*lists):
-        own = dict(zip(keys, combination, strict=True))
-        passes = {name: dict(block) for name, block in config.passes.items()}
-        for (pass_, option), value in zip(options, combination[len(args) :], strict=True):
-            passes.setdefault(pass_, {})[option] = value
+    for combination in product(*values.values()):
+        own = {".".join(key[1:]): value for key, value in zip(values, combination, strict=True)}
         output, place = _output(config, own, lines)
         before = taken.setdefault(one_name(place), own)
         if before is not own:
@@ -86,18 +56,55 @@ def members(config: Config, lines: Lines) -> list[Member]:
                 "sweep-output",
                 f"two robots of the sweep would be written to '{place}': {in_words(before)}, "
                 f"and {in_words(own)}",
-                ("output",),
-                f"name each by its values, such as 'output: models/{_names(keys)}.mbs'",
-            )
-        config_of_one = msgspec.structs.replace(
-            config,
-            output=output,
-            sweep=None,
-            passes=passes,
-            xacro_args={**config.xacro_args, **dict(zip(args, combination, strict=False))},
-        )
-        found.append(Member(config_of_one, own))
+                ("output",), f"name each by its values, such as 'models/{_names(own)}.mbs'",
+            )  # fmt: skip
+        changed: dict[str, Any] = {
+            "xacro_args": dict(config.xacro_args),
+            "passes": {name: dict(block) for name, block in config.passes.items()},
+        }
+        for key, value in zip(values, combination, strict=True):
+            block = changed
+            for step in key[:-1]:
+                block = block.setdefault(step, {})
+            block[key[-1]] = value
+        changed |= {"output": output, "sweep": None}
+        found.append(Member(msgspec.structs.replace(config, **changed), own))
     return found
+
+
+def _swept(config: Config, sweep: Sweep, lines: Lines) -> dict[tuple[str, ...], list[Any]]:
+    """The values of each key of a config that a sweep changes."""
+    given: dict[tuple[str, ...], Any] = {
+        **{("xacro_args", name): one for name, one in sweep.xacro_args.items()},
+        **{
+            ("passes", pass_, option): one
+            for pass_, block in sweep.passes.items()
+            for option, one in block.items()
+        },
+    }
+    if not given:
+        raise lines.error(
+            "sweep-empty", "the sweep has no values", ("sweep",),
+            "such as 'sweep: {xacro_args: {height: [0.7, 0.8]}}'",
+        )  # fmt: skip
+    values = {key: _values(one, lines, ("sweep", *key)) for key, one in given.items()}
+    for key in values:
+        block: Any = getattr(config, key[0])
+        for step in key[1:-1]:
+            block = block.get(step, {})
+        if key[-1] in block:
+            raise lines.error(
+                "sweep-twice", f"'{'.'.join(key)}' has a value, and the sweep gives it others",
+                ("sweep", *key), "leave one of the two out",
+            )  # fmt: skip
+        if key[0] == "xacro_args":
+            values[key] = [str(value) for value in values[key]]
+    count = prod(map(len, values.values()))
+    if count > MOST:
+        raise lines.error(
+            "sweep-long", f"the sweep makes {count} robots, and {MOST} are the most", ("sweep",)
+        )
+    return values
 
 
 def in_words(values: dict[str, Any]) -> str:
@@ -109,15 +116,8 @@ def _word(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def _names(keys: list[str]) -> str:
+def _names(keys: Iterable[str]) -> str:
     return "-".join(f"{{{key}}}" for key in keys)
-
-
-def _twice(what: str, lines: Lines, at: Key) -> ConfigError:
-    return lines.error(
-        "sweep-twice", f"'{what}' has a value, and the sweep gives it others", at,
-        "leave one of the two out",
-    )  # fmt: skip
 
 
 def _values(given: list[Any] | Range, lines: Lines, at: Key) -> list[Any]:
@@ -130,28 +130,21 @@ def _values(given: list[Any] | Range, lines: Lines, at: Key) -> list[Any]:
 def _in_range(given: Range, lines: Lines, at: Key) -> list[int | float]:
     """The numbers of a range, in decimals: 0.7, 0.8, 0.9, and no 0.7999999999999999."""
     first, last = Decimal(str(given.first)), Decimal(str(given.last))
-    if (given.step is None) == (given.count is None) or not (first + last).is_finite():
-        raise lines.error(
-            "sweep-range", "a range has 'from', 'to', and one of 'step' and 'count'", at,
-            "such as {from: 0.7, to: 0.9, step: 0.1}",
-        )  # fmt: skip
-    if given.count is not None:
-        if given.count < 2:
-            raise lines.error("sweep-range", f"'count' is {given.count}, and not 2 or more", at)
-        step = (last - first) / (given.count - 1)
-        count = given.count
-        whole = False
-    else:
+    step = count = None
+    if given.count is not None and given.count >= 2 and given.step is None:
+        step, count = (last - first) / (given.count - 1), given.count
+    elif given.step and given.count is None and (last - first) / Decimal(str(given.step)) >= 0:
         step = Decimal(str(given.step))
-        if not step.is_finite() or step == 0 or (last - first) / step < 0:
-            raise lines.error(
-                "sweep-range", f"no steps of {given.step} lead from {given.first} to {given.last}",
-                at,
-            )  # fmt: skip
         count = int((last - first) / step) + 1
-        whole = all(isinstance(number, int) for number in (given.first, given.step))
+    if step is None or count is None:
+        raise lines.error(
+            "sweep-range", "these numbers are no range", at,
+            "a range has 'from', 'to', and a 'step' that leads there, or a 'count' of 2 or more: "
+            "{from: 0.7, to: 0.9, step: 0.1}",
+        )  # fmt: skip
     if count > MOST:
         raise lines.error("sweep-long", f"the range has {count} values, and {MOST} are most", at)
+    whole = given.count is None and all(isinstance(n, int) for n in (given.first, given.step))
     numbers = [first + step * n for n in range(count)]
     return [int(number) for number in numbers] if whole else [float(number) for number in numbers]
 
@@ -165,7 +158,7 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
                 "sweep-output",
                 f"'{{{found[1]}}}' in the output is no value of the sweep",
                 ("output",),
-                nearest(found[1], values) or f"there are: {_names(list(values))}",
+                nearest(found[1], values) or f"there are: {_names(values)}",
             )
         # a value is a word: it leads to no other folder, and names no variable
         return _UNSAFE.sub("_", _word(values[found[1]]))
@@ -187,7 +180,7 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
     if output is None:
         raise lines.error(
             "sweep-output", "a sweep needs an output", ("sweep",),
-            f"such as 'output: models/{_names(list(values))}.mbs'",
+            f"such as 'output: models/{_names(values)}.mbs'",
         )  # fmt: skip
     place = name_path(output)
     return place, place
