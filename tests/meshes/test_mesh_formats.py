@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,8 @@ from meshes import wrl
 from meshes.samples import (
     HIGH,
     LOW,
+    OBJ_FACES,
+    SAMPLES,
     TRIANGLES,
     VOLUME,
     Sample,
@@ -42,40 +43,27 @@ def converted(path: Path) -> tuple[Mesh, list[wrl.Shape]]:
     return mesh, wrl.read(b"".join(write(mesh.parts, URDF_COLOR, 0.25)))
 
 
-def test_box(sample: Sample, mesh: Path) -> None:
-    _, shapes = converted(mesh)
+@pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
+def test_a_sample(sample: Sample, tmp_path: Path) -> None:
+    """Its box, points, colours and texture."""
+    found, shapes = converted(sample.write(tmp_path))
     triangles = wrl.corners(shapes)
     assert len(triangles) == len(TRIANGLES)
     np.testing.assert_allclose(triangles.min((0, 1)), LOW, rtol=2e-7)
     np.testing.assert_allclose(triangles.max((0, 1)), HIGH, rtol=2e-7)
     assert wrl.volume(triangles) == pytest.approx(VOLUME, rel=1e-6)
-
-
-def test_equal_points_are_written_once(sample: Sample, mesh: Path) -> None:
-    _, shapes = converted(mesh)
-    for shape in shapes:
+    for shape in shapes:  # equal points are written once
         assert len(np.unique(shape.points, axis=0)) == len(shape.points)
         assert set(shape.faces.ravel()) == set(range(len(shape.points)))
-    if len(shapes) == 1:
-        assert len(shapes[0].points) == 8
-
-
-def test_colors(sample: Sample, mesh: Path) -> None:
-    _, shapes = converted(mesh)
-    found = set().union(*(shape.rgb for shape in shapes))
-    assert found == (sample.colors or {(204, 102, 51)})
+    assert len(shapes) > 1 or len(shapes[0].points) == 8
+    assert set().union(*(shape.rgb for shape in shapes)) == (sample.colors or {(204, 102, 51)})
     if not sample.colors:
-        assert [shape.material["transparency"] for shape in shapes] == [[0.25]] * len(shapes)
-
-
-def test_texture(sample: Sample, mesh: Path) -> None:
-    found, shapes = converted(mesh)
+        assert all(shape.material["transparency"] == [0.25] for shape in shapes)
     assert found.problems == []
     assert len(found.textures) == sample.texture
     for name, data in found.textures.items():
-        assert [shape.texture for shape in shapes] == [name] * len(shapes)
+        assert all(shape.texture == name and shape.uv is not None for shape in shapes)
         assert Image.open(io.BytesIO(data)).format == {".png": "PNG", ".jpg": "JPEG"}[name[-4:]]
-        assert all(shape.uv is not None for shape in shapes)
 
 
 @pytest.mark.parametrize(("name", "flip"), [("ply_texture", False), ("glb_texture", True)])
@@ -88,19 +76,14 @@ def test_texture_coordinates_start_in_the_lower_left(tmp_path: Path, name: str, 
     np.testing.assert_array_equal(shape.uv[..., 1], (points[..., 1] == HIGH[1]) != flip)
 
 
-def test_copied_texture_keeps_its_bytes(tmp_path: Path) -> None:
-    (tmp_path / "maple.jpg").write_bytes(image("JPEG"))
-    (tmp_path / "box.dae").write_text(dae_textured_text("maple.jpg"))
-    mesh = read(tmp_path / "box.dae")
-    assert list(mesh.textures.values()) == [image("JPEG")]
-
-
-def test_converted_texture_keeps_its_pixels(tmp_path: Path) -> None:
-    (tmp_path / "maple.tif").write_bytes(image("TIFF"))
-    (tmp_path / "box.dae").write_text(dae_textured_text("maple.tif"))
-    (data,) = read(tmp_path / "box.dae").textures.values()
-    with Image.open(io.BytesIO(data)) as found, Image.open(io.BytesIO(image("TIFF"))) as given:
-        assert found.tobytes() == given.tobytes()
+def test_a_texture_keeps_its_bytes_or_its_pixels(tmp_path: Path) -> None:
+    for name, format_ in (("maple.jpg", "JPEG"), ("maple.tif", "TIFF")):
+        (tmp_path / name).write_bytes(image(format_))
+        (tmp_path / "box.dae").write_text(dae_textured_text(name))
+        (data,) = read(tmp_path / "box.dae").textures.values()
+        assert (data == image(format_)) == (format_ == "JPEG")
+        with Image.open(io.BytesIO(data)) as found, Image.open(io.BytesIO(image(format_))) as given:
+            assert found.tobytes() == given.tobytes()
 
 
 def test_equal_texture_names_of_unequal_images(tmp_path: Path) -> None:
@@ -120,19 +103,6 @@ def test_texture_that_is_no_image(tmp_path: Path) -> None:
     assert "maple.png" in mesh.problems[0]
     assert shape.texture is None
     assert shape.rgb == {(204, 102, 51)}
-
-
-def test_collada_unit_and_up_axis_are_ours_alone(tmp_path: Path) -> None:
-    """trimesh, which reads everything else here, applies neither."""
-    import trimesh
-
-    path = write_sample("dae_y_up_centimetres", tmp_path)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        low, high = trimesh.load_scene(path).bounds
-    np.testing.assert_allclose((low, high), ((100, 300, -400), (200, 600, -200)))
-    triangles = wrl.corners(converted(path)[1])
-    np.testing.assert_allclose(triangles.min((0, 1)), LOW, rtol=1e-6)
 
 
 def test_up_axis_can_be_ignored_and_the_unit_still_counts(tmp_path: Path) -> None:
@@ -211,3 +181,102 @@ def test_smooth_only_where_the_source_is(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(obj_lines(["f 1 2 3"]))
     assert "creaseAngle" not in converted(tmp_path / "a.stl")[1][0].fields
     assert converted(tmp_path / "a.obj")[1][0].fields["creaseAngle"] == ["0.5"]
+
+
+# --- what is broken is named; a broken look costs no shape ----------------------------------------
+
+
+def mesh_of(folder: Path, name: str, content: str | bytes) -> Mesh:
+    (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
+    (folder / "maple.png").write_bytes(image("PNG"))
+    return read(folder / name)
+
+
+def count(mesh: Mesh) -> int:
+    return sum(len(part.triangles) for part in mesh.parts)
+
+
+def replaced(text: str, old: str, new: str) -> str:
+    assert old in text
+    return text.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        # after example-robot-data's anymal_foot.dae
+        ("<source>surf</source>", "<source>gone</source>"),
+        ("<source>surf</source>", "<source/>"),
+        ("<init_from>img</init_from>", "<init_from>gone</init_from>"),
+        ('texture="samp"', ""),
+        ('url="#m-fx"', 'url="#gone"'),
+        ('<material id="m">', '<material id="gone">'),
+        ('target="#m"', ""),
+    ],
+)
+def test_a_broken_look_in_collada(tmp_path: Path, old: str, new: str) -> None:
+    mesh = mesh_of(tmp_path, "a.dae", replaced(dae_textured_text(), old, new))
+    assert count(mesh) == len(TRIANGLES)
+    assert mesh.parts[0].material.texture is None
+    assert mesh.problems
+
+
+def test_a_broken_shape_in_collada(tmp_path: Path) -> None:
+    text = replaced(dae_textured_text(), "0 0 1 0 1 1 0 1", "0 0 1 0 1 1")
+    with pytest.raises(MeshError, match="it holds no triangles; "):
+        mesh_of(tmp_path, "a.dae", text)
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        "<library_lights><light id='l'><technique_common/></light></library_lights>",
+        "<library_cameras><camera id='c'/></library_cameras>",
+        "<library_animations><animation><source id='s'/></animation></library_animations>",
+        "<library_controllers><controller id='k'><skin source='#g'/></controller>"
+        "</library_controllers>",
+    ],
+)
+def test_what_is_no_shape_is_not_looked_at(tmp_path: Path, broken: str) -> None:
+    text = replaced(dae_text(), "<library_geometries>", f"{broken}<library_geometries>")
+    for instance in ("light", "camera"):
+        text = text.replace('<node id="n">', f'<node id="n"><instance_{instance} url="#gone"/>')
+    mesh = mesh_of(tmp_path, "a.dae", text)
+    assert count(mesh) == len(TRIANGLES)
+    assert mesh.problems == []
+
+
+def test_skinned_parts_are_told_of(tmp_path: Path) -> None:
+    text = replaced(dae_text(), '<node id="n">', '<node id="n"><instance_controller url="#k"/>')
+    mesh = mesh_of(tmp_path, "a.dae", text)
+    assert count(mesh) == len(TRIANGLES)
+    assert mesh.problems == ["its skinned parts (instance_controller) are left out"]
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.mtl"])
+def test_an_obj_in_latin_1(tmp_path: Path, name: str) -> None:
+    (tmp_path / "a.mtl").write_bytes(b"newmtl red\nKd 1 0 0\n")
+    text = obj_lines(["usemtl red", *OBJ_FACES], "mtllib a.mtl\n").encode()
+    (tmp_path / "a.obj").write_bytes(text)
+    comment = "# für die Nadel\n".encode("latin-1")
+    (tmp_path / name).write_bytes(comment + (tmp_path / name).read_bytes())
+    mesh = read(tmp_path / "a.obj")
+    assert count(mesh) == len(TRIANGLES)
+    assert mesh.parts[0].material.diffuse == (1.0, 0.0, 0.0)
+
+
+def test_a_transparency_that_is_no_number(tmp_path: Path) -> None:
+    (tmp_path / "a.mtl").write_text("newmtl red\nKd 1 0 0\nd half\n")
+    mesh = mesh_of(tmp_path, "a.obj", obj_lines(["usemtl red", *OBJ_FACES], "mtllib a.mtl\n"))
+    assert count(mesh) == len(TRIANGLES)
+    assert mesh.parts[0].material.transparency is None
+    assert mesh.problems == ["the transparency of a material is no number"]
+
+
+def test_one_triangle_that_cannot_be_drawn(tmp_path: Path) -> None:
+    text = stl_ascii_text()
+    first = text.index("vertex")
+    broken = f"{text[:first]}vertex nan 0 0{text[text.index(chr(10), first) :]}"
+    mesh = mesh_of(tmp_path, "a.stl", broken)
+    assert count(mesh) == len(TRIANGLES) - 1
+    assert mesh.problems == ["a coordinate of 1 triangle is no finite single-precision number"]
