@@ -22,8 +22,8 @@ from meshes.samples import SAMPLES, TRIANGLES
 
 pytestmark = pytest.mark.slow
 
-CHROMIUM = (
-    shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+CHROMIUM = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
 )
 HOST = "http://meshes.test"
 
@@ -169,18 +169,3 @@ def test_every_file_that_the_tests_write(
             assert [p["texture"] for p in parts] == [
                 [4, 2, True] if sample.texture else None
             ] * len(parts)
-
-
-def test_meshes_of_real_robots(
-    load: Callable[[dict[str, bytes], str], Any], shared: Path, tmp_path: Path
-) -> None:
-    robots = shared / "robots"
-    meshes = [
-        robots / "leo_rover/leo_description/models/Antenna.dae",
-        robots / "atlas/atlas_description/meshes_unplugged/l_hand.dae",
-        robots / "urdf_tutorial_r2d2/urdf_tutorial/meshes/l_finger.dae",
-    ]
-    conversion = convert(tmp_path, [visual(mesh) for mesh in meshes])
-    files = {path.name: data for path, data in conversion.files.items()}
-    for mesh in meshes:
-        _compare(load(files, f"{mesh.stem}.wrl"), files[f"{mesh.stem}.wrl"])

@@ -1,5 +1,12 @@
 // The data of the page, its names, and small helpers.
 
+// What report/page.py writes into the page; lengths are in m, angles in rad:
+//   mbs: base {name, shapes}, bodies [{name, parent, at, joints, mass, com, inertia, shapes}]
+//   urdf: root, links [{name, visuals, collisions}], joints [{name, type, parent, child, ...}]
+//   frames, coordinates, joints: pairs of a URDF name and what it is in the .mbs
+//   meshes: of each its parts, whose arrays are [place in bytes, length in words]; textures: urls
+//   marks: points [body, xyz, kind, rotation], lines [kind, end, end], stops [joint, [low, high]]
+//   motion: null, or what report/motion.py read
 export const data = JSON.parse(document.getElementById("data").textContent);
 export const byId = (id) => document.getElementById(id);
 export const matrix = () => new THREE.Matrix4();
