@@ -47,7 +47,7 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.testing import convert_text
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-from runtime import HEADER, TABLES, VECTORS, Data, random_state
+from oracle.generated import HEADER, TABLES, VECTORS, Data, random_state
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 FLAGS = {"-O2": ["-O2"], "-O3 native": ["-O3", "-march=native"]}

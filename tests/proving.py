@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from lxml import etree
-from reference import Comparison, Urdf, lost_shapes, structure_faults
+from oracle.compare import Comparison, lost_shapes, structure_faults
+from oracle.urdf import Urdf
 
 from urdf2mbs.testing import convert_text
 

@@ -10,14 +10,14 @@ from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from evaluator import rotation
 from hypothesis import strategies as st
 from lxml import etree
+from oracle.multibody import rotation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from evaluator import Array
+    from oracle.multibody import Array
 
     Draw = Callable[[st.SearchStrategy[Any]], Any]
 

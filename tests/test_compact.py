@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from oracle.urdf import Urdf
 from proving import SOLID, assert_same, driven, joint, link, prove, robot
-from reference import Urdf
 from robots import CONVERTIBLE, RealRobot
 from strategies import LINK_NAMES, robots, snapped
 

@@ -14,8 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from evaluator import Evaluator
-from reference import Comparison, Urdf, lost_shapes, structure_faults
+from oracle.compare import Comparison, lost_shapes, structure_faults
+from oracle.mbs import Evaluator
+from oracle.urdf import Urdf
 from robots import BROKEN, CONVERTIBLE, RealRobot
 
 from urdf2mbs.messages.diagnostics import ConversionError

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from reference import Comparison, Urdf, lost_shapes, structure_faults
+from oracle.compare import Comparison, lost_shapes, structure_faults
+from oracle.urdf import Urdf
 from strategies import robots, snapped
 
 from urdf2mbs import convert

@@ -12,8 +12,9 @@ from conftest import SHARED
 from equations.test_loops import slow, trees, written
 from hypothesis import given
 from hypothesis import strategies as st
+from oracle.generated import Data, error, random_state
+from oracle.pin import Truth, pin
 from robots import CONVERTIBLE
-from runtime import Data, Truth, error, pin, random_state
 
 from urdf2mbs import Robot, load_equations
 from urdf2mbs.mbs.model import BASE

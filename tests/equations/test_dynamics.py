@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from conftest import SHARED
+from oracle.generated import CEquations, Data, PythonEquations, error, random_state
+from oracle.pin import Truth
 from robots import CONVERTIBLE, RealRobot
-from runtime import CEquations, Data, PythonEquations, Truth, error, random_state
 
 from urdf2mbs import convert
 from urdf2mbs.equations import generate

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from runtime import CEquations, Data, PythonEquations, Truth, error, pin, random_state
+from oracle.generated import CEquations, Data, PythonEquations, error, random_state
+from oracle.pin import Truth, pin
 
 from urdf2mbs.equations import generate
 from urdf2mbs.equations.constraints import every_constraint
@@ -109,7 +110,7 @@ def place(truth: Truth, s: Data, end: tuple[str | None, str | None]) -> Any:
     """The motion of the end of a cut or a link."""
     body, point = end
     if body is None:
-        from runtime import Sensor as Still
+        from oracle.generated import Sensor as Still
 
         out = Still(s.njoint)
         out.P[1:] = truth.points[None, point] if point else 0.0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from conftest import SHARED
-from runtime import TABLES, Data, PythonEquations, error, random_state
+from oracle.generated import TABLES, Data, PythonEquations, error, random_state
 
 from urdf2mbs.equations import count_equations, generate
 from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs, Point, Sensor

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from runtime import CEquations, PythonEquations, random_state
+from oracle.generated import CEquations, PythonEquations, random_state
 
 from urdf2mbs.cli import main
 from urdf2mbs.equations import Equations, generate

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from oracle.generated import CEquations, error, random_state
+from oracle.pin import Truth
 from robots import CONVERTIBLE
-from runtime import CEquations, Truth, error, random_state
 
 from urdf2mbs.equations import generate
 from urdf2mbs.equations.graph import Expr, Graph, Op

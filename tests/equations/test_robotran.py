@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from oracle.generated import HEADER, CEquations, Data, PythonEquations
 from passes.test_loops import BALL, FOUR_BAR, at, link
-from runtime import HEADER, CEquations, Data, PythonEquations
 
 from urdf2mbs.cli import main
 from urdf2mbs.equations import Equations, constant_gaps, generate

@@ -1,7 +1,8 @@
-"""What the code of a project should do: a file for each law, each by a second route.
+"""The second route of the tests: what a robot and the code of its project should do.
 
-What a law should give follows from the URDF and from the options of the passes.  The project's own
-files are called at random states, and must give the same.
+It shares no line with what it judges.  ``mbs`` and ``urdf`` read the two files themselves;
+``multibody`` has Newton and Euler's laws, ``pin`` Pinocchio; ``compare`` sets a conversion beside a
+model of its URDF.  ``generated`` runs equations in Python and C, beside a stand-in for Robotran's
+data.  ``code`` calls a whole project at random states, and compares it with the laws: ``joints``,
+``followers``, ``ground``, ``forces``, ``sensors``, ``start``, ``equations``.
 """
-
-from __future__ import annotations

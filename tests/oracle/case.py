@@ -8,15 +8,43 @@ from typing import Any
 
 import numpy as np
 
-from oracle.motion import Motion, Place
-from urdf2mbs.proof.coordinates import coordinates
-from urdf2mbs.proof.mbs_side import mbs_side
-from urdf2mbs.proof.urdf_side import urdf_side
-from urdf2mbs.proof.verdict import Difference
+from oracle.mbs import GROUND, Evaluator
+from oracle.multibody import Multibody, Place, State, translation
+from oracle.urdf import FLOATING_BASE, Reference, Urdf
 from urdf2mbs.spatial import ZERO, Vec
 
 #: The largest deviation that is no difference, relative to the largest number it is compared with.
 TOLERANCE = 1e-8
+
+
+class Side:
+    """One of the two descriptions at a state, by Robotran's numbers of the joints."""
+
+    def __init__(self, system: Multibody, numbers: Any, moving: Any, size: int) -> None:
+        """``numbers``: Robotran's number of each node's joint, or 0; ``moving``: those that move;
+        ``size``: one more than there are joints."""
+        self.system, self.numbers, self.size = system, numbers, size
+        self.nodes = [k for k, number in enumerate(numbers) if number in moving]
+        self.q = self.qd = np.zeros(size)
+
+    def place(self, node: int, at: Any, qdd: Any = None) -> Place:
+        """A point (m) of a frame."""
+        place = self.state(qdd).place(node, translation(at))
+        jacobian = np.zeros((6, self.size))
+        jacobian[:, self.numbers[self.nodes]] = place.J[:, self.nodes]
+        return place._replace(J=jacobian)
+
+    def state(self, qdd: Any = None) -> State:
+        rest = 0.0 * self.q if qdd is None else qdd
+        return State(self.system, *(values[self.numbers] for values in (self.q, self.qd, rest)))
+
+    def equations(self) -> tuple[Any, Any]:
+        """M (kg m^2, kg m, kg) and c (N m, N)."""
+        own, here = self.state().equations(), self.numbers[self.nodes]
+        matrix, bias = np.zeros((self.size, self.size)), np.zeros(self.size)
+        matrix[np.ix_(here, here)] = own[0][np.ix_(self.nodes, self.nodes)]
+        bias[here] = own[1][self.nodes]
+        return matrix, bias
 
 
 class Case:
@@ -31,29 +59,32 @@ class Case:
     def __init__(self, conversion: Any, data: Any, code: Any) -> None:
         """``data`` and ``code``: the runtime's MbsData and PythonCode."""
         self.conversion, self.data, self.code, self.mbs = conversion, data, code, data.mbs
-        self.simulation = conversion.simulation
-        self.asked: Any = conversion.asked
-        self.gravity = conversion.settings.config.gravity
-        self.found: dict[str, Difference] = {}
-        self.unproven: dict[str, str] = {}
-        self.robot = robot = conversion.robot
-        driven = [coupling.follower.name for coupling in self.simulation.driven]
-        names, numbers = conversion.names.coordinates, data.joint_id
-        known = coordinates(robot, self.mbs, names, conversion.frozen, {}, driven)
-        moving = {own: numbers[name] for own, name in known.names.items()}
+        self.simulation, self.asked = conversion.simulation, conversion.asked
+        self.gravity, self.robot = conversion.settings.config.gravity, conversion.robot
+        self.found: dict[str, tuple[float, str]] = {}
+        names, joints = conversion.names.coordinates, data.joint_id
+        urdf = Urdf.parse(conversion.expanded or conversion.source)
+        self.urdf = Reference(
+            urdf, floating=conversion.inserted in names, frozen=[*conversion.frozen],
+            gravity=self.gravity,
+        )  # fmt: skip
+        numbers = np.zeros(len(self.urdf.system.nodes), int)
+        for joint, own in self.urdf.coordinates.items():
+            theirs = names[conversion.inserted if joint == FLOATING_BASE else joint]
+            numbers[[self.urdf.system.index[name] for name in own]] = [joints[n] for n in theirs]
         #: Robotran's numbers of the joints that move.
-        self.moving = list(moving.values())
+        self.moving = [number for number in numbers.tolist() if number]
         #: Robotran's number of each joint of the URDF that moves by one coordinate.
         self.single = {
-            name: numbers[names[name][0]]
-            for name, joint in robot.joints.items()
-            if joint.moves and name not in conversion.frozen and len(names.get(name, ())) == 1
+            name: joints[names[name][0]]
+            for name, own in self.urdf.coordinates.items()
+            if len(own) == 1
         }
-        joints = self.mbs.joints()
-        self.natures = ["", *(joint.nature for joint in joints.values())]
-        theirs = mbs_side(self.mbs, set(known.names.values()), framed=joints)
-        self.ours = Motion(urdf_side(robot, known.names, known.held, {}), moving, len(joints) + 1)
-        self.theirs = Motion(theirs, numbers, len(joints) + 1)
+        self.natures = ["", *(joint.nature for joint in self.mbs.joints().values())]
+        self.evaluator = Evaluator(data.model)
+        size = len(joints) + 1
+        self.ours = Side(self.urdf.system, numbers, self.moving, size)
+        self.theirs = Side(self.evaluator.system, np.arange(size), self.moving, size)
         self.random = np.random.default_rng(20)
         self._states: dict[int, Any] = {}
         #: The body and the point of each external force and sensor.
@@ -71,10 +102,9 @@ class Case:
         """Go to one of the states that laws share: 0 is the start, others are random.  Gives q,
         qd and qdd."""
         if state not in self._states:
-            out = self.near_start(np.pi if state else 0.0)
-            self.move(*out[:2])
-            self._states[state] = out, self.ours, self.theirs
-        (q, qd, qdd), self.ours, self.theirs = self._states[state]
+            self._states[state] = self.near_start(np.pi if state else 0.0)
+        q, qd, qdd = self._states[state]
+        self.move(q, qd)
         return q, qd, qdd
 
     def near_start(self, reach: float) -> tuple[Any, Any, Any]:
@@ -86,21 +116,27 @@ class Case:
         return q, qd, qdd
 
     def move(self, q: Any, qd: Any) -> None:
-        self.ours, self.theirs = self.ours.moved(q, qd), self.theirs.moved(q, qd)
+        for side in (self.ours, self.theirs):
+            side.q, side.qd = q, qd
 
     def on_link(self, link: str, at: Vec = ZERO, qdd: Any = None) -> Place:
         """A place of a link at the present state (m, in its frame), by the URDF."""
-        return self.ours.on(link, at, qdd)
+        return self.ours.place(self.urdf.node_of[link], at, qdd)
+
+    def end(self, end: tuple[str | None, str | None], qdd: Any = None) -> Place:
+        """A point of a body of the .mbs, by their names; no point: the body's own frame."""
+        body = self.evaluator.bodies[end[0] or GROUND]
+        return self.theirs.place(body.node, body.points[end[1]] if end[1] else ZERO, qdd)
 
     def in_mbs(self, thing: str, qdd: Any = None) -> Place:
         """Where an external force or a sensor is at the present state, by the .mbs."""
         body, point = self.points[thing]
-        return self.theirs.on(body, point.coordinates, qdd)
+        return self.end((body, point.name), qdd)
 
     @cached_property
     def size(self) -> float:
         """m"""
-        return max(group.reach for group in self.ours.side.groups) or 1.0
+        return max(float(np.abs(at[:3, 3]).max()) for at in self.urdf.poses().values()) or 1.0
 
     # --- the code ---
 
@@ -143,8 +179,8 @@ class Case:
 
     def differ(self, what: str, message: str, size: float = 1.0) -> None:
         """Note a difference: of one thing, the largest."""
-        if what not in self.found or self.found[what].size < size:
-            self.found[what] = Difference("code", f"{what}: {message}", min(size, 1.0))
+        if what not in self.found or self.found[what][0] < size:
+            self.found[what] = size, f"{what}: {message}"
 
     def compare(self, what: str, should: Any, value: Any, unit: str, scale: float = 0.0) -> None:
         """Numbers that must be equal, relative to the largest of them and to ``scale``."""
@@ -172,7 +208,7 @@ class Case:
     def compare_place(self, what: str, end: tuple[str | None, Any], link: str, at: Vec) -> None:
         """A point of a body, by their names, must be a place of a link (m, in its frame)."""
         self.go(1)
-        place = self.theirs.end(self.mbs, end).P
+        place = self.end(end).P
         self.compare(what, self.on_link(link, at).P, place, "m", self.size)
 
 

@@ -15,9 +15,7 @@ import numpy as np
 from oracle import equations, followers, forces, ground, joints, sensors, start
 from oracle.case import Case
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.proof.verdict import Difference
-from urdf2mbs.runtime.c_code import CCode, SensorInC, compiler, row
+from urdf2mbs.runtime.c_code import CCode, SensorInC, row
 from urdf2mbs.runtime.data import MbsData
 from urdf2mbs.runtime.python_code import PythonCode, loaded
 
@@ -44,38 +42,30 @@ def prove(case: Case) -> None:
 
 def prove_code(
     conversion: Conversion, files: Mapping[str, bytes], *, in_c: bool = False
-) -> tuple[list[str], dict[str, str]]:
-    """Compare a project's code with the robot of a conversion.  Gives what differs, the largest
-    first, and what cannot be compared, each with the reason.
+) -> list[str]:
+    """What a project's code does otherwise than the robot of its conversion, the largest first.
 
-    ``files`` are by their path in the project.  ``in_c``: the C, too, where there is a compiler.
+    ``files`` are by their path in the project.  ``in_c``: the C, too.
     """
-    case: Case | None = None
-    found: list[Difference] = []
+    found: dict[str, tuple[float, str]] = {}
     with tempfile.TemporaryDirectory(prefix="urdf2mbs-") as folder:
+        for path, content in files.items():
+            file = Path(folder, path)
+            file.parent.mkdir(exist_ok=True)
+            file.write_bytes(content)
+        data = MbsData(next(Path(folder).glob("dataR/*.mbs")))
         try:
-            for path, content in files.items():
-                file = Path(folder, path)
-                file.parent.mkdir(exist_ok=True)
-                file.write_bytes(content)
-            data = MbsData(next(Path(folder).glob("dataR/*.mbs")))
             with loaded(data):
                 case = Case(conversion, data, PythonCode(data))
+                found = case.found
                 case.has_equations = in_c or any(data.symbolic_path.glob("mbs_accelred_*.py"))
                 prove(case)
-                if in_c and compiler() is None:
-                    case.unproven["the code in C"] = "there is no C compiler"
-                elif in_c:
+                if in_c:
                     _compare_c(case)
         except Exception as error:  # of code that may do anything
-            said = error.message if isinstance(error, ConversionError) else repr(error)
-            if case and getattr(error, "code", "") == "equations-not-generated":
-                case.unproven["accelerations and C"] = said  # they are compared last
-            else:
-                found.append(Difference("code", f"the code of the project cannot run: {said}"))
-    found += case.found.values() if case else []
-    found.sort(key=lambda difference: -difference.size)
-    return [difference.message for difference in found], case.unproven if case else {}
+            if getattr(error, "code", "") != "equations-not-generated":
+                found["code"] = 1.0, f"the code of the project cannot run: {error!r}"
+    return [message for _, message in sorted(found.values(), key=lambda one: -one[0])]
 
 
 def _compare_c(case: Case) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from oracle import followers
 from oracle.case import Case
+from oracle.multibody import opening
 
 
 def prove(case: Case) -> None:
@@ -31,11 +32,11 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
     data = case.data
     data.q[:], data.qd[:], data.qdd[:] = q, qd, 0.0
     if case.code.solve():
-        case.unproven["accelerations"] = "none can be found near the start"
+        case.differ("accelerations", "none can be found near the start")
         return
     q, qd, qdd = data.q.copy(), data.qd.copy(), data.qdd.copy()
     case.move(q, qd)
-    matrix, bias = case.ours.equations(case.gravity)
+    matrix, bias = case.ours.equations()
     should = matrix @ qdd + bias - _external(case, qdd)
     scale = np.abs(matrix) @ np.abs(qdd) + np.abs(bias) + np.abs(should)
     given, own = case.code.inverse(), np.zeros(len(q))
@@ -49,7 +50,12 @@ def _prove_motion(case: Case, q: Any, qd: Any, rules: Any) -> None:
         rest = (bias - _external(case, 0.0 * qdd))[case.moving]
         case.compare("the bias forces", rest, c[case.moving], "N m or N", scale.max())
     # each constraint: how far it is open, its derivatives, and how it accelerates
-    ties = [case.theirs.opening(case.mbs, cut, qdd) for cut in case.mbs.cuts]
+    ties = [
+        opening(
+            cut.kind, cut.length or 0.0, case.end(cut.endpoint1, qdd), case.end(cut.endpoint2, qdd)
+        )
+        for cut in case.mbs.cuts
+    ]
     ties += [(row @ q - offset, row[None], row @ qdd) for row, offset in rules.values()]
     opens = np.concatenate([np.zeros(0), *(np.atleast_1d(tie[0]) for tie in ties)])
     rows = np.concatenate([np.zeros((0, len(q))), *(tie[1] for tie in ties)])
@@ -78,7 +84,7 @@ def _external(case: Case, qdd: Any) -> Any:
         at = case.in_mbs(name, qdd)
         total += case.external(name, at.P, at.V, axes=at.R, spin=at.OM)[:6] @ at.J
     for link in [link for link in case.mbs.links if link.kind == "link"]:
-        one, two = (case.theirs.end(case.mbs, end) for end in (link.endpoint1, link.endpoint2))
+        one, two = (case.end(end) for end in (link.endpoint1, link.endpoint2))
         length = float(np.linalg.norm(two.P - one.P))
         line = (two.P - one.P) / length
         number, rate = case.data.link_id[link.name], (two.V - one.V) @ line

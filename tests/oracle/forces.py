@@ -1,4 +1,4 @@
-"""Forces at points (wrenches, and laws of plugins), and springs between two points."""
+"""Forces at points (wrenches), and springs between two points."""
 
 from __future__ import annotations
 
@@ -22,25 +22,12 @@ def prove(case: Case) -> None:
             should = [*force, *points[own][1].coordinates]
             given = case.external(own, np.zeros(3), np.zeros(3), time)
             case.compare(f"force '{name}' at {time:g} s", should, given, "N, N m, m")
-    _prove_laws(case, known)
-    springs = options.springs if options else {}
-    for name, spring in springs.items():
-        _prove_spring(case, name, spring)
-    for link in case.mbs.links[len(springs) :]:
-        case.unproven[f"link '{link.name}' ({link.kind})"] = "of a plugin, or added by hand"
-
-
-def _prove_laws(case: Case, known: set[str]) -> None:
-    """The laws of plugins at points; where no law is, there is no force."""
-    laws = {p.extforce.name: law for law in case.simulation.laws for p in law.points if p.extforce}
-    wrenches = {w.point.extforce.name for w in case.simulation.wrenches if w.point.extforce}
     for name in [name for name in case.data.extforce_id if name not in known]:
         at, speed = case.random.uniform(-1.0, 1.0, (2, 3))
-        given, law = case.external(name, at, speed, 1.0)[:6], laws.get(name)
-        if law is not None or name in wrenches:
-            case.unproven[f"force '{name}'"] = "of a plugin"
-        else:
-            case.compare(f"force '{name}', which has no law", np.zeros(6), given, "N, N m")
+        given = case.external(name, at, speed, 1.0)[:6]
+        case.compare(f"force '{name}', which has no law", np.zeros(6), given, "N, N m")
+    for name, spring in options.springs.items() if options else ():
+        _prove_spring(case, name, spring)
 
 
 def _prove_spring(case: Case, name: str, spring: Any) -> None:

@@ -1,9 +1,8 @@
 """The ground: a push along the normal that grows with depth and rate, and friction.
 
 The ground pushes with ``stiffness depth (1 + rate / speed)``, never pulls, and rubs against the
-slip with ``friction`` times the push: by a bristle that bends with the slip, or without a bristle
-by the speed of the slip.  Friction and height are those asked for; the other numbers,
-which urdf2mbs chooses, are those of the .mbs.
+slip with ``friction`` times the push, by a bristle that bends with the slip.  Friction and height
+are those asked for; the other numbers, which urdf2mbs chooses, are those of the .mbs.
 """
 
 from __future__ import annotations
@@ -18,9 +17,6 @@ from urdf2mbs.simulation import CONTACT_STATES
 from urdf2mbs.spatial import ZERO, rotate
 from urdf2mbs.urdf.model import Cylinder, Sphere
 
-#: How friction without a bristle rises with slip, in parts of ``slip_speed``: 1 far above it, and
-#: 0 at rest.
-RISE = np.tanh
 #: Depth (m), rate and slip, in parts of the law's speeds.
 STATES = ((-0.1, 0.0, 1.0), (0.01, 0.0, 0.0), (0.02, 0.5, 40.0), (0.03, -0.5, 0.5), (0.01, -2, 1))
 
@@ -40,8 +36,7 @@ def prove(case: Case) -> None:
             for force, part in zip(forces, shapes, strict=False):
                 rolling[force] = part.geometry.radius, _axis(case, link, force, part)
         _prove_places(case, link, forces, meant)
-    case.unproven |= {f"force '{f}'": "of a plugin" for f, n in contacts.items() if n not in wanted}
-    if wanted and "forces" not in case.conversion.plugged:
+    if wanted:
         friction = options.friction
         if friction is None:  # the URDF's, of the link with the least
             stated = [e.numbers for e in case.robot.extensions if e.reference in wanted]
@@ -94,22 +89,18 @@ def _prove_law(
 ) -> None:
     """``bristle``: the places of its two numbers in ux.  ``radius``: of a ball, or of a wheel with
     an axis in the body, whose lowest point touches."""
-    names = ("ground", "stiffness", "speed", "friction", "slip_speed", "bristle", "bristle_time")
-    ground, stiffness, speed, friction, slip, length, time = (case.get("contact", n) for n in names)
-    axes = _axes(case, force, up, bristle) if bristle and friction else np.zeros((len(bristle), 3))
+    names = ("ground", "stiffness", "speed", "friction", "bristle", "bristle_time")
+    ground, stiffness, speed, friction, length, time = (case.get("contact", n) for n in names)
+    axes = _axes(case, force, up, bristle)
     most = friction * length
     for depth, rate, fast in STATES:
         across = np.cross(case.random.uniform(-1.0, 1.0, 3), up)
         way = across / np.linalg.norm(across)
         normal = stiffness * max(depth, 0.0) * max(1.0 + rate, 0.0)
-        if bristle:
-            bent = case.random.uniform(-1.0, 1.0, 2) @ axes * 2.0 * most
-            case.data.ux[bristle] = axes @ bent
-            sliding = fast * most / time * way
-            pull = _shortened(bent + time * sliding, most) / length
-        else:
-            sliding = fast * slip * way
-            pull = friction * RISE(fast) * way
+        bent = case.random.uniform(-1.0, 1.0, 2) @ axes * 2.0 * most
+        case.data.ux[bristle] = axes @ bent
+        sliding = fast * most / time * way
+        pull = _shortened(bent + time * sliding, most) / length
         rot, spin = np.linalg.qr(case.random.normal(size=(3, 3)))[0], case.random.normal(size=3)
         own = np.array(axis) @ rot
         arm = -radius * (up - (up @ own) * own) / np.linalg.norm(up - (up @ own) * own)
@@ -119,10 +110,9 @@ def _prove_law(
         velocity = sliding - rate * speed * up - np.cross(spin, arm)
         found = case.external(force, at, velocity, axes=rot, spin=spin)
         case.compare(f"contact '{force}'", should, found, "N, N m, m")
-        if bristle:
-            kept, moves = (_shortened(bent, most), sliding) if normal else (0.0 * bent, 0.0 * bent)
-            rates = axes @ (moves - (bent - kept) / time)
-            case.compare(f"bristle of '{force}'", rates, case.data.uxd[bristle], "m/s")
+        kept, moves = (_shortened(bent, most), sliding) if normal else (0.0 * bent, 0.0 * bent)
+        rates = axes @ (moves - (bent - kept) / time)
+        case.compare(f"bristle of '{force}'", rates, case.data.uxd[bristle], "m/s")
 
 
 def _axes(case: Case, force: str, up: Any, bristle: list[int]) -> Any:

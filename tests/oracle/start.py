@@ -17,10 +17,6 @@ def prove(case: Case) -> None:
         name = list(case.data.joint_id)[number - 1]
         case.compare(f"joint '{name}': its start", offset, row @ q, "(its rule)", 1.0)
     leaders = {k for row, _ in tied.values() for k in row.nonzero()[0]}
-    others = case.conversion.plugged
-    if options is None or options.srdf is not None or "posture" in others:
-        case.unproven["the start"] = "of an SRDF file, or of another pass"
-        return
     stated_starts: dict[str, float] = {}
     for extension in case.robot.extensions if options.from_urdf else ():
         stated_starts |= extension.starts

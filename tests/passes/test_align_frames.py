@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from evaluator import rotation
+from oracle.multibody import rotation
+from oracle.urdf import Urdf
 from proving import SOLID, chains, driven, joint, link, prove, robot
-from reference import Urdf
 
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
-    from evaluator import Array
+    from oracle.multibody import Array
 
 
 def arm(*axes: str, rpy: str = "0 0 0") -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evaluator import rotation
+from oracle.multibody import rotation
 
 from urdf2mbs import convert
 from urdf2mbs.mbs.model import GREY, Shape

@@ -6,9 +6,9 @@ from math import pi
 
 import numpy as np
 import pytest
-from evaluator import rotation, translation
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracle.multibody import rotation, translation
 from proving import SOLID, joint, link, robot
 from strategies import ANGLES, axes
 

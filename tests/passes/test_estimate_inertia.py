@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from evaluator import Inertia, lump, rotation, translation
+from oracle.multibody import Inertia, lump, rotation, translation
 from proving import SOLID, joint, link, prove, robot
 from robots import CONVERTIBLE
 
@@ -20,7 +20,7 @@ from urdf2mbs.testing import convert_text
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from evaluator import Array
+    from oracle.multibody import Array
 
     from urdf2mbs import Result
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from evaluator import Evaluator
+from oracle.mbs import Evaluator
 from proving import BOX, SOLID, chains, joint, link, prove, robot
 
 if TYPE_CHECKING:

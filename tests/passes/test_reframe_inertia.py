@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from evaluator import rotation
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracle.multibody import rotation
 from proving import SOLID, joint, link, robot
 from strategies import ANGLES
 

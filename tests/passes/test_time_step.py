@@ -11,7 +11,8 @@ import numpy as np
 import proving
 import pytest
 from conftest import SHARED
-from oracle.motion import Motion
+from oracle.mbs import Evaluator
+from oracle.multibody import State, opening
 from oracle.pin import to_pinocchio
 from project.standin import RungeKutta, make, without_meshes
 from proving import SOLID
@@ -23,7 +24,6 @@ from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.passes.time_step import _round_down
 from urdf2mbs.project.stability import longest_steps, reduction_of
-from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.runtime import MbsData
 from urdf2mbs.runtime.c_code import CCode
 from urdf2mbs.runtime.python_code import PythonCode, loaded
@@ -400,14 +400,14 @@ def test_a_closed_loop_stays_closed(kind: str) -> None:
         joint("world", "a", axis="0 0 1"), joint("world", "b", axis="0 1 0", xyz="0.3 0 0"),
         joint("a", "c", "floating", xyz="0.1 0.2 0"), joint("b", "d", axis="1 0 0", xyz="0 0 0.2"),
     )  # fmt: skip
-    mbs = read(convert_text(text, pipeline="faithful").data, "")
+    data = convert_text(text, pipeline="faithful").data
+    mbs, evaluator = read(data, ""), Evaluator(data)
     cut = Connection(kind, "tie", ("c", None), ("d", None), 0.3)
     mbs.cuts.append(cut)
-    joints = mbs.joints()
-    for name, one in joints.items():
+    for name, one in mbs.joints().items():
         one.nature = "dependent" if name.startswith("a_to_c") else one.nature
     reduction = reduction_of(Mass(mbs), Simulation())
-    still = Motion(mbs_side(mbs, joints), mbs.numbers(), len(joints) + 1)
-    rows = still.moved(*np.zeros((2, len(joints) + 1))).opening(mbs, cut)[1]
+    still = State(evaluator.system, evaluator.vector({}))
+    rows = opening(kind, 0.3, *(still.place(evaluator.bodies[name].node) for name in "cd"))[1]
     assert reduction.any(axis=1).sum() > reduction.shape[1]
     np.testing.assert_allclose(rows[:, 1:] @ reduction, 0.0, atol=1e-12)

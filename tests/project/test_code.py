@@ -80,7 +80,7 @@ PLANTED = {
     "how far a loop is open": (
         "symbolicR/mbs_cons_hJ_rich.py", "- lrod[1] * ", "- 1.1 * lrod[1] * ", "how far they"),
     "the speed of a loop": (
-        "symbolicR/mbs_cons_hJ_rich.py", "Jac[1, 37] = ", "Jac[1, 37] = 1.1 * ", "their speed"),
+        "symbolicR/mbs_cons_hJ_rich.py", "Jac[1, 39] = ", "Jac[1, 39] = 1.1 * ", "their speed"),
     "friction of the ground": (
         "dataR/rich.mbs", "<value>0.7</value>", "<value>0.6</value>", "contact law"),
     "no damping": (
@@ -118,9 +118,7 @@ def found(made: Made, *, in_c: bool = False, **changed: bytes) -> list[str]:
     """What differs, the largest first; equations are run only where they are changed."""
     equations = in_c or not changed or any("symbolicR" in name for name in changed)
     files = {name: made[1][name] for name in made[1] if equations or "symbolicR" not in name}
-    messages, unproven = prove_code(made[0], files | changed, in_c=in_c)
-    assert messages or not unproven
-    return messages
+    return prove_code(made[0], files | changed, in_c=in_c)
 
 
 def planted(made: Made, file: str, before: str, after: str) -> dict[str, bytes]:
@@ -192,7 +190,7 @@ def test_accelerations_of_a_tree_are_compared(tmp_path: Path) -> None:
         ("dirdyna", "    M[1, 1] = ", "    M[1, 1] = 1.0 + ", "the mass matrix: is"),
     ):
         fault = planted(whole, f"symbolicR/mbs_{name}_rich.py", before, after)
-        messages, _ = prove_code(conversion, whole[1] | fault)
+        messages = prove_code(conversion, whole[1] | fault)
         assert [*messages] == [] if named is None else named in messages[0]
 
 
@@ -202,7 +200,7 @@ def test_a_cut_of_another_kind_than_asked_for_is_found(
 ) -> None:
     monkeypatch.setattr(made[0].asked["loops"].cuts["tie"], "kind", kind)
     files = {name: text for name, text in made[1].items() if "symbolicR" not in name}
-    assert prove_code(made[0], files)[0] == [f"cut 'tie': is no {kind} in the .mbs"] * named
+    assert prove_code(made[0], files) == [f"cut 'tie': is no {kind} in the .mbs"] * named
 
 
 @pytest.mark.parametrize(("point", "named"), [
@@ -249,7 +247,7 @@ def test_a_fault_of_a_pass_is_found(
 
     monkeypatch.setattr(place[0], wrong)
     conversion = convert(tmp_path)
-    messages, _ = prove_code(conversion, code_of(conversion, ".py"))
+    messages = prove_code(conversion, code_of(conversion, ".py"))
     assert any(place[1] in message for message in messages)
 
 
@@ -266,7 +264,7 @@ def test_a_start_that_ros2_control_states_is_right(
     text = '<robot name="rich"><link name="world"/>' + joint("arm", "world", "1 0 0", limit(-2, 2))
     text += link("of_arm") + stated + "</robot>"
     conversion = convert(tmp_path, {"posture": options}, text, base="fixed")
-    assert prove_code(conversion, code_of(conversion, ".py")) == ([], {})
+    assert prove_code(conversion, code_of(conversion, ".py")) == []
     assert conversion.mbs.joints()["arm"].q == (start or None)
 
 
@@ -280,7 +278,7 @@ def test_the_verdict_of_a_project_leaves_out_what_its_passes_made(tmp_path: Path
 def test_a_robot_without_joints_that_move(tmp_path: Path) -> None:
     text = '<robot name="rich"><link name="world"/></robot>'
     conversion = convert(tmp_path, {}, text, base="fixed")
-    assert prove_code(conversion, code_of(conversion, ".py")) == ([], {})
+    assert prove_code(conversion, code_of(conversion, ".py")) == []
 
 
 def test_a_robot_that_no_equations_can_move_is_the_same(tmp_path: Path) -> None:
@@ -291,10 +289,8 @@ def test_a_robot_that_no_equations_can_move_is_the_same(tmp_path: Path) -> None:
     )
     text = text.replace("</joint>", '<dynamics damping="0.2"/></joint>')
     conversion = convert(tmp_path, {}, text, base="fixed")
-    messages, unproven = prove_code(conversion, code_of(conversion, ".py"), in_c=True)
-    assert not messages
-    assert "joint 'spin'" in unproven["accelerations and C"]
+    assert prove_code(conversion, code_of(conversion, ".py"), in_c=True) == []
     files = code_of(conversion, ".py")
     files[ROBOT] = files[ROBOT].replace(b"Qq[joint] -= damping", b"Qq[joint] += damping")
-    messages, _ = prove_code(conversion, files, in_c=True)
+    messages = prove_code(conversion, files, in_c=True)
     assert {message.split(":")[0] for message in messages} == {"joint 'spin'"}

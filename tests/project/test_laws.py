@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import runpy
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,10 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracle import rich
 from oracle.case import Case
-from oracle.code import code_of, prove_code
-from oracle.rich import PASSES
 
 from urdf2mbs import simulate
 from urdf2mbs.disk.output import write
@@ -109,45 +105,6 @@ def test_the_laws_move_the_robot_the_same_way_in_c(tmp_path: Path) -> None:
     np.testing.assert_allclose(*forces, rtol=0, atol=1e-6)
     assert forces[0][-1, 5] == pytest.approx(0.1)  # its torque about z is the time
     assert np.abs(forces[0][:, 2]).max() > 0.01
-
-
-# --- the comparison of a project's code with its robot ---
-
-
-def faults(whole: Any, file: str, before: str, after: str) -> list[str]:
-    """What differs with a change in the files of a project."""
-    conversion, files = whole
-    text = files[file].decode()
-    assert before in text or not before
-    return prove_code(conversion, files | {file: text.replace(before, after).encode()})[0]
-
-
-def test_friction_without_bristles_and_stops_are_compared(tmp_path: Path) -> None:
-    passes = {
-        "mimic": PASSES["mimic"],
-        "contacts": {**PASSES["contacts"], "bristles": False},
-        "joint-parameters": {"bristles": False},
-    }
-    conversion = rich.convert(tmp_path, passes, stop_after="project")
-    whole = conversion, code_of(conversion, ".py")
-    robot, model = "userfctR/rich_robot.py", "dataR/rich.mbs"
-    assert faults(whole, robot, "", "") == []
-    on = "<type>scalar</type>\n        <value>1.0</value>"
-    for file, before, after, named in (
-        (robot, 'law["slip_speed"]', '(2 * law["slip_speed"])', "contact 'of_"),
-        (robot, "speed[name]", "(2 * speed[name])", "joint 'arm': friction"),
-        (model, f"<name>stops</name>\n        {on}",
-         f"<name>stops</name>\n        {on.replace('1.0', '0.0')}", "stops: the URDF states it"),
-    ):  # fmt: skip
-        messages = faults(whole, file, before, after)
-        assert any(named in message for message in messages), (named, messages[:3])
-    text = whole[1][model].decode()
-    (start,) = re.finditer(r"(?s)(<jointname>slide</jointname>.{0,120}?<q>)[^<]*", text)
-    messages = faults(whole, model, start[0], f"{start[1]}0.777")
-    assert any(message.startswith("joint 'slide': its start") for message in messages), messages
-    passes["joint-parameters"] = {"stops": False}
-    conversion = rich.convert(tmp_path, passes, stop_after="project")
-    assert prove_code(conversion, code_of(conversion, ".py"))[0] == []
 
 
 def test_each_joint_is_compared_by_its_own_size() -> None:

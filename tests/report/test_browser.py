@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from conftest import SHARED
-from evaluator import Evaluator, rotation
+from oracle.mbs import Evaluator
+from oracle.multibody import rotation
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs.conversion import Conversion

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from evaluator import Evaluator
+from oracle.mbs import Evaluator
 from report.shown import EVIL, HOSTILE, SHOWN, data, run, shown
 
 from urdf2mbs.cli import main

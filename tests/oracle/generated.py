@@ -1,4 +1,4 @@
-"""A stand-in for Robotran's runtime: the data that generated equations read, for both languages.
+"""Generated equations, and a stand-in for the data of Robotran that they read, in both languages.
 
 Written to the published description of MbsData, and sharing nothing with ``urdf2mbs``: arrays
 count from 1, and a body's numbers stand at its last joint.  Python equations get the object
@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pytest
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,8 +24,6 @@ if TYPE_CHECKING:
     from urdf2mbs.mbs.model import Mbs
 
     Array = NDArray[np.float64]
-
-pin = pytest.importorskip("pinocchio", reason="Pinocchio is not installed")
 
 VECTORS = ("q", "qd", "qdd", "Qq", "m", "g", "lrod", "Z", "Zd", "Fl")
 TABLES = ("l", "In", "dpt", "frc", "trq")
@@ -328,93 +325,6 @@ class CEquations(PythonEquations):
         getattr(self.library, f"mbs_{name}")(
             _pointers(s.frc), _pointers(s.trq), *vectors, ctypes.byref(data), _double(0.0)
         )
-
-
-class Truth:
-    """The same model in pinocchio: one joint for each of the file's, in the same order."""
-
-    def __init__(self, mbs: Mbs) -> None:
-        self.mbs = mbs
-        self.model = model = pin.Model()
-        model.gravity = pin.Motion(np.array(mbs.base.gravity), np.zeros(3))
-        numbers = mbs.numbers()
-        self.ids: list[int] = [0] * (len(numbers) + 1)
-        self.joint_of: dict[str | None, int] = {None: 0}
-        """The pinocchio joint that moves each body."""
-        points = {(None, point.name): np.array(point.coordinates) for point in mbs.base.points}
-        for body in mbs.depth_first():  # pinocchio's mass matrix wants this order
-            at = self.joint_of[body.parent]
-            place = points.get((body.parent, body.point), np.zeros(3))
-            for joint in body.joints:
-                kind = joint.type.replace("T", "P")
-                kind = kind[0] + "XYZ"[int(kind[1]) - 1]
-                make = getattr(pin, f"JointModel{kind}")
-                at = model.addJoint(at, make(), pin.SE3(np.eye(3), place), joint.name)
-                self.ids[numbers[joint.name]] = at
-                place = np.zeros(3)
-            self.joint_of[body.name] = at
-            for point in body.points:
-                points[body.name, point.name] = np.array(point.coordinates)
-            xx, xy, xz, yy, yz, zz = body.inertia or (0.0,) * 6
-            tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-            mass, com = body.mass or 0.0, np.array(body.com or (0.0, 0.0, 0.0))
-            # by its parameters: pinocchio refuses a tensor that no real body has
-            about = tensor + mass * (com @ com * np.eye(3) - np.outer(com, com))
-            if not mass:
-                model.inertias[at] = pin.Inertia(0.0, com, tensor)
-                continue
-            given = [mass, *(mass * com), *about[np.triu_indices(3)][[0, 1, 3, 2, 4, 5]]]
-            model.inertias[at] = pin.Inertia.FromDynamicParameters(np.array(given))
-        self.points = points
-        self.data = model.createData()
-        self.column = [model.joints[i].idx_v for i in self.ids[1:]]
-
-    def vector(self, values: Array) -> Array:
-        """By joint number, in pinocchio's order."""
-        out = np.zeros(self.model.nv)
-        out[self.column] = values[1:]
-        return out
-
-    def matrix(self, s: Data) -> Array:
-        m = np.reshape(pin.crba(self.model, self.data, self.vector(s.q)), (self.model.nv, -1))
-        m = np.triu(m) + np.triu(m, 1).T
-        return np.asarray(m[np.ix_(self.column, self.column)])
-
-    def forces(self, s: Data, *, accelerated: bool) -> Array:
-        """Inverse dynamics with s.frc and s.trq, which act at the centres of mass."""
-        loads = pin.StdVec_Force()
-        for _ in range(self.model.njoints):
-            loads.append(pin.Force.Zero())
-        for body in self.mbs.bodies:
-            at = self.joint_of[body.name]
-            number = self.ids.index(at)
-            force, com = s.frc[1:, number], np.array(body.com or (0.0, 0.0, 0.0))
-            loads[at] = pin.Force(force, s.trq[1:, number] + np.cross(com, force))
-        qdd = self.vector(s.qdd) if accelerated else np.zeros(self.model.nv)
-        tau = pin.rnea(self.model, self.data, self.vector(s.q), self.vector(s.qd), qdd, loads)
-        return np.asarray(tau[self.column])
-
-    def sensor(self, s: Data, joint: int, at: Array) -> Sensor:
-        """A point in the frame behind a joint."""
-        model, data, i = self.model, self.data, self.ids[joint]
-        q, qd, qdd = self.vector(s.q), self.vector(s.qd), self.vector(s.qdd)
-        pin.forwardKinematics(model, data, q, qd, qdd)
-        out = Sensor(s.njoint)
-        pose = data.oMi[i] * pin.SE3(np.eye(3), at)
-        here = pin.SE3(np.eye(3), at)
-        v, a = here.actInv(data.v[i]), here.actInv(data.a[i])
-        turn = pose.rotation
-        out.P[1:], out.R[1:, 1:] = pose.translation, turn.T
-        out.V[1:], out.OM[1:] = turn @ v.linear, turn @ v.angular
-        out.A[1:] = turn @ (a.linear + np.cross(v.angular, v.linear))
-        out.OMP[1:] = turn @ a.angular
-        jacobian = pin.computeJointJacobian(model, data, q, i)
-        jacobian = (
-            pin.SE3(turn, np.zeros(3)).toActionMatrix() @ here.toActionMatrixInverse() @ jacobian
-        )
-        # of a model with one joint, pinocchio gives a vector
-        out.J[1:, 1:] = np.reshape(jacobian, (6, -1))[:, self.column]
-        return out
 
 
 def random_state(mbs: Mbs, rng: np.random.Generator, *, loads: bool = True) -> Data:

@@ -1,0 +1,196 @@
+"""The oracle can fail: it is held against Pinocchio, finite differences, and broken files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from oracle.mbs import Evaluator
+from oracle.multibody import Inertia, State, lump, opening, rotation, translation
+from oracle.pin import pin
+
+VECTOR = "<coordinates><x>{}</x><y>{}</y><z>{}</z></coordinates>"
+
+
+def body(name: str, parent: str, point: str, joints: str, mass: float, *numbers: float) -> str:
+    """Joints as ``tilt:R1=0.7``, which is driven at 0.7, or ``swing:R3``."""
+    text = f"<body><bodyname>{name}</bodyname><parent><bodyname>{parent}</bodyname>"
+    text += f"<pointname>{point}</pointname></parent>"
+    for joint in joints.split():
+        named, _, kind = joint.partition(":")
+        kind, driven, start = kind.partition("=")
+        text += f"<joint><jointname>{named}</jointname><type>{kind}</type><nature>"
+        text += f"{'driven' if driven else 'independent'}</nature>"
+        text += f"<initialvalue><q>{start or 0.0}</q></initialvalue></joint>"
+    text += f"<mass>{mass}</mass><com>{VECTOR.format(*numbers[:3])}</com><inertia>"
+    for key, value in zip(("xx", "xy", "xz", "yy", "yz", "zz"), numbers[3:], strict=True):
+        text += f"<I{key}>{value}</I{key}>"
+    side = f"<point><pointname>side</pointname>{VECTOR.format(-0.4, 0.5, 0.6)}</point>"
+    return f"{text}</inertia>{side}</body>"
+
+
+#: A floating body; on it a slide along a y that is turned, and a turn behind it; beside these a
+#: wheel.  Nothing is aligned by chance.
+CHAIN = f"""<mbsDescR7><base><gravity>{VECTOR.format(0.3, -0.2, -9.7)}</gravity>
+<baseBodyName>ground</baseBodyName>
+<point><pointname>start</pointname>{VECTOR.format(0.1, 0.2, 0.3)}</point></base><bodytree>
+{
+    body(
+        "trunk",
+        "base",
+        "start",
+        "T1:T1 T2:T2 T3:T3 R1:R1 R2:R2 R3:R3",
+        3.5,
+        0.02,
+        -0.03,
+        0.05,
+        0.11,
+        0.012,
+        -0.013,
+        0.12,
+        0.017,
+        0.14,
+    )
+}
+{
+    body(
+        "slide",
+        "trunk",
+        "side",
+        "tilt:R1=0.7 along:T2 swing:R3",
+        1.25,
+        -0.1,
+        0.2,
+        0.15,
+        0.02,
+        -0.002,
+        0.001,
+        0.03,
+        -0.004,
+        0.025,
+    )
+}
+{body("wheel", "trunk", "origin", "spin:R2", 0.4, 0, 0, 0, 0.005, 0, 0, 0.008, 0, 0.006)}
+</bodytree></mbsDescR7>"""
+KINDS = {"T": "P", "R": "R"}
+
+
+def in_pinocchio(mbs: Evaluator) -> Any:
+    """The same chain, node by node, through Pinocchio's own interface."""
+    model, frames = pin.Model(), [(0, pin.SE3.Identity())]
+    model.gravity = pin.Motion(np.array([0.3, -0.2, -9.7]), np.zeros(3))
+    for name, node in zip(mbs.joints, mbs.system.nodes[1:], strict=True):
+        joint, at = frames[node.parent]
+        at = at * pin.SE3(node.pose)
+        if name in mbs.driven:
+            at = at * pin.SE3(rotation(node.axis, mbs.driven[name]), np.zeros(3))
+        else:
+            move = getattr(pin, f"JointModel{KINDS[node.kind]}{'XYZ'[np.argmax(node.axis)]}")()
+            joint, at = model.addJoint(joint, move, at, name), pin.SE3.Identity()
+        frames.append((joint, at))
+        for part in node.matter:
+            model.appendBodyToJoint(joint, pin.Inertia(part.mass, part.com, part.tensor), at)
+    return model
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_chain_moves_as_pinocchio_says(seed: int) -> None:
+    mbs = Evaluator(CHAIN.encode())
+    model = in_pinocchio(mbs)
+    data, at = model.createData(), [mbs.joints[name].node for name in mbs.moving]
+    vectors = np.array([mbs.vector(mbs.driven), *np.zeros((2, len(mbs.joints) + 1))])
+    vectors[:, at] = q, qd, qdd = np.random.default_rng(seed).uniform(-3, 3, (3, len(at)))
+    state = State(mbs.system, *vectors)
+    pin.forwardKinematics(model, data, q, qd, qdd)
+    joint, node = model.getJointId("swing"), mbs.joints["swing"].node
+    place = state.place(node, translation((0.1, -0.2, 0.3)))
+    here = pin.SE3(np.eye(3), np.array([0.1, -0.2, 0.3]))
+    pose, speed, bend = (
+        data.oMi[joint] * here,
+        here.actInv(data.v[joint]),
+        here.actInv(data.a[joint]),
+    )
+    turn = pose.rotation
+    wanted = {
+        "P": pose.translation, "R": turn.T, "V": turn @ speed.linear, "OM": turn @ speed.angular,
+        "A": turn @ (bend.linear + np.cross(speed.angular, speed.linear)),
+        "OMP": turn @ bend.angular,
+    }  # fmt: skip
+    for name, value in wanted.items():
+        np.testing.assert_allclose(getattr(place, name), value, atol=1e-12)
+    np.testing.assert_allclose(place.J[:, at] @ qd, [*place.V, *place.OM], atol=1e-12)
+    matrix, force = state.equations()
+    upper = np.triu(pin.crba(model, data, q))
+    np.testing.assert_allclose(matrix[np.ix_(at, at)], upper + np.triu(upper, 1).T, atol=1e-12)
+    np.testing.assert_allclose(force[at], pin.rnea(model, data, q, qd, qdd), atol=1e-11)
+    _, force = State(mbs.system, vectors[0]).equations()
+    holding = pin.computeGeneralizedGravity(model, data, q)
+    np.testing.assert_allclose(force[at], holding, atol=1e-12)
+    assert mbs.system.carried_mass()[at][0] == 3.5 + 1.25 + 0.4 == mbs.total_mass()
+
+
+@pytest.mark.parametrize("kind", ["ball", "rod", "solid"])
+def test_a_cut_opens_as_its_derivatives_say(kind: str) -> None:
+    mbs = Evaluator(CHAIN.encode())
+    q, qd, qdd = np.random.default_rng(1).uniform(-1.0, 1.0, (3, len(mbs.joints) + 1))
+
+    def at(t: float) -> Any:
+        state = State(mbs.system, q + t * qd + t * t * qdd / 2, qd + t * qdd, qdd)
+        ends = [state.place(mbs.bodies[name].node) for name in ("wheel", "slide")]
+        return opening(kind, 0.3, *ends)
+
+    h = 1e-4
+    (before, *_), (gap, rows, bend), (after, *_) = at(-h), at(0.0), at(h)
+    count = min(len(gap), 3)
+    rates, bends = (after - before) / (2 * h), (after - 2 * gap + before) / h**2
+    np.testing.assert_allclose((rows @ qd)[:count], rates[:count], atol=1e-5)
+    np.testing.assert_allclose(bend[:count], bends[:count], atol=1e-4)
+    speeds = [at(t)[1] @ (qd + t * qdd) for t in (-h, h)]
+    np.testing.assert_allclose(bend, (speeds[1] - speeds[0]) / (2 * h), atol=1e-4)
+    assert np.abs(rates[:count]).min() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("<bodyname>wheel</bodyname>", "<bodyname>trunk</bodyname>"),
+        ("<jointname>spin</jointname>", "<jointname>swing</jointname>"),
+        ("<jointname>spin</jointname>", "<jointname>wheel</jointname>"),
+        ("<pointname>side</pointname>", "<pointname>origin</pointname>"),
+        ("<pointname>origin</pointname>", "<pointname>nowhere</pointname>"),
+        ("<bodyname>trunk</bodyname><pointname>o", "<bodyname>wheel</bodyname><pointname>o"),
+        ("<type>R2</type>", "<type>R4</type>"),
+        ("<nature>driven</nature>", "<nature>forced driven</nature>"),
+        ("<mass>0.4</mass>", "<mass/>"),
+        ("<mass>0.4</mass>", "<mass>nan</mass>"),
+        ("<mass>0.4</mass>", "<mass>0,4</mass>"),
+        ("<q>0.7</q>", "<q/>"),
+        ("<x>0.02</x>", ""),
+        ("mbsDescR7", "mbsDesc"),
+    ],
+)
+def test_what_robotran_would_drop_in_silence_is_an_error(wrong: str, right: str) -> None:
+    assert wrong in CHAIN
+    with pytest.raises(ValueError, match=r"."):
+        Evaluator(CHAIN.replace(wrong, right).encode())
+
+
+def test_lumps_are_pinocchio_s() -> None:
+    rng = np.random.default_rng(0)
+    parts, total = [], pin.Inertia.Zero()
+    for _ in range(4):
+        pose = translation(rng.uniform(-1, 1, 3))
+        pose[:3, :3] = rotation((0.6, 0.0, 0.8), rng.uniform(-3, 3))
+        tensor, mass, com = (
+            np.diag(rng.uniform(1, 1.5, 3)),
+            rng.uniform(1, 2),
+            rng.uniform(-1, 1, 3),
+        )
+        parts.append(Inertia(mass, com, tensor).seen_from(pose))
+        total += pin.SE3(pose).act(pin.Inertia(mass, com, tensor))
+    found = lump(parts)
+    assert found.mass == pytest.approx(total.mass, rel=1e-14)
+    np.testing.assert_allclose(found.com, total.lever, atol=1e-14)
+    np.testing.assert_allclose(found.tensor, total.inertia, atol=1e-13)

@@ -1,0 +1,332 @@
+"""A URDF by a reading of our own and Rodrigues' formula.
+
+It shares no code with ``urdf2mbs``.  Units are m, kg, rad, s.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from lxml import etree
+
+from oracle.multibody import Inertia, Multibody, Node, State, lump, rotation, translation
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from oracle.multibody import Array
+
+GRAVITY = (0.0, 0.0, -9.81)
+#: What has no colour.
+GREY = (128 / 255, 128 / 255, 128 / 255, 1.0)
+X, Y, Z = np.eye(3)
+FLOATING_BASE = "<the base that floats>"
+
+
+@dataclass
+class UrdfJoint:
+    """``origin`` is 4x4, child frame in the parent's at zero; ``axis`` a unit vector; ``rpy``
+    the origin's angles as written."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Array
+    axis: Array
+    rpy: tuple[float, ...]
+
+
+@dataclass
+class UrdfShape:
+    """A visual: 4x4 pose in the link frame; ``size`` as the evaluator's ``Shape`` has it; colour
+    r g b a, each 0 to 1, None where files that define a material twice leave it open."""
+
+    kind: str
+    pose: Array
+    size: tuple[float, ...] = ()
+    scale: tuple[float, ...] = (1.0, 1.0, 1.0)
+    mesh: str | None = None
+    color: tuple[float, ...] | None = None
+
+
+@dataclass
+class Urdf:
+    """A URDF file, read straight off its XML; links and joints in the order of the file."""
+
+    inertias: dict[str, Inertia | None]
+    shapes: dict[str, list[UrdfShape]]
+    joints: dict[str, UrdfJoint]
+    children: dict[str, list[UrdfJoint]] = field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, text: bytes) -> Urdf:
+        root = etree.fromstring(text)
+        inertias = {link.get("name", ""): _inertia(link) for link in root.findall("link")}
+        colors: dict[str, set[tuple[float, ...]]] = {}
+        for color in root.iterfind(".//material/color"):
+            name = color.getparent().get("name", "")
+            colors.setdefault(name, set()).add(tuple(_numbers(color, "rgba", "")))
+        shapes = {
+            link.get("name", ""): [_shape(visual, colors) for visual in link.findall("visual")]
+            for link in root.findall("link")
+        }
+        joints = {joint.get("name", ""): _joint(joint) for joint in root.findall("joint")}
+        urdf = cls(inertias, shapes, joints, {name: [] for name in inertias})
+        for joint in joints.values():
+            urdf.children[joint.parent].append(joint)
+        return urdf
+
+    @cached_property
+    def root(self) -> str:
+        below = {joint.child for joint in self.joints.values()}
+        (root,) = [name for name in self.inertias if name not in below]
+        return root
+
+    @cached_property
+    def outward(self) -> list[UrdfJoint]:
+        """All joints, parents before children."""
+        order = list(self.children[self.root])
+        for joint in order:  # grows as it goes
+            order += self.children[joint.child]
+        return order
+
+    def massless(self, link: str) -> bool:
+        inertia = self.inertias[link]
+        return inertia is None or not (inertia.mass or inertia.tensor.any())
+
+    def moving_nothing(self) -> set[str]:
+        """The moving joints behind which no link has mass or inertia."""
+        heavy = {link for link in self.inertias if not self.massless(link)}
+        for joint in reversed(self.outward):
+            if joint.child in heavy:
+                heavy.add(joint.parent)
+        return {j.name for j in self.outward if j.type != "fixed" and j.child not in heavy}
+
+    def floats(self, base: str) -> bool:
+        """Whether the method puts a floating base under it, as the issue words it."""
+        welded = [self.root]
+        for link in welded:
+            for joint in self.children[link]:
+                if joint.type == "floating":
+                    return False
+                if joint.type == "fixed":
+                    welded.append(joint.child)
+        if base != "auto":
+            return base == "floating"
+        mass = sum(found.mass for link in welded if (found := self.inertias[link]) is not None)
+        return "world" not in welded and mass > 0.0 and not self._is_arm(welded)
+
+    def _is_arm(self, welded: list[str]) -> bool:
+        """Whether one limb of four joints or more, without two wheels, is all that moves."""
+        moving = [joint for joint in self.joints.values() if joint.type != "fixed"]
+        first = [joint for joint in moving if joint.parent in welded]
+        ends = [joint for joint in moving if not self._carries(joint.child)]
+        wheels = [joint for joint in ends if joint.type == "continuous"]
+        lone = len(first) == 1 and first[0].type != "planar"
+        return lone and len(moving) >= 4 and len(wheels) < 2
+
+    def _carries(self, link: str) -> bool:
+        return any(j.type != "fixed" or self._carries(j.child) for j in self.children[link])
+
+
+def _numbers(element: etree._Element | None, key: str, default: str) -> Array:
+    text = default if element is None else element.get(key, default)
+    return np.array([float(word) for word in text.split()])
+
+
+def _origin(element: etree._Element) -> Array:
+    """4x4: ``Rz(yaw) Ry(pitch) Rx(roll)`` at xyz."""
+    origin = element.find("origin")
+    pose = translation(_numbers(origin, "xyz", "0 0 0"))
+    r, p, y = _numbers(origin, "rpy", "0 0 0")
+    pose[:3, :3] = rotation(Z, y) @ rotation(Y, p) @ rotation(X, r)
+    return pose
+
+
+def _inertia(link: etree._Element) -> Inertia | None:
+    """In link axes, about the centre of mass; None where the link states none."""
+    inertial = link.find("inertial")
+    if inertial is None:
+        return None
+    mass, tensor = inertial.find("mass"), inertial.find("inertia")
+    value = {k: _numbers(tensor, f"i{k}", "0")[0] for k in ("xx", "xy", "xz", "yy", "yz", "zz")}
+    full = np.array(
+        [
+            [value["xx"], value["xy"], value["xz"]],
+            [value["xy"], value["yy"], value["yz"]],
+            [value["xz"], value["yz"], value["zz"]],
+        ]
+    )
+    at_com = Inertia(_numbers(mass, "value", "0")[0], np.zeros(3), full)
+    return at_com.seen_from(_origin(inertial))
+
+
+def _shape(visual: etree._Element, colors: dict[str, set[tuple[float, ...]]]) -> UrdfShape:
+    shape = _geometry(visual, _origin(visual))
+    material = visual.find("material")
+    if material is None:
+        shape.color = GREY
+    elif not material.get("name") and (color := material.find("color")) is not None:
+        shape.color = tuple(_numbers(color, "rgba", ""))
+    else:
+        known = colors.get(material.get("name", ""), {GREY})
+        shape.color = next(iter(known)) if len(known) == 1 else None
+    return shape
+
+
+def _geometry(visual: etree._Element, pose: Array) -> UrdfShape:
+    (element,) = [e for e in visual.find("geometry") if isinstance(e.tag, str)]
+    if element.tag == "box":
+        return UrdfShape("box", pose, tuple(_numbers(element, "size", "")))
+    if element.tag == "sphere":
+        return UrdfShape("sphere", pose, tuple(_numbers(element, "radius", "")))
+    if element.tag == "cylinder":
+        size = *_numbers(element, "radius", ""), *_numbers(element, "length", "")
+        return UrdfShape("cylinder", pose, size)
+    scale = tuple(_numbers(element, "scale", "1 1 1"))
+    return UrdfShape("inline", pose, scale=scale, mesh=element.get("filename", ""))
+
+
+def _joint(element: etree._Element) -> UrdfJoint:
+    axis = _numbers(element.find("axis"), "xyz", "1 0 0")
+    if element.get("type") in {"fixed", "floating"}:
+        axis = X
+    axis = axis / np.abs(axis).max()  # else the square of a very long or short one is inf or 0
+    return UrdfJoint(
+        element.get("name", ""),
+        element.get("type", ""),
+        element.find("parent").get("link", ""),
+        element.find("child").get("link", ""),
+        _origin(element),
+        axis / np.linalg.norm(axis),
+        tuple(_numbers(element.find("origin"), "rpy", "0 0 0")),
+    )
+
+
+class Reference:
+    """A URDF by Rodrigues' formula.
+
+    The coordinates of a joint are called by its name; of a planar joint NAME#0 to NAME#2, of a
+    floating one (and of the floating base) NAME#0 to NAME#5, in the order T1 T2 T3 R1 R2 R3.
+    URDF defines no basis in the plane of a planar joint: ``planar`` gives its first vector, in
+    the child's frame.  Values of coordinates are arrays in the order of ``dofs``.
+    """
+
+    name = "rodrigues"
+
+    def __init__(
+        self,
+        urdf: Urdf,
+        *,
+        floating: bool,
+        frozen: Sequence[str] = (),
+        planar: Mapping[str, Array] | None = None,
+        gravity: Sequence[float] = GRAVITY,
+    ) -> None:
+        self.urdf = urdf
+        self.coordinates: dict[str, list[str]] = {}
+        self._nodes = [Node("ground", -1, np.eye(4))]
+        self.node_of: dict[str, int] = {}
+        """Every link's node."""
+        self._mover: dict[str, str | None] = {urdf.root: None}
+        here = 0
+        if floating:
+            here = self._moves(FLOATING_BASE, 0, np.eye(4), _six())
+            self._mover[urdf.root] = FLOATING_BASE
+        self._place(urdf.root, here)
+        for joint in urdf.outward:
+            motions = [] if joint.name in frozen else motions_of(joint, planar or {})
+            self._mover[joint.child] = joint.name if motions else self._mover[joint.parent]
+            self._place(
+                joint.child,
+                self._moves(joint.name, self.node_of[joint.parent], joint.origin, motions),
+            )
+        self.system = Multibody(self._nodes, gravity)
+        self.dofs = [name for names in self.coordinates.values() for name in names]
+        self._at = [self.system.index[name] for name in self.dofs]
+
+    def _moves(
+        self, joint: str, parent: int, origin: Array, motions: list[tuple[str, Array]]
+    ) -> int:
+        if not motions:
+            self._nodes.append(Node(joint, parent, origin))
+            return len(self._nodes) - 1
+        self.coordinates[joint] = names = coordinate_names(joint, motions)
+        for name, (kind, axis) in zip(names, motions, strict=True):
+            self._nodes.append(Node(name, parent, origin, kind, axis))
+            parent, origin = len(self._nodes) - 1, np.eye(4)
+        return parent
+
+    def _place(self, link: str, node: int) -> None:
+        self.node_of[link] = node
+        inertia = self.urdf.inertias[link]
+        if inertia is not None:
+            self._nodes[node].matter.append(inertia)
+
+    def _state(self, *values: Array | None) -> State:
+        vectors = np.zeros((3, len(self._nodes)))
+        for vector, value in zip(vectors, values, strict=False):
+            vector[self._at] = 0.0 if value is None else value
+        return State(self.system, *vectors)
+
+    def poses(self, q: Array | None = None) -> dict[str, Array]:
+        """Every link's frame, 4x4."""
+        frames = self._state(q).frames
+        return {link: frames[node] for link, node in self.node_of.items()}
+
+    def groups(self) -> dict[str | None, tuple[str, Inertia]]:
+        """For each moving joint (None: the ground), the matter that it moves and that is rigid,
+        as one body, in the frame of the link that is named first."""
+        zero = self.poses()
+        members: dict[str | None, list[str]] = {}
+        for link, mover in self._mover.items():
+            members.setdefault(mover, []).append(link)
+        out: dict[str | None, tuple[str, Inertia]] = {}
+        for mover, links in members.items():
+            back = np.linalg.inv(zero[links[0]])
+            parts = [
+                inertia.seen_from(back @ zero[link])
+                for link in links
+                if (inertia := self.urdf.inertias[link]) is not None
+            ]
+            out[mover] = links[0], lump(parts)
+        return out
+
+    def dynamics(self, q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array]:
+        """Mass matrix, forces that hold it against gravity, and forces of this motion."""
+        matrix, holding = self._state(q).equations()
+        _, forces = self._state(q, qd, qdd).equations()
+        return matrix[np.ix_(self._at, self._at)], holding[self._at], forces[self._at]
+
+
+def _six() -> list[tuple[str, Array]]:
+    return [("T", X), ("T", Y), ("T", Z), ("R", X), ("R", Y), ("R", Z)]
+
+
+def motions_of(joint: UrdfJoint, planar: Mapping[str, Array]) -> list[tuple[str, Array]]:
+    """What the joint lets move, one elementary motion after the other: T or R, and its axis."""
+    if joint.type in {"revolute", "continuous"}:
+        return [("R", joint.axis)]
+    if joint.type == "prismatic":
+        return [("T", joint.axis)]
+    if joint.type == "floating":
+        return _six()
+    if joint.type == "planar":
+        # at zero any vector in the plane will do
+        first = planar.get(joint.name, _across(joint.axis))
+        return [("T", first), ("T", np.cross(joint.axis, first)), ("R", joint.axis)]
+    return []
+
+
+def _across(axis: Array) -> Array:
+    """Some unit vector normal to a unit vector."""
+    other = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    return np.asarray(other / np.linalg.norm(other))
+
+
+def coordinate_names(joint: str, motions: Sequence[tuple[str, Array]]) -> list[str]:
+    return [joint] if len(motions) == 1 else [f"{joint}#{i}" for i in range(len(motions))]
