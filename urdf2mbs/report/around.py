@@ -6,23 +6,22 @@ All is read from the written .mbs; what a point is for is known by the passes.
 from __future__ import annotations
 
 from math import dist
-from typing import Any
+from typing import Any, TypeAlias
 
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.mbs.model import Connection, Mbs, Point
+from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.report.table import Cell, Row, plain, titled
 from urdf2mbs.simulation import Simulation
 from urdf2mbs.spatial import ZERO, Vec, add, rotate
 
-
-def _points(model: Mbs) -> list[tuple[str | None, Point]]:
-    """Each point with the body it is on, None being the base."""
-    return [(name, point) for name, owner in model.owners() for point in owner.points]
+End: TypeAlias = "tuple[str | None, str | None]"
+"""The names of a body, None for the base, and of one of its points, None for its origin."""
 
 
-def _coordinates(model: Mbs) -> dict[tuple[str | None, str | None], Vec]:
-    """Of each point (m), by its body and name."""
-    return {(body, point.name): point.coordinates for body, point in _points(model)}
+def _at(model: Mbs, end: End) -> Vec:
+    """Where an end is in its body's frame (m)."""
+    point = model.points().get(end)
+    return ZERO if point is None else point.coordinates
 
 
 def _purposes(simulation: Simulation) -> dict[str, tuple[str, str]]:
@@ -59,23 +58,18 @@ def marks(simulation: Simulation, model: Mbs) -> dict[str, Any]:
         for sensor in simulation.sensors
         if sensor.point.sensor is not None
     }
-    at = _coordinates(model)
     dots = []
-    for body, point in _points(model):
+    for (body, _), point in model.points().items():
         if point.sensor is not None:
             name = point.sensor.name
             dots.append((body, point.coordinates, "sensors", turned.get(name)))
         if point.extforce is not None:
             contact = purposes.get(point.extforce.name, ("", ""))[0] == "contact"
             dots.append((body, point.coordinates, "contacts" if contact else "forces", None))
-
-    def end(given: tuple[str | None, str | None]) -> tuple[str | None, Vec]:
-        return given[0], at.get(given, ZERO)
-
     return {
         "points": dots,
         "lines": [
-            (one.kind, end(one.endpoint1), end(one.endpoint2))
+            (one.kind, *((end[0], _at(model, end)) for end in (one.endpoint1, one.endpoint2)))
             for one in (*model.cuts, *model.links)
             if not one.is_draft
         ],
@@ -97,7 +91,7 @@ def tables(simulation: Simulation, model: Mbs) -> str:
 def _point_table(simulation: Simulation, model: Mbs) -> str:
     purposes = _purposes(simulation)
     rows: list[Row] = []
-    for body, point in _points(model):
+    for (body, _), point in model.points().items():
         for one, kind in ((point.sensor, "sensor"), (point.extforce, "external force")):
             if one is None:
                 continue
@@ -123,16 +117,12 @@ def _force_torque_table(simulation: Simulation) -> str:
 
 def _connection_table(model: Mbs) -> str:
     placed = place(model).bodies
-    at = _coordinates(model)
 
-    def where(end: tuple[str | None, str | None]) -> Vec:
-        here = at.get(end, ZERO)
-        if end[0] is None:
-            return here
+    def where(end: End) -> Vec:
         pose = placed[end[0]]
-        return add(pose.xyz, rotate(pose.rot, here))
+        return add(pose.xyz, rotate(pose.rot, _at(model, end)))
 
-    def words(end: tuple[str | None, str | None]) -> str:
+    def words(end: End) -> str:
         return "/".join((end[0] or "base", *([end[1]] if end[1] else [])))
 
     def row(one: Connection) -> Row:

@@ -115,13 +115,11 @@ class Store:
             "color": look.diffuse,
             "transparency": look.transparency,
         }
-        texture = fetch(look.texture) if look.texture and part.uv is not None else None
-        kind = next(
-            (kind for start, kind in IMAGES.items() if (texture or b"").startswith(start)), ""
-        )
-        if texture is not None and kind and part.uv is not None:
-            out["texture"] = self._texture(texture, kind)
-            out["uv"] = self._array(part.uv.astype(np.float32).reshape(-1, 2).view(np.uint32))
+        if look.texture and part.uv is not None:
+            texture = fetch(look.texture) or b""
+            for kind in [kind for start, kind in IMAGES.items() if texture.startswith(start)]:
+                out["texture"] = self._texture(texture, kind)
+                out["uv"] = self._array(part.uv.astype(np.float32).reshape(-1, 2).view(np.uint32))
         if part.colors is not None:
             colors = np.asarray(part.colors)
             if colors.ndim == 2:
