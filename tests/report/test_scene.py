@@ -41,7 +41,7 @@ def test_arrays_come_back_and_are_stored_once() -> None:
     assert (
         points[triangles].tolist() == read_back.points[read_back.triangles].reshape(-1, 3).tolist()
     )
-    assert colors[:3].tolist() == [0xFF0000, 0x0000FF, 0x00FF00]
+    assert colors[:3].tolist() == [0xFF0000FF, 0xFFFF0000, 0xFF00FF00]
 
 
 def test_a_file_is_read_once() -> None:

@@ -48,7 +48,6 @@ class Store:
         self.in_part: dict[str, str] = {}
         """The .wrl files that are drawn in part, and what is left out."""
         self._arrays: dict[bytes, int] = {}
-        self._index: list[tuple[int, int, int]] = []
         self._known: dict[tuple[str, str], int | None] = {}
         self._offset = 0
         self._left = MOST
@@ -126,10 +125,9 @@ class Store:
                 colors = np.repeat(colors[:, None, :], 3, axis=1)
             if colors.shape[-1] == 4 and look.transparency is None:
                 out["transparency"] = 1.0 - float(colors[..., 3].mean()) / 255
-            packed = colors[..., :3].reshape(-1, 3).astype(np.uint32) @ np.array(
-                [1 << 16, 1 << 8, 1], dtype=np.uint32
-            )
-            out["colors"] = self._array(packed.astype(np.uint32))
+            rgba = np.full((len(corners), 4), 255, np.uint8)
+            rgba[:, :3] = colors[..., :3].reshape(-1, 3)
+            out["colors"] = self._array(rgba.view("<u4"))
         return out
 
     def _array(self, values: NDArray[np.uint32]) -> tuple[int, int]:

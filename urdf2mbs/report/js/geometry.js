@@ -57,12 +57,7 @@ function meshGeometry(part) {
   put("position", position, 3);
   put("normal", smoothNormals(position, index), 3);
   if (part.uv) put("uv", new Float32Array(words, ...part.uv), 2);
-  if (part.colors) {
-    const rgb = new Uint8Array(3 * index.length);
-    new Uint32Array(words, ...part.colors).forEach(
-      (word, i) => rgb.set([word >> 16 & 255, word >> 8 & 255, word & 255], 3 * i));
-    put("color", rgb, 3, true);
-  }
+  if (part.colors) put("color", new Uint8Array(words, part.colors[0], 4 * part.colors[1]), 4, true);
   return geometry;
 }
 
