@@ -111,22 +111,6 @@ def test_an_error_in_json(robot: Path, capsys: Any) -> None:
     assert not (robot / "tiny.mbs").exists()
 
 
-@pytest.mark.parametrize(
-    ("more", "said"),
-    [
-        ("", "defines the macro(s) 'arm' and calls none\n  convert the file that calls it"),
-        ("<xacro:arm/>", "error[no-links]: the robot has no links\n"),
-    ],
-)
-def test_a_file_of_macros_alone_says_so(more: str, said: str, robot: Path, capsys: Any) -> None:
-    (robot / "arm.xacro").write_text(
-        '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
-        f'<xacro:macro name="arm"/>{more}</robot>'
-    )
-    assert main(["convert", "arm.xacro"]) == 1
-    assert said in capsys.readouterr().err
-
-
 def test_stop_after_writes_nothing(robot: Path, capsys: Any) -> None:
     assert main(["run", "tiny.yaml", "--stop-after", "layout"]) == 0
     assert "stopped after 'layout': nothing is written" in capsys.readouterr().out
@@ -150,59 +134,6 @@ def test_convert(robot: Path, capsys: Any) -> None:
     assert main(["convert", "tiny.urdf", "-o", "out/x.mbs", "--base", "fixed"]) == 0
     assert "fixed base" in capsys.readouterr().out
     assert (robot / "out" / "x.mbs").is_file()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--set", "check=1"], "--set check=1: it reads --set PASS.OPTION=VALUE"),
-        (["--set", "check.tolerance"], "it reads --set PASS.OPTION=VALUE"),
-        (["--set", "chek.tolerance=1"], "did you mean 'check'?"),
-        (
-            ["--set", "check.tolerance=x"],
-            "'passes.check.tolerance': a number is wanted, and this is 'x'",
-        ),
-        (["--arg", "a=1"], "it reads --arg NAME:=VALUE"),
-        (["--package", "a"], "it reads --package NAME=DIR"),
-        (["--package", "a=nowhere"], "error[package-missing]"),
-        (["--after", "emit"], "it reads --after PASS=NEW"),
-        (["--after", "emit=nosuch"], "there is no pass 'nosuch'"),
-        (["--plugin", "nosuch.py"], "plugin file 'nosuch.py' does not exist"),
-        (["--pipeline", "nosuch"], "there is no preset 'nosuch'"),
-        (["-o", "tiny.urdf"], "the output would overwrite the robot"),
-        (["-o", ""], "the name of the file is empty"),
-    ],
-)
-def test_a_wrong_command_line(words: list[str], said: str, robot: Path, capsys: Any) -> None:
-    assert main(["convert", "tiny.urdf", *words]) == 2
-    err = capsys.readouterr().err
-    assert said in err
-    assert err.count("error[") == 1
-    assert (robot / "tiny.urdf").read_text() == TINY
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["run", ""], ["report", ""], ["explain", ""], ["diagram", ""], ["verify", "tiny.urdf", ""],
-        ["equations", "tiny.mbs", "-o", ""], ["convert", "tiny.urdf", "--dump", ""],
-        ["new-pass", "swing", "-o", ""], ["report", "tiny.urdf", "-o", ""],
-    ],
-)  # fmt: skip
-def test_an_empty_name(words: list[str], robot: Path, capsys: Any) -> None:
-    before = sorted(robot.iterdir())
-    with pytest.raises(SystemExit) as caught:
-        main(words)
-    assert caught.value.code == 2
-    assert "the name is empty" in capsys.readouterr().err
-    assert sorted(robot.iterdir()) == before
-
-
-@pytest.mark.parametrize("words", [[], ["nosuch"], ["run"], ["convert", "x", "--base", "y"]])
-def test_words_that_are_no_command(words: list[str], capsys: Any) -> None:
-    with pytest.raises(SystemExit) as caught:
-        main(words)
-    assert caught.value.code == 2
 
 
 def test_explain_runs_nothing(robot: Path, capsys: Any) -> None:
@@ -287,28 +218,6 @@ def test_new_pass_never_overwrites(there: str, robot: Path, capsys: Any) -> None
     assert (robot / there).read_text() == "mine"
 
 
-@pytest.mark.parametrize(
-    ("name", "hint"),
-    [
-        ("CountLinks", "new-pass count-links"),
-        ("count_links", "new-pass count-links"),
-        ("../evil", "new-pass evil"),
-        ("1st", "new-pass st"),
-        ("", "new-pass my-pass"),
-        ("---a", "new-pass a"),
-        ("emit", "choose another"),
-        ("random", "new-pass random-links"),
-        ("urdf2mbs", "new-pass urdf2mbs-links"),
-    ],
-)
-def test_names_that_will_not_do(name: str, hint: str, robot: Path, capsys: Any) -> None:
-    assert main(["new-pass", "--", name]) == 2
-    err = capsys.readouterr().err
-    assert "error[pass-name]" in err
-    assert hint in err
-    assert not list(robot.glob("*.py"))
-
-
 #: Prints what a program has imported, after it.
 MODULES = "import sys, contextlib\nwith contextlib.suppress(SystemExit):\n  {}\nprint(*sys.modules)"
 
@@ -356,23 +265,6 @@ def test_the_package_imports_what_is_asked_for() -> None:
         assert name in dir(urdf2mbs)
     with pytest.raises(AttributeError, match="'urdf2mbs' has no attribute 'nosuch'"):
         urdf2mbs.nosuch  # noqa: B018
-
-
-@pytest.mark.parametrize(
-    ("words", "hint"),
-    [
-        (["covert", "tiny.urdf"], "did you mean 'convert'?"),
-        (["convert", "tiny.urdf", "--outptu=a.mbs"], "did you mean '--output'?"),
-        (["convert", "tiny.urdf", "--base", "floatig"], "did you mean 'floating'?"),
-    ],
-)
-def test_a_slip_in_a_command_or_option_gets_the_nearest_name(
-    words: list[str], hint: str, robot: Path, capsys: Any
-) -> None:
-    with pytest.raises(SystemExit) as ended:
-        main(words)
-    assert ended.value.code == 2
-    assert hint in capsys.readouterr().err
 
 
 class Ear:
@@ -434,14 +326,6 @@ def test_convert_into_a_folder_makes_a_project(robot: Path, there: bool) -> None
     assert (robot / "arm" / "userfctR").is_dir()
 
 
-def test_a_file_in_the_place_of_a_folder_of_the_project(robot: Path, capsys: Any) -> None:
-    (robot / "arm").mkdir()
-    (robot / "arm" / "workR").touch()
-    assert main(["convert", "tiny.urdf", "-o", "arm/"]) == 2
-    assert "error[output-unwritable]: cannot write" in capsys.readouterr().err
-    assert not (robot / "arm" / "dataR" / "arm.mbs").exists()
-
-
 def test_versions_in_file_names_stay(robot: Path) -> None:
     for name in ("panda_v1.0.urdf", "panda_v1.1.URDF", "a.b.urdf.xacro", ".urdf"):
         (robot / name).write_text(TINY)
@@ -466,31 +350,6 @@ def test_names_that_the_pipe_has_no_letters_for(
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert rb"\u673a\u5668\u4eba" in done.stdout
-
-
-@pytest.mark.parametrize(
-    ("command", "said"),
-    [
-        (["convert", "d"], "is a folder: say where its robots go"),
-        (["verify", "d", "tiny.mbs"], "file-is-directory"),
-        (["verify", "tiny.urdf", "d"], "model-unreadable"),
-        (["diagram", "d"], "model-unreadable"),
-        (["diagram", "tiny.mbs", "-o", "d"], "output-unwritable"),
-        (["run", "d"], "config-unreadable"),
-        (["explain", "d"], "config-unreadable"),
-        (["report", "d"], "config-unreadable"),
-        (["convert", "tiny.urdf", "--dump", "tiny.mbs"], "cannot write"),
-    ],
-)
-def test_a_folder_in_the_place_of_a_file(
-    command: list[str], said: str, robot: Path, capsys: Any
-) -> None:
-    assert main(["convert", "tiny.urdf"]) == 0
-    for name in ("d", "d.mbs", "tiny.urdf.mbs"):
-        (robot / name).mkdir()
-    capsys.readouterr()
-    assert main(command) in (1, 2)
-    assert said in capsys.readouterr().err
 
 
 def test_verify_needs_no_output(robot: Path, capsys: Any) -> None:

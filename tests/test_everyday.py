@@ -186,28 +186,6 @@ def test_explain_takes_a_robot_too(here: Path, capsys: Any) -> None:
     assert "lump-fixed: " in capsys.readouterr().out
 
 
-def test_explain_wants_the_robot_that_it_takes(here: Path, capsys: Any) -> None:
-    (here / "empty.urdf").write_text(" ")
-    (here / "folder.urdf").mkdir()
-    for name, code, exit_code in (
-        ("tyny.urdf", "file-not-found", 1),
-        ("empty.urdf", "file-empty", 1),
-        ("folder.urdf", "config-unreadable", 2),
-        ("none.yaml", "config-unreadable", 2),
-    ):
-        assert main(["explain", name]) == exit_code
-        said = capsys.readouterr()
-        assert f"error[{code}]" in said.err
-        assert not said.out
-
-
-@pytest.mark.parametrize("command", ["run", "explain"])
-def test_a_robot_in_place_of_a_config(command: str, here: Path, capsys: Any) -> None:
-    (here / "tiny.yaml").write_text(TINY)
-    assert main([command, "tiny.yaml"]) == 2
-    assert "urdf2mbs init tiny.yaml" in capsys.readouterr().err
-
-
 def test_doctor(capsys: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     assert main(["doctor", "--json"]) == 0

@@ -67,20 +67,6 @@ def test_before_and_after_and_without(tmp_path: Path) -> None:
     assert names(pipeline=short, without=["check", "layout"]) == ["expand", "insert-base"]
 
 
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
-        ({"without": ["chekc"]}, "there is no pass 'chekc'"),
-        ({"without": ["lump-fixed"]}, "'lump-fixed' is not in this pipeline"),
-        ({"before": {"nosuch": "check"}}, "there is no pass 'nosuch'"),
-    ],
-)
-def test_what_cannot_be_placed(settings: Any, said: str) -> None:
-    with pytest.raises(ConfigError) as wrong:
-        names(**settings)
-    assert said in wrong.value.message
-
-
 PRESET = """
 from urdf2mbs.plugin import hookimpl
 

@@ -86,22 +86,6 @@ def test_the_error_that_ends_a_run_comes_after_what_was_found_before(folder: Pat
         assert caught.value.code == "link-unknown"
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--level", "unknown-elemnt=note"], "did you mean 'unknown-element'?"),
-        (["--level", "two-parents=warning"], "no 'two-parents' among the codes"),
-        (["--level", "limit=loud"], "it is one of: error, ignore, note, warning"),
-        (["--level", "limit"], "it reads --level CODE=LEVEL"),
-    ],
-)
-def test_wrong_levels(words: list[str], said: str, folder: Path, capsys: Any) -> None:
-    assert main(["convert", "tiny.urdf", "--no-plugins", *words]) == 2
-    assert said in capsys.readouterr().err
-    with pytest.raises(ConfigError):
-        convert("tiny.urdf", diagnostics={"limit": "loud"})
-
-
 PLUGIN = """
 from urdf2mbs.plugin import hookimpl
 

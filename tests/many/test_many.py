@@ -163,29 +163,6 @@ def test_the_worst_exit_code(tmp_path: Path, capsys: Any) -> None:
     assert [one["code"] for one in said["robots"]] == [2, 1, 0]
 
 
-@pytest.mark.parametrize(
-    ("words", "code"),
-    [
-        ("run sweep.yaml --workers 0", "usage"),
-        ("run sweep.yaml --stop-after expand", "usage"),
-        ("run sweep.yaml --dump d", "usage"),
-        ("convert biped.urdf.xacro --workers 2", "usage"),
-        ("convert .", "usage"),
-        ("convert . -o sweep.yaml", "usage"),
-        ("convert empty -o out", "folder-empty"),
-        ("report sweep.yaml", "sweep-many"),
-        ("run one.yaml other.yaml", "output-doubled"),
-    ],
-)
-def test_wrong_words(sweep: Path, words: str, code: str, capsys: Any) -> None:
-    Path("empty").mkdir()
-    for name in ("one", "other"):
-        Path(f"{name}.yaml").write_text("source: biped.urdf.xacro\noutput: same.mbs\n")
-    assert main(words.split()) == 2
-    assert f"error[{code}]" in capsys.readouterr().err
-    assert not Path("same.mbs").exists()
-
-
 def test_explain_shows_the_first(sweep: Path, capsys: Any) -> None:
     assert main(["explain", str(sweep)]) == 0
     assert "6 robots; this is the first: height=0.7" in capsys.readouterr().out

@@ -128,17 +128,3 @@ def test_two_plugins_with_one_pass(tmp_path: Path, capsys: Any) -> None:
     assert main(["explain", str(tmp_path / "c.yaml")]) == 0
     out = capsys.readouterr().out
     assert f"from     other ({tmp_path}/other.py), by 'swap'" in out
-
-
-@pytest.mark.parametrize(
-    ("swap", "code", "hint"),
-    [
-        ({"layout": "urdf3mbs"}, "unknown-plugin", "did you mean 'urdf2mbs'?"),
-        ({"layuot": "x"}, "unknown-pass", "did you mean 'layout'?"),
-        ({"xyzzy": "x"}, "unknown-pass", "'urdf2mbs passes' lists all"),
-    ],
-)
-def test_a_swap_that_cannot_be(swap: dict[str, str], code: str, hint: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        convert_text(swap=swap)
-    assert (caught.value.code, caught.value.hint) == (code, hint)

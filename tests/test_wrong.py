@@ -1,0 +1,212 @@
+"""Wrong command lines and configs: exit code, the code of the error, and nothing is written."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from urdf2mbs.cli import main
+from urdf2mbs.engine.config import load
+from urdf2mbs.engine.pipeline import Pipeline
+from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.testing import TINY
+
+LONG = "z" * 5000
+SWEEP = "source: tiny.urdf\noutput: '{a}.mbs'\nsweep: {xacro_args: {a: [1, 2]}}\n"
+MACROS = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:macro name="a"/>'
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a robot, its .mbs, configs and folders, which is where we are."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    assert main(["convert", "tiny.urdf", "-q"]) == 0
+    files = {
+        "tiny.yaml": "source: tiny.urdf\n", "short.yaml": "source: tiny.urdf\npipeline: [expand]\n",
+        "robot.yaml": TINY, "sweep.yaml": SWEEP, "blank.urdf": " ", "no.urdf": "<robot/>",
+        "macros.xacro": f"{MACROS}</robot>", "calls.xacro": f"{MACROS}<xacro:a/></robot>",
+    }  # fmt: skip
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    for name in ("d", "d.mbs", "p", "p/workR"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "p" / "dataR").touch()
+    return tmp_path
+
+
+#: A command line, its exit code, and its error: a code, and perhaps what the message must have.
+COMMANDS = [
+    ("convert tiny.urdf -o ''", 2, "usage"),
+    ("convert ''", 2, "usage"),
+    ("convert tiny.urdf -o a.mbs --language c", 2, "usage.*project"),
+    ("convert tiny.urdf -o tiny.urdf", 2, "output-is-source"),
+    ("convert tiny.urdf -o p/", 2, "output-unwritable"),
+    (f"convert tiny.urdf -o {LONG}", 2, "path-invalid"),
+    (f"convert {LONG}", 2, "path-invalid"),
+    ("convert tiny.urdf --set check=1", 2, "usage.*--set PASS.OPTION=VALUE"),
+    ("convert tiny.urdf --set check.tolerance", 2, "usage.*--set PASS.OPTION=VALUE"),
+    ("convert tiny.urdf --set chek.tolerance=1", 2, "unknown-pass.*'check'"),
+    ("convert tiny.urdf --set check.tolerance=x", 2, "config-type.*'passes.check.tolerance'"),
+    ("convert tiny.urdf --arg a=1", 2, "usage.*--arg NAME:=VALUE"),
+    ("convert tiny.urdf --package a", 2, "usage.*--package NAME=DIR"),
+    ("convert tiny.urdf --package a=nowhere", 2, "package-missing"),
+    ("convert tiny.urdf --after emit", 2, "usage.*--after PASS=NEW"),
+    ("convert tiny.urdf --after emit=nosuch", 2, "unknown-pass"),
+    ("convert tiny.urdf --plugin nosuch.py", 2, "plugin-missing"),
+    ("convert tiny.urdf --pipeline nosuch", 2, "unknown-preset"),
+    ("convert tiny.urdf --level x", 2, "usage.*--level CODE=LEVEL"),
+    ("convert tiny.urdf --level limit=loud", 2, "config-type.*error, ignore, note, warning"),
+    ("convert tiny.urdf --level unknown-elemnt=note", 2, "unknown-code.*'unknown-element'"),
+    ("convert tiny.urdf --level two-parents=note", 2, "unknown-code"),
+    ("convert tiny.urdf --dump tiny.mbs", 2, "output-unwritable"),
+    ("convert tiny.urdf -o - --json", 2, "usage"),
+    ("convert no.urdf", 1, "no-links"),
+    ("convert macros.xacro", 1, "no-links.*'a' and calls none"),
+    ("convert calls.xacro", 1, "no-links: the robot has no links\n"),
+    ("convert /dev/zero", 1, "file-unreadable"),
+    ("convert d", 2, "usage.*folder"),
+    ("convert d -o tiny.yaml", 2, "usage"),
+    ("convert d -o out", 2, "folder-empty"),
+    ("convert tiny.urdf --workers 2", 2, "usage.*many"),
+    ("run sweep.yaml --workers 0", 2, "usage"),
+    ("run sweep.yaml --stop-after expand", 2, "usage.*one robot"),
+    ("run sweep.yaml --dump e", 2, "usage.*one robot"),
+    ("run sweep.yaml --only a=7", 2, "usage.*no robot"),
+    ("report sweep.yaml", 2, "sweep-many"),
+    ("run tiny.yaml --stop-after lay", 2, "unknown-pass"),
+    ("run tiny.yaml --set check.tolerances=1", 2, "unknown-key.*'tolerance'"),
+    ("run d", 2, "config-unreadable"),
+    (f"run {LONG}", 2, "config-unreadable"),
+    ("run robot.yaml", 2, "config-yaml.*urdf2mbs init robot.yaml"),
+    ("explain robot.yaml", 2, "config-yaml.*urdf2mbs init robot.yaml"),
+    ("explain d", 2, "config-unreadable"),
+    ("explain none.yaml", 2, "config-unreadable"),
+    ("explain none.urdf", 1, "file-not-found"),
+    ("explain blank.urdf", 1, "file-empty"),
+    ("report short.yaml", 2, "no-mbs"),
+    ("report d", 2, "config-unreadable"),
+    ("report tiny.yaml --base fixed", 2, "usage.*--base"),
+    ("verify d tiny.mbs", 1, "file-is-directory"),
+    ("verify tiny.urdf d", 2, "model-unreadable|project-unknown"),
+    (f"verify tiny.urdf {LONG}", 2, "model-unreadable"),
+    ("verify tiny.urdf none.mbs", 2, "model-unreadable"),
+    ("diagram d", 2, "model-unreadable"),
+    ("diagram none.mbs", 2, "model-unreadable"),
+    ("diagram tiny.mbs -o d", 2, "output-unwritable"),
+    ("diagram tiny.mbs -o - --json", 2, "usage"),
+    ("equations none.mbs", 2, "model-unreadable"),
+    (f"equations {LONG}", 2, "model-unreadable"),
+    ("init -", 2, "usage"),
+    ("new-pass a-b -o tiny.urdf", 2, "output-unwritable"),
+    ("new-pass -- CountLinks", 2, "pass-name.*new-pass count-links"),
+    ("new-pass -- ../evil", 2, "pass-name.*new-pass evil"),
+    ("new-pass -- 1st", 2, "pass-name.*new-pass st"),
+    ("new-pass -- ''", 2, "pass-name.*new-pass my-pass"),
+    ("new-pass -- emit", 2, "pass-name.*choose another"),
+    ("new-pass -- random", 2, "pass-name.*new-pass random-links"),
+    ("new-pass -- urdf2mbs", 2, "pass-name.*new-pass urdf2mbs-links"),
+]
+
+
+@pytest.mark.parametrize(("line", "exit_code", "said"), COMMANDS, ids=lambda v: str(v)[:50])
+def test_a_wrong_command_line(
+    line: str, exit_code: int, said: str, here: Path, capsys: Any
+) -> None:
+    before = sorted(here.rglob("*"))
+    assert main(shlex.split(line)) == exit_code
+    err = capsys.readouterr().err
+    assert err.count("error[") == 1
+    code, _, words = said.partition(".*")
+    assert re.search(rf"error\[(?:{code.partition(':')[0]})\](?s:.*){re.escape(words)}", err), err
+    assert sorted(here.rglob("*")) == before
+    assert (here / "tiny.urdf").read_text() == TINY
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("", "required: COMMAND"),
+        ("nosuch", "there is no command"),
+        ("run", "required: CONFIG.yaml"),
+        ("covert tiny.urdf", "did you mean 'convert'?"),
+        ("convert tiny.urdf --outptu=a.mbs", "did you mean '--output'?"),
+        ("convert tiny.urdf --base floatig", "did you mean 'floating'?"),
+        ("convert tiny.urdf --dump ''", "the name is empty"),
+        ("run ''", "the name is empty"),
+        ("verify tiny.urdf ''", "the name is empty"),
+        ("new-pass swing -o ''", "the name is empty"),
+    ],
+)
+def test_words_that_argparse_refuses(line: str, said: str, here: Path, capsys: Any) -> None:
+    before = sorted(here.iterdir())
+    with pytest.raises(SystemExit) as caught:
+        main(shlex.split(line))
+    assert caught.value.code == 2
+    assert said in capsys.readouterr().err
+    assert sorted(here.iterdir()) == before
+
+
+#: What follows ``source: tiny.urdf`` in a config, the code of an error, and its line.
+CONFIGS = [
+    ("output: tiny.urdf", "output-is-source", 2),
+    ("output: link.urdf", "output-is-source", 2),
+    ("output: .", "output-is-folder", 2),
+    (f"output: {LONG}", "path-invalid", None),
+    ('output: "a\\0b"', "path-invalid", None),
+    ("pipeline: faithfull", "unknown-preset", 2),
+    ("diagnostics: {mesh-mising: ignore}", "unknown-code", 2),
+    ("without: [chekc]", "unknown-pass", 2),
+    ("without: [lump-fixed]", "unknown-pass", 2),
+    ("before: {nosuch: check}", "unknown-pass", 2),
+    ("swap: {layuot: x}", "unknown-pass", 2),
+    ("swap: {layout: urdf3mbs}", "unknown-plugin", 2),
+    ("passes: {mimic: {joints: {nobody: driven}}}", "mimic-joints", None),
+    ("passes: {posture: {hold: {joints: [nobody], stiffness: 1, damping: 1}}}", "posture-hold",
+     None),
+    ("passes: {loops: {cuts: {c: {ends: [{link: hand}, {link: body}]}}, dependent: [wrist_roll]}}",
+     "loops-dependent", None),
+    ("passes: {loops: {cuts: {hand: {ends: [{link: hand}, {link: body}]}}}}", "loops-name", None),
+    ("passes: {forces: {wrenches: {w: {link: nobody}}}}", "forces-link", None),
+    ("passes: {forces: {wrenches: {1w: {link: hand}}}}", "forces-name", None),
+    ("passes: {forces: {wrenches: {w: {link: hand, force: [.nan, 0, 0]}}}}", "value-range", 2),
+    ("passes: {forces: {springs: {s: {ends: [{link: hand}, {link: hand}], stiffness: 1}}}}",
+     "forces-spring", None),
+    ("sweep: {xacro_arg: {a: [1]}}", "unknown-key", 2),
+    ("sweep: {xacro_args: {a: {form: 1, to: 2}}}", "unknown-key", 2),
+    ("passes: {certificate: {tol: 1}}", "unknown-key", 2),
+    ("passes: {contacts: {zz: 1}, equations: {langage: c}}", "unknown-key", 2),
+    ("passes: {posture: {hold: {jonts: [a]}}}", "unknown-key", 2),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("more", "code", "line"), CONFIGS, ids=lambda v: str(v)[:40])
+def test_a_wrong_config(more: str, code: str, line: int | None, tmp_path: Path) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "link.urdf").symlink_to("tiny.urdf")
+    (tmp_path / "c.yaml").write_text(f"source: tiny.urdf\n{more}\n")
+    with pytest.raises(ConversionError) as caught:
+        Pipeline(*load(tmp_path / "c.yaml"), installed_plugins=False).run()
+    found = {one.code: one for one in (*caught.value.said, caught.value)}
+    assert code in found
+    assert line is None or found[code].line == line
+    assert code != "unknown-key" or found[code].hint
+
+
+def test_all_faults_of_a_config_are_told_at_once(tmp_path: Path) -> None:
+    (tmp_path / "c.yaml").write_text(
+        "source: tiny.urdf\noutput: {proyect: x}\npipelin: compact\nbase: floatin\n"
+        "pipeline: compct\nequations: {}\npackages: {arm: nowhere}\n"
+        "diagnostics: {mesh-mising: ignore}\n"
+    )
+    with pytest.raises(ConversionError) as caught:
+        Pipeline(*load(tmp_path / "c.yaml"), installed_plugins=False)
+    faults = [*caught.value.said, caught.value]
+    assert [(fault.line, (fault.hint or "").partition("did you mean ")[2]) for fault in faults] == [
+        (2, "'project'?"), (3, "'pipeline'?"), (4, "'floating'?"), (5, "'compact'?"),
+        (6, "'passes: {equations: {}}'?"), (7, ""), (8, "'mesh-missing'?"),
+    ]  # fmt: skip
