@@ -18,9 +18,9 @@ from urdf2mbs import convert
 from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConversionError
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.project import FOLDER
-from urdf2mbs.testing import TINY
+from urdf2mbs.testing import TINY, convert_text
 
 #: All twelve user functions of MBsysPy, and what is called in each file.
 FUNCTIONS = {
@@ -352,3 +352,10 @@ def test_points_have_names_in_c(tmp_path: Path) -> None:
     for number, (body, point) in enumerate(points, start=1):
         assert numbers[f"{body}_{point.name}"] == str(number)
         assert tuple(data.dpt[k, number] for k in (1, 2, 3)) == point.coordinates
+
+
+def test_a_project_without_the_states_of_friction_is_refused(tmp_path: Path) -> None:
+    passes = {"contacts": {"points": {"hand": [[0.0, 0.0, 0.0]]}}}
+    with pytest.raises(ConfigError) as caught:
+        convert_text(TINY, output={"project": tmp_path / "p"}, passes=passes, without=["time-step"])
+    assert caught.value.code == "project-states"

@@ -170,16 +170,6 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "tree": (TREE, {"pipeline": "faithful"}),
     "fast": (RICH, {"pipeline": "compact", "base": "floating", "passes": FAST, "project": "p"}),
-    "fast-rough": (
-        RICH,
-        {
-            "pipeline": "compact", "base": "floating", "project": "p",
-            "passes": {
-                **FAST, "joint-parameters": {"bristles": False, "friction_speed": 1e-6},
-                "contacts": {**FAST["contacts"], "bristles": False, "slip_speed": 1e-7},
-            },
-        },
-    ),
     "weightless": (
         RICH,
         {
@@ -187,7 +177,6 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
             "passes": {
                 "contacts": {"links": ["of_ankle"]},
                 "posture": {"hold": {}},
-                "joint-parameters": {"bristles": False, "friction_speed": 0.5},
                 "forces": {
                     "wrenches": {"pull": {"link": "of_arm", "force": [1, 0, 0]}},
                     "springs": {"coil": {"ends": [{"link": "of_arm"}, {"link": "trunk"}],
@@ -206,9 +195,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
                 "estimate-inertia": {"density": 500, "repair": True},
                 "snap": {"angle": 0.001},
                 "posture": {"joints": {"far": 90}, "hold": {"frequency": 60}},
-                "joint-parameters": {"bristles": False},
-                "contacts": {"links": ["of_far", "of_lid"], "points": {"of_far": [[0, 0, -0.4]]},
-                             "bristles": False},
+                "contacts": {"links": ["of_far", "of_lid"], "points": {"of_far": [[0, 0, -0.4]]}},
                 "rotors": {"armature": {"flat": 0.2}},
             },
         },
@@ -313,10 +300,10 @@ def told(name: str, folder: Path) -> str:
     for name, content in settings.pop("files", {}).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(content)
-    if "project" in settings:
-        settings = {**settings, "project": folder / "p"}
-    if "output" in settings:
-        settings = {**settings, "output": folder / settings["output"]}
+    if settings.pop("project", None):
+        settings["output"] = {"project": folder / "p"}
+    elif "output" in settings:
+        settings["output"] = folder / settings["output"]
     result = convert(source, **settings)
     return "\n".join(lines(result)).replace(str(folder), "DIR") + "\n"
 

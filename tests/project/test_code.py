@@ -46,10 +46,10 @@ PLANTED = {
     "a wrench's parts": (ROBOT, '("Fx", "Fy", "Fz",', '("Fx", "Fz", "Fy",', "force 'wind'"),
     "a ground above": (ROBOT, 'law["ground"] - sum', '-law["ground"] + sum', "contact"),
     "a ground that pulls": (ROBOT, "depth > 0.0 and normal > 0.0", "True", "contact"),
-    "no friction": (ROBOT, 'law["friction"] * length', "0.0 * length", "contact"),
+    "no friction": (ROBOT, 'law["friction"] * law', "0.0 * law", "contact"),
     "friction forwards": (ROBOT, "UP[i] - pull[0]", "UP[i] + pull[0]", "contact"),
     "a bristle in the air": (
-        ROBOT, 'length if touches else 0.0  #', "length  #", "bristle of 'of_ankle"),
+        ROBOT, '(0.0, 0.0), 0.0  #', "(0.0, 0.0), 1.0  #", "bristle of 'of_ankle"),
     "up": (ROBOT, "UP = (", "UP = (0.1 + ", "contact"),
     "the radius of a wheel": (ROBOT, "[-radius * part", "[-2 * radius * part", "of_roller"),
     "the axis of a wheel": (ROBOT, "UP[i] - along * axis[i]", "UP[i]", "of_roller_contact_1"),

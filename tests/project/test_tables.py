@@ -25,7 +25,7 @@ from urdf2mbs.simulation import CONTACT_STATES, JOINT_STATES, Contact, Coupling,
 FLOATING = [f"base_{kind}" for kind in ("T1", "T2", "T3", "R1", "R2", "R3")]
 
 
-def robot(bristles: bool = True) -> tuple[Mbs, Simulation]:
+def robot() -> tuple[Mbs, Simulation]:
     """Two joints, of which the second rubs, and two feet; a point is called as a joint."""
     feet = [Point(f"foot{k}", extforce=Sensor(f"touch{k}")) for k in (1, 2)]
     mbs = Mbs(
@@ -36,13 +36,12 @@ def robot(bristles: bool = True) -> tuple[Mbs, Simulation]:
         ],
         links=[Connection("link3D", "bushing", ("a", None), (None, None)),
                Connection("link", "rope", ("a", None), (None, None))],
-        user_models=[UserModel.of("friction", {"lift": 1.0, "a_swing": 2.0})],
-    )  # fmt: skip
-    if bristles:
-        mbs.user_models += [
+        user_models=[
+            UserModel.of("friction", {"lift": 1.0, "a_swing": 2.0}),
             UserModel(JOINT_STATES, [Parameter("a_swing", "state", ("0.0",))]),
             UserModel(CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 4)]),
-        ]
+        ],
+    )  # fmt: skip
     simulation = Simulation(
         couplings=[Coupling(mbs.bodies[1].joints[0], mbs.bodies[0].joints[0], 2.0, -0.0)],
         contacts=[Contact("a", foot) for foot in feet],
@@ -50,18 +49,16 @@ def robot(bristles: bool = True) -> tuple[Mbs, Simulation]:
     return mbs, simulation
 
 
-@pytest.mark.parametrize("bristles", [True, False])
-def test_states_of_friction_are_named_by_their_places(bristles: bool) -> None:
-    """In C 0 is none: a bristle that is off would write beside the states."""
-    text = c.generated(*robot(bristles))["r_tables.h"].decode()
-    numbers = ("0", "1", "2", "4") if bristles else ("0", "0", "0", "0")
+def test_states_of_friction_are_named_by_their_places() -> None:
+    """In C 0 is none: a joint without a state has no friction."""
+    text = c.generated(*robot())["r_tables.h"].decode()
     rows = re.findall(r"\{(\w+)_id, AT\(friction.*, (\d)\},\n", text)
     rows += re.findall(r"\{(touch\d)_id, (\d), 0.0, \{0.0, 0.0, 0.0\}\},\n", text)
-    assert rows == list(zip(("lift", "a_swing", "touch1", "touch2"), numbers, strict=True))
+    assert rows == [("a_swing", "1"), ("touch1", "2"), ("touch2", "4")]
     assert "{still_id, lift_id, 2.0, 0.0},\n" in text  # not -0.0
-    module = python.robot_module(*robot(bristles)).decode()
-    assert f"CONTACT_STATE = {2 if bristles else 0}\n" in module
-    assert ('"a_swing": 1,' in module) == bristles
+    module = python.robot_module(*robot()).decode()
+    assert "CONTACT_STATE = 2\n" in module
+    assert '"a_swing": 1,' in module
 
 
 def test_each_thing_has_one_number_in_c() -> None:

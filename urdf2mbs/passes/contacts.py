@@ -7,8 +7,7 @@ link that rolls, the centre becomes the anchor point, and the force acts at the 
 sphere or cylinder.  The generated ``user_ExtForces`` has the contact law: the ground pushes with
 ``stiffness depth (1 + rate / speed)``, never pulls, and rubs by a bristle, as in the pass
 ``joint-parameters``: with ``(z + bristle_time slip) / bristle`` times the push, at most
-``friction`` times.  Without bristles it rubs with ``friction tanh(slip / slip_speed)`` times the
-push.
+``friction`` times.
 
 Stiffness and damping follow from the mass m that each contact point carries: the robot's mass
 over the number of points.  The robot stands at the depth ``d = sink * leg``, so that ``stiffness =
@@ -80,10 +79,6 @@ class Contacts(Pass):
     friction: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
     """Coefficient of friction, a ratio; none: the smallest that the URDF states of the links, as
     ``mu1`` of ``<gazebo>`` or ``<contact><lateral_friction>`` (at most 100), else 0.8."""
-    bristles: bool = True
-    """Friction in a project has a state, and lets a foot rest; else it is a law of the speed."""
-    slip_speed: Speed = 0.05
-    """Without bristles: friction is nearly full above this speed of slip (m/s)."""
 
     def run(self, conversion: Conversion) -> None:
         if not self.links and not self.roll and not self.points:
@@ -215,13 +210,9 @@ def _add_law(conversion: Conversion, options: Contacts) -> None:
     friction = stated.get("mu1", 0.8) if options.friction is None else options.friction
     law = {
         "ground": options.ground, "stiffness": stiffness, "speed": speed,
-        "friction": friction,
+        "friction": friction, "bristle": rounded(depth) or 0.001,
     }  # fmt: skip
-    if options.bristles and conversion.settings.project is not None:
-        law["bristle"] = rounded(depth) or 0.001
-        law["bristle_time"] = rounded(2.0 * sqrt(law["bristle"] / (g or 9.81)))
-    else:
-        law["slip_speed"] = options.slip_speed
+    law["bristle_time"] = rounded(2.0 * sqrt(law["bristle"] / (g or 9.81)))
     mbs.user_models.append(UserModel.of("contact", law))
 
 

@@ -6,7 +6,7 @@ parameters are scalars, called as the joints are.
 
 In a Robotran project the generated joint forces apply damping, Coulomb friction, springs and soft
 stops at the limits.  The pass chooses two numbers for each joint from the inertia ``I`` that the
-joint moves at the start position, with all joints further out locked:
+joint feels at the start position, while all other joints are free:
 
 * a stop is a spring of stiffness ``I (2 pi f)^2``: a limb of length l sinks into the stop under its
   own weight by about ``g / (l (2 pi f)^2)``, however heavy the limb is;
@@ -15,9 +15,6 @@ joint moves at the start position, with all joints further out locked:
   where ``|z| > F / k``, else ``qd``.  So friction is F in motion, and a joint that is pulled by
   less comes to rest.  ``k = I (FASTEST)^2``, and T damps the bristle: a slider of Coulomb, of
   Perzyna's viscoplastic kind, in series with a spring and a damper.
-
-Without bristles, and in a plain .mbs, friction rises as ``tanh(qd / speed)``: ``speed`` is large
-enough that the slope at rest, ``friction / speed``, does not ask for a very short time step.
 """
 
 from __future__ import annotations
@@ -31,27 +28,12 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs import model as mbs
-from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import UserModel
 from urdf2mbs.messages.diagnostics import counted
-from urdf2mbs.ranges import Speed
 from urdf2mbs.simulation import rounded
-from urdf2mbs.spatial import (
-    NO_INERTIA,
-    ZERO,
-    Sym,
-    Vec,
-    add,
-    cross,
-    dot,
-    lump,
-    rotate,
-    rotate_inertia,
-)
 from urdf2mbs.urdf.model import Joint
 
-#: The slope of friction at rest is at most this times the inertia, and a bristle swings as fast
-#: (1/s).
+#: The moved inertia would swing on the bristle at this rate (1/s).
 FASTEST = 300.0
 #: ``T`` of a bristle (s): it damps by 2 D I FASTEST, with D = 0.75.
 TIME = 1.5 / FASTEST
@@ -69,66 +51,55 @@ class JointParameters(Pass):
     stop_frequency: Annotated[float, msgspec.Meta(gt=0.0, le=1e3)] = 20.0
     """Stiffness of the stops, as a frequency (Hz): the moved inertia would swing on the stop so
     fast."""
-    bristles: bool = True
-    """Friction in a project has a state, and lets a joint rest; else it is a law of the speed."""
-    friction_speed: Speed = 0.01
-    """Without bristles: friction is nearly constant above this speed (rad/s or m/s); a joint
-    that moves little inertia has a higher speed."""
 
     def run(self, conversion: Conversion) -> None:
-        joints = conversion.robot.joints
-        held = {
-            step.joint.name: (joints.get(step.joint.name, step.joint), joint)
-            for step, joint in conversion.single_coordinates()
-        }
-        kinds = _kinds(conversion, list(held.values()))
-        models = {kind: values for kind, values in kinds.items() if values}
-        switches: dict[str, float] = {}
-        wanted = {*kinds["q_min"], *kinds["q_max"], *kinds["friction"]}
-        inertias = _inertias(conversion, wanted) if wanted else {}
-        stiff = (2 * pi * self.stop_frequency) ** 2
-        if "damping" in models:
-            switches["damping"] = 1.0
-        if "spring_stiffness" in models:
-            switches["springs"] = 1.0
-        if "friction" in models:
-            switches["friction"] = 1.0
-            if self.bristles and conversion.settings.project is not None:
-                switches["friction_time"] = TIME
-                models["friction_stiffness"] = {
-                    name: rounded((inertias[name] or 1.0) * FASTEST**2)
-                    for name in models["friction"]
-                }
-            else:
-                models["friction_speed"] = {
-                    name: rounded(max(self.friction_speed, value / (FASTEST * inertias[name])))
-                    if inertias[name] > 0.0
-                    else self.friction_speed
-                    for name, value in models["friction"].items()
-                }
-        stopped = dict.fromkeys((*kinds["q_min"], *kinds["q_max"]))
-        if stopped and self.stops:
-            switches |= {"stops": 1.0, "stop_speed": 1.0}
-            models["stop_stiffness"] = {name: rounded(inertias[name] * stiff) for name in stopped}
-        if switches:
-            models = {"joint_forces": switches, **models}
+        held = [(step.joint, joint) for step, joint in conversion.single_coordinates()]
+        models = {kind: values for kind, values in _kinds(conversion, held).items() if values}
+        in_project = conversion.settings.project is not None
+        if in_project:
+            models = self._apply(conversion, models)
         conversion.mbs.user_models += [UserModel.of(*model) for model in models.items()]
         if models:
             conversion.facts["joint-parameters"] = models
         names = {name for kind in DYNAMICS for name in models.get(kind, ())}
+        sprung = {joint.name for joint, _ in held}
         conversion.simulation.used += [
             extension
             for extension in conversion.robot.extensions
-            if "springStiffness" in extension.numbers and extension.reference in held
+            if "springStiffness" in extension.numbers and extension.reference in sprung
         ]
-        if conversion.settings.project is None and names:
-            springs = "springs" in switches
+        if names and not in_project:
+            springs = "spring_stiffness" in models
             conversion.note(
                 "joint-dynamics",
                 f"{'damping, friction and springs' if springs else 'damping and friction'} of "
                 f"{counted(len(names), 'joint')} are in user models, but "
                 "nothing applies them; a project does: 'output: {project: DIR}'",
             )
+
+    def _apply(
+        self, conversion: Conversion, models: dict[str, dict[str, float]]
+    ) -> dict[str, dict[str, float]]:
+        """Add the numbers that the code of a project applies these models with."""
+        limited = dict.fromkeys((*models.get("q_min", ()), *models.get("q_max", ())))
+        rubbing = models.get("friction", {})
+        inertias = _inertias(conversion, {*limited, *rubbing}) if limited or rubbing else {}
+        switches: dict[str, float] = {}
+        chosen: dict[str, dict[str, float]] = {}
+        if "damping" in models:
+            switches["damping"] = 1.0
+        if "spring_stiffness" in models:
+            switches["springs"] = 1.0
+        if rubbing:
+            switches |= {"friction": 1.0, "friction_time": TIME}
+            chosen["friction_stiffness"] = {
+                name: rounded((inertias[name] or 1.0) * FASTEST**2) for name in rubbing
+            }
+        if limited and self.stops:
+            switches |= {"stops": 1.0, "stop_speed": 1.0}
+            stiff = (2 * pi * self.stop_frequency) ** 2
+            chosen["stop_stiffness"] = {name: rounded(inertias[name] * stiff) for name in limited}
+        return {**({"joint_forces": switches} if switches else {}), **models, **chosen}
 
 
 def _kinds(
@@ -180,9 +151,7 @@ def _kinds(
 
 
 def _inertias(conversion: Conversion, wanted: Container[str]) -> dict[str, float]:
-    """The inertia that each joint feels in a project; without a project, the inertia it moves."""
-    if conversion.settings.project is None:
-        return moved_inertias(conversion.mbs, wanted)
+    """The inertia that each joint feels in a project (kg m^2, kg)."""
     from urdf2mbs.mbs.mass import Mass
     from urdf2mbs.project.stability import felt, reduction_of
 
@@ -193,38 +162,3 @@ def _inertias(conversion: Conversion, wanted: Container[str]) -> dict[str, float
         for placed, inertia in zip(mass.placement.joints, inertias, strict=True)
         if placed.joint.name in wanted
     }
-
-
-def moved_inertias(model: mbs.Mbs, wanted: Container[str]) -> dict[str, float]:
-    """The inertia that each joint of these names moves at the initial position, with all joints
-    behind it locked: kg m^2 about its axis for a turn, kg for a shift."""
-    placement = place(model)
-    #: Mass, centre and inertia about it, in the base, of all that hangs on each body.
-    behind: dict[str | None, list[tuple[float, Vec, Sym]]] = {}
-    values: dict[str, float] = {}
-    end = len(placement.joints)
-    for body in reversed(model.bodies):
-        parts = behind.pop(body.name, [])
-        if body.mass:
-            pose = placement.bodies[body.name]
-            centre = add(pose.xyz, rotate(pose.rot, body.com or ZERO))
-            tensor = rotate_inertia(pose.rot, body.inertia or NO_INERTIA)
-            parts.insert(0, (body.mass, centre, tensor))
-        mass, centre, tensor = lump(parts)
-        if mass:
-            behind.setdefault(body.parent, []).append((mass, centre, tensor))
-        first = end - len(body.joints)
-        for joint, axis, origin, _ in placement.joints[first:end]:
-            if joint.name not in wanted:
-                continue
-            values[joint.name] = mass
-            if joint.type[0] == "R":
-                x, y, z = axis
-                xx, xy, xz, yy, yz, zz = tensor
-                products = xy * x * y + xz * x * z + yz * y * z
-                about = xx * x * x + yy * y * y + zz * z * z + 2 * products
-                arm = (centre[0] - origin[0], centre[1] - origin[1], centre[2] - origin[2])
-                arm = cross(axis, arm)
-                values[joint.name] = about + mass * dot(arm, arm)
-        end = first
-    return values

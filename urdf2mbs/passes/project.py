@@ -17,7 +17,8 @@ from urdf2mbs.disk.seal import RECORD, checksum, intact
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import ConversionError, counted, some
+from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted, some
+from urdf2mbs.simulation import CONTACT_STATES, JOINT_STATES
 
 #: The generated module, where a user function loads it.
 _MODULE = r"(?m)^(?:import |#include \")(\w+)_robot\b"
@@ -35,6 +36,7 @@ class Project(Pass):
         from urdf2mbs.project.python import robot_module
 
         mbs = conversion.mbs
+        _check_states(conversion)
         _check_laws(conversion)
         if "python" in conversion.settings.languages:
             conversion.files[folder / "userfctR" / f"{mbs.name}_robot.py"] = robot_module(
@@ -55,6 +57,17 @@ class Project(Pass):
         }
         _warn_of_renamed_project(conversion)
         _warn_of_lost_names(conversion, folder)
+
+
+def _check_states(conversion: Conversion) -> None:
+    """Friction of a project has states, which another pass adds to the .mbs."""
+    models = {model.name for model in conversion.mbs.user_models}
+    rubs = "friction_stiffness" in models or conversion.simulation.contacts
+    if rubs and not models & {JOINT_STATES, CONTACT_STATES}:
+        raise ConfigError(
+            "project-states", "friction of a project has states, which the pass 'time-step' adds",
+            hint="leave 'time-step' in the pipeline",
+        )  # fmt: skip
 
 
 def _check_laws(conversion: Conversion) -> None:

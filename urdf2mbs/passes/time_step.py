@@ -2,10 +2,9 @@
 
 Beyond the method.  At the start position the model is linearised: the mass matrix M of all joints,
 reduced by mimic rules, loops and driven joints, and the slopes of all forces that a project
-applies.  A joint has its damping, the bristle of its friction (without bristles: ``friction /
-friction_speed``, at rest), its spring, its stop (hit at ``stop_speed``, where the stop pushes twice
-as hard) and its ``hold``.  A foot carries its share of the weight, and has the ground's stiffness
-and damping and those of its bristle (without bristles: the slope of friction at rest).
+applies.  A joint has its damping, the bristle of its friction, its spring, its stop (hit at
+``stop_speed``, where the stop pushes twice as hard) and its ``hold``.  A foot carries its share of
+the weight, and has the ground's stiffness and damping and those of its bristle.
 A spring between points has its own stiffness and damping.  The eigenvalues say how long a stable
 step may be (``urdf2mbs.project.stability``).  ``TIME_STEP`` is the part ``PART`` of the longest
 stable step: the robot moves away from the start, and a step must be accurate, too.
@@ -27,14 +26,13 @@ while all other joints are free: so a light foot below a heavy robot asks for no
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import floor, hypot, log10, pi, sqrt, tanh
+from math import floor, hypot, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.kinematics import floating
 from urdf2mbs.mbs.model import Parameter, UserModel
-from urdf2mbs.messages.diagnostics import counted, some
 from urdf2mbs.simulation import CONTACT_STATES, JOINT_STATES, Simulation, rounded
 from urdf2mbs.spatial import add
 
@@ -46,24 +44,21 @@ if TYPE_CHECKING:
 PART = 0.4
 #: The longest step (s), and the one below which numbers give way.
 LONGEST, SHORTEST = 5e-4, 1e-5
-#: A joint that moves so (rad/s or m/s) should have its friction.
-SLOW = 0.1
 #: The damping of ``hold`` is at most this times the inertia that a joint feels (1/s).
 FASTEST = 3000.0
 #: The user models that the forces of a project depend on.
 NUMBERS = (
-    "joint_forces", "damping", "friction", "friction_speed", "friction_stiffness",
-    "stop_stiffness", "spring_stiffness", "hold_stiffness", "hold_damping", "contact",
-    "link_stiffness", "link_damping",
+    "joint_forces", "damping", "friction_stiffness", "stop_stiffness", "spring_stiffness",
+    "hold_stiffness", "hold_damping", "contact", "link_stiffness", "link_damping",
 )  # fmt: skip
 #: By kind of slope, the user models (of contacts: the parameters of ``contact``) that give way,
 #: and the power of the factor by which.
 GIVES_WAY = {
-    "friction": {"friction_speed": -1, "friction_stiffness": 1},
+    "friction": {"friction_stiffness": 1},
     "stop": {"stop_stiffness": 1},
     "hold": {"hold_stiffness": 1, "hold_damping": 1},
     "contact": {"stiffness": 1, "speed": -1},
-    "slip": {"slip_speed": -1, "bristle": -1},
+    "slip": {"bristle": -1},
 }
 #: By kind of slope, how it is called.
 NAMES = {
@@ -175,7 +170,6 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
             f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
         )
     _warn_of_changes(conversion, before, models)
-    _warn_of_lost_friction(conversion, models)
 
 
 def _slopes(
@@ -189,9 +183,6 @@ def _slopes(
     index = {placed.joint.name: k for k, placed in enumerate(mass.placement.joints)}
     for name, value in models.get("damping", {}).items():
         yield Slope("damping", name, reduction[index[name]], 0.0, value)
-    for name, speed in models.get("friction_speed", {}).items():
-        slope = models["friction"][name] / speed
-        yield Slope("friction", name, reduction[index[name]], 0.0, slope)
     for name, value in models.get("friction_stiffness", {}).items():
         damping = value * models["joint_forces"]["friction_time"]
         yield Slope("friction", name, reduction[index[name]], value, damping)
@@ -219,11 +210,8 @@ def _slopes(
             at = add(at, contact.arm(rot, conversion.simulation.up))
             moved = mass.point(body, at) @ reduction
             yield Slope("contact", contact.link, up @ moved, law["stiffness"], share / law["speed"])
-            if "bristle" in law:
-                stiffness = share / law["bristle"]
-                damping = stiffness * law["bristle_time"]
-            else:
-                stiffness, damping = 0.0, law["friction"] * share / law["slip_speed"]
+            stiffness = share / law["bristle"]
+            damping = stiffness * law["bristle_time"]
             for way in plane[1:]:
                 yield Slope("slip", contact.link, way @ moved, stiffness, damping)
     for spring in conversion.simulation.springs:
@@ -269,7 +257,7 @@ def _write(conversion: Conversion, models: Models) -> None:
 def _add_states(conversion: Conversion, models: Models) -> None:
     """Add the states of bristles, last of all: a struct of C keeps its places in front of them."""
     rubbing = models.get("friction_stiffness", {})
-    feet = len(conversion.simulation.contacts) if "bristle" in models.get("contact", {}) else 0
+    feet = len(conversion.simulation.contacts)
     for name, states in (
         (JOINT_STATES, [Parameter(joint, "state", ("0.0",)) for joint in rubbing]),
         (CONTACT_STATES, [Parameter("slip", "state", ("0.0",) * 2 * feet)] if feet else []),
@@ -280,7 +268,7 @@ def _add_states(conversion: Conversion, models: Models) -> None:
 
 def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> None:
     changes = [
-        f"{group} of '{name}' is {models[group][name]:g} instead of {old:g}"
+        f"{_called(group, name)} is {models[group][name]:g} instead of {old:g}"
         for group, values in before.items()
         for name, old in values.items()
         if models[group][name] != old
@@ -301,21 +289,9 @@ def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> 
         )
 
 
-def _warn_of_lost_friction(conversion: Conversion, models: Models) -> None:
-    """A joint without bristle has little of its friction where its ``friction_speed`` is high."""
-    kept = {
-        name: models["friction"][name] * tanh(SLOW / speed)
-        for name, speed in models.get("friction_speed", {}).items()
-        if tanh(SLOW / speed) < 0.9
-    }
-    if kept:
-        left = [f"'{name}' {x:.2g} of {models['friction'][name]:g}" for name, x in kept.items()]
-        conversion.warn(
-            "friction-smoothed",
-            f"at {SLOW:g} rad/s or m/s less than 90 % of the friction (N m or N) is left in "
-            f"{counted(len(kept), 'joint')}: {some(left)}",
-            hint="bristles keep it: leave 'joint-parameters: {bristles: false}' out",
-        )
+def _called(group: str, name: str) -> str:
+    """A number of a user model in words."""
+    return f"the ground's {name}" if group == "contact" else f"{group} of '{name}'"
 
 
 def _round_down(value: float) -> float:

@@ -18,14 +18,14 @@ typedef struct {
 } Switches;
 typedef struct { int joint; size_t coefficient; } Damping;
 typedef struct { int joint; size_t stiffness, rest; } JointSpring;
-typedef struct { int joint; size_t coefficient, speed, stiffness; int state; } Friction;
+typedef struct { int joint; size_t coefficient, stiffness; int state; } Friction;
 typedef struct { int joint; double side; size_t limit, stiffness; } Stop; /* side: 1 up, -1 down */
 typedef struct { int joint; size_t stiffness, damping; } Hold;
 typedef struct { int joint; size_t most; } Effort;
 typedef struct {
-    size_t ground, stiffness, speed, friction, slip_speed, bristle, bristle_time;
+    size_t ground, stiffness, speed, friction, bristle, bristle_time;
 } Ground;
-/* state: its place in ux; 0: no bristle. A ball or a wheel has a radius, and a wheel an axis in
+/* state: the place of its bristle in ux. A ball or a wheel has a radius, and a wheel an axis in
  * the body: its lowest point touches. */
 typedef struct { int force, state; double radius, axis[3]; } Contact;
 typedef struct { int force; size_t start, stop, parts[6]; } Wrench;
@@ -165,18 +165,13 @@ void NAME_joint_forces(MbsData *mbs_data)
         const Friction *f;
 
         for (f = frictions; f->joint != 0; f++) {
-            const double most = number(mbs_data, f->coefficient);
+            const double stiffness = number(mbs_data, f->stiffness);
+            double pull;
 
-            if (f->state != 0) {
-                const double stiffness = number(mbs_data, f->stiffness);
-                double pull;
-
-                bristle(mbs_data, f->state, 1, qd + f->joint, most / stiffness,
-                    number(mbs_data, joint_forces.friction_time), &pull);
-                Qq[f->joint] -= stiffness * pull;
-            } else {
-                Qq[f->joint] -= most * tanh(qd[f->joint] / number(mbs_data, f->speed));
-            }
+            bristle(mbs_data, f->state, 1, qd + f->joint,
+                number(mbs_data, f->coefficient) / stiffness,
+                number(mbs_data, joint_forces.friction_time), &pull);
+            Qq[f->joint] -= stiffness * pull;
         }
     }
     if (number(mbs_data, joint_forces.stops) != 0.0) {
@@ -208,7 +203,7 @@ void NAME_joint_forces(MbsData *mbs_data)
 /* --- external forces --- */
 
 /* The force of the ground on a point: a compliant normal force, and friction up to friction times
- * the normal force: that of a bristle, or without bristles by the speed of slip. */
+ * the normal force by a bristle. */
 static void ground_force(const double P[4], const double V[4], MbsData *mbs_data, int state,
     double force[7])
 {
@@ -219,7 +214,8 @@ static void ground_force(const double P[4], const double V[4], MbsData *mbs_data
         * (1.0 - rise / number(mbs_data, ground.speed));
     const int touches = depth > 0.0 && normal > 0.0; /* the ground pushes and never pulls */
     const double friction = touches ? number(mbs_data, ground.friction) : 0.0;
-    double slip[2], pull[2], speed;
+    const double length = number(mbs_data, ground.bristle);
+    double slip[2], pull[2];
     int i;
 
     for (i = 0; i < 2; i++) {
@@ -227,24 +223,12 @@ static void ground_force(const double P[4], const double V[4], MbsData *mbs_data
 
         /* in the air, the bristle springs back */
         slip[i] = touches ? way[0] * V[1] + way[1] * V[2] + way[2] * V[3] : 0.0;
-        pull[i] = 0.0;
     }
-    speed = hypot(slip[0], slip[1]);
-    if (state != 0) {
-        const double length = number(mbs_data, ground.bristle);
-
-        bristle(mbs_data, state, 2, slip, friction * length, number(mbs_data, ground.bristle_time),
-            pull);
-        pull[0] /= length;
-        pull[1] /= length;
-    } else if (speed > 0.0) {
-        const double grip = friction * tanh(speed / number(mbs_data, ground.slip_speed)) / speed;
-
-        pull[0] = grip * slip[0];
-        pull[1] = grip * slip[1];
-    }
+    bristle(mbs_data, state, 2, slip, friction * length, number(mbs_data, ground.bristle_time),
+        pull);
     for (i = 1; i <= 3 && touches; i++) {
-        force[i] = normal * (up[i] - pull[0] * across[i - 1] - pull[1] * across[i + 2]);
+        force[i] = normal
+            * (up[i] - (pull[0] * across[i - 1] + pull[1] * across[i + 2]) / length);
     }
 }
 

@@ -29,7 +29,7 @@ STATES = (JOINT_STATES, CONTACT_STATES)
 
 #: The numbers of joint forces, a ground and a wrench, by their names in the user models.
 SWITCHES = ("damping", "springs", "friction", "friction_time", "stops", "stop_speed")
-GROUND = ("ground", "stiffness", "speed", "friction", "slip_speed", "bristle", "bristle_time")
+GROUND = ("ground", "stiffness", "speed", "friction", "bristle", "bristle_time")
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
@@ -87,8 +87,9 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
     ground = ", ".join(place("contact", name) for name in GROUND)
     states = state_numbers(mbs, JOINT_STATES)
     frictions = [
-        (*row, str(states.get(row[0].removesuffix("_id"), 0)))
-        for row in rows("friction", "friction_speed", "friction_stiffness")
+        (*row, str(states[name]))
+        for row in rows("friction", "friction_stiffness")
+        if (name := row[0].removesuffix("_id")) in states
     ]
     return "".join(
         [
@@ -120,12 +121,12 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
 
 
 def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, ...]]:
-    """The force of each contact, the first of its two states (0: it has none), and what rolls."""
-    first = state_numbers(mbs, CONTACT_STATES).get("slip")
+    """The force of each contact, the first of its two states, and what rolls."""
+    first = state_numbers(mbs, CONTACT_STATES).get("slip", 0)
     return [
         (
             _force(contact),
-            str(first + 2 * k if first else 0),
+            str(first + 2 * k),
             repr(contact.radius),
             f"{{{_row(contact.axis)}}}",
         )
