@@ -57,6 +57,14 @@ def test_the_nearest_is_possible_and_none_is_nearer(tensor: Sym, other: Sym) -> 
     assert fault(new.inertia, 1.0) is None or max(map(abs, new.inertia)) <= 1e-12 * size
 
 
+@settings(deadline=None, database=None, derandomize=True)
+@given(tensors)
+def test_a_fault_is_a_negative_second_moment(tensor: Sym) -> None:
+    least = np.linalg.eigvalsh(second_moment(tensor)).min()
+    if abs(least) > 0.01 * max(map(abs, tensor)):
+        assert (fault(tensor, 0.0) is None) == (least > 0.0)
+
+
 def test_what_is_possible_stays() -> None:
     for tensor in ((2.0, 0.1, -0.2, 3.0, 0.3, 4.0), (1.0, 0.0, 0.0, 1.0, 0.0, 0.0), (0.0,) * 6):
         old = Inertial(1.0, tensor)

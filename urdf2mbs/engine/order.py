@@ -23,17 +23,19 @@ def check_order(
     config each pass is named.
     """
     _check_method(passes, method, lines, keys)
+    known: set[str] = set()
+    strangers: list[type[Pass]] = []
     for number, (kind, at) in enumerate(zip(passes, keys, strict=True)):
-        before = passes[:number]
-        known = {section for earlier in before for section in earlier.writes}
         built_in = kind.name in method
         for section in kind.reads:
             if section not in known and not (section in OPTIONAL and built_in):
                 raise _not_written(kind.name, section, passes, lines, at)
-        readers = [earlier for earlier in before if not (built_in and earlier.name in method)]
-        stale = find_stale(kind, kind.writes, readers)
+        stale = find_stale(kind, kind.writes, strangers if built_in else passes[:number])
         if stale:
             raise lines.error("stale", stale[0], at, stale[1])
+        known.update(kind.writes)
+        if not built_in:
+            strangers.append(kind)
 
 
 def find_stale(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from math import isinf
+from math import isfinite, nan
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from urdf2mbs.mbs.fields import INSIDE
@@ -30,7 +30,7 @@ class Values:
 
     def __init__(self, data: bytes, file: str) -> None:
         self.data, self.file = data, file
-        self._numbers: dict[str | None, float] = {}
+        self._numbers: dict[str, float] = {}
 
     def text(self, element: _Element) -> str:
         if len(element):
@@ -41,23 +41,24 @@ class Values:
         return (element.text or "").strip()
 
     def number(self, element: _Element) -> float:
-        text = element.text
+        text = element.text or ""
         value = self._numbers.get(text)
         if value is None or len(element):
-            if not _NUMBER(text or "") or len(element):
-                self.fail(
-                    element, "number-invalid",
-                    f"'{self.text(element)}' in <{element.tag}> is no number",
-                    "write it as 0.5 or 5e-1",
-                )  # fmt: skip
-            value = self._numbers[text] = float(text or "")
-            if isinf(value):
-                self.fail(
-                    element, "number-invalid",
-                    f"'{self.text(element)}' in <{element.tag}> is too large",
-                    "a double goes up to 1.8e308",
-                )  # fmt: skip
+            try:
+                value = self._numbers[text] = float(text)
+            except ValueError:
+                value = nan
+            # Python reads more than a file may hold: nan, 1_0, the digits of all scripts.
+            if not isfinite(value) or len(element) or "_" in text or not text.isascii():
+                self._fail_number(element)
         return value
+
+    def _fail_number(self, element: _Element) -> NoReturn:
+        text = self.text(element)
+        why, hint = "no number", "write it as 0.5 or 5e-1"
+        if _NUMBER(text):
+            why, hint = "too large", "a double goes up to 1.8e308"
+        self.fail(element, "number-invalid", f"'{text}' in <{element.tag}> is {why}", hint)
 
     def xy(self, element: _Element) -> XY:
         x, y = self._coordinates(element, _XY)

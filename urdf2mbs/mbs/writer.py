@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
-from functools import cache
+from functools import cache, partial
 from math import isfinite
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, MBS, OBJECTS, Table
+from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Table
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -23,7 +23,6 @@ from urdf2mbs.mbs.model import (
     SYMBOLS,
     Mbs,
     Part,
-    Sensor,
 )
 from urdf2mbs.mbs.reader import read_again
 from urdf2mbs.mbs.rewrite import AT, FROM, rewrite
@@ -130,163 +129,144 @@ class _Writer:
 
     def mbs(self, mbs: Mbs) -> str:
         _check(mbs)
-        elements = _root()(self, mbs)
-        return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{elements}</mbsDescR7>\n'
+        inside = _object("mbs", "  ")(self, mbs)
+        return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{inside}</mbsDescR7>\n'
 
-    def at(self, part: Part) -> str:
+    def mark(self, part: Part) -> str:
         """The mark of an object that was read; a copy of one is new."""
         origin = part.origin
         if self.source is None or origin is None:
             return ""
         if origin.source is self.other:
             return f' {FROM}="{origin.number}"'
-        if origin.source is not self.source:
-            return ""
-        if origin.number in self.marked:
+        if origin.source is not self.source or origin.number in self.marked:
             return ""
         self.marked.add(origin.number)
         return f' {AT}="{origin.number}"'
 
 
+#: Writes a value or an object.
 Write: TypeAlias = Callable[[_Writer, Any], str]
-"""Writes a value or an object.  Each table becomes such functions once: two thirds of the time."""
 
 
 @cache
-def _root() -> Write:
-    return _elements(MBS, "  ")
+def _object(key: str, pad: str) -> Write:
+    """Writes the children of the element of one of the ``OBJECTS``; ``pad`` stands before each."""
+    owner = OBJECTS[key]
+    elements = _elements(owner.table, pad)
 
-
-@cache
-def _part(tag: str, pad: str) -> Write:
-    """Writes the element of an object."""
-    _, table, what, _ = OBJECTS[tag]
-    inside = _elements(table, f"{pad}  ")
-
-    def write(writer: _Writer, part: Any) -> str:
-        return f"{pad}<{tag}{writer.at(part)}>\n{inside(writer, part)}{pad}</{tag}>\n"
-
-    return _named(lambda part: f"{what} '{part.name}'", write) if what else write
-
-
-def _named(name: Callable[[Any], str], write: Write) -> Write:
-    """Says in which object a number is not finite."""
-
-    def named(writer: _Writer, part: Any) -> str:
+    def write(w: _Writer, thing: Any) -> str:
         try:
-            return write(writer, part)
+            return elements(w, thing)
         except _NotFiniteError as error:
-            raise ValueError(f"{name(part)} {error}") from None
+            if not owner.what:
+                raise
+            raise ValueError(f"{owner.in_words(thing)} {error}") from None
 
-    return named
+    return write
+
+
+def _part(tag: str, pad: str) -> Write:
+    inside = _object(tag, f"{pad}  ")
+    return lambda w, part: f"{pad}<{tag}{w.mark(part)}>\n{inside(w, part)}{pad}</{tag}>\n"
 
 
 def _elements(table: Table, pad: str) -> Write:
     """Writes the elements of a table, without those whose value is None."""
-    entries: list[tuple[str, Write]] = []
+    entries: list[tuple[str, Any]] = []
     for tag, entry in table.items():
         if isinstance(entry, tuple):
             entries.append((entry[0], _value(tag, entry[1], pad)))
         else:
-            inside = _elements(entry or {}, f"{pad}  ")
-            entries.append(("", _around(tag, inside, pad, kept=entry is MARK or tag in KEPT)))
+            kept = entry is MARK or tag in KEPT
+            write_nested = _around(tag, _elements(entry or {}, f"{pad}  "), pad, kept=kept)
+            if not _has_fields(entry or {}):
+                write_nested = partial(_constant, write_nested(_Writer(), ""))
+            entries.append(("", write_nested))
 
-    def write(writer: _Writer, thing: Any) -> str:
+    def write(w: _Writer, thing: Any) -> str:
         text = ""
         for field, write_value in entries:
             value = getattr(thing, field) if field else thing
             if value is not None:
-                text += write_value(writer, value)
+                text += write_value(w, value)
         return text
 
     return write
 
 
-def _value(tag: str, kind: str | frozenset[str], pad: str) -> Write:
-    if isinstance(kind, str):
-        return _KINDS[kind](tag, pad)
-    only = next(iter(kind))
-    within = f"{pad}  "
-    each = _each(lambda w, part: _part(getattr(part, "kind", only), within)(w, part))
-    return _around(tag, each, pad, kept=tag in KEPT)
+def _has_fields(table: Table) -> bool:
+    return any(
+        isinstance(entry, tuple) or (entry is not MARK and _has_fields(entry))
+        for entry in table.values()
+    )
+
+
+def _constant(text: str, *_: Any) -> str:
+    return text
+
+
+def _around(tag: str, inside: Write, pad: str, *, kept: bool = True) -> Write:
+    """Writes an element around others; without others only if it is ``kept``."""
+
+    def write(w: _Writer, value: Any) -> str:
+        inner = inside(w, value)
+        if inner:
+            return f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
+        return f"{pad}<{tag}/>\n" if kept else ""
+
+    return write
 
 
 def _each(write: Write) -> Write:
     return lambda w, values: "".join([write(w, value) for value in values])
 
 
-def _around(tag: str, inside: Write, pad: str, *, kept: bool = True) -> Write:
-    """Writes an element around others; without others only if it is ``kept``."""
-    before, after, empty = f"{pad}<{tag}>\n", f"{pad}</{tag}>\n", f"{pad}<{tag}/>\n" * kept
-
-    def write(writer: _Writer, value: Any) -> str:
-        inner = inside(writer, value)
-        return before + inner + after if inner else empty
-
-    return write
-
-
-def _nested(kind: str) -> Callable[[str, str], Write]:
-    return lambda tag, pad: _around(tag, _elements(INSIDE[kind], f"{pad}  "), pad)
-
-
-def _text(tag: str, pad: str) -> Write:
-    return lambda w, value: f"{pad}<{tag}>{w.text[value]}</{tag}>\n"
-
-
-def _numbers(tags: Iterable[str]) -> Callable[[str, str], Write]:
-    """Writes an element with one for each of several numbers."""
-
-    def entry(tag: str, pad: str) -> Write:
-        inner = "".join([f"{pad}  <{part}>%s</{part}>\n" for part in tags])
-        text = f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
-        return lambda w, values: text % tuple([w.number[value] for value in values])
-
-    return entry
-
-
-def _place(tag: str, pad: str) -> Write:
-    def inside(writer: _Writer, place: tuple[str | None, str | None]) -> str:
-        body = BASE if place[0] is None else writer.text[place[0]]
-        point = ORIGIN if place[1] is None else writer.text[place[1]]
-        return f"{pad}  <bodyname>{body}</bodyname>\n{pad}  <pointname>{point}</pointname>\n"
-
-    return _around(tag, inside, pad)
-
-
-def _sensor(tag: str, pad: str) -> Write:
-    def write(writer: _Writer, sensor: Sensor) -> str:
-        measures = "".join([f' {measure}="true"' for measure in sensor.measures])
-        return f'{pad}<{tag}{writer.at(sensor)} name="{writer.text[sensor.name]}"{measures}/>\n'
-
-    return write
-
-
-_XY, _XYZ = _numbers("xy"), _numbers("xyz")
-#: What writes each kind of value, of a tag and the blanks before it.
-_KINDS: dict[str, Callable[[str, str], Write]] = {
-    "text": _text,
-    "title": lambda tag, pad: lambda w, value: _text(tag, pad)(w, value) if value else "",
-    "word": lambda tag, pad: lambda _, value: f"{pad}<{tag}>{value}</{tag}>\n",
-    "number": lambda tag, pad: lambda w, value: f"{pad}<{tag}>{w.number[value]}</{tag}>\n",
-    "xy": _XY,
-    "xyz": _XYZ,
-    "coordinates": lambda tag, pad: _around(tag, _XYZ("coordinates", f"{pad}  "), pad),
-    "inertia": _numbers(INSIDE["inertia"]),
-    "control points": lambda tag, pad: _around(tag, _each(_XY("control_point", f"{pad}  ")), pad),
-    "color": lambda tag, pad: (
-        lambda _, rgb: f'{pad}<{tag} R="{rgb[0]:d}" G="{rgb[1]:d}" B="{rgb[2]:d}"/>\n'
-    ),
-    "flag": lambda tag, pad: lambda _, value: f"{pad}<{tag}/>\n" if value else "",
-    "symbols": lambda tag, pad: _around(tag, _each(lambda _, symbol: f"{pad}  <{symbol}/>\n"), pad),
-    "place": _place,
-    "sensor": _sensor,
-    "texts": lambda tag, pad: _each(_text(tag, pad)),
-    "parts": lambda tag, pad: _each(_part(tag, pad)),
-    "base": lambda tag, pad: _named(lambda _: "the base", _nested("base")(tag, pad)),
-    "drawing": _nested("drawing"),
-    "view": lambda tag, pad: _named(lambda _: "the 3D view", _nested("view")(tag, pad)),
-}
+def _value(tag: str, kind: Kind | frozenset[str], pad: str) -> Write:
+    """Writes a value of a kind."""
+    within = f"{pad}  "
+    if isinstance(kind, frozenset):
+        parts = {tag: _part(tag, within) for tag in kind}
+        only = next(iter(kind))
+        write_each = _each(lambda w, part: parts[getattr(part, "kind", only)](w, part))
+        return _around(tag, write_each, pad, kept=tag in KEPT)
+    if kind == "parts":
+        return _each(_part(tag, pad))
+    if kind == "texts":
+        return _each(_value(tag, "text", pad))
+    if kind in ("base", "drawing", "view"):
+        return _around(tag, _object(kind, within), pad)
+    if kind == "coordinates":
+        return _around(tag, _value("coordinates", "xyz", within), pad)
+    if kind == "control points":
+        return _around(tag, _each(_value("control_point", "xy", within)), pad)
+    if kind == "symbols":
+        return _around(tag, _each(lambda _, symbol: f"{within}<{symbol}/>\n"), pad)
+    if kind in ("xy", "xyz", "inertia"):
+        numbers = "".join([f"{within}<{part}>%s</{part}>\n" for part in INSIDE[kind]])
+        gaps = f"{pad}<{tag}>\n{numbers}{pad}</{tag}>\n"
+        return lambda w, values: gaps % tuple([w.number[value] for value in values])
+    begin, end = f"{pad}<{tag}", f"</{tag}>\n"
+    write: dict[str, Write] = {
+        "text": lambda w, text: f"{begin}>{w.text[text]}{end}",
+        "title": lambda w, text: f"{begin}>{w.text[text]}{end}" if text else "",
+        "word": lambda _, word: f"{begin}>{word}{end}",
+        "number": lambda w, number: f"{begin}>{w.number[number]}{end}",
+        "flag": lambda _, flag: f"{begin}/>\n" if flag else "",
+        "color": lambda _, rgb: f'{begin} R="{rgb[0]:d}" G="{rgb[1]:d}" B="{rgb[2]:d}"/>\n',
+        "sensor": lambda w, sensor: (
+            f'{begin}{w.mark(sensor)} name="{w.text[sensor.name]}"'
+            + "".join([f' {measure}="true"' for measure in sensor.measures])
+            + "/>\n"
+        ),
+        "place": lambda w, place: (
+            f"{begin}>\n"
+            f"{within}<bodyname>{BASE if place[0] is None else w.text[place[0]]}</bodyname>\n"
+            f"{within}<pointname>{ORIGIN if place[1] is None else w.text[place[1]]}</pointname>\n"
+            f"{pad}{end}"
+        ),
+    }
+    return write[kind]
 
 
 def _check(mbs: Mbs) -> None:

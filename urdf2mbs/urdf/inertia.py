@@ -37,6 +37,10 @@ class Fault(msgspec.Struct, frozen=True):
 
 def fault(tensor: Sym, mass: float) -> Fault | None:
     """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
+    xx, xy, xz, yy, yz, zz = tensor
+    half = (xx + yy + zz) / 2
+    if _is_surely_positive((half - xx, -xy, -xz, half - yy, -yz, half - zz)):
+        return None  # Positive second moments: nearly every body, and no eigenvalue is needed.
     small, middle, large = moments = _sort(principal(tensor)[0])
     trace = small + middle + large
     if small < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):
@@ -105,6 +109,14 @@ def principal(tensor: Sym) -> tuple[list[float], Rows]:
             for k in range(3):
                 a[p][k], a[q][k] = c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]
     return [a[k][k] * size for k in range(3)], axes
+
+
+def _is_surely_positive(tensor: Sym) -> bool:
+    """True if a symmetric matrix is positive definite beyond rounding (Sylvester's minors)."""
+    xx, xy, xz, yy, yz, zz = tensor
+    minor = xx * yy - xy * xy
+    determinant = minor * zz - xx * yz * yz - yy * xz * xz + 2 * xy * xz * yz
+    return xx > 0.0 and minor > 1e-12 * xx * yy and determinant > 1e-12 * minor * abs(zz)
 
 
 def _sort(values: list[float]) -> tuple[float, float, float]:
