@@ -73,7 +73,7 @@ LEVEL, LOW = 0.01, 0.1
 HOLD = "{frequency: 10, damping_ratio: 0.3}"
 
 
-class Findings(NamedTuple):
+class RobotFacts(NamedTuple):
     """What can be found out about a robot before it is converted."""
 
     robot: Robot
@@ -94,7 +94,7 @@ def init(
     *,
     force: bool = False,
     **fields: Any,
-) -> tuple[Path, Findings]:
+) -> tuple[Path, RobotFacts]:
     """Write a config for a robot; gives its file, and what was found.
 
     ``fields`` are those of ``Config`` that say how to read the robot, such as ``packages``.
@@ -124,7 +124,7 @@ def init(
     return config, found
 
 
-def find(conversion: Conversion) -> Findings:
+def find(conversion: Conversion) -> RobotFacts:
     """What there is to know of the robot of a conversion."""
     source, config = conversion.settings.source, conversion.settings.config
     packages, expansion = conversion.packages, conversion.expansion
@@ -136,7 +136,7 @@ def find(conversion: Conversion) -> Findings:
     named = {
         found[1] for name in missing if (found := re.match(r"(?:package|model)://([^/]+)", name))
     }
-    return Findings(
+    return RobotFacts(
         robot, known, sorted(named - known.keys()),
         _arguments(expansion.files if expansion else []),
         len(meshes), missing,
@@ -208,7 +208,7 @@ def _shapes(link: Link) -> list[Geometry]:
 def _text(
     source: str,
     config: Path,
-    found: Findings,
+    found: RobotFacts,
     given: Mapping[str, str],
     conversion: Conversion,
     middle: Mapping[str, float] | None,
@@ -276,7 +276,7 @@ def _why(conversion: Conversion) -> str:
     }.get(conversion.base_reason, conversion.base_reason)
 
 
-def _packages(config: Path, found: Findings) -> list[str]:
+def _packages(config: Path, found: RobotFacts) -> list[str]:
     if not found.packages and not found.packages_missing:
         return []
     lines = ["", "packages:" if found.packages else "# packages:"]
@@ -288,7 +288,7 @@ def _packages(config: Path, found: Findings) -> list[str]:
     return lines
 
 
-def _args(found: Findings, given: Mapping[str, str]) -> list[str]:
+def _args(found: RobotFacts, given: Mapping[str, str]) -> list[str]:
     if not found.arguments and not given:
         return []
     lines = ["", "xacro_args:" if given else "# xacro_args:   # and their defaults"]
@@ -306,7 +306,7 @@ def _argument(value: str) -> str:
 
 
 def _passes(
-    found: Findings, conversion: Conversion, middle: Mapping[str, float] | None
+    found: RobotFacts, conversion: Conversion, middle: Mapping[str, float] | None
 ) -> list[str]:
     """A start position within the limits, and what lets a robot with feet stand."""
     no_mass = any(said.code == "no-mass" for said in conversion.diagnostics)
@@ -338,7 +338,7 @@ def _passes(
     return lines
 
 
-def in_words(config: Path, found: Findings) -> str:
+def in_words(config: Path, found: RobotFacts) -> str:
     """What was found and written, and what to do next."""
     there = found.meshes - len(found.meshes_missing)
     text = f"wrote {config}: {counted(len(found.robot.links), 'link')}"

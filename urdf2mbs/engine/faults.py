@@ -10,7 +10,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.plugins import GROUP, Registered
-from urdf2mbs.messages.diagnostics import ConversionError, memory_full
+from urdf2mbs.messages.diagnostics import ConversionError, memory_full, some
 from urdf2mbs.urdf.model import Robot
 
 if TYPE_CHECKING:
@@ -51,18 +51,18 @@ def hook_failed(
     )  # fmt: skip
 
 
-def ours_alone(conversion: Conversion) -> str:
-    """What only urdf2mbs itself sets: what was asked for, and what was found."""
+def protected_state(conversion: Conversion) -> str:
+    """The fields that a plugin must not change, as text that can be compared."""
     c = conversion
     return repr((c.settings, c.proof, c.rejected, c.changed, c.proven and hash(c.proven)))
 
 
-def check_ours(conversion: Conversion, before: str, who: str, plugin: str, file: str) -> None:
-    """Raise ConversionError if a plugin's pass or hook has set what only urdf2mbs sets, or changed
-    the file that was checked."""
+def check_protected(conversion: Conversion, before: str, who: str, plugin: str, file: str) -> None:
+    """Raise ConversionError if a plugin's pass or hook has changed a protected field, or the file
+    that was checked."""
     code, fault, hint = "plugin-verdict", "", ""
     written = conversion.rejected or conversion.settings.output
-    if ours_alone(conversion) != before:
+    if protected_state(conversion) != before:
         fault = "changes what was asked for, or what 'check' has found"
         hint = "conversion.settings, .proof, .proven, .rejected and .changed are for reading"
     elif conversion.proof is not None and conversion.files.get(written) != conversion.proven:
@@ -74,21 +74,21 @@ def check_ours(conversion: Conversion, before: str, who: str, plugin: str, file:
 
 
 def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
-    """Raise ConversionError if a plugin's pass left something that later passes, or the program,
-    would stumble over, or lose in silence; ``known``: there was a robot before."""
+    """Raise ConversionError if a plugin's pass left a robot that is no tree, or files that cannot
+    be written; ``known``: there was a robot before."""
     robot = conversion.robot
-    code = "plugin-robot-broken"
+    code, hint = "plugin-robot-broken", "each link but one is the child of one joint"
     fault = _tree_fault(robot) if known or robot.links else None
     if fault is None:
-        code, fault = "plugin-output-broken", _output_fault(conversion)
+        code, hint = "plugin-output-broken", "files map a pathlib.Path to bytes, facts are plain"
+        fault = _output_fault(conversion)
     if fault is not None:
         raise ConversionError(
             code,
             f"pass '{found.kind.name}' of plugin '{found.plugin}' leaves robot '{robot.name}' "
-            f"broken: {fault[0]}",
-            file=found.file,
-            hint=fault[1],
-        )
+            f"broken: {fault}",
+            file=found.file, hint=hint,
+        )  # fmt: skip
 
 
 def _failed(
@@ -121,50 +121,34 @@ def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None]:
     return (inside or frames or [(file, None)])[-1]
 
 
-def _output_fault(conversion: Conversion) -> tuple[str, str] | None:
+def _output_fault(conversion: Conversion) -> str | None:
     for path, data in conversion.files.items():
         if not isinstance(path, Path) or not isinstance(data, bytes):
-            return (
-                f"conversion.files has {path!r}: {type(data).__name__}",
-                "it maps a pathlib.Path to bytes: conversion.files[path] = text.encode()",
-            )
+            return f"conversion.files has {path!r}: {type(data).__name__}"
     try:
         msgspec.json.encode(conversion.facts)
     except Exception as error:
-        return f"conversion.facts cannot be JSON: {error}", "give it plain data"
+        return f"conversion.facts cannot be JSON: {error}"
     return None
 
 
-def _tree_fault(robot: Robot) -> tuple[str, str] | None:
-    """What keeps the robot from being one tree, and what to do; None: it is one."""
+def _tree_fault(robot: Robot) -> str | None:
+    """What keeps the robot from being one tree; None: it is one."""
     for kind, elements in (("link", robot.links), ("joint", robot.joints)):
         for name, element in elements.items():
             if element.name != name:
-                return (
-                    f"robot.{kind}s['{name}'] is a {kind} called '{element.name}'",
-                    f"the key of a {kind} and its 'name' must be the same",
-                )
+                return f"robot.{kind}s['{name}'] is a {kind} called '{element.name}'"
     above: dict[str, str] = {}
     for joint in robot.joints.values():
-        for which, name in (("parent", joint.parent), ("child", joint.child)):
+        for name in (joint.parent, joint.child):
             if name not in robot.links:
-                return (
-                    f"joint '{joint.name}' has the {which} '{name}', which is no link",
-                    "take the joint away with its link, or give it another",
-                )
-        if joint.child in above:
-            return (
-                f"link '{joint.child}' is the child of the joints '{above[joint.child]}' and "
-                f"'{joint.name}'",
-                "a robot is a tree: each link hangs on one joint",
-            )
-        above[joint.child] = joint.name
+                return f"joint '{joint.name}' names '{name}', which is no link"
+        other = above.setdefault(joint.child, joint.name)
+        if other != joint.name:
+            return f"link '{joint.child}' is the child of the joints '{other}' and '{joint.name}'"
     roots = [name for name in robot.links if name not in above]
     if len(roots) != 1:
-        return (
-            f"{len(roots)} links hang on no joint" + "".join(f", '{name}'" for name in roots[:5]),
-            "a robot is a tree: all links but one hang on a joint",
-        )
+        return f"{len(roots)} links hang on no joint: {some(roots)}"
     if len(robot.depth_first()) != len(robot.joints):
-        return "some of its joints form a loop", "a robot is a tree: no loops"
+        return "some of its joints form a loop"
     return None

@@ -41,7 +41,7 @@ def check_order(
 def find_stale(
     pass_: type[Pass], changed: Collection[str], before: Iterable[type[Pass]]
 ) -> tuple[str, str] | None:
-    """What an earlier pass has used and this pass changes, and what to do; None: nothing.
+    """Find a section that this pass changes too late; gives the message and a hint.
 
     ``changed`` are the sections that the pass changes, ``before`` the passes that stand before it.
     A section that the pass says it writes is made anew, and does not count.

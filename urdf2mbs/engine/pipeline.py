@@ -12,7 +12,13 @@ from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_file
 from urdf2mbs.disk.seal import intact, seal, unseal
 from urdf2mbs.engine.config import Config, Lines
-from urdf2mbs.engine.faults import check_left, check_ours, hook_failed, ours_alone, pass_failed
+from urdf2mbs.engine.faults import (
+    check_left,
+    check_protected,
+    hook_failed,
+    pass_failed,
+    protected_state,
+)
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.engine.order import check_order, find_stale
 from urdf2mbs.engine.plugins import FAILURES, GROUP, Registered, hooks_of, plugins_of
@@ -157,12 +163,12 @@ class Pipeline:
         plugin, file = registered.plugin, registered.file
         known = bool(conversion.robot.links)
         robot = snapshot(conversion.robot) if known and _may_change(configured) else None
-        ours = ours_alone(conversion) if plugin != GROUP else ""
+        ours = protected_state(conversion) if plugin != GROUP else ""
         sections = look(conversion) if plugin != GROUP else {}
         try:
             pass_.run(conversion)
             if plugin != GROUP:
-                check_ours(conversion, ours, f"pass '{pass_.name}'", plugin, file)
+                check_protected(conversion, ours, f"pass '{pass_.name}'", plugin, file)
                 check_left(registered, conversion, known)
             if robot is not None:
                 _note_change(conversion, robot, pass_.name, plugin, "robot" in pass_.writes)
@@ -208,14 +214,14 @@ class Pipeline:
         name = pass_.name if pass_ is not None else ""
         strangers = self.plugins.with_hook(hook) if pass_ is not None else []
         before = snapshot(conversion.robot) if strangers else None
-        ours = ours_alone(conversion) if strangers else ""
+        ours = protected_state(conversion) if strangers else ""
         try:
             for hooks in listeners:
                 getattr(hooks, hook)(**more)
             if before is not None:
                 who = f"the hook {'before' if 'before' in hook else 'after'} '{name}'"
                 names = "' or '".join(strangers)
-                check_ours(conversion, ours, who, names, "")
+                check_protected(conversion, ours, who, names, "")
                 _note_change(conversion, before, who, names, declared=False)
         except ConversionError:
             raise

@@ -97,7 +97,7 @@ def render(
 _CONTROLS = r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]"
 #: Longer lines of a message are cut in the middle.
 _LONGEST = 2000
-#: A line of a message that is not indented is a name's.
+#: A line break without two blanks behind it belongs to a name.
 _OTHER_LINE = r"\n(?!  )"
 
 
