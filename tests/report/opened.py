@@ -1,0 +1,76 @@
+"""A report that is open in the browser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from urdf2mbs.conversion import Conversion
+from urdf2mbs.report.page import make
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+
+@dataclass
+class Opened:
+    """A report in the browser."""
+
+    page: Page
+    conversion: Conversion
+    said: list[str] = field(default_factory=list)
+    """What the console said, errors, and every request that is not the page itself."""
+
+    def ask(self, expression: str, argument: Any = None) -> Any:
+        return self.page.evaluate(expression, argument)
+
+    def pose(self, side: str, name: str | None) -> Any:
+        """(4, 4): where the browser draws a body ("mbs") or a link ("urdf")."""
+        return np.array(self.ask("([s, n]) => urdf2mbs.seen(s, n)", [side, name]))
+
+    def slide(self, joint: str, value: float) -> None:
+        slider = self.page.locator(f'input[type=range][data-joint="{joint}"]')
+        slider.evaluate(
+            """(slider, value) => {
+              slider.value = value;
+              slider.dispatchEvent(new Event("input"));
+            }""",
+            value,
+        )
+
+    def position(self, joint: str) -> float:
+        return float(self.ask("(name) => urdf2mbs.position(name)", joint))
+
+
+Open = Callable[..., Opened]
+
+
+def open_report(
+    browser: Browser, folder: Path, conversion: Conversion, init: str | None = None
+) -> Opened:
+    """The report of a conversion in a new tab, ready; ``init`` is run before the page's own."""
+    file = folder / "report.html"
+    file.write_bytes(make(conversion).data)
+    page = browser.new_page(viewport={"width": 1100, "height": 760})
+    one = Opened(page, conversion)
+
+    def requested(url: str) -> None:
+        if url != file.as_uri() and not url.startswith(("data:", "blob:")):
+            one.said.append(f"request: {url}")
+
+    def said(kind: str, text: str) -> None:
+        if "GPU stall due to ReadPixels" not in text:  # what a screenshot costs in software
+            one.said.append(f"{kind}: {text}")
+
+    page.on("console", lambda message: said(message.type, message.text))
+    page.on("pageerror", lambda error: said("error", str(error)))
+    page.on("request", lambda request: requested(request.url))
+    if init:
+        page.add_init_script(init)
+    page.goto(file.as_uri())
+    page.evaluate("urdf2mbs.ready")
+    return one
