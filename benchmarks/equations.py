@@ -1,12 +1,13 @@
 """The generated equations beside Pinocchio: operations, compile time, microseconds.
 
-    python benchmarks/equations.py [--counts] [--arms] [--generation] [--speed] [--derivatives]
-                                   [ROBOT ...]
+    python benchmarks/equations.py [--counts] [--arms] [--generation] [--pairs] [--speed]
+                                   [--derivatives] [ROBOT ...]
 
 Without options all: the operations of every robot of ``../shared/robots``, and of three arms, as
 in ``docs/how-equations-are-made.md``; how long the equations take to generate, which needs nothing
-else; how fast they are, and how fast their derivatives.  ROBOT is a name, or for the speed a URDF:
-those of rbd-benchmarks are ``description/urdf/simplified/{iiwa,hyq,atlas}.urdf`` there.
+else; what pairs gain; how fast they are, and how fast their derivatives.  ROBOT is a name, or for
+the speed a URDF: those of rbd-benchmarks are
+``description/urdf/simplified/{iiwa,hyq,atlas}.urdf`` there.
 
 For the speed, ``M`` and ``c`` of the generated C stand against ``crba`` plus ``nonLinearEffects``,
 ``invdyna`` against ``rnea``, ``accelred`` against ``aba``, and the three tables of ``derivatives``
@@ -310,6 +311,26 @@ def generation(names: list[str]) -> None:
             )  # fmt: skip
 
 
+def pairs(names: list[str]) -> None:
+    """Microseconds of mass matrix and bias in C with mirrored limbs in pairs, and without."""
+    with tempfile.TemporaryDirectory() as temporary:
+        for name, text in real().items():
+            if names and name not in names:
+                continue
+            data = convert_text(text.decode(), base="floating", pipeline="compact").data
+            mbs = read(data, name, mechanics_only=True)
+            runs = []
+            for paired in (True, False):
+                made = generate(mbs, data, name, language="c", pairs=paired, functions=["dirdyna"])
+                folder = Path(temporary) / f"{name}{paired}"
+                runs.append(runner(compiled(made, "dirdyna", FLAGS["-O2"], folder)[0], mbs))
+            best = [1.0, 1.0]
+            for _ in range(400):
+                best = [min(seconds, run()) for seconds, run in zip(best, runs, strict=True)]
+            told = " us, ".join(f"{1e6 * seconds:.2f}" for seconds in best)
+            print(f"{name}: {told} us without pairs, {best[1] / best[0]:.2f} times", flush=True)
+
+
 def counts(names: list[str]) -> None:
     """Operations of each robot, as the table of ``docs/how-equations-are-made.md`` has them."""
     spec = importlib.util.spec_from_file_location("robots_of_tests", TESTS / "robots.py")
@@ -353,7 +374,7 @@ def arms(names: list[str]) -> None:
             print(f"{name}{told}: {count.products} products + {count.sums} sums")
 
 
-PARTS = (counts, arms, generation, speed, derivatives)
+PARTS = (counts, arms, generation, pairs, speed, derivatives)
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])

@@ -50,8 +50,6 @@ class Wish(msgspec.Struct):
     """The least distance of the box's middle from the chain."""
     corner: bool = False
     """A lone child at a side stands at the middle, even if it then reaches back beside the wire."""
-    reach: float = 0.0
-    """The box is so much longer, and the children at its sides stand so much farther ahead."""
 
 
 NOTHING = Wish()
@@ -162,12 +160,10 @@ class _Draft:
                 self.a1 = max(self.a1, a0 + 2 * (last + name))
             self.a1 = max(self.a1, a0 + last + EDGE)
             rows.append((side, lanes, a0 + move))
-        reach = self.wish.reach
-        self.a1 += reach
         for side, lanes, move in rows:
             if lone and len(lanes) == 1:
-                move = (a0 + self.a1 + reach) / 2 - lanes[0][1] - reach
-            self._put_side(side, lanes, move + reach)
+                move = (a0 + self.a1) / 2 - lanes[0][1]
+            self._put_side(side, lanes, move)
 
     def _put_side(self, side: int, lanes: list[_Lane], move: float) -> None:
         edge = self.b0 if side < 0 else self.b1

@@ -34,8 +34,7 @@ MIDDLE = 0.04
 LIMBS = 24
 """With more limbs than this at its spine, nobody would recognise a robot."""
 MOST = 40.0
-"""A wire that runs out may be so much longer (px); rather one more body runs out, or the last
-box gets longer."""
+"""Most by which a wire is stretched (px) where one more body of the limb can run out instead."""
 SHORT = 2
 """A limb of so few bodies one after the other does not turn down."""
 
@@ -334,13 +333,13 @@ def _sideways(bone: Vertebra, one: Plan, at: float, taken: list[Box]) -> None:
     for row, lane in zip(bone.rows, bone.lanes, strict=True):
         tries = [_run_out(limb, edge, at + lane, taken) for limb in row]
         partners = len(row) == 2 and row[0].node.alike is row[1].node
-        for limb, (length, spread, reach, out, boxes) in zip(row, tries, strict=True):
+        for limb, (length, spread, out, boxes) in zip(row, tries, strict=True):
             if partners and tries[0].length == tries[1].length:
                 # partners turn down at the same distance
                 short = max(t.middle for t in tries) - out
                 if short:
                     spread += short / _wires(limb, length)
-                    boxes = _run(limb, length, edge, at + lane, spread, reach)
+                    boxes = _run(limb, length, edge, at + lane, spread)
             assert limb.lead.point is not None
             start = (b0 + b1) / 2 + limb.side * edge
             one.points.append((limb.lead.point, lane, start))
@@ -354,8 +353,6 @@ class Run(NamedTuple):
     """How many bodies of a limb run out before it turns down."""
     spread: float
     """By how much more their wires are spread than they need (px)."""
-    reach: float
-    """By how much the last one's box is longer than it needs (px)."""
     middle: float
     """How far out the middle of the last one is (px)."""
     boxes: list[Box]
@@ -370,7 +367,7 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
     row = limb.row
     lengths = range(1, len(row) + 1) if limb.depth > SHORT else [len(row)]
     for length in lengths:
-        spread = reach = 0.0
+        spread = 0.0
         boxes = _run(limb, length, edge, lane)
         if len(boxes) > 1:
             inner, _, low, high = boxes[1]
@@ -378,14 +375,12 @@ def _run_out(limb: Limb, edge: float, lane: float, taken: list[Box]) -> Run:
             beside = [outer for _, outer, bottom, top in taken if bottom < high and low < top]
             short = max(0.0, max(beside) + GAP - inner) if beside else 0.0
             spread = float(ceil(short / _wires(limb, length)))
-            reach = max(0.0, spread - MOST) * _wires(limb, length)
-            if reach and length < len(row):
+            if spread > MOST and length < len(row):
                 continue
-            spread = min(spread, MOST)
             if spread:
-                boxes = _run(limb, length, edge, lane, spread, reach)
+                boxes = _run(limb, length, edge, lane, spread)
         a0, a1, _, _ = row[length - 1].plan[False].box
-        return Run(length, spread, reach, boxes[0][1] - (a1 - a0) / 2, boxes)
+        return Run(length, spread, boxes[0][1] - (a1 - a0) / 2, boxes)
     raise AssertionError("a limb has at least one body")
 
 
@@ -394,16 +389,13 @@ def _wires(limb: Limb, length: int) -> int:
     return sum(len(node.joints) for node in limb.row[:length])
 
 
-def _run(
-    limb: Limb, length: int, edge: float, lane: float, spread: float = 0.0, reach: float = 0.0
-) -> list[Box]:
-    """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs, and
-    the last box by ``reach``.
+def _run(limb: Limb, length: int, edge: float, lane: float, spread: float = 0.0) -> list[Box]:
+    """Plan the bodies of a limb that run out, each wire longer by ``spread`` than it needs.
 
     Returns the lane that the limb takes, and the column below its last body that runs out.
     """
     row = limb.row[:length]
-    turning = Wish(spread=spread, corner=True, reach=reach)
+    turning = Wish(spread=spread, corner=True)
     last = plan(row[-1], False, [], row[-1].leads, wish=turning)
     row[-1].plan[False] = last
     start = edge
