@@ -124,8 +124,8 @@ spellings = st.sampled_from(["link", "Ünï code", "<&>", "\"quoted'", "1", "_",
 
 
 @st.composite
-def models(draw: st.DrawFn, drawn: bool = False) -> Mbs:
-    """Any model that a file can hold, its names unique; ``drawn``: with a diagram."""
+def models(draw: st.DrawFn) -> Mbs:
+    """Any model that a file can hold, its names unique."""
     unique = count()
 
     def name() -> str:
@@ -191,7 +191,7 @@ def models(draw: st.DrawFn, drawn: bool = False) -> Mbs:
                 optional(numbers), optional(vectors),
                 optional(st.tuples(*[numbers] * 6)),
                 [point(False) for _ in some(2)], [shape() for _ in some(2)],
-                drawing() if drawn or draw(st.booleans()) else None,
+                drawing() if draw(st.booleans()) else None,
             )
         )  # fmt: skip
     places: list[tuple[str | None, str | None]] = [(None, None)]
