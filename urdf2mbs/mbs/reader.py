@@ -141,7 +141,8 @@ class _Reader(Values):
     def fail_word(self, joint: Joint, element: _Element, tag: str, hint: str) -> NoReturn:
         at = element.find(tag)
         said = f"joint '{joint.name}' is of {tag} '{getattr(joint, tag)}'"
-        self.fail(element if at is None else at, f"joint-{tag}-unknown", said, hint)
+        code = "joint-type-unknown" if tag == "type" else "joint-nature-unknown"
+        self.fail(element if at is None else at, code, said, hint)
 
     def check_point(self, point: Point, element: _Element) -> None:
         names = self.points.setdefault(self.owner, set())
