@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Table
+from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Object, Table
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -152,27 +152,22 @@ Write: TypeAlias = Callable[[_Writer, Any], str]
 @cache
 def _object(key: str, pad: str) -> Write:
     """Writes the children of the element of one of the ``OBJECTS``; ``pad`` stands before each."""
-    owner = OBJECTS[key]
-    elements = _elements(owner.table, pad)
-
-    def write(w: _Writer, thing: Any) -> str:
-        try:
-            return elements(w, thing)
-        except _NotFiniteError as error:
-            if not owner.what:
-                raise
-            raise ValueError(f"{owner.in_words(thing)} {error}") from None
-
-    return write
+    return _elements(OBJECTS[key].table, pad, OBJECTS[key])
 
 
 def _part(tag: str, pad: str) -> Write:
     inside = _object(tag, f"{pad}  ")
-    return lambda w, part: f"{pad}<{tag}{w.mark(part)}>\n{inside(w, part)}{pad}</{tag}>\n"
+
+    def write(w: _Writer, part: Any) -> str:
+        mark = w.mark(part) if w.source is not None else ""
+        return f"{pad}<{tag}{mark}>\n{inside(w, part)}{pad}</{tag}>\n"
+
+    return write
 
 
-def _elements(table: Table, pad: str) -> Write:
-    """Writes the elements of a table, without those whose value is None."""
+def _elements(table: Table, pad: str, owner: Object | None = None) -> Write:
+    """Writes the elements of a table, without those whose value is None; ``owner`` is the object
+    that an error names."""
     entries: list[tuple[str, Any]] = []
     for tag, entry in table.items():
         if isinstance(entry, tuple):
@@ -186,10 +181,15 @@ def _elements(table: Table, pad: str) -> Write:
 
     def write(w: _Writer, thing: Any) -> str:
         text = ""
-        for field, write_value in entries:
-            value = getattr(thing, field) if field else thing
-            if value is not None:
-                text += write_value(w, value)
+        try:
+            for field, write_value in entries:
+                value = getattr(thing, field) if field else thing
+                if value is not None:
+                    text += write_value(w, value)
+        except _NotFiniteError as error:
+            if owner is None or not owner.what:
+                raise
+            raise ValueError(f"{owner.in_words(thing)} {error}") from None
         return text
 
     return write
