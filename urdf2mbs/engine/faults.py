@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.plugins import GROUP, Registered
+from urdf2mbs.engine.plugins import GROUP, Registered, frames_in
 from urdf2mbs.messages.diagnostics import ConversionError, memory_full, some
 from urdf2mbs.urdf.model import Robot
-
-if TYPE_CHECKING:
-    from types import TracebackType
 
 
 def pass_failed(
@@ -94,31 +90,13 @@ def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
 def _failed(
     code: str, who: str, file: str, conversion: Conversion, error: BaseException, hint: str
 ) -> ConversionError:
-    where, line = _at_hand(error.__traceback__, file)
+    where, line = [(file, None), *frames_in(file, error.__traceback__)][-1]
     text = " ".join(str(error).split())
     said = type(error).__name__ + (f": {text}" if text else "")
     robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
     return ConversionError(
         code, f"{who} failed on robot '{robot}': {said}", file=where, line=line, hint=hint
     )
-
-
-def _at_hand(tb: TracebackType | None, file: str) -> tuple[str, int | None]:
-    """File and line of the innermost frame in a plugin's own code (its file, or its folder if
-    that is a package)."""
-    import traceback
-
-    own = Path(file)
-    frames: list[tuple[str, int | None]] = [
-        (frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(tb)
-    ]
-    inside = [
-        frame
-        for frame in frames
-        if Path(frame[0]) == own
-        or (own.name == "__init__.py" and Path(frame[0]).is_relative_to(own.parent))
-    ]
-    return (inside or frames or [(file, None)])[-1]
 
 
 def _output_fault(conversion: Conversion) -> str | None:

@@ -148,16 +148,10 @@ class Plugins:
             self._collect(file.stem)
 
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
-        """The plugin (name, file) whose hook a traceback went through; None: no plugin's."""
-        import traceback
-
-        codes = {frame.f_code for frame, _ in traceback.walk_tb(tb)}
-        for plugin in self._files:
-            for caller in self._manager.get_hookcallers(self._manager.get_plugin(plugin)) or ():
-                for impl in caller.get_hookimpls():
-                    code = getattr(impl.function, "__code__", None)
-                    if impl.plugin_name == plugin and code in codes:
-                        return plugin, self._files[plugin]
+        """The plugin (name, file) whose code a traceback went through; None: no plugin's."""
+        for plugin, file in self._files.items():
+            if plugin != GROUP and frames_in(file, tb):
+                return plugin, file
         return None
 
     def with_hook(self, hook: str) -> list[str]:
@@ -387,10 +381,22 @@ def _words(error: BaseException) -> str:
 
 
 def _line_in(file: Path, error: BaseException) -> int | None:
-    import traceback
-
     own = (str(file), os.path.abspath(file))  # noqa: PTH100 importlib names the whole path
     if isinstance(error, SyntaxError) and error.filename in own:
         return error.lineno
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename in own]
-    return lines[-1] if lines else None
+    frames = frames_in(own[1], error.__traceback__)
+    return frames[-1][1] if frames else None
+
+
+def frames_in(file: str, tb: TracebackType | None) -> list[tuple[str, int]]:
+    """The frames of a traceback (file, line) in a plugin's own code: its file, or its folder if
+    that is a package."""
+    import traceback
+
+    folder = os.path.dirname(file) + os.sep if file.endswith("__init__.py") else None  # noqa: PTH120
+    frames = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(tb)]
+    return [
+        (name, line)
+        for name, line in frames
+        if name == file or (folder is not None and name.startswith(folder))
+    ]
