@@ -227,6 +227,32 @@ def test_what_is_chosen_is_marked_everywhere(opened: Open, tiny: Conversion) -> 
     assert report.said == []
 
 
+def test_the_camera_turns_moves_and_zooms_and_a_click_chooses(
+    opened: Open, tiny: Conversion
+) -> None:
+    report = opened(tiny)
+    mouse, picked = report.page.mouse, report.page.locator("#picked")
+    canvas = report.page.locator("#view canvas")
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    seen = [report.ask("urdf2mbs.picture()")]
+    for button in ("left", "right"):
+        mouse.move(x, y)
+        mouse.down(button=button)
+        mouse.move(x + 40, y + 20, steps=3)
+        mouse.up(button=button)
+        seen.append(report.ask("urdf2mbs.picture()"))
+    assert len(set(seen)) == 3
+    assert picked.inner_text() == ""
+    report.page.locator("#fit").click()
+    assert report.ask("urdf2mbs.picture()") == seen[1], "turned, and not moved"
+    mouse.click(x, y + 0.08 * box["height"])  # the middle of the robot is below the picture's
+    assert picked.inner_text() != ""
+    assert report.said == []
+
+
 def test_the_panel_of_a_plain_robot(opened: Open, tmp_path: Path) -> None:
     """The tree has all links; the base's sliders come last; there are no switches for nothing."""
     source = tmp_path / "tiny.urdf"
