@@ -341,20 +341,10 @@ def test_ten_times_the_bodies_take_ten_times_the_work(shape: str) -> None:
     assert work(1_000) < 12 * work(100)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("shape", ["chain", "star"])
-def test_ten_thousand_bodies(shape: str) -> None:
-    mbs = many(shape, 10_000)
-    arrange(mbs)
-    places = {body.joints[0].position for body in mbs.bodies}
-    assert len(places) == 10_000
-    assert all(place is not None and min(place) > 0.0 for place in places)
-
-
 @pytest.mark.parametrize("robot", CONVERTIBLE)
 @pytest.mark.parametrize("preset", ["faithful", "compact"])
-def test_real_robots(robot: RealRobot, preset: str, laid_out: Any) -> None:
-    mbs = laid_out(robot, preset)
+def test_real_robots(robot: RealRobot, preset: str) -> None:
+    mbs = robot.convert(pipeline=preset).mbs
     assert faults(mbs) == []
     lengths = [wire.length for wire in wires(mbs)]
     assert max(lengths) <= 5.0 * median(lengths)

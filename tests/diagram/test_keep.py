@@ -58,12 +58,6 @@ def test_what_was_moved_stays(by_hand: Path) -> None:
     assert kept == 3
 
 
-def test_without_keep_all_is_new(by_hand: Path) -> None:
-    before = read((by_hand / "tiny.mbs").read_bytes(), "tiny.mbs")
-    result = convert(by_hand / "tiny.urdf")
-    assert places(result.mbs) != places(before)
-
-
 def test_a_new_body_stands_beside_its_parent(by_hand: Path) -> None:
     robot = by_hand / "tiny.urdf"
     extra = """
