@@ -23,46 +23,53 @@ LEGACY_HINT = (
 )
 
 
-def _names(table: dict[str, str]) -> dict[str, frozenset[str]]:
-    return {tag: frozenset(names.split()) for tag, names in table.items()}
-
-
-#: The attributes of each element that we read; any other is reported.
-ATTRIBUTES = _names({
-    "robot": "name version",
-    "link": "name",
-    "inertial": "",
-    "origin": "xyz rpy",
-    "mass": "value",
-    "inertia": "ixx ixy ixz iyy iyz izz",
-    "visual": "name",
-    "collision": "name",
-    "geometry": "",
-    "box": "size",
-    "cylinder": "radius length",
-    "sphere": "radius",
-    "mesh": "filename scale",
-    "material": "name",
-    "color": "rgba",
-    "texture": "filename",
-    "joint": "name type",
-    "parent": "link",
-    "child": "link",
-    "axis": "xyz",
-    "limit": "lower upper effort velocity",
-    "dynamics": "damping friction",
-    "mimic": "joint multiplier offset",
-    "safety_controller": "soft_lower_limit soft_upper_limit k_position k_velocity",
-    "calibration": "rising falling",
-})  # fmt: skip
+#: The attributes of each element that we read, and how many numbers each is; 0 is a text.
+ATTRIBUTES: dict[str, dict[str, int]] = {
+    "robot": {"name": 0, "version": 0},
+    "link": {"name": 0},
+    "inertial": {},
+    "origin": {"xyz": 3, "rpy": 3},
+    "mass": {"value": 1},
+    "inertia": dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1),
+    "visual": {"name": 0},
+    "collision": {"name": 0},
+    "geometry": {},
+    "box": {"size": 3},
+    "cylinder": {"radius": 1, "length": 1},
+    "sphere": {"radius": 1},
+    "mesh": {"filename": 0, "scale": 0},
+    "material": {"name": 0},
+    "color": {"rgba": 4},
+    "texture": {"filename": 0},
+    "joint": {"name": 0, "type": 0},
+    "parent": {"link": 0},
+    "child": {"link": 0},
+    "axis": {"xyz": 3},
+    "limit": {"lower": 1, "upper": 1, "effort": 1, "velocity": 1},
+    "dynamics": {"damping": 1, "friction": 1},
+    "mimic": {"joint": 0, "multiplier": 1, "offset": 1},
+    "safety_controller": {
+        "k_velocity": 1, "soft_lower_limit": 1, "soft_upper_limit": 1, "k_position": 1,
+    },
+    "calibration": {"rising": 1, "falling": 1},
+}  # fmt: skip
+#: The numbers that an element must have.
+REQUIRED: dict[str, tuple[str, ...]] = {
+    "mass": ("value",), "inertia": ("ixx", "iyy", "izz"), "box": ("size",),
+    "cylinder": ("radius", "length"), "sphere": ("radius",), "color": ("rgba",), "axis": ("xyz",),
+    "safety_controller": ("k_velocity",),
+}  # fmt: skip
 #: The children of each element that we read, at most one of each.
-CHILDREN = _names({
-    "inertial": "origin mass inertia",
-    "visual": "origin geometry material",
-    "collision": "origin geometry",
-    "material": "color texture",
-    "joint": "origin parent child axis limit dynamics mimic calibration safety_controller",
-})  # fmt: skip
+CHILDREN = {
+    tag: frozenset(names.split())
+    for tag, names in {
+        "inertial": "origin mass inertia",
+        "visual": "origin geometry material",
+        "collision": "origin geometry",
+        "material": "color texture",
+        "joint": "origin parent child axis limit dynamics mimic calibration safety_controller",
+    }.items()
+}
 #: A name that is so like a known one is a slip (``jiont``); the measure is difflib's.
 SLIP = 0.75
 #: What states mechanics where URDF does not know it.
@@ -84,22 +91,6 @@ class Elements(Messages):
         for slip in slips:
             self.warn(slip.code, slip.message, slip.line)
         return root
-
-    def attributes(self, element: Any) -> dict[str, str]:
-        """The attributes of an element that we know; others are reported."""
-        known = ATTRIBUTES[element.tag]
-        attributes: dict[str, str] = dict(element.items())
-        if not known.issuperset(attributes):
-            self.unknown_attributes(element)
-            return {name: text for name, text in attributes.items() if name in known}
-        return attributes
-
-    def attribute(self, element: Any, name: str) -> str | None:
-        """The value of the only attribute that an element may have; others are reported."""
-        value: str | None = element.get(name)
-        if len(element.attrib) != (value is not None):
-            self.unknown_attributes(element)
-        return value
 
     def unknown_attributes(self, element: Any) -> None:
         """One message for all attributes of a kind: most joints of a file have the same ones."""

@@ -25,28 +25,23 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.values import Reading
 
 
+def _mimic(joint: str = "", **numbers: float) -> Mimic:
+    return Mimic(joint, **numbers)
+
+
+#: Parts of a joint that can be left out, by the name that they have in URDF and in the model.
+OPTIONAL: dict[str, Callable[..., Any]] = {
+    "dynamics": Dynamics, "mimic": _mimic, "safety_controller": SafetyController,
+    "calibration": Calibration,
+}  # fmt: skip
+
+
 def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None:
     """Add a ``<joint>`` to ``joints``; its origin (m, rad) is in the parent link's frame."""
     name = reading.name(element, "joint", joints)
     if name is None:
         return
-    kind = element.get("type")
-    if len(element.attrib) != 2:
-        reading.unknown_attributes(element)
-    if kind not in JOINT_TYPES:
-        types = ", ".join(JOINT_TYPES)
-        if not kind:
-            hint = f"the types are: {types}"
-            reading.fail("joint-type-missing", f"joint '{name}' has no type", element, hint)
-        reading.text(element, "type", kind)
-        plain = kind.strip().lower()
-        if plain not in JOINT_TYPES:
-            what = f"joint '{name}' is of the type {quote(kind)}, which URDF does not know"
-            hint = nearest(plain, JOINT_TYPES) or f"the types are: {types}"
-            reading.fail("joint-type-unknown", what, element, hint)
-        what = f"the type {quote(kind)} is read as '{plain}'"
-        reading.warn("joint-type-spelling", what, element.sourceline)
-        kind = plain
+    kind = read_type(reading, element, name)
     parts = reading.parts(element)
     parent = read_end(reading, element, parts, "parent")
     child = read_end(reading, element, parts, "child")
@@ -58,76 +53,59 @@ def read_joint(reading: Reading, element: Any, joints: dict[str, Joint]) -> None
     )
     axis = parts.get("axis")
     if axis is not None and kind not in ("fixed", "floating"):  # these have none
-        read_axis(reading, joint, axis)
-    limit = parts.get("limit")
-    if limit is not None:
-        joint.limit = read_limit(reading, joint, limit)
+        joint.axis = reading.values(axis)["xyz"]
+        if joint.axis == ZERO:
+            what = f"joint '{name}' is {kind}, and its axis is zero"
+            hint = 'give a direction, such as xyz="0 0 1", or make the joint fixed'
+            reading.fail("axis-zero", what, axis, hint)
+    if "limit" in parts:
+        joint.limit = read_limit(reading, joint, parts["limit"])
     elif kind in ("revolute", "prismatic"):
         what = f"a {kind} joint wants a <limit>, and is read as one without limits"
         reading.warn("joint-limit-missing", what, element.sourceline)
-    for tag in OPTIONAL:
+    for tag, make in OPTIONAL.items():
         if tag in parts:
-            setattr(joint, tag, read_optional(reading, parts[tag]))
+            try:
+                setattr(joint, tag, make(**reading.values(parts[tag])))
+            except ConversionError as error:
+                reading.warn_of_left_out(parts[tag], f"<{tag}>", error)
 
 
-def read_optional(reading: Reading, element: Any) -> Any:
-    """A part of a joint that the .mbs does not have; None, with a warning: it cannot be read."""
-    kind = OPTIONAL[element.tag]
-    try:
-        if kind is SafetyController:  # the one number that has no default
-            reading.number(element, "k_velocity", element.get("k_velocity"))
-        numbers = known_numbers(reading, element)
-        return Mimic(element.get("joint") or "", **numbers) if kind is Mimic else kind(**numbers)
-    except ConversionError as error:
-        reading.warn_of_left_out(element, f"<{element.tag}>", error)
-        return None
-
-
-def known_numbers(reading: Reading, element: Any) -> dict[str, float]:
-    """All attributes that are numbers; the model calls them as URDF does."""
-    return {
-        name: reading.number(element, name, text)
-        for name, text in reading.attributes(element).items()
-        if name != "joint"
-    }
-
-
-#: Parts of a joint that can be left out, by the name that they have in URDF and in the model.
-OPTIONAL: dict[str, Callable[..., Any]] = {
-    "dynamics": Dynamics, "mimic": Mimic, "safety_controller": SafetyController,
-    "calibration": Calibration,
-}  # fmt: skip
+def read_type(reading: Reading, element: Any, name: str) -> str:
+    """The type of a joint."""
+    kind: str | None = element.get("type")
+    if len(element.attrib) != 2:
+        reading.unknown_attributes(element)
+    if kind in JOINT_TYPES:
+        return kind
+    types = f"the types are: {', '.join(JOINT_TYPES)}"
+    if not kind:
+        reading.fail("joint-type-missing", f"joint '{name}' has no type", element, types)
+    reading.text(element, "type", kind)
+    plain = kind.strip().lower()
+    if plain not in JOINT_TYPES:
+        what = f"joint '{name}' is of the type {quote(kind)}, which URDF does not know"
+        reading.fail("joint-type-unknown", what, element, nearest(plain, JOINT_TYPES) or types)
+    what = f"the type {quote(kind)} is read as '{plain}'"
+    reading.warn("joint-type-spelling", what, element.sourceline)
+    return plain
 
 
 def read_end(reading: Reading, element: Any, parts: dict[str, Any], which: str) -> str:
     """The name of a joint's ``parent`` or ``child`` link."""
     part = parts.get(which)
-    name = None if part is None else reading.attribute(part, "link")
-    if part is None or not name:
+    name: str | None = None if part is None else part.get("link")
+    if part is not None and len(part.attrib) != 1:
+        reading.unknown_attributes(part)
+    if not name:
         what, at = f"{reading.where} has no {which} link", element if part is None else part
         reading.fail("joint-link-missing", what, at, f'give <{which} link="..."/>')
     return name
 
 
-def read_axis(reading: Reading, joint: Joint, element: Any) -> None:
-    """Set the axis, in the child link's frame, as it is written; zero is an error."""
-    joint.axis = reading.vector(element, "xyz", reading.attribute(element, "xyz"))
-    if joint.axis == ZERO:
-        what = f"joint '{joint.name}' is {joint.type}, and its axis is zero"
-        hint = 'give a direction, such as xyz="0 0 1", or make the joint fixed'
-        reading.fail("axis-zero", what, element, hint)
-
-
 def read_limit(reading: Reading, joint: Joint, element: Any) -> Limit:
     """The limits of a joint; a number that cannot be read, or is infinite, is no limit."""
-    numbers: dict[str, float | None] = {}
-    for name, text in reading.attributes(element).items():
-        try:
-            numbers[name] = reading.number(element, name, text)
-        except ConversionError as error:
-            reading.warn_of_left_out(element, "a limit", error)
-            numbers[name] = None
-    limit = Limit(**numbers)
+    limit = Limit(**reading.values(element, lenient="a limit"))
     lower, upper = limit.lower, limit.upper
     ranged = joint.type in ("revolute", "prismatic") and None not in (lower, upper)
     if ranged and lower > upper:  # type: ignore[operator]

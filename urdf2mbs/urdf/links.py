@@ -51,8 +51,7 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
 
 def read_inertial(reading: Reading, element: Any) -> Inertial | None:
     """Mass (kg), centre (m) and inertia (kg m^2), about the centre, in the axes of its origin."""
-    if element.attrib:
-        reading.unknown_attributes(element)
+    reading.values(element)
     parts = reading.parts(element)
     origin = reading.origin(parts.get("origin"))
     mass_element, inertia_element = parts.get("mass"), parts.get("inertia")
@@ -62,39 +61,36 @@ def read_inertial(reading: Reading, element: Any) -> Inertial | None:
         hint = "give <mass value=.../>, or take <inertial> away"
         reading.warn("inertial-incomplete", what, line, hint=hint)
         return None
-    mass = reading.number(mass_element, "value", reading.attribute(mass_element, "value"))
+    mass: float = reading.values(mass_element)["value"]
     if mass < 0.0:
         reading.warn(
             "mass-negative", "no body has a mass below zero; it is kept",
             mass_element.sourceline, detail=f"{mass!r} kg", hint=REPAIR,
         )  # fmt: skip
-    tensor = NO_INERTIA
-    stated = inertia_element is not None and bool(inertia_element.attrib)
-    if stated:
-        tensor = read_inertia(reading, inertia_element)
-        if tensor != NO_INERTIA:
-            check_inertia(reading, tensor, mass, inertia_element)
-    if not stated:
+    if inertia_element is None or not inertia_element.attrib:
         what = "<inertial> without <inertia>: mass, but no inertia, as in ROS"
         hint = "give <inertia ixx=... ixy=... ixz=... iyy=... iyz=... izz=.../>"
         reading.warn("inertial-incomplete", what, line, hint=hint)
-    elif mass == 0.0 and tensor != NO_INERTIA:
-        reading.warn("inertia-without-mass", "inertia, but no mass", line)
-    elif mass > 0.0 and tensor == NO_INERTIA:
+        return Inertial(mass, NO_INERTIA, origin)
+    tensor = read_inertia(reading, inertia_element)
+    if tensor != NO_INERTIA:
+        check_inertia(reading, tensor, mass, inertia_element)
+        if mass == 0.0:
+            reading.warn("inertia-without-mass", "inertia, but no mass", line)
+    elif mass > 0.0:
         reading.warn("mass-without-inertia", "mass, but no inertia", line, level="note")
     return Inertial(mass, tensor, origin)
 
 
 def read_inertia(reading: Reading, element: Any) -> Sym:
     """An inertia (kg m^2); products that are missing are zero, with a warning."""
-    given = reading.attributes(element)
+    given = reading.values(element)
     missing = [name for name in ("ixy", "ixz", "iyz") if name not in given]
     if missing:
         what = "<inertia> has not all products of inertia; those missing are zero"
         detail = ", ".join(missing)
         reading.warn("inertia-incomplete", what, element.sourceline, detail=detail)
-        given.update(dict.fromkeys(missing, "0"))
-    xx, xy, xz, yy, yz, zz = (reading.number(element, name, given.get(name)) for name in MOMENTS)
+    xx, xy, xz, yy, yz, zz = (given.get(name, 0.0) for name in MOMENTS)
     return (xx, xy, xz, yy, yz, zz)
 
 

@@ -14,22 +14,20 @@ if TYPE_CHECKING:
 
 def read_material(reading: Reading, element: Any) -> Material | None:
     """Name, colour (red, green, blue, alpha from 0 to 1) and texture; None: nothing of use."""
-    name = reading.attribute(element, "name") or ""
+    name = reading.values(element).get("name", "")
     color: tuple[float, float, float, float] | None = None
-    texture: str | None = None
     parts = reading.parts(element)
     if "color" in parts:
         child = parts["color"]
         try:
-            r, g, b, a = reading.numbers(child, "rgba", reading.attribute(child, "rgba"), 4)
-            color = (r, g, b, a)
+            color = reading.values(child)["rgba"]
         except ConversionError as error:
             reading.warn_of_left_out(child, "a colour", error)
             reading.colourless.add(name)
         if color is not None and (min(color) < 0.0 or max(color) > 1.0):
             reading.warn("color-range", "rgba is not within 0 and 1", child.sourceline)
-    if "texture" in parts:
-        texture = reading.attribute(parts["texture"], "filename") or None
+    named = reading.values(parts["texture"]) if "texture" in parts else {}
+    texture = named.get("filename") or None
     if not name and color is None and texture is None:
         return None
     return Material(name, color, texture)

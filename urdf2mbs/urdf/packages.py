@@ -31,6 +31,8 @@ _ROOTS = (
     ".git", "colcon.meta", ".colcon", ".catkin_workspace", ".catkin_tools", ".rosinstall",
     "install/.colcon_install_layout", "build/.built_by", "devel/.catkin",
 )  # fmt: skip
+#: The variables of the environment that hold folders, of ROS 1 and 2.
+_ENVIRONMENT = ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
 #: A folder with one of these holds no sources, as what colcon built: rospack skips it, too.
 _NO_CRAWL = ("CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs")
 
@@ -46,8 +48,8 @@ def workspace(source: Path) -> Path:
     The workspace is the outermost folder above the source that is a package (with a
     ``package.xml``), a git checkout, a workspace of colcon or catkin, or a folder ``src`` that
     directly holds one of these; else the folder of the source.  The home folder and the folders
-    above it are no workspace.  xacro is code, and a package beside the workspace may be a
-    stranger's: ``packages:`` must name it.
+    above it are no workspace.  A package beside the workspace may be a stranger's, and xacro is
+    code: ``packages:`` must name the package.
     """
     root, home = source.parent, _home()
     inner = False
@@ -96,7 +98,7 @@ class Packages:
 
     @cached_property
     def root(self) -> Path:
-        """The folder that is searched; cached, since most robots name no package."""
+        """The folder that is searched."""
         return workspace(self.source)
 
     def find(self, name: str) -> Path:
@@ -118,17 +120,7 @@ class Packages:
             self._found[name] = self._search(name)
         known = self._found[name]
         if known is None:
-            places = "".join(f"\n  {place}" for place in self.places(name))
-            stranger, close = self._further(name), nearest(name, self.table)
-            said = f"{close} else " if close else ""
-            if stranger is not None:
-                said = f"there is one outside, in {stranger}: if you trust it, "
-            raise ConversionError(
-                "package-not-found",
-                f"package '{name}' was not found; looked in:{places}",
-                hint=f"{said}add `packages: {{{name}: {stranger or 'DIR'}}}` to the config, or "
-                f"`--package {name}={stranger or 'DIR'}`",
-            )
+            raise self._missing(name)
         return known
 
     def found(self) -> dict[str, Path]:
@@ -136,18 +128,23 @@ class Packages:
         there = {name: folder for name, folder in self._found.items() if folder is not None}
         return dict(sorted({**self.table, **there}.items()))
 
-    def places(self, name: str) -> list[str]:
-        """The places where ``find`` looks for a package, for a message."""
-        known = ", ".join(self.table) or "empty"
-        return [
-            f"the table of packages ({known})",
+    def _missing(self, name: str) -> ConversionError:
+        stranger, close = self._further(name), nearest(name, self.table)
+        said = f"{close} else " if close else ""
+        if stranger is not None:
+            said = f"there is one outside, in {stranger}: if you trust it, "
+        places = (
+            f"the table of packages ({', '.join(self.table) or 'empty'})",
             f"{self.source.parent} and the folders above it; what is in {self.root} or, "
             "unless that is a checkout or workspace, beside it",
-            *(
-                f"{name}={os.environ.get(name) or '(not set)'}"
-                for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")
-            ),
-        ]
+            *(f"{place}={os.environ.get(place) or '(not set)'}" for place in _ENVIRONMENT),
+        )
+        return ConversionError(
+            "package-not-found",
+            "\n  ".join([f"package '{name}' was not found; looked in:", *places]),
+            hint=f"{said}add `packages: {{{name}: {stranger or 'DIR'}}}` to the config, or "
+            f"`--package {name}={stranger or 'DIR'}`",
+        )
 
     def resolve(self, filename: str) -> Path | None:
         """The file of a mesh or texture by its name; None if there is no such file.
@@ -268,14 +265,12 @@ class Packages:
 
     def _further(self, name: str) -> Path | None:
         """A package outside the workspace, below a folder above it; None: there is none."""
-        if not _is_name(name):
-            return None
         if name not in self._beyond:
-            beyond = [above for above in self.source.parents if above in self.root.parents]
-            described = chain.from_iterable(_below(above, name) for above in beyond)
-            candidates = [folder for folder in described if _package_name(folder) == name]
-            candidates += [above / name for above in beyond if (above / name).is_dir()]
-            self._beyond[name] = next(iter(candidates), None)
+            beyond = self.root.parents if _is_name(name) else ()
+            below = chain.from_iterable(_below(above, name) for above in beyond)
+            found = [folder for folder in below if _package_name(folder) == name]
+            found += [above / name for above in beyond if (above / name).is_dir()]
+            self._beyond[name] = next(iter(found), None)
         return self._beyond[name]
 
     def _crawl(self, top: Path) -> dict[str, Path]:

@@ -59,7 +59,7 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
     reading.owner = ("robot", "")
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
         raise reading.last
-    robot.name = (reading.attributes(root).get("name") or "").strip()
+    robot.name = reading.values(root).get("name", "").strip()
     if not robot.name:
         reading.warn("robot-unnamed", "<robot> has no name", root.sourceline)
     check_materials(reading, robot)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -15,13 +16,15 @@ if TYPE_CHECKING:
     from urdf2mbs.urdf.model import Geometry, Origin
     from urdf2mbs.urdf.values import Reading
 
+#: The model's class of each shape; it calls the attributes as URDF does.
+SHAPES: dict[str, Any] = {"box": Box, "cylinder": Cylinder, "sphere": Sphere, "mesh": Mesh}
 #: What xacro makes of ``file://$(find NAME)/...`` where the package was not found.
 _UNRESOLVED = r"^file:/*(?=package://)"
 
 
 def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
     """Append a ``<visual>``: its shape, origin (m, rad) in its link's frame, and material."""
-    name = reading.attribute(element, "name")
+    name = reading.values(element).get("name")
     parts = reading.parts(element)
     material = parts.get("material")
     look = None if material is None else read_material(reading, material)
@@ -32,7 +35,7 @@ def read_visual(reading: Reading, element: Any, visuals: list[Visual]) -> None:
 
 def read_collision(reading: Reading, element: Any, collisions: list[Collision]) -> None:
     """Append a ``<collision>``: its shape and origin (m, rad) in its link's frame."""
-    name = reading.attribute(element, "name")
+    name = reading.values(element).get("name")
     placed = read_shape(reading, element, reading.parts(element))
     if placed is not None:
         collisions.append(Collision(*placed, name, element.sourceline))
@@ -56,8 +59,8 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
     :raises ConversionError: a number cannot be read
     """
     shapes = [] if element is None else [child for child in element if isinstance(child.tag, str)]
-    if element is not None and element.attrib:
-        reading.unknown_attributes(element)
+    if element is not None:
+        reading.values(element)
     for child in shapes[1:]:
         reading.warn_of_double("geometry", child)
     if not shapes:
@@ -65,49 +68,38 @@ def read_geometry(reading: Reading, owner: Any, element: Any) -> Geometry | None
         reading.warn("geometry-unknown", what, owner.sourceline)
         return None
     shape = shapes[0]
-    tag = shape.tag
-    sizes: tuple[float, ...]
-    geometry: Geometry
-    if tag == "mesh":
-        attributes = reading.attributes(shape)
-        filename = attributes.get("filename")
-        if not filename or not filename.strip():
+    kind = SHAPES.get(shape.tag)
+    if kind is None:
+        reading.report_xacro(shape)
+        what = f"<{owner.tag}> is left out, its geometry <{plain(shape.tag)}> is not known"
+        reading.warn("geometry-unknown", what, shape.sourceline)
+        return None
+    values = reading.values(shape)
+    if kind is Mesh:
+        filename = values.get("filename", "")
+        if not filename.strip():
             what = f"<{owner.tag}> whose mesh has no filename is left out"
             reading.warn("geometry-unknown", what, shape.sourceline)
             return None
-        filename = re.sub(_UNRESOLVED, "", filename)
-        if "scale" not in attributes:
-            return Mesh(filename)
-        scale = read_scale(reading, shape, attributes["scale"])
-        geometry, sizes = Mesh(filename, scale), tuple(map(abs, scale))  # < 0 is a mirror
-    elif tag == "box":
-        geometry = Box(reading.vector(shape, "size", reading.attribute(shape, "size")))
-        sizes = geometry.size
-    elif tag == "cylinder":
-        attributes = reading.attributes(shape)
-        geometry = Cylinder(
-            reading.number(shape, "radius", attributes.get("radius")),
-            reading.number(shape, "length", attributes.get("length")),
-        )
-        sizes = (geometry.radius, geometry.length)
-    elif tag == "sphere":
-        geometry = Sphere(reading.number(shape, "radius", reading.attribute(shape, "radius")))
-        sizes = (geometry.radius,)
-    else:
-        reading.report_xacro(shape)
-        what = f"<{owner.tag}> is left out, its geometry <{plain(tag)}> is not known"
-        reading.warn("geometry-unknown", what, shape.sourceline)
-        return None
-    if min(sizes) <= 0.0:
-        what = f"the <{tag}> of a <{owner.tag}> has a size that is zero or negative"
+        values["filename"] = re.sub(_UNRESOLVED, "", filename)
+        if "scale" in values:
+            values["scale"] = read_scale(reading, shape, values["scale"])
+    sizes = chain.from_iterable(
+        map(abs, value) if kind is Mesh else value if isinstance(value, tuple) else [value]
+        for name, value in values.items()
+        if name != "filename"
+    )
+    if min(sizes, default=1.0) <= 0.0:  # a scale below zero is a mirror
+        what = f"the <{shape.tag}> of a <{owner.tag}> has a size that is zero or negative"
         reading.warn("geometry-size", what, shape.sourceline)
-    return geometry
+    return kind(**values)
 
 
 def read_scale(reading: Reading, element: Any, text: str) -> Vec:
     """The scale of a mesh: three numbers, or one for all directions."""
     if len(text.split()) != 1:
-        return reading.vector(element, "scale", text)
+        x, y, z = reading.numbers(element, "scale", text, 3)
+        return (x, y, z)
     factor = reading.number(element, "scale", text)
     reading.warn(
         "mesh-scale", "the scale of a mesh is one number, taken for all directions",

@@ -12,7 +12,7 @@ from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.spatial import ZERO, from_quaternion, to_xyz_angles, transpose
-from urdf2mbs.urdf.elements import Elements
+from urdf2mbs.urdf.elements import ATTRIBUTES, REQUIRED, Elements
 from urdf2mbs.urdf.model import Origin
 
 if TYPE_CHECKING:
@@ -66,33 +66,60 @@ class Reading(Elements):
             what = f"{attribute}={quote(text)} of {self.where} was left by xacro"
             self.fail("xacro-unexpanded", what, element)
 
-    def number(self, element: Any, attribute: str, text: str | None) -> float:
+    def values(self, element: Any, lenient: str = "") -> dict[str, Any]:
+        """The attributes that an element states, by the table; others are reported.
+
+        ``lenient``: how a message calls a number that cannot be read; its value is None.
+        """
+        tag = element.tag
+        known = ATTRIBUTES[tag]
+        values: dict[str, Any] = {}
+        stated: list[tuple[str, str]] = element.items()
+        if not stated and tag not in REQUIRED:
+            return values
+        for name, text in stated:
+            count = known.get(name)
+            try:
+                if count == 1:
+                    values[name] = self.number(element, name, text)
+                elif count:
+                    values[name] = self.numbers(element, name, text, count)
+                elif count is not None:
+                    values[name] = text
+            except ConversionError as error:
+                if not lenient:
+                    raise
+                self.warn_of_left_out(element, lenient, error)
+                values[name] = None
+        if len(values) < len(stated):
+            self.unknown_attributes(element)
+        if tag in REQUIRED:
+            for name in REQUIRED[tag]:
+                if name not in values:
+                    self.bad_number(element, name, None, known[name])
+        return values
+
+    def number(self, element: Any, attribute: str, text: str) -> float:
         try:  # without a tuple: a robot is read in two thirds of the time
-            value = float(text or "")
+            value = float(text)
         except ValueError:
             value = nan
-        if text is None or not (text.isascii() and isfinite(value)) or "_" in text:
+        if not (text.isascii() and isfinite(value)) or "_" in text:
             self.bad_number(element, attribute, text, 1)
         return value
 
-    def numbers(
-        self, element: Any, attribute: str, text: str | None, count: int
-    ) -> tuple[float, ...]:
-        if text is not None and text.isascii() and "_" not in text:
+    def numbers(self, element: Any, attribute: str, text: str, count: int) -> tuple[float, ...]:
+        if text.isascii() and "_" not in text:
             try:
                 values = tuple(map(float, text.split()))
             except ValueError:
                 values = ()
             if len(values) == count and all(map(isfinite, values)):
                 return values
-        if text and text.count(",") == count - 1 > 0 and re.fullmatch(_COMMAS, text):
+        if text.count(",") == count - 1 > 0 and re.fullmatch(_COMMAS, text):
             self.warn("number-commas", "numbers are parted by commas", element.sourceline)
             return self.numbers(element, attribute, text.replace(",", " "), count)
         return self.bad_number(element, attribute, text, count)
-
-    def vector(self, element: Any, attribute: str, text: str | None) -> Vec:
-        x, y, z = self.numbers(element, attribute, text, 3)
-        return (x, y, z)
 
     def bad_number(self, element: Any, attribute: str, text: str | None, count: int) -> NoReturn:
         wanted = "a number" if count == 1 else f"{count} numbers"
@@ -131,18 +158,17 @@ class Reading(Elements):
         if element is None:
             return NO_ORIGIN
         quaternion = element.get("quat_xyzw") if self.quaternions else None
-        said = self.attributes(element) if quaternion is None else element.attrib
-        xyz, rpy = said.get("xyz"), said.get("rpy")
-        if quaternion is not None:
-            angles = self.rotation(element, quaternion, rpy)
-        else:
-            angles = ZERO if rpy is None else self.vector(element, "rpy", rpy)
-        return Origin(ZERO if xyz is None else self.vector(element, "xyz", xyz), angles)
+        if quaternion is None:
+            stated = self.values(element)
+            return Origin(stated.get("xyz", ZERO), stated.get("rpy", ZERO))
+        angles = self.rotation(element, quaternion)
+        x, y, z = self.numbers(element, "xyz", element.get("xyz", "0 0 0"), 3)
+        return Origin((x, y, z), angles)
 
-    def rotation(self, element: Any, text: str, rpy: str | None) -> Vec:
+    def rotation(self, element: Any, text: str) -> Vec:
         """Roll, pitch and yaw (rad) of an origin with a quaternion, as URDF 1.1 permits."""
         quaternion = self.numbers(element, "quat_xyzw", text, 4)
-        fault = "" if rpy is None else "<origin> has both rpy and quat_xyzw"
+        fault = "" if element.get("rpy") is None else "<origin> has both rpy and quat_xyzw"
         fault = fault if any(quaternion) else "quat_xyzw of <origin> is zero"
         if fault:
             hint = "give a rotation, and give it once"
