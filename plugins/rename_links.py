@@ -55,7 +55,7 @@ class RenameLinks(Pass):
             "links": {old: new for old, new in links.items() if old != new},
             "joints": {old: new for old, new in joints.items() if old != new},
         }
-        conversion.facts["rename-links"] = changed
+        conversion.report["rename-links"] = changed
         conversion.note(
             "renamed", f"{len(changed['links'])} links and {len(changed['joints'])} joints renamed"
         )

@@ -170,7 +170,7 @@ def test_feet_touch_the_ground_in_the_start_pose(parts: str, feet: list[str], he
     for key in ("passes:", "  contacts:"):
         text = text.replace(f"# {key}", key)
     (here / "r.yaml").write_text(text)
-    assert ("contacts" in Pipeline(*load(here / "r.yaml")).run().facts) == bool(feet)
+    assert ("contacts" in Pipeline(*load(here / "r.yaml")).run().report) == bool(feet)
 
 
 def test_the_start_position_is_within_the_limits(here: Path) -> None:
@@ -194,7 +194,7 @@ def test_the_inertia_of_motors_is_offered(here: Path) -> None:
     offered = offered.replace("# passes", "passes").replace("#   rotors", "  rotors")
     config.write_text(offered)
     conversion = Pipeline(*load(config)).run()
-    assert conversion.facts["rotors"] == {"shoulder": 0.25}
+    assert conversion.report["rotors"] == {"shoulder": 0.25}
 
 
 def test_a_robot_without_mass_is_offered_an_estimate(here: Path) -> None:

@@ -152,12 +152,16 @@ class Conversion:
         """The file of the robot, as it was read."""
         self.expansion: Expansion | None = None
         """What xacro made of the source; None where there is no xacro in it."""
+        self.estimated: list[str] | None = None
+        """The links whose inertia is an estimate; None: no estimate was asked for."""
         self.floating = False
         self.base_reason = ""
         """Why the base floats or not, in a word or two."""
         self.inserted: str | None = None
         """The joint, and with it the link above it, that insert-base added to the robot."""
         self.segments: dict[str, Segment] = {}
+        self.aligned = False
+        """True if the frames of bodies are turned along their joints, not the URDF's."""
         self.mbs = mbs.Mbs(name="")
         self.names = Names()
         self.frozen: dict[str, str] = {}
@@ -198,8 +202,8 @@ class Conversion:
         """What ``check`` found."""
         self.proven: bytes | None = None
         """The very bytes that ``check`` read."""
-        self.facts: dict[str, Any] = {}
-        """What passes add to the report, each under its own name."""
+        self.report: dict[str, Any] = {}
+        """What passes add to the report, each under its own name; no pass reads it."""
         self.progress: Callable[[str], None] = lambda text: None
         """Called by passes that take long, with what they are at."""
 

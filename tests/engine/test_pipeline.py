@@ -30,7 +30,7 @@ def marks(tmp_path: Path, *names: str) -> Path:
     file.write_text(
         "from making import hookimpl, make\n"
         "def marker(name):\n"
-        "  def run(conversion, options): conversion.facts.setdefault('ran', []).append(name)\n"
+        "  def run(conversion, options): conversion.report.setdefault('ran', []).append(name)\n"
         "  return make(name, run)\n"
         f"@hookimpl\ndef urdf2mbs_passes(): return [marker(name) for name in {names!r}]\n"
     )

@@ -56,7 +56,7 @@ def test_every_sample_arrives_in_the_project(tmp_path: Path) -> None:
     for shape in shapes_of(conversion):
         assert file_of(conversion, shape).parent == folder
         assert len(shown(conversion, shape)) == len(TRIANGLES)
-    report = conversion.facts["convert-meshes"]
+    report = conversion.report["convert-meshes"]
     assert (report["converted"], report["lost"]) == (len(SAMPLES), {})
     drawn = [data for path, data in conversion.files.items() if path.suffix == ".wrl"]
     assert report["bytes"] == sum(map(len, drawn))
@@ -176,7 +176,7 @@ def test_missing_mesh_is_named_with_where_it_was_looked_for(tmp_path: Path) -> N
         assert said in one.message
     for place in (str(tmp_path / "p"), "nowhere_at_all"):
         assert place in (one.hint or "")
-    lost = conversion.facts["convert-meshes"]["lost"]
+    lost = conversion.report["convert-meshes"]["lost"]
     assert lost["package://p/gone.stl"]["links"] == ["link0", "link1"]
     assert len(conversion.files) == 1
     assert shapes_of(conversion)[2].scale == (1.0, -1.0, 1.0)
@@ -227,7 +227,7 @@ def test_what_all_meshes_together_may_take_is_bounded(tmp_path: Path) -> None:
         path.write_bytes(data)
     options = ConvertMeshes(at_most=2.5 * len(data) / 2**20)  # type: ignore[arg-type]
     conversion = convert(tmp_path, [visual(path) for path in paths], options=options)
-    report = conversion.facts["convert-meshes"]
+    report = conversion.report["convert-meshes"]
     assert (report["converted"], list(report["lost"])) == (2, [str(paths[2])])
     assert codes(conversion) == ["mesh-too-large"]
 

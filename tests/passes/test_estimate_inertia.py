@@ -389,7 +389,7 @@ def test_a_face_without_an_area_is_passed_over(tmp_path: Path) -> None:
 def test_what_a_body_can_have_is_not_repaired() -> None:
     result = convert_text(passes={"estimate-inertia": {"repair": True}})
     assert "inertia-repaired" not in [found.code for found in result.diagnostics]
-    assert "inertia-repair" not in result.conversion.facts
+    assert "inertia-repair" not in result.conversion.report
 
 
 def test_nothing_to_estimate_is_told() -> None:

@@ -21,5 +21,5 @@ def test_the_report_names_the_style_that_was_used(mbs: Mbs, style: str, used: st
     conversion = Conversion(Settings(Path("robot.urdf"), Path("robot.mbs"), Config(source="")))
     conversion.mbs = mbs
     Layout(style=style).run(conversion)  # type: ignore[arg-type]
-    assert conversion.facts["layout"] == {"style": used}
+    assert conversion.report["layout"] == {"style": used}
     assert set(centres(mbs)) == {"", *(body.name for body in mbs.bodies)}

@@ -107,7 +107,7 @@ def test_one_line_for_one_cause(tmp_path: Path) -> None:
     assert len(found.frozen) == 9
     assert mesh.message.startswith("9 meshes not found: 'package://gone/0.stl' (link l0), ")
     assert mesh.message.endswith(" and 6 more")
-    assert len(found.facts["convert-meshes"]["lost"]) == 9
+    assert len(found.report["convert-meshes"]["lost"]) == 9
 
 
 def test_one_of_a_thing_is_not_things(tmp_path: Path, capsys: Any) -> None:

@@ -175,7 +175,7 @@ def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
     )
     options = {"srdf": str(tmp_path / "r.srdf"), "state": "s"}
     result = convert_text(TINY, passes={"posture": options})
-    assert result.conversion.facts["posture"] == {"wrist_roll": 0.5}
+    assert result.conversion.report["posture"] == {"wrist_roll": 0.5}
     assert "is not used for shoulder, wrist_pitch: " in messages(result)["posture-state"]
 
 

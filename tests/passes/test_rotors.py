@@ -69,7 +69,7 @@ def test_accelerations_are_those_of_pinocchios_armature(base: str, tmp_path: Pat
     assert made.report.mass == pytest.approx(8.0 if base == "fixed" else 10.0)
     assert "4 links added, 4 joints added" in made.report.verdict
     armature = {**STATED, "c_to_d": 0.2, "a_to_e": 1.5}
-    assert made.conversion.facts["rotors"] == pytest.approx(armature)
+    assert made.conversion.report["rotors"] == pytest.approx(armature)
 
     equations = load_equations(
         tmp_path / "r.urdf", base=base, pipeline="compact", passes=options, language="python"

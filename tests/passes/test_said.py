@@ -240,7 +240,7 @@ def lines(result: Result) -> Iterator[str]:
         yield f"{found.level}[{found.code}] {found.link or found.joint or ''}: {found.message}"
         if found.hint:
             yield f"    {found.hint}"
-    for name, fact in sorted(result.conversion.facts.items()):
+    for name, fact in sorted(result.conversion.report.items()):
         if name not in TWICE and fact:
             yield f"{name}: {json.dumps(plain(fact))}"
     if result.report.left_out:

@@ -59,7 +59,7 @@ def test_no_tip_moves_by_more_than_is_said(kind: str) -> None:
     ]
     result = convert_text(texts[0], passes=SNAP)
     assert result.data == convert_text(texts[1]).data
-    found = result.conversion.facts["snap"]
+    found = result.conversion.report["snap"]
     models = [pin.buildModelFromXML(text) for text in texts]
     rng = np.random.default_rng(1)
     apart = []
@@ -102,16 +102,16 @@ def test_a_slide_moves_a_tip_by_as_much_as_it_reaches() -> None:
         link("a", SOLID), link("b", SOLID.replace("0.1 -0.2 0.3", "0 0 2")),
         joint("a", "b", "prismatic", rpy="1.5708 0 0").replace('lower="-1"', 'lower="-5"'),
     )  # fmt: skip
-    moves = convert_text(text, passes=SNAP).conversion.facts["snap"]["moves"]
+    moves = convert_text(text, passes=SNAP).conversion.report["snap"]["moves"]
     assert moves == pytest.approx((2 + 5) * (1.5708 - float(RIGHT)), rel=1e-9)
     for rpy in ("0 1.5708 0", "0 0 1.5708"):
         turned = text.replace("1.5708 0 0", rpy)
-        assert convert_text(turned, passes=SNAP).conversion.facts["snap"]["moves"] == moves
+        assert convert_text(turned, passes=SNAP).conversion.report["snap"]["moves"] == moves
     beside = text.replace("</robot>", f"{link('c', SOLID)}{joint('a', 'c')}</robot>")
-    assert convert_text(beside, passes=SNAP).conversion.facts["snap"]["moves"] == moves
+    assert convert_text(beside, passes=SNAP).conversion.report["snap"]["moves"] == moves
     free = re.sub("<limit[^>]*>", "", text)
-    moves = convert_text(free, passes=SNAP).conversion.facts["snap"]["moves"]
+    moves = convert_text(free, passes=SNAP).conversion.report["snap"]["moves"]
     assert moves == pytest.approx(2 * (1.5708 - float(RIGHT)), rel=1e-9)
     axis = text.replace('"1.5708 0 0"', '"0 0 0"').replace('xyz="0 0 1"', 'xyz="0 0.00005 1"')
-    moves = convert_text(axis, passes=SNAP).conversion.facts["snap"]["moves"]
+    moves = convert_text(axis, passes=SNAP).conversion.report["snap"]["moves"]
     assert moves == pytest.approx((2 + 5) * 2 * 0.00005, rel=1e-6)

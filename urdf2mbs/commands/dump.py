@@ -70,7 +70,7 @@ def state(conversion: Conversion) -> dict[str, Any]:
             path.name.encode("utf-8", "backslashreplace").decode(): f"{len(data)} bytes"
             for path, data in files.items()
         },
-        "changed": c.changed, "proof": c.proof, "report": c.facts, "diagnostics": c.diagnostics,
+        "changed": c.changed, "proof": c.proof, "report": c.report, "diagnostics": c.diagnostics,
     }  # fmt: skip
     return {name: plain for name, value in everything.items() if (plain := _plain(value))}
 

@@ -108,7 +108,7 @@ def init(
     lines = Lines()
     asked = typed(Config, {"source": source, "pipeline": "compact", **fields}, lines)
     conversion = Pipeline(asked, lines, installed_plugins=False).run()
-    middle = conversion.facts.get("posture-limit", {}).get("middle")
+    middle = conversion.report.get("posture-limit", {}).get("middle")
     if middle:  # the start pose of the config, in which feet touch the ground
         asked = msgspec.structs.replace(asked, passes={"posture": {"joints": middle}})
         conversion = Pipeline(asked, lines, installed_plugins=False).run(before=conversion)

@@ -36,8 +36,8 @@ def tell(conversion: Conversion, found: Report, verbose: bool) -> None:
         f"  {counted(joints.urdf, 'URDF joint')} -> {joints}; "
         f"{joints.per_degree_of_freedom:.2f} joints for each degree of freedom"
     )
-    if "merge" in conversion.facts:
-        counts = {does: len(said) for does, said in conversion.facts["merge"]["words"].items()}
+    if "merge" in conversion.report:
+        counts = {does: len(said) for does, said in conversion.report["merge"]["words"].items()}
         words = ", ".join(f"{count} {does}" for does, count in counts.items() if count)
         print(f"  merged with your edits: {words or 'nothing is another'}")
     if found.proof is not None:

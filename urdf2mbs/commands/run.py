@@ -99,7 +99,7 @@ def _show_plan(conversion: Conversion, arguments: argparse.Namespace) -> int:
         does: list(map(near, paths))
         for does, paths in plan(conversion, force=arguments.force).items()
     }
-    merge = conversion.facts.get("merge")
+    merge = conversion.report.get("merge")
     if arguments.json:
         print_json({"merge": merge, "files": files, "diagnostics": conversion.diagnostics})
     else:

@@ -104,9 +104,9 @@ def _output_fault(conversion: Conversion) -> str | None:
         if not isinstance(path, Path) or not isinstance(data, bytes):
             return f"conversion.files has {path!r}: {type(data).__name__}"
     try:
-        msgspec.json.encode(conversion.facts)
+        msgspec.json.encode(conversion.report)
     except Exception as error:
-        return f"conversion.facts cannot be JSON: {error}"
+        return f"conversion.report cannot be JSON: {error}"
     return None
 
 

@@ -23,7 +23,7 @@ def _joints_of(c: Conversion) -> list[mbs.Joint]:
 
 
 def _bodies(c: Conversion) -> Any:
-    return [
+    segments = [
         (segment.link, segment.parent, segment.parts, [
             (step.joint.name, step.xyz, step.turns, step.axis, step.measured,
              step.frames)
@@ -31,6 +31,7 @@ def _bodies(c: Conversion) -> Any:
         ])
         for segment in c.segments.values()
     ]  # fmt: skip
+    return c.aligned, segments
 
 
 def _anchors(c: Conversion) -> Any:
@@ -73,7 +74,7 @@ def _layout(c: Conversion) -> Any:
 
 #: Each section, and what of a conversion stands in it.
 SECTIONS: dict[str, Callable[[Conversion], Any]] = {
-    "robot": lambda c: c.robot,
+    "robot": lambda c: (c.robot, c.estimated),
     "base": lambda c: (c.floating, c.inserted, c.mbs.base.gravity),
     "bodies": _bodies,
     "inertias": lambda c: [

@@ -64,7 +64,8 @@ class AlignFrames(Pass):
             frame.choose(self.tolerance)
             if frame.step.joint.type != "floating":
                 _lay_axis(conversion, frame)
-        conversion.facts["align-frames"] = {"driven": sum(len(one.step.turns) for one in frames)}
+        conversion.aligned = True
+        conversion.report["align-frames"] = {"driven": sum(len(one.step.turns) for one in frames)}
         _write(conversion, places)
 
 

@@ -78,7 +78,7 @@ class Certificate(Pass):
                 "urdf2mbs": _compared(conversion, proof),
             },
         }
-        conversion.facts["certificate"] = {"file": path.name}
+        conversion.report["certificate"] = {"file": path.name}
         conversion.files[path] = _text(statement)
 
 

@@ -119,7 +119,7 @@ class Contacts(Pass):
         if floating(mbs) is not None and any(g):
             _check_balance(conversion, placement, places)
         _add_law(conversion, self)
-        conversion.facts["contacts"] = [
+        conversion.report["contacts"] = [
             {"link": contact.link, "point": contact.point} for contact in simulation.contacts
         ]
 

@@ -66,7 +66,7 @@ class ConvertMeshes(Pass):
         _note_moved(conversion)
         _warn_of_differences(conversion, meshes)
         drawn = [data for path, data in made.items() if path.suffix == ".wrl"]
-        conversion.facts["convert-meshes"] = {
+        conversion.report["convert-meshes"] = {
             "folder": str(folder),
             "converted": len(drawn),
             "bytes": sum(map(len, drawn)),

@@ -72,7 +72,7 @@ class Equations(Pass):
                 )
                 for name, text in made.files.items():
                     conversion.files[_folder(conversion) / name] = text
-        conversion.facts["equations"] = {
+        conversion.report["equations"] = {
             "counts": {name: count.operations for name, count in made.counts.items()},
             "not_generated": made.left_out,
         }

@@ -88,7 +88,7 @@ def _repair(conversion: Conversion) -> None:
         f"one: {listed}",
         link=next(iter(repaired)),
     )
-    conversion.facts["inertia-repair"] = repaired
+    conversion.report["inertia-repair"] = repaired
 
 
 def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
@@ -105,7 +105,8 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
             if solid[0] > 0.0:
                 solids[link.name] = solid, means
     if not solids:
-        conversion.facts["estimate-inertia"] = {"links": {}}
+        conversion.estimated = []
+        conversion.report["estimate-inertia"] = {"links": {}}
         conversion.warn(
             "nothing-estimated",
             "no link got an inertia: no link without one has a shape with a volume",
@@ -125,7 +126,8 @@ def _estimate(conversion: Conversion, options: EstimateInertia) -> None:
         f"{counted(len(links), 'link')} got an inertia, estimated at {density:.6g} kg/m^3: "
         f"{listed}",
     )
-    conversion.facts["estimate-inertia"] = {"density": density, "links": links}
+    conversion.estimated = list(links)
+    conversion.report["estimate-inertia"] = {"density": density, "links": links}
 
 
 def _density(

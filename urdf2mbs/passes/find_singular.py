@@ -38,13 +38,13 @@ class FindSingular(Pass):
                 "after another, have no mass or no inertia about some axis",
             )
             return
-        conversion.facts["singular"] = []
+        conversion.report["singular"] = []
         if not singular:
             return
         owner = {
             name: joint for joint, names in conversion.names.coordinates.items() for name in names
         }
-        conversion.facts["singular"] = [
+        conversion.report["singular"] = [
             {**msgspec.to_builtins(found), "urdf_joint": owner.get(found.joint)}
             for found in singular
         ]

@@ -115,7 +115,7 @@ class Forces(Pass):
         if stiffness:
             models = {"stiffness": stiffness, "damping": damping, "length": lengths}
             mbs.user_models += [UserModel.of(f"link_{key}", of) for key, of in models.items()]
-        conversion.facts["forces"] = {
+        conversion.report["forces"] = {
             "wrenches": [wrench.point for wrench in simulation.wrenches],
             "springs": [spring.link for spring in simulation.springs],
         }

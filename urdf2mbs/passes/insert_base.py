@@ -38,7 +38,7 @@ class InsertBase(Pass):
         root = robot.root()
         welded, floating = _find_welded(robot, root)
         asked = conversion.settings.config.base
-        estimated = set(conversion.facts.get("estimate-inertia", {}).get("links", ()))
+        estimated = set(conversion.estimated or ())
 
         floats = guessed = False
         if floating is not None:

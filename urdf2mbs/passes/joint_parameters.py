@@ -60,7 +60,7 @@ class JointParameters(Pass):
             models = self._apply(conversion, models)
         conversion.mbs.user_models += [UserModel.of(*model) for model in models.items()]
         if models:
-            conversion.facts["joint-parameters"] = models
+            conversion.report["joint-parameters"] = models
         names = {name for kind in DYNAMICS for name in models.get(kind, ())}
         sprung = {joint.name for joint, _ in held}
         conversion.simulation.used += [

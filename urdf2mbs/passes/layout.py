@@ -21,4 +21,4 @@ class Layout(Pass):
     """``robot`` draws a ``tree`` where the robot has no shape worth following."""
 
     def run(self, conversion: Conversion) -> None:
-        conversion.facts["layout"] = {"style": arrange(conversion.mbs, self.style)}
+        conversion.report["layout"] = {"style": arrange(conversion.mbs, self.style)}

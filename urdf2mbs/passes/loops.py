@@ -121,7 +121,7 @@ class Loops(Pass):
             placement.joints[index].joint.actuated = False
         _warn_of_open(conversion, placement)
         names = [placement.joints[index].joint for index in dependent]
-        conversion.facts["loops"] = {"cuts": mbs.cuts, "dependent": names}
+        conversion.report["loops"] = {"cuts": mbs.cuts, "dependent": names}
         conversion.note(
             "loops",
             f"{counted(len(mbs.cuts), 'cut')} {'makes' if len(mbs.cuts) == 1 else 'make'} "

@@ -77,7 +77,7 @@ class Merge(Pass):
         plan = merged.plan
         follow(conversion, merged.names, plan.kept, output.name)
         words = plan.words()
-        conversion.facts["merge"] = {"words": words, **msgspec.to_builtins(plan)}
+        conversion.report["merge"] = {"words": words, **msgspec.to_builtins(plan)}
         for code, sentences in (
             ("merge-conflict-won", words["in conflict"]), ("merge-orphaned", words["orphaned"])
         ):  # fmt: skip

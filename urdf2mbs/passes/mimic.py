@@ -89,7 +89,7 @@ class Mimic(Pass):
                 )
         couplings = [*simulation.couplings, *simulation.driven]
         if couplings:
-            conversion.facts["mimic"] = [msgspec.structs.asdict(c) for c in couplings]
+            conversion.report["mimic"] = [msgspec.structs.asdict(c) for c in couplings]
 
     def _nature(self, name: str, *, in_project: bool) -> Nature:
         for pattern, nature in self.joints.items():

@@ -86,7 +86,7 @@ class Posture(Pass):
         if self.hold is not None:
             conversion.simulation.hold = _hold(conversion, self.hold)
         if given:
-            conversion.facts["posture"] = given
+            conversion.report["posture"] = given
 
 
 #: The frequency (Hz) and the damping ratio of what a joint carries, unless the config has others.
@@ -238,7 +238,7 @@ def _keep_limits(conversion: Conversion, given: dict[str, float], *, move: bool)
         f"joints that {'would ' if move else ''}start beyond their limits: {some(texts)}",
         hint=hint,
     )
-    conversion.facts["posture-limit"] = {"middle": middle}
+    conversion.report["posture-limit"] = {"middle": middle}
 
 
 def _middle(step: Step) -> float:

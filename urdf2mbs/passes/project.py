@@ -51,7 +51,7 @@ class Project(Pass):
         for language in conversion.settings.languages:
             for path, data in starters(language, mbs.name).items():
                 conversion.starters[folder / path] = data
-        conversion.facts["project"] = {
+        conversion.report["project"] = {
             "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
             "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
         }

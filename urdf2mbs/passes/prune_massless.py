@@ -89,13 +89,12 @@ def _leaders(conversion: Conversion, needed: set[str]) -> set[str]:
 def _warn_of_no_mass(conversion: Conversion) -> None:
     links = conversion.robot.links.values()
     shown = any(link.visuals or link.collisions for link in links)
-    asked = "estimate-inertia" in conversion.facts
     conversion.warn(
         "no-mass",
         "NO DYNAMICS: no link has a mass or an inertia; the frames are kept, as bodies without "
         "mass, but the model cannot move by forces until masses are given",
         hint="estimate-inertia: {total_mass: KG} estimates them from the geometry"
-        if shown and not asked
+        if shown and conversion.estimated is None
         else "give each link an <inertial>, or each body its mass in the .mbs",
     )
 

@@ -27,7 +27,7 @@ class ReframeInertia(Pass):
             if inertial is not None and segment.parent is not None:
                 body = segment.body
                 body.mass, body.com, body.inertia = inertial
-                if "align-frames" in conversion.facts:  # what it has turned is computed
+                if conversion.aligned:  # what is turned is computed
                     body.com = drop_rounding(body.com)
                     body.inertia = drop_rounding(body.inertia)
 

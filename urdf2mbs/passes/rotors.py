@@ -75,4 +75,4 @@ class Rotors(Pass):
                 turn, "continuous", base, rotor, axis=(0.0, 0.0, 1.0), mimic=Mimic(name)
             )
         conversion.robot = msgspec.structs.replace(robot, links=links, joints=turning)
-        conversion.facts["rotors"] = felt
+        conversion.report["rotors"] = felt

@@ -63,7 +63,7 @@ class Sensors(Pass):
                 f"body: {', '.join(lost)}",
             )
         if simulation.sensors:
-            conversion.facts["sensors"] = [
+            conversion.report["sensors"] = [
                 {"name": s.name, "kind": s.kind, "link": s.link, "point": s.point}
                 for s in simulation.sensors
             ]

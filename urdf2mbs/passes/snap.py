@@ -59,7 +59,7 @@ class Snap(Pass):
                 f"the numbers of {counted(len(found), 'joint')} are taken for exact angles; all "
                 f"together this moves no tip by more than {most:.2g} m",
             )
-            conversion.facts["snap"] = {"angle": self.angle, "joints": found, "moves": most}
+            conversion.report["snap"] = {"angle": self.angle, "joints": found, "moves": most}
 
 
 def _snap(joint: Joint, most: float) -> list[str]:

@@ -135,7 +135,7 @@ def report(conversion: Conversion) -> Report:
         verdict=verdict(conversion),
         proof=conversion.proof,
         diagnostics=conversion.diagnostics,
-        passes=conversion.facts,
+        passes=conversion.report,
     )  # fmt: skip
 
 
