@@ -65,18 +65,6 @@ def test_a_plugin_gives_no_verdict(tmp_path: Path) -> None:
     assert refused.value.code == "plugin-verdict"
 
 
-def test_all_of_them_at_once(plain: bytes, tmp_path: Path) -> None:
-    swap, plugins = {}, []
-    for number, name in enumerate(BUILT_IN):
-        plugin = tmp_path / f"stand_in_{number}.py"
-        plugin.write_text(STAND_IN.format(name=name))
-        plugins.append(plugin)
-        swap[name] = plugin.stem
-    result = convert(BIPED, plugins=plugins, swap=swap)
-    assert result.data == plain
-    assert [d.code for d in result.diagnostics].count("stand-in") == len(BUILT_IN)
-
-
 def explained(folder: Path, capsys: Any, config: str) -> str:
     (folder / "tiny.urdf").write_text(TINY)
     for name in ("mine", "other"):
