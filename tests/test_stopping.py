@@ -30,17 +30,18 @@ from urdf2mbs.cli import main
 sys.exit(main())
 """
 
-#: A pass that sends a signal where one robot of a sweep comes by.
+#: A pass that sends a signal where one robot of a sweep comes by, and then waits to be ended.
 SENDING = """\
 import os, signal
 from urdf2mbs.plugin import Pass, hookimpl
 
 class Sending(Pass):
     def run(self, conversion):
-        if conversion.settings.config.xacro_args["height"] == "0.9":
+        height = conversion.settings.config.xacro_args["height"]
+        if height == "0.9":
             os.kill({whom}, {number})
-            while {whom} != os.getpid():
-                signal.pause()
+        while height >= "0.9" and {whom} != os.getpid():
+            signal.pause()
 
 @hookimpl
 def urdf2mbs_passes():
@@ -50,7 +51,12 @@ def urdf2mbs_passes():
 
 def run(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, *words], check=False, capture_output=True, text=True, cwd=folder
+        [sys.executable, *words],
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        timeout=120,
     )
 
 

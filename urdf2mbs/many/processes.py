@@ -5,7 +5,6 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-import sys
 from collections import deque
 from collections.abc import Generator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -38,7 +37,7 @@ def _in_pool(left: deque[Job], count: int) -> Generator[Outcome, None, list[Job]
     try:
         while left or running:
             while left and len(running) < 2 * count:  # few are lost with the pool
-                future = pool.submit(convert_one, left[0])
+                future = pool.submit(_work, left[0])
                 running[future] = left.popleft()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
@@ -57,6 +56,30 @@ def _in_pool(left: deque[Job], count: int) -> Generator[Outcome, None, list[Job]
     return [*running.values()]
 
 
+class _Process:
+    """The state of a process of the pool."""
+
+    busy = ended = False
+
+
+def _work(job: Job) -> Outcome:
+    _Process.busy = True
+    try:
+        return convert_one(job)
+    finally:
+        _Process.busy = False
+        if _Process.ended:
+            os._exit(1)
+
+
+def _end(*_: object) -> None:
+    """End this process; what is half written is undone first."""
+    if not _Process.busy:
+        os._exit(1)
+    _Process.ended = True
+    raise KeyboardInterrupt
+
+
 def _begin() -> None:
     """Prepare a process of the pool.
 
@@ -64,7 +87,7 @@ def _begin() -> None:
     the first.  What a library prints goes to standard error.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # what is half written is undone
+    signal.signal(signal.SIGTERM, _end)
     os.dup2(2, 1)
     Thread(target=_end_with_parent, daemon=True).start()
 
