@@ -1,12 +1,11 @@
-"""How fast robots move, and how they stand: the tables of ``docs/simulate.md``.
+"""How fast robots move: the table of ``docs/simulate.md``.
 
-    python benchmarks/simulate.py [--stand] [ROBOT ...]
+    python benchmarks/simulate.py [ROBOT ...]
 
 Seconds of motion in one second of computing, for the first second: C, C with user functions in
 Python, Python.  Seconds are the processor's, so that a busy machine does not count: run with
 ``OPENBLAS_NUM_THREADS=1``.  A robot that floats and has feet stands on contacts, held by a
-controller, with the lines that ``init`` offers; others fall or swing.  With ``--stand`` how robots
-stand for 5 s: the friction of bristles beside the smooth law.
+controller, with the lines that ``init`` offers; others fall or swing.
 """
 
 from __future__ import annotations
@@ -18,11 +17,10 @@ from time import process_time
 from typing import Any
 
 import msgspec
-import numpy as np
+import yaml
 from robots import REAL, ROBOTS
 
-from urdf2mbs.commands.init import find
-from urdf2mbs.commands.simulate import HOLD
+from urdf2mbs.commands.init import HOLD, find
 from urdf2mbs.engine.config import Project, config_of
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.runtime import Results
@@ -50,7 +48,7 @@ POINTS: dict[str, dict[str, Any]] = {
 POSES = {"solo12": {"*_HFE": 0.8, "*_KFE": -1.6}}
 
 
-def project(name: str, folder: Path, languages: list[Any], *, bristles: bool = True) -> Path:
+def project(name: str, folder: Path, languages: list[Any]) -> Path:
     """The .mbs of a robot's project."""
     source = SOURCES[name]
     packages = {path.name: str(path) for path in source.parents[2].glob("*") if path.is_dir()}
@@ -63,9 +61,8 @@ def project(name: str, folder: Path, languages: list[Any], *, bristles: bool = T
     contacts = {"points": points} if points is not None else {"links": find(conversion).feet}
     if conversion.floating and any(contacts.values()):
         passes: dict[str, Any] = {
-            "contacts": {**contacts, "bristles": bristles},
-            "joint-parameters": {"bristles": bristles},
-            "posture": {"hold": HOLD, "joints": POSES.get(name, {})},
+            "contacts": contacts,
+            "posture": {"hold": yaml.safe_load(HOLD), "joints": POSES.get(name, {})},
         }
         config = msgspec.structs.replace(config, passes=passes)
         conversion = Pipeline(config, lines, installed_plugins=False).run()
@@ -97,39 +94,15 @@ def measure(name: str, folder: Path) -> str:
     return f"| {name} ({data.nqu} joints move{follows}{stands}) | {' | '.join(cells)} |"
 
 
-def stand(name: str, folder: Path) -> str:
-    """A row of the table of standing; empty if the robot does not stand."""
-    cells = []
-    for bristles in (True, False):
-        model = project(name, folder / f"{name}_{bristles}", ["python", "c"], bristles=bristles)
-        results, seconds = run(model, 5.0, "c")
-        data = results.data
-        if not data.extforce_id:
-            return ""
-        weight = sum(body.mass or 0.0 for body in data.mbs.bodies) * 9.81
-        push = sum(rows[-1, 2] for rows in results.external.values()) / weight
-        base = [data.joint_id[f"floating_base_T{k}"] for k in (1, 2, 3)]
-        drift = 1e3 * np.abs(results.q[-1, base] - results.q[300, base]).max()
-        speed = np.abs(results.qd[-1, 1:]).max()
-        cells.append(f"{drift:.2g} mm | {speed:.0e} | {push:.5f} | {5.0 / seconds:.2g}")
-    return f"| {name} | {' | '.join(cells)} |"
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--stand", action="store_true")
     parser.add_argument("robots", nargs="*", default=list(SOURCES), metavar="ROBOT")
     arguments = parser.parse_args()
-    if arguments.stand:
-        print("| | drift from 3 to 5 s | speed at 5 s | push / weight | factor | smooth: drift "
-              "| speed | push / weight | factor |\n" + "|---" * 9 + "|")  # fmt: skip
-    else:
-        print("| | C | C, user functions in Python | Python |\n|---|---|---|---|")
+    print("| | C | C, user functions in Python | Python |\n|---|---|---|---|")
     with tempfile.TemporaryDirectory(prefix="simulate-") as folder:
         for name in arguments.robots:
             if SOURCES[name].is_file():
-                row = (stand if arguments.stand else measure)(name, Path(folder))
-                print(row + "\n" * bool(row), end="", flush=True)
+                print(measure(name, Path(folder)), flush=True)
 
 
 if __name__ == "__main__":
