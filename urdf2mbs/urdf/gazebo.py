@@ -4,12 +4,11 @@
 SDF says where a sensor or a joint inside ``<gazebo>`` is ("Pose Frame Semantics" of sdformat.org,
 versions 1.4 to 1.12):
 
-* ``<pose>`` is ``x y z roll pitch yaw``, in degrees with ``degrees="true"``, or
-  ``x y z qx qy qz qw`` with ``rotation_format="quat_xyzw"``;
+* ``<pose>`` is ``x y z roll pitch yaw`` in m and rad; degrees and quaternions are not read;
 * a pose is relative to ``relative_to`` (``frame`` until SDF 1.6), with all joints at zero; else a
   sensor's pose is relative to its link, and a joint's pose to its child link;
 * an axis is in the joint's frame, or in ``expressed_in``; ``use_parent_model_frame`` of SDF 1.6
-  means ``expressed_in="__model__"``.
+  is not read.
 
 The name of a link is its frame, the name of a joint the frame of its child link, and
 ``__model__`` the frame of the root link.  A warning names an element that cannot be read.
@@ -18,7 +17,7 @@ The name of a link is its frame, the name of a joint the frame of its child link
 from __future__ import annotations
 
 from contextlib import contextmanager
-from math import isfinite, nan, radians
+from math import isfinite, nan
 from typing import TYPE_CHECKING, Any
 
 from lxml import etree
@@ -29,7 +28,6 @@ from urdf2mbs.spatial import (
     ZERO,
     Pose,
     compose,
-    from_quaternion,
     from_rpy,
     inverse,
     rotate,
@@ -37,7 +35,6 @@ from urdf2mbs.spatial import (
 )
 from urdf2mbs.urdf.elements import plain
 from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor
-from urdf2mbs.urdf.values import quote
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -55,7 +52,6 @@ MOTION = ("imu", "accelerometer", "gyroscope")
 FORCE_TORQUE = "force_torque"
 #: The frame of an SDF model.
 MODEL = "__model__"
-TRUTH = {"true": True, "1": True, "false": False, "0": False}
 
 
 def read_extension(reading: Reading, element: Any) -> Extension:
@@ -119,7 +115,7 @@ def read_numbers(reading: Reading, element: Any, extension: Extension) -> None:
     for child in element.iterchildren(*NUMBERS):
         written = child.get("value") or text(child)
         if child.tag == "turnGravityOff":
-            extension.numbers[child.tag] = float(TRUTH.get(written.lower(), False))
+            extension.numbers[child.tag] = float(written.lower() in ("true", "1"))
         else:
             number = read_number(reading, child, f"<{child.tag}> of <gazebo>", written)
             if isfinite(number):
@@ -176,36 +172,30 @@ def read_pose(reading: Reading, element: Any) -> tuple[Pose, str | None]:
     if element is None:
         return HERE, None
     relative_to = element.get("relative_to") or element.get("frame") or None
-    words, rotation = text(element), element.get("rotation_format", "euler_rpy")
-    degrees = truth(reading, element, "degrees", element.get("degrees", "false"))
-    if rotation not in ("euler_rpy", "quat_xyzw"):
-        what = f"rotation_format of <pose> is {quote(rotation)}"
-        reading.fail("number-invalid", what, element, "write euler_rpy or quat_xyzw")
+    degrees, form = element.get("degrees", "false"), element.get("rotation_format", "euler_rpy")
+    if degrees not in ("false", "0") or form != "euler_rpy":
+        what = "<pose> in degrees or with a quaternion is not read"
+        reading.fail("number-invalid", what, element, "write x y z roll pitch yaw, in m and rad")
+    words = text(element)
     if not words:
         return HERE, relative_to
-    if rotation == "euler_rpy":
-        x, y, z, *angles = reading.numbers(element, "the text", words, 6)
-        roll, pitch, yaw = map(radians, angles) if degrees else angles
-        return Pose((x, y, z), from_rpy((roll, pitch, yaw))), relative_to
-    x, y, z, *quaternion = reading.numbers(element, "the text", words, 7)
-    if degrees or not any(quaternion):
-        what = "<pose> is a quaternion in degrees" if degrees else "<pose> has the quaternion zero"
-        hint = "leave 'degrees' out" if degrees else "no rotation is 0 0 0 1"
-        reading.fail("number-invalid", what, element, hint)
-    return Pose((x, y, z), from_quaternion(*quaternion)), relative_to
+    x, y, z, *angles = reading.numbers(element, "the text", words, 6)
+    roll, pitch, yaw = angles
+    return Pose((x, y, z), from_rpy((roll, pitch, yaw))), relative_to
 
 
 def read_axis(reading: Reading, element: Any) -> tuple[Vec, str | None]:
     """``<axis>``: its direction as written, and the frame in which it is expressed, if named."""
-    flag = element.find("use_parent_model_frame")
-    model = flag is not None and truth(reading, flag, "the text", text(flag))
+    if text(element.find("use_parent_model_frame")).lower() in ("true", "1"):
+        what, hint = "<use_parent_model_frame> is not read", f'write expressed_in="{MODEL}"'
+        reading.fail("number-invalid", what, element, hint)
     xyz = element.find("xyz")
     if xyz is None:
-        return (0.0, 0.0, 1.0), MODEL if model else None
+        return (0.0, 0.0, 1.0), None
     x, y, z = reading.numbers(xyz, "the text", text(xyz), 3)
     if (x, y, z) == ZERO:
         reading.fail("number-invalid", "<axis> is zero", xyz, "give a direction, such as 0 0 1")
-    return (x, y, z), xyz.get("expressed_in") or (MODEL if model else None)
+    return (x, y, z), xyz.get("expressed_in")
 
 
 def text(element: Any) -> str:
@@ -214,14 +204,6 @@ def text(element: Any) -> str:
         return ""
     whole = str(element.xpath("string()")) if len(element) else element.text or ""
     return whole.strip()
-
-
-def truth(reading: Reading, element: Any, what: str, word: str) -> bool:
-    """A truth value of SDF."""
-    if word.lower() not in TRUTH:
-        what = f"{what} of <{element.tag}> is {quote(word)}"
-        reading.fail("number-invalid", what, element, "write true or false")
-    return TRUTH[word.lower()]
 
 
 def check_extensions(reading: Reading, robot: Robot) -> None:
