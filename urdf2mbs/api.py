@@ -174,15 +174,13 @@ def _verify(
     base = fields.get("base", "auto")
     floats = "floating" if floating_joints(mbs) else "fixed"
     fields = {**fields, "base": floats if base == "auto" else base}
-    passes = (certified.options or {}).get("passes")
-    conversion = _read_robot(source, fields, passes if isinstance(passes, dict) else {})
+    conversion = _read_robot(source, fields, certified.passes)
     robot, gravity = conversion.robot, conversion.settings.config.gravity
-    found, known = match(robot, mbs), certified.but_for
-    asked = [name for name in found.joints if known.get(f"joint '{name}'", "").startswith("driven")]
+    found = match(robot, mbs)
     proof = compare(
         robot, mbs, found.joints,
         frames=found.frames, frozen=found.frozen, weightless=[*found.frozen], orders=found.orders,
-        driven=[own for name in asked for own in found.joints[name]],
+        driven=certified.driven,
         models=None if other is None else mbs.user_models,
         gravity=gravity, tolerance=tolerance,
     )  # fmt: skip
@@ -226,16 +224,18 @@ def _compare_followers(robot: Robot, other: Robot, found: Match, proof: Proof) -
 class _Certified(msgspec.Struct):
     """What a certificate says that concerns the comparison."""
 
-    options: dict[str, Any] | None = None
-    but_for: dict[str, str] = {}
+    passes: dict[str, Any] = {}
+    """The options of the passes that changed the robot on purpose."""
+    driven: list[str] = []
+    """The joints that are driven on purpose, though the URDF has them follow others."""
 
 
 def _certified(model: str) -> _Certified:
     """What the certificate beside an .mbs says; nothing, where there is none that can be read."""
     try:
-        statement = msgspec.json.decode(files.read(Path(model).with_suffix(".proof.json")))
-        return msgspec.convert(statement["predicate"]["urdf2mbs"], _Certified)
-    except (OSError, LookupError, TypeError, ValueError, msgspec.MsgspecError):
+        data = files.read(Path(model).with_suffix(".proof.json"))
+        return msgspec.json.decode(data, type=_Certified)
+    except (OSError, ValueError, msgspec.MsgspecError):
         return _Certified()
 
 

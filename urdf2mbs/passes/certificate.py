@@ -1,53 +1,32 @@
-"""Certificate: beside the .mbs, what ``check`` compared, for others to replay.
+"""Certificate: beside the .mbs, what others need to compare it with the URDF.
 
-Beyond the method.  ``NAME.proof.json`` is an in-toto Statement with the predicate "test result"
-(https://github.com/in-toto/attestation, spec/v1/statement.md and spec/predicates/test-result.md):
-whoever signs releases can sign it.  It names each file by its sha256, and has the numbers of each
-rigid group.  ``proof/certificate.py`` replays the comparison.  A rejected file gets none.
+Beyond the method.  ``proof/certificate.py`` reads the URDF and the .mbs itself.  The certificate,
+``NAME.proof.json``, has what stands in neither file: which joints of the .mbs are a joint of the
+URDF, which joints are held and why, what passes changed on purpose, and what people edited.
+A rejected file gets none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any, Literal
 
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.seal import seal
-from urdf2mbs.engine.config import Config
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.model import BASE, ORIGIN
-from urdf2mbs.proof.parameters import stated
-from urdf2mbs.proof.rigid import Frame
-from urdf2mbs.proof.verdict import Compared, Proof
-from urdf2mbs.spatial import ZERO, Pose, compose
-from urdf2mbs.urdf.model import Inertial, Joint, Link, Origin
+from urdf2mbs.proof.urdf_side import in_plane
+from urdf2mbs.spatial import unit
+from urdf2mbs.urdf.model import JOINT_TYPES, Joint, Link, Origin
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-STATEMENT = "https://in-toto.io/Statement/v1"
-PREDICATE = "https://in-toto.io/attestation/test-result/v0.1"
-#: Where the URDF has the numbers of the user models: an element of the joint, its attribute, and
-#: what it means where the URDF says nothing.
-_NUMBERS = {
-    "damping": ("dynamics", "damping", "0"), "friction": ("dynamics", "friction", "0"),
-    "spring_stiffness": ("springStiffness", "value", "0"),
-    "spring_reference": ("springReference", "value", "0"),
-    "effort": ("limit", "effort", "nan"), "velocity": ("limit", "velocity", "nan"),
-    "q_min": ("limit", "lower", "nan"), "q_max": ("limit", "upper", "nan"),
-    "k_velocity": ("safety_controller", "k_velocity", "nan"),
-    "k_position": ("safety_controller", "k_position", "nan"),
-    "soft_q_min": ("safety_controller", "soft_lower_limit", "nan"),
-    "soft_q_max": ("safety_controller", "soft_upper_limit", "nan"),
-    "calibration_rising": ("calibration", "rising", "nan"),
-    "calibration_falling": ("calibration", "falling", "nan"),
-}  # fmt: skip
-#: What of a config says where files are, and not what is made of them.
-_PLACES = ("source", "output", "packages", "sweep")
+#: The passes that change the robot when they are asked to; ``verify`` asks them again.
+CHANGING = ("snap", "estimate-inertia", "rotors")
+#: The kinds of changes that concern a link's ``<inertial>``.
+_INERTIAL = ("mass", "centre", "inertia")
 
 
 class Certificate(Pass):
@@ -58,245 +37,120 @@ class Certificate(Pass):
 
     def run(self, conversion: Conversion) -> None:
         output, project = conversion.settings.output, conversion.settings.project
-        proof = conversion.proof
         if output.suffix.lower() != ".mbs" or conversion.rejected is not None:
             return
         path = output.with_suffix(".proof.json")
-        if proof is None or self.write == "never" or (self.write == "project" and project is None):
+        wanted = self.write == "always" or (self.write == "project" and project is not None)
+        if conversion.proof is None or not wanted:
             conversion.obsolete.add(path)
             return
-        statement = {
-            "_type": STATEMENT,
-            "subject": _files(conversion, project or output.parent),
-            "predicateType": PREDICATE,
-            "predicate": {
-                "result": "WARNED" if _warned(conversion, proof) else "PASSED",
-                "configuration": _sources(conversion),
-                "passedTests": _passed(proof),
-                "warnedTests": _warned(conversion, proof),
-                "failedTests": [],
-                "urdf2mbs": _compared(conversion, proof),
-            },
-        }
         conversion.report["certificate"] = {"file": path.name}
-        conversion.files[path] = _text(statement)
+        said = _certificate(conversion)
+        if conversion.edited:
+            said["edited"] = _edited(conversion, said)
+        conversion.files[path] = msgspec.json.format(msgspec.json.encode(said), indent=1) + b"\n"
 
 
-def _text(data: Any) -> bytes:
-    import json  # a name of a file may be no text, which msgspec refuses
-
-    text = json.dumps(data, allow_nan=False).encode()
-    with suppress(msgspec.DecodeError):
-        text = msgspec.json.format(text, indent=1)
-    return text + b"\n"
-
-
-def _files(conversion: Conversion, folder: Path) -> list[Any]:
-    """The files made, the .mbs first; their names are seen from the project's folder."""
-    files = sorted(conversion.files, key=lambda path: (path != conversion.settings.output, path))
-    return [
-        _described(
-            path.relative_to(folder).as_posix(),
-            # a merged file gets no seal
-            conversion.files[path]
-            if path in conversion.replaces
-            else seal(path, conversion.files[path]),
-        )
-        for path in files
-        if path.is_relative_to(folder)
-    ]
-
-
-def _sources(conversion: Conversion) -> list[Any]:
-    """The robot's file as it was read, and the URDF that xacro made of it."""
-    name = conversion.settings.source.name
-    sources = [_described(name, conversion.source)]
-    if conversion.expanded is not None:
-        from xml.etree.ElementTree import ParseError, canonicalize
-
-        # xacro puts a path of this machine into a comment
-        with suppress(ParseError):  # the reader mends what no other parser reads
-            text = canonicalize(conversion.expanded.decode("utf-8-sig"))
-            sources.append(_described("expanded.urdf", text.encode()))
-            sources[1]["annotations"] = {"canonicalization": "Canonical XML 2.0, no comments"}
-    return sources
-
-
-def _described(name: str, data: bytes) -> dict[str, Any]:
-    """A resource descriptor of in-toto."""
-    from hashlib import sha256
-
-    return {"name": name, "digest": {"sha256": sha256(data).hexdigest()}}
-
-
-def _passed(proof: Proof) -> list[str]:
-    groups = [group.coordinate for group in proof.compared]
-    return ["gravity", *(f"motion and inertia behind '{name}'" for name in groups)]
-
-
-def _warned(conversion: Conversion, proof: Proof) -> list[str]:
-    """What is known not to be as in the URDF, and what nothing compares."""
-    return [
-        *map(str, conversion.changed),
-        *(f"{thing}: {why}" for thing, why in (proof.but_for | proof.not_compared).items()),
-    ]
-
-
-def _compared(conversion: Conversion, proof: Proof) -> dict[str, Any]:
-    """The rest, which is ours: versions, options, what plugins changed, and all groups."""
+def _certificate(conversion: Conversion) -> dict[str, Any]:
+    """What a certificate says, but for what people edited."""
     from importlib.metadata import version
 
-    from urdf2mbs.proof.certificate import read, rest_of
-
-    packages = ["urdf2mbs"] + ["xacro"] * (conversion.expanded is not None)
+    config, robot = conversion.settings.config, conversion.robot
+    natures = {name: joint.nature for name, joint in conversion.mbs.joints().items()}
+    joints: dict[str, list[str]] = {}
+    driven: list[str] = []
+    for name, own in conversion.names.coordinates.items():
+        if len(own) == JOINT_TYPES[robot.joints[name].type]:  # people may have removed one
+            joints[name] = own
+        if robot.joints[name].mimic is not None:
+            driven += [one for one in own if natures.get(one) == "driven"]
     return {
-        "versions": {package: version(package) for package in packages},
-        "options": _options(conversion.settings.config),
-        "changed": [str(change) for change in conversion.changed],
-        "changes": [*_changes(conversion)],
-        "but_for": proof.but_for,
-        "not_compared": proof.not_compared,
-        "numbers": {
-            m.name: _NUMBERS[m.name] for m in conversion.mbs.user_models if m.name in _NUMBERS
+        "urdf2mbs": version("urdf2mbs"),
+        "passes": {name: config.passes[name] for name in CHANGING if name in config.passes},
+        "gravity": config.gravity,
+        "joints": joints,
+        "planes": {
+            name: in_plane(unit(robot.joints[name].axis))
+            for name in joints
+            if robot.joints[name].type == "planar"
         },
-        "rest": rest_of(read(conversion.files[conversion.settings.output])),
-        "frames": [*_frames(conversion, proof)],
-        "groups": [_group(group) for group in proof.compared],
+        "driven": driven,
+        "held": conversion.frozen,
+        "changes": [*_changes(conversion)],
+        "edited": [],
     }
 
 
-def _changes(conversion: Conversion) -> Iterator[tuple[list[str], tuple[str, Any], Any]]:
-    """Each element that passes changed or added: where it is, its text and attributes in the
-    URDF, and the attributes that it got."""
-    inserted, robot = conversion.inserted, conversion.robot
-    changed = [change.name for changed in conversion.changed for change in changed.changes]
-    added = () if inserted is None else (inserted, robot.joints[inserted].parent)
-    names = dict.fromkeys((*changed, *added))
-    urdf: dict[tuple[str, str | None], list[Element]] = {}
-    for element in _urdf(conversion) if names else ():
-        named = element.tag if element.tag in ("link", "joint") else ""
-        key = named, element.get("name" if named else "reference")
-        urdf.setdefault(key, []).append(element)
-    for name in names:
-        parts = {"link": robot.links.get(name), "joint": robot.joints.get(name)}
-        for tag, part in parts.items():
-            own = [*urdf.get((tag, name), ()), *urdf.get(("", name), ())]
-            for path, after in _said(part).items():
-                found = [element for e in own for element in e.iterfind(path or ".")]
-                text, said = ((found[0].text or "").strip(), found[0].attrib) if found else ("", {})
-                if any(_read(said.get(key, text)) != _read(value) for key, value in after.items()):
-                    yield [tag, name, *filter(None, path.split("/"))], (text, said), after
+def _changes(conversion: Conversion) -> Iterator[tuple[tuple[str, str | None], str]]:
+    """What passes changed: a link or joint, and an element of it as it is now, in XML.
+
+    A link or joint that was added is an element of the robot.
+    """
+    robot, inserted = conversion.robot, conversion.inserted
+    changed = [(change.kind, change.name) for by in conversion.changed for change in by.changes]
+    if inserted is not None and robot.joints[inserted].moves:
+        changed += [("link-added", robot.joints[inserted].parent), ("joint-added", inserted)]
+    for kind, name in dict.fromkeys(("inertial" if k in _INERTIAL else k, n) for k, n in changed):
+        tag = "link" if kind in ("inertial", "link-added") else "joint"
+        part = robot.links.get(name) if tag == "link" else robot.joints.get(name)
+        elements = {element.tag: element for element in _elements(part)}
+        if part is not None and kind == f"{tag}-added":
+            whole = {"name": name} | ({"type": part.type} if isinstance(part, Joint) else {})
+            yield ("robot", None), _xml(_element(tag, whole, *elements.values()))
+        elif kind in elements and (f"{tag}-added", name) not in changed:
+            yield (tag, name), _xml(elements[kind])
 
 
-def _urdf(conversion: Conversion) -> list[Element]:
-    """The elements of the URDF, as the replay reads it."""
+def _elements(part: Link | Joint | None) -> Iterator[Element]:
+    """The elements of a link or joint that the certificate compares."""
+    if isinstance(part, Link) and part.inertial is not None:
+        tensor = dict(
+            zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), part.inertial.inertia, strict=True)
+        )
+        parts = _origin(part.inertial.origin), _element("mass", {"value": part.inertial.mass})
+        yield _element("inertial", {}, *parts, _element("inertia", tensor))
+    if isinstance(part, Joint):
+        yield _element("parent", {"link": part.parent})
+        yield _element("child", {"link": part.child})
+        yield _origin(part.origin)
+        yield _element("axis", {"xyz": part.axis})
+        for tag in ("limit", "dynamics", "mimic"):
+            inner = getattr(part, tag)
+            if inner is not None:
+                yield _element(tag, msgspec.structs.asdict(inner))
+
+
+def _origin(origin: Origin) -> Element:
+    return _element("origin", {"xyz": origin.xyz, "rpy": origin.rpy})
+
+
+def _element(tag: str, attributes: dict[str, Any], *parts: Element) -> Element:
+    """An element of URDF, without the attributes that have no value."""
+    from xml.etree.ElementTree import Element
+
+    element = Element(tag)
+    for key, value in attributes.items():
+        if value is not None and not key.startswith("spring"):  # which a URDF has elsewhere
+            text = " ".join(map(repr, value)) if isinstance(value, tuple) else value
+            element.set(key, text if isinstance(text, str) else repr(text))
+    element.extend(parts)
+    return element
+
+
+def _xml(element: Element) -> str:
+    from xml.etree.ElementTree import tostring
+
+    return tostring(element, "unicode")
+
+
+def _edited(conversion: Conversion, said: dict[str, Any]) -> list[str]:
+    """What the replay finds to be not the same: people changed it in the .mbs."""
     from xml.etree.ElementTree import ParseError
 
-    from urdf2mbs.proof.certificate import read
+    from urdf2mbs.proof.certificate import replay
 
-    with suppress(ParseError):  # the reader mends what no other parser reads
-        return [*read(conversion.expanded or conversion.source)]
+    model = conversion.files[conversion.settings.output]
+    with suppress(ParseError, ValueError):  # the replay refuses what our reader mends
+        urdf = conversion.expanded or conversion.source
+        return [*replay(urdf, model, msgspec.json.encode(said))[0]]
     return []
-
-
-def _read(text: str) -> Any:
-    """The numbers of an attribute, if it has numbers."""
-    try:
-        return [float(number) for number in text.split()]
-    except ValueError:
-        return text
-
-
-def _said(part: Link | Joint | None) -> dict[str, dict[str, str]]:
-    """The elements of a link or joint that move or weigh something, and their attributes."""
-    if part is None:
-        return {}
-    if isinstance(part, Link):
-        mass, inertia, origin = msgspec.structs.astuple(part.inertial or Inertial())
-        tensor = zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), map(repr, inertia), strict=True)
-        return {
-            "": {"name": part.name},
-            "inertial/mass": {"value": repr(mass)},
-            "inertial/inertia": dict(tensor),
-            "inertial/origin": _place(origin),
-        }
-    said = {
-        "": {"name": part.name, "type": part.type},
-        "parent": {"link": part.parent},
-        "child": {"link": part.child},
-        "origin": _place(part.origin),
-        "axis": {"xyz": _words(part.axis)},
-        **({"mimic": {"joint": part.mimic.joint}} if part.mimic else {}),
-    }
-    for kind, value in stated(part).items():
-        path, key, _ = _NUMBERS[kind]
-        said.setdefault(path, {})[key] = repr(value)
-    return said
-
-
-def _place(origin: Origin) -> dict[str, str]:
-    return {"xyz": _words(origin.xyz), "rpy": _words(origin.rpy)}
-
-
-def _words(numbers: Iterable[float]) -> str:
-    return " ".join(map(repr, numbers))
-
-
-def _frames(conversion: Conversion, proof: Proof) -> Iterator[tuple[str, str, Any]]:
-    """Each link, a joint, body or point of the .mbs that is fixed to it, and the link seen from
-    there.  Points are those where cuts end."""
-    moves = {group.mbs: f"joint '{group.coordinate}'" for group in proof.compared}
-    bodies = {}
-    for link, at in conversion.frames.items():
-        if at.joint is None:
-            bodies[at.body] = link, at.pose
-        if not any(f"link '{link}': its frame is " in edit for edit in proof.but_for):
-            fixed = f"body {at.body or BASE}"
-            there = moves.get(at.joint, f"held {at.joint}") if at.joint else fixed
-            yield link, there, _rows((*at.pose.rot, *at.pose.xyz))
-    points = conversion.mbs.points()
-    ends = (end for cut in conversion.mbs.cuts for end in (cut.endpoint1, cut.endpoint2))
-    for body, point in ends:
-        if body in bodies:  # a body that people drew has no link
-            link, pose = bodies[body]
-            x, y, z = points[body, point].coordinates if point else ZERO
-            seen = compose(Pose((-x, -y, -z)), pose)
-            yield link, f"point {body or BASE} {point or ORIGIN}", _rows((*seen.rot, *seen.xyz))
-
-
-def _rows(frame: Frame) -> list[list[float]]:
-    """A frame as a matrix of 4 x 4."""
-    return [[*frame[k : k + 3], frame[9 + k // 3]] for k in (0, 3, 6)] + [[0.0, 0.0, 0.0, 1.0]]
-
-
-def _group(group: Compared) -> dict[str, Any]:
-    """What was compared; of what people have edited, also what is in the .mbs."""
-    numbers = msgspec.structs.asdict(group)
-    numbers["deviation"] = float(f"{group.deviation:.1e}")  # the rest of its digits is noise
-    numbers["place"] = _rows(group.place)
-    del numbers["found"]
-    if group.found:
-        numbers["found"] = {**group.found, "place": _rows(group.found["place"])}
-    return numbers
-
-
-def _options(config: Config) -> dict[str, Any]:
-    """What the config says beside the defaults, without the folders of this machine."""
-    defaults = Config(source=config.source)
-    return {
-        name: _without_folder(value)
-        for name, value in msgspec.to_builtins(config).items()
-        if name not in _PLACES and getattr(config, name) != getattr(defaults, name)
-    }
-
-
-def _without_folder(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_folder(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_without_folder(inner) for inner in value]
-    if isinstance(value, str):
-        for kind in (PurePosixPath, PureWindowsPath):
-            if kind(value).is_absolute():
-                return kind(value).name
-    return value
