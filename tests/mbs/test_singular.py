@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from oracle.pin import to_pinocchio
 
 from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
-from urdf2mbs.mbs.singular import Rule, Singular, find_singular
+from urdf2mbs.mbs.singular import Rule, find_singular
 
 pin = pytest.importorskip("pinocchio")
 
@@ -80,10 +80,6 @@ def smallest(matrix: Any) -> float:
     return float(np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0])
 
 
-def exactly(mbs: Mbs) -> list[Singular]:
-    return [one for one in find_singular(mbs) if not one.nearly]
-
-
 def least(mbs: Mbs) -> tuple[float, float]:
     """The same of an .mbs: the largest of some random positions, and at the initial one."""
     model = to_pinocchio(mbs)
@@ -98,7 +94,7 @@ ZERO_BELOW, ABOVE = 1e-11, 1e-9
 @settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(trees())
 def test_singular_where_pinocchio_says_so(mbs: Mbs) -> None:
-    found = exactly(mbs)
+    found = find_singular(mbs)
     anywhere, initially = least(mbs)
     for smallest, singular in (
         (anywhere, any(one.always for one in found)),
@@ -147,7 +143,7 @@ def reduced(mbs: Mbs, rules: dict[str, Rule]) -> tuple[float, float]:
 def test_couplings_leave_it_singular_where_pinocchio_says_so(
     case: tuple[Mbs, dict[str, Rule]],
 ) -> None:
-    found = [one for one in find_singular(*case) if not one.nearly]
+    found = find_singular(*case)
     anywhere, initially = reduced(*case)
     for least, singular in (
         (anywhere, any(one.always for one in found)),
@@ -186,13 +182,13 @@ def scaled(numbers: Any, factor: float) -> Any:
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(trees())
 def test_locking_the_joints_that_are_found_makes_it_regular(mbs: Mbs) -> None:
-    found = exactly(mbs)
+    found = find_singular(mbs)
     locked = {one.joint for one in found if one.always}
     for number, name in enumerate(mbs.numbers()):
         joint = next(j for body in mbs.bodies for j in body.joints if j.name == name)
         if name in locked:  # at no special position
             joint.nature, joint.q = "driven", 0.7 + 0.37 * number
-    assert not any(one.always for one in exactly(mbs))
+    assert not any(one.always for one in find_singular(mbs))
     assert least(mbs)[0] > ABOVE
 
 
@@ -208,7 +204,7 @@ def test_turns_about_different_axes_may_be_about_one(middle: Joint, always: bool
     last = "R2" if middle.type == "R3" else "R3"
     body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", last)])
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
-    found = exactly(Mbs("gimbal", bodies=[body]))
+    found = find_singular(Mbs("gimbal", bodies=[body]))
     assert [(one.joint, one.always) for one in found] == [("a", always)]
 
 
@@ -240,7 +236,7 @@ def chain(*parts: tuple[str, float, tuple[float, float, float]]) -> Mbs:
 def test_why_a_joint_is_singular_and_what_moves_along(parts: Any, told: Any) -> None:
     found = find_singular(chain(*parts))
     assert [(one.joint, one.why, one.others) for one in found] == told
-    assert all(one.always and not one.nearly for one in found)
+    assert all(one.always for one in found)
 
 
 def test_without_any_mass_all_joints_that_move_are_singular() -> None:
@@ -263,14 +259,13 @@ def test_a_follower_starts_where_its_rule_says(offset: float, singular: list[str
 
 
 @pytest.mark.parametrize(
-    ("angle", "nearly"), [(pi / 2, False), (1.5708, True), (1.570797, True), (1.5712, None)]
+    ("angle", "singular"), [(pi / 2, True), (1.5708, True), (1.570797, True), (1.5712, False)]
 )
-def test_an_angle_in_few_digits_is_nearly_singular(angle: float, nearly: bool | None) -> None:
+def test_an_angle_in_few_digits_is_as_good_as_singular(angle: float, singular: bool) -> None:
     middle = Joint("b", "R3", "driven", angle)  # turns the last axis onto the first
     body = Body("solid", None, None, [Joint("a", "R1"), middle, Joint("c", "R2")])
     body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
-    found = find_singular(Mbs("gimbal", bodies=[body]))
-    assert [one.nearly for one in found] == ([] if nearly is None else [nearly])
+    assert bool(find_singular(Mbs("gimbal", bodies=[body]))) == singular
 
 
 @pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
@@ -284,7 +279,7 @@ def test_a_rod_of_any_size_turns_freely_about_its_own_axis(
     body = Body("rod", None, None, joints, size)
     xx, xy, xz, yy, yz, zz = (float(tensor[i]) for i in zip(*np.triu_indices(3), strict=True))
     body.inertia = (xx, xy, xz, yy, yz, zz)
-    assert [one.joint for one in exactly(Mbs("rod", bodies=[body]))] == ["a"] * singular
+    assert [one.joint for one in find_singular(Mbs("rod", bodies=[body]))] == ["a"] * singular
 
 
 @pytest.mark.parametrize(("inertia", "turns"), [(1e-6, True), (1e-12, True), (1e-35, False)])

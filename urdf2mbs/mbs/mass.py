@@ -1,4 +1,4 @@
-"""The mass matrix of a model at its initial position, and how its points move, in numpy.
+"""The mass matrix of a model at one position, and how its points move, in numpy.
 
 Twists are those of the point at the base's origin, in the base's axes: angular velocity first.
 The mass matrix is that of composite rigid bodies: ``M[i, j] = S_i . I_j S_j`` for a joint j that
@@ -8,6 +8,7 @@ the joint i moves, where S is a joint's twist, and I_j the inertia (6, 6) of all
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,9 +26,10 @@ if TYPE_CHECKING:
 class Mass:
     """The mass matrix of a model with n joints, all of them free; m, kg, rad."""
 
-    def __init__(self, mbs: Mbs) -> None:
+    def __init__(self, mbs: Mbs, values: Mapping[str, float] | None = None) -> None:
+        """``values``: where the joints are (rad or m), if not at their initial positions."""
         self.mbs = mbs
-        self.placement = place(mbs)
+        self.placement = place(mbs, values)
         joints = self.placement.joints
         n = len(joints)
         self.twists: Array = np.array([sum(placed.twist, ()) for placed in joints]).reshape(n, 6)

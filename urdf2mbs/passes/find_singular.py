@@ -2,7 +2,7 @@
 
 Beyond the method.  Robotran solves ``M qdd = Q`` at each step, and stops where M is singular.
 The test takes the .mbs and the couplings of the project's code, at every position and at the
-initial position.  The test is exact (see ``urdf2mbs.mbs.singular``).
+initial position (see ``urdf2mbs.mbs.singular``).
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class FindSingular(Pass):
         except TooLargeError:
             conversion.note(
                 "singular-not-tested",
-                f"nobody knows if the mass matrix is singular: more than {LARGEST} bodies, one "
-                "after another, have no mass or no inertia about some axis",
+                f"nobody knows if the mass matrix is singular: more than {LARGEST} joints move, "
+                "and some bodies have no mass or no inertia about some axis",
             )
             return
         conversion.report["singular"] = []
@@ -50,24 +50,16 @@ class FindSingular(Pass):
         ]
         if not any(body.mass or body.inertia for body in conversion.mbs.bodies):
             return  # a robot without any mass has another warning
-        for code, nearly, always, where in (
-            ("singular", False, True, "at every position"),
-            ("singular", True, True, "at every position"),
-            ("singular-at-start", False, False, "at its initial position"),
-            ("singular-at-start", True, False, "at its initial position"),
-        ):
-            listed = [
-                _in_urdf(found, owner)
-                for found in singular
-                if found.always == always and found.nearly == nearly
-            ]
+        for code, always in (("singular", True), ("singular-at-start", False)):
+            listed = [_in_urdf(one, owner) for one in singular if one.always == always]
             if listed:
                 causes = "; ".join(_causes(listed, conversion.robot))
-                floats = conversion.inserted in [found.joint for found in listed]
+                floats = conversion.inserted in [one.joint for one in listed]
+                where = "at every position" if always else "at its initial position"
                 conversion.warn(
                     code,
-                    f"the mass matrix is {'all but ' if nearly else ''}singular {where}, so "
-                    f"Robotran cannot {'solve' if always else 'start'} this model: {causes}",
+                    f"the mass matrix is singular {where}, so Robotran cannot "
+                    f"{'solve' if always else 'start'} this model: {causes}",
                     joint=None if floats else listed[0].joint,
                     hint="if the robot stands on the ground: 'base: fixed'" if floats and always
                     else "give what they move mass and inertia, or make them fixed joints" if always
@@ -81,7 +73,7 @@ def _in_urdf(found: Singular, owner: dict[str, str]) -> Singular:
     others = dict.fromkeys(owner.get(other, other) for other in found.others)
     others.pop(name, None)
     why = "no-inertia" if found.why == "together" and not others else found.why
-    return Singular(name, why, tuple(others), found.always, found.nearly)
+    return Singular(name, why, tuple(others), found.always)
 
 
 def _causes(listed: list[Singular], robot: Robot) -> list[str]:
