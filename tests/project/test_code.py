@@ -217,12 +217,6 @@ def test_a_point_elsewhere_is_found(made: Made, point: str, named: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
-def test_c_does_what_python_does(made: Made) -> None:
-    assert found(made, in_c=True) == []
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize("fault", IN_C)
 def test_a_fault_in_c_is_found(made: Made, fault: str) -> None:
     *change, named = IN_C[fault]
