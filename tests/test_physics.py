@@ -2,19 +2,16 @@
 
 Compared at zero and at random positions of all joints, with pinocchio and with Rodrigues'
 formula on the URDF: the pose of every link; mass, centre and inertia of every rigid group;
-total mass; mass matrix; gravity forces; inverse dynamics. ``python tests/test_physics.py``
-prints a table of the largest errors.
+total mass; mass matrix; gravity forces; inverse dynamics.
 """
 
 from __future__ import annotations
 
-import zlib
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
-from oracle.compare import Comparison, lost_shapes, structure_faults
+from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.mbs import Evaluator
 from oracle.urdf import Urdf
 from robots import BROKEN, CONVERTIBLE, RealRobot
@@ -38,12 +35,6 @@ def urdf_of(text: Path) -> Urdf:
     return Urdf.parse(text.read_bytes())
 
 
-def converted(robot: RealRobot, base: str, keep: bool) -> Comparison:
-    urdf = urdf_of(robot.text)
-    result = robot.convert(base=base, passes=KEEP_ALL if keep else {})
-    return Comparison(result, urdf, floating=urdf.floats(base))
-
-
 def has_bodies(robot: RealRobot, base: str, keep: bool) -> bool:
     """Whether anything is left to make a body of."""
     urdf = urdf_of(robot.text)
@@ -52,65 +43,33 @@ def has_bodies(robot: RealRobot, base: str, keep: bool) -> bool:
     return not all(urdf.massless(link) for link in urdf.inertias)
 
 
-def largest_errors(comparison: Comparison, robot: RealRobot) -> dict[str, dict[str, float]]:
-    """By reference, by kind."""
-    rng = np.random.default_rng(zlib.crc32(robot.name.encode()))
-    positions = [{}, *(comparison.random(rng) for _ in range(POSITIONS))]
-    models = (comparison.pinocchio(robot.text.read_bytes()), comparison.reference())
-    return {model.name: comparison.errors(model, positions) for model in models}
-
-
-def too_large(errors: dict[str, dict[str, float]], tolerance: float) -> dict[str, float]:
-    return {
-        f"{model} {kind}": error
-        for model, by_kind in errors.items()
-        for kind, error in by_kind.items()
-        if error > tolerance
-    }
-
-
-@pytest.mark.parametrize("keep", [False, True], ids=["pruned", "kept"])
-@pytest.mark.parametrize("base", ["fixed", "floating"])
+@pytest.mark.parametrize(("pipeline", "base", "keep"), [
+    *(("faithful", base, keep) for base in ("fixed", "floating") for keep in (False, True)),
+    ("compact", "auto", False),
+])  # fmt: skip
 @pytest.mark.parametrize("robot", CONVERTIBLE)
 def test_is_the_same_robot(
-    robot: RealRobot, base: str, keep: bool, shared: Path, record_property: Callable[..., None]
-) -> None:
-    comparison = converted(robot, base, keep)
-    no_mass = all(map(comparison.urdf.massless, comparison.urdf.inertias))
-    said = [found.code for found in comparison.result.diagnostics]
-    assert ("no-mass" in said) == no_mass
-    keep = keep or no_mass
-
-    errors = largest_errors(comparison, robot)
-    for model, by_kind in errors.items():
-        for kind, error in by_kind.items():
-            record_property(f"{model} {kind}", float(error))
-    assert not too_large(errors, TOLERANCE)
-    assert structure_faults(comparison) == []
+    robot: RealRobot, pipeline: str, base: str, keep: bool, shared: Path,
+    record_property: Callable[..., None],
+) -> None:  # fmt: skip
+    faithful, urdf = pipeline == "faithful", urdf_of(robot.text)
+    result = robot.convert(pipeline=pipeline, base=base, passes=KEEP_ALL if keep else {})
+    # in compact, what is fixed to the ground becomes ground, and that has no inertia
+    comparison, errors = beside_its_urdf(
+        result, urdf, robot.text.read_bytes(), base, positions=POSITIONS, ground_has_mass=faithful
+    )
+    for kind, error in errors.items():
+        record_property(kind, float(error))
+    tolerance = TOLERANCE if faithful else COMPACT_TOLERANCE
+    assert not {kind: error for kind, error in errors.items() if error > tolerance}
+    assert structure_faults(comparison, faithful=faithful) == []
     assert lost_shapes(comparison) == []
     # whatever moves matter, moves; what does not, is said to stand still
-    result, urdf = comparison.result, comparison.urdf
-    assert set(result.frozen) == (set() if keep else urdf.moving_nothing())
+    said = [found.code for found in result.diagnostics]
+    no_mass = all(map(urdf.massless, urdf.inertias))
+    assert ("no-mass" in said) == no_mass
+    assert set(result.frozen) == (set() if keep or no_mass else urdf.moving_nothing())
     assert ("massless-leaf" in said) == bool(result.frozen)
-
-
-@pytest.mark.parametrize("robot", CONVERTIBLE)
-def test_the_compact_one_is_the_same_robot(
-    robot: RealRobot, shared: Path, record_property: Callable[..., None]
-) -> None:
-    urdf = urdf_of(robot.text)
-    result = robot.convert(pipeline="compact")
-
-    # what is fixed to the ground becomes ground, and that has no inertia
-    comparison = Comparison(result, urdf, floating=urdf.floats("auto"), ground_has_mass=False)
-
-    errors = largest_errors(comparison, robot)
-    for model, by_kind in errors.items():
-        for kind, error in by_kind.items():
-            record_property(f"{model} {kind}", float(error))
-    assert not too_large(errors, COMPACT_TOLERANCE)
-    assert structure_faults(comparison, faithful=False) == []
-    assert lost_shapes(comparison) == []
 
 
 @pytest.mark.parametrize("robot", CONVERTIBLE)
@@ -145,36 +104,3 @@ def test_one_conversion_does_not_influence_the_next(shared: Path) -> None:
     assert once == again[::-1]
     for data in once:
         Evaluator(data)
-
-
-def main() -> None:
-    kinds = ("pose", "mass", "com", "inertia", "matrix", "gravity", "dynamics")
-    head = f"{'robot':38} {'base':8} {'':6} links bodies joints moving"
-    print(head + "".join(f"{kind:>9}" for kind in kinds))
-    worst: dict[tuple[str, str], float] = {}
-    for param in CONVERTIBLE:
-        robot: Any = param.values[0]
-        for base in ("fixed", "floating"):
-            for keep in (False, True):
-                if not has_bodies(robot, base, keep):
-                    continue
-                comparison = converted(robot, base, keep)
-                found = largest_errors(comparison, robot)
-                for model, by_kind in found.items():
-                    for kind, error in by_kind.items():
-                        worst[model, kind] = max(worst.get((model, kind), 0.0), error)
-                row = [max(by_kind[kind] for by_kind in found.values()) for kind in kinds]
-                mbs = comparison.mbs
-                print(
-                    f"{robot.name:38} {base:8} {'kept' if keep else 'pruned':6} "
-                    f"{len(comparison.urdf.inertias):5} {len(mbs.bodies) - 1:6} "
-                    f"{len(mbs.joints):6} {len(mbs.moving):6}"
-                    + "".join(f"{error:9.1e}" for error in row)
-                )
-    for model in ("pinocchio", "rodrigues"):
-        row = [worst[model, kind] for kind in kinds]
-        print(f"{'largest, against ' + model:82}" + "".join(f"{error:9.1e}" for error in row))
-
-
-if __name__ == "__main__":
-    main()

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import zlib
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from oracle.compare import Comparison, lost_shapes, structure_faults
+from oracle.compare import beside_its_urdf, lost_shapes, structure_faults
 from oracle.urdf import Urdf
 from strategies import robots, snapped
 
@@ -53,19 +51,13 @@ def check(
     of axes having been moved by up to ``snapped`` (rad) in all."""
     file.write_bytes(text)
     urdf = Urdf.parse(text)
-    floating = urdf.floats(base)
-
     result = convert(file, base=base, passes=KEEP_ALL if keep else {}, pipeline=pipeline)
-
-    comparison = Comparison(result, urdf, floating=floating, ground_has_mass=pipeline == "faithful")
-    rng = np.random.default_rng(zlib.crc32(text))
-    positions = [{}, comparison.random(rng), comparison.random(rng)]
-    for model in (comparison.reference(), comparison.pinocchio(text)):
-        errors = comparison.errors(model, positions)
-        # forces are relative to levers that may be 3e-3 of the robot's size
-        limit = {kind: TOLERANCE + (10 if kind == "pose" else 1000) * snapped for kind in errors}
-        wrong = {kind: error for kind, error in errors.items() if error > limit[kind]}
-        assert not wrong, f"against {model.name}: {wrong}"
+    comparison, errors = beside_its_urdf(
+        result, urdf, text, base, positions=2, ground_has_mass=pipeline == "faithful"
+    )
+    # forces are relative to levers that may be 3e-3 of the robot's size
+    limit = {kind: TOLERANCE + (10 if "pose" in kind else 1000) * snapped for kind in errors}
+    assert not {kind: error for kind, error in errors.items() if error > limit[kind]}
     assert structure_faults(comparison, faithful=pipeline == "faithful") == []
     assert lost_shapes(comparison) == []
     assert set(result.frozen) == (set() if keep else urdf.moving_nothing())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zlib
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -240,6 +241,22 @@ class Comparison:
             "gravity": float(np.abs((holding[at] - gravity) / bound).max()),
             "dynamics": float(np.abs((forces[at] - force) / unit).max() / largest),
         }
+
+
+def beside_its_urdf(
+    result: Result, urdf: Urdf, text: bytes, base: str, *, positions: int = 1, **more: bool
+) -> tuple[Comparison, dict[str, float]]:
+    """A conversion beside Pinocchio and Rodrigues' formula, at zero and at random positions: the
+    largest error of each kind, as ``pinocchio pose``."""
+    comparison = Comparison(result, urdf, floating=urdf.floats(base), **more)
+    rng = np.random.default_rng(zlib.crc32(text))
+    at = [{}, *(comparison.random(rng) for _ in range(positions))]
+    models = (comparison.pinocchio(text), comparison.reference())
+    return comparison, {
+        f"{model.name} {kind}": error
+        for model in models
+        for kind, error in comparison.errors(model, at).items()
+    }
 
 
 def lost_shapes(comparison: Comparison, tolerance: float = 1e-12) -> list[str]:

@@ -15,21 +15,14 @@ from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.mbs.model import (
-    Connection,
     Mbs,
-    Parameter,
-    UserConstraint,
-    UserModel,
-    UserVariable,
 )
-from urdf2mbs.mbs.names import rename
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.rigid import HERE, distance, inertias_apart, worst
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
-from urdf2mbs.urdf.changes import between, describe, snapshot
 
 MIMIC = TINY.replace(
     '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
@@ -215,12 +208,6 @@ def test_our_own_estimate_is_told_too() -> None:
     assert convert_text().report.changed == []
 
 
-def test_a_pass_cannot_change_what_was_asked_for() -> None:
-    result = convert_text()
-    with pytest.raises(AttributeError):
-        result.conversion.settings.config.gravity = (0.0, 0.0, 0.0)  # type: ignore[misc]
-
-
 def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None:
     file = plugin(
         tmp_path,
@@ -234,44 +221,6 @@ def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None
     )
     with pytest.raises(ConversionError, match=r"is not the 'robot\.mbs' that was checked"):
         run_pass("late", file, after="check")
-
-
-def test_changes_are_counted_by_kind() -> None:
-    robot = convert_text().robot
-    before = snapshot(robot)
-    robot.links["arm"].name = "left_arm"
-    robot.links = {link.name: link for link in robot.links.values()}
-    for joint in robot.joints.values():
-        joint.parent = "left_arm" if joint.parent == "arm" else joint.parent
-        joint.child = "left_arm" if joint.child == "arm" else joint.child
-    assert describe(between(before, snapshot(robot))) == "1 link renamed"
-    robot.links["left_arm"].visuals = []
-    del robot.joints["tool_mount"], robot.links["tool"]
-    robot.joints["shoulder"].limit = None
-    changes = between(before, snapshot(robot))
-    assert sorted((one.kind, one.name) for one in changes) == [
-        ("child", "shoulder"), ("joint-removed", "tool_mount"), ("limit", "shoulder"),
-        ("link-added", "left_arm"), ("link-removed", "arm"), ("link-removed", "tool"),
-        ("parent", "wrist_roll"),
-    ]  # fmt: skip
-    assert between(before, before) == []
-
-
-# --- stale knowledge ----------------------------------------------------------------------------
-
-
-def test_inertias_of_bodies_that_are_lumped_later_are_stale() -> None:
-    compact = [
-        "expand", "insert-base", "prune-massless", "reframe-inertia", "lump-fixed",
-        "merge-massless", "align-frames", "decompose-joints", "collect-anchors",
-        "convert-visuals", "assign-names", "layout", "emit",
-    ]  # fmt: skip
-    with pytest.raises(ConfigError) as wrong:
-        convert_text(pipeline=compact)
-    assert wrong.value.code == "wrong-order"
-    assert "pass 'lump-fixed' stands behind 'reframe-inertia'" in wrong.value.message
-    compact.insert(6, compact.pop(3))
-    convert_text(pipeline=compact)
 
 
 # --- natures, names and words -------------------------------------------------------------------
@@ -319,61 +268,6 @@ def test_an_earlier_warning_can_be_settled() -> None:
     assert conversion.settle("b", link="m") == 0
     assert [one.message for one in conversion.diagnostics] == ["one", "three"]
     assert conversion.settle("a") == 1
-
-
-def test_all_names_become_identifiers_and_references_follow() -> None:
-    mbs = Mbs("m", bodies=convert_text().mbs.bodies)
-    arm = mbs.bodies[1]
-    arm.name, arm.joints[1].name = "the arm", "1 shoulder"
-    for body in mbs.bodies:
-        body.parent = "the arm" if body.parent == "arm" else body.parent
-    point = mbs.bodies[0].points[0].name
-    ends: Any = {"endpoint1": ("body", point), "endpoint2": ("the arm", None)}
-    mbs.cuts = [Connection("ball", "hip", **ends), Connection("rod", "hip", **ends)]
-    mbs.links = [Connection("link", "a spring", **ends), Connection("link", "hand", **ends)]
-    mbs.user_constraints = [UserConstraint("for", ("1 shoulder", "wrist_roll"))]
-    parameters = [Parameter("1 shoulder", "scalar"), Parameter("n_1_shoulder", "scalar")]
-    mbs.user_models = [UserModel("joint damping", parameters), UserModel("joint_damping")]
-    mbs.user_variables = [UserVariable("my var", "in", "1")]
-    rename(mbs)
-    assert [cut.name for cut in mbs.cuts] == ["hip", "hip_cut"]
-    assert [link.name for link in mbs.links] == ["a_spring", "hand"]
-    assert [body.name for body in mbs.bodies] == ["body", "the_arm", "hand_body"]
-    assert mbs.cuts[0].endpoint2 == ("the_arm", None)
-    assert mbs.user_constraints == [
-        UserConstraint("for_constraint", ("n_1_shoulder", "wrist_roll"))
-    ]
-    assert [model.name for model in mbs.user_models] == ["joint_damping_model", "joint_damping"]
-    # the parameter called as a joint is still called as that joint
-    assert [one.name for one in mbs.user_models[0].parameters] == [
-        "n_1_shoulder", "n_1_shoulder_parameter",
-    ]  # fmt: skip
-    assert mbs.user_variables[0].name == "my_var"
-
-
-@pytest.mark.parametrize(
-    ("plant", "said"),
-    [
-        (
-            lambda mbs: mbs.user_constraints.append(UserConstraint("c", ("shuolder",))),
-            "user constraint 'c' refers to joint 'shuolder'",
-        ),
-        (
-            lambda mbs: mbs.cuts.append(Connection("ball", "c", ("amr", None), (None, None))),
-            "ball 'c' refers to body 'amr'",
-        ),
-        (
-            lambda mbs: mbs.links.append(Connection("link", "c", ("arm", "tip"), (None, None))),
-            "link 'c' refers to point 'tip' of body 'arm'",
-        ),
-    ],
-)
-def test_a_reference_to_nothing_is_named(plant: Callable[[Mbs], None], said: str) -> None:
-    mbs = Mbs("m", bodies=convert_text().mbs.bodies)
-    plant(mbs)
-    with pytest.raises(ConversionError, match="name-unknown") as wrong:
-        rename(mbs)
-    assert said in wrong.value.message
 
 
 IMU = """<robot name="r">

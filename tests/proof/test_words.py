@@ -8,7 +8,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
 
 from urdf2mbs import convert
@@ -19,7 +18,6 @@ from urdf2mbs.mbs.model import Connection, Joint, Mbs, UserConstraint, UserModel
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
-from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY, convert_text
 
@@ -262,8 +260,3 @@ def test_a_plugin_cannot_set(what: str, how: str, tmp_path: Path) -> None:
     with pytest.raises(ConversionError, match="of plugin 'reach' changes") as refused:
         convert_text(plugins=[plugin], **after)
     assert refused.value.code == "plugin-verdict"
-
-
-def test_a_proof_has_no_word_of_its_own() -> None:
-    """Its words are made of what it found, in one place."""
-    assert "verdict" not in {field.name for field in msgspec.structs.fields(Proof)}
