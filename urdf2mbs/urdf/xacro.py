@@ -10,7 +10,6 @@ import os
 import re
 import threading
 import warnings
-from contextlib import suppress
 from functools import partial
 from glob import glob
 from importlib.util import find_spec, module_from_spec
@@ -23,13 +22,12 @@ from urdf2mbs.disk import standard_input
 from urdf2mbs.disk.files import read as read_file
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, Diagnostic, nearest
 from urdf2mbs.urdf import written, xml
-from urdf2mbs.urdf.elements import LEGACY, LEGACY_HINT
 from urdf2mbs.urdf.expressions import MOST, TRUST, Guard, tokenize, too_large
 from urdf2mbs.urdf.packages import absolute, workspace
-from urdf2mbs.xml.parser import safe_parser
+from urdf2mbs.urdf.xacro_errors import EVALUATING, explain, missing_package
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping
 
     from urdf2mbs.urdf.packages import Packages
 
@@ -37,16 +35,13 @@ _UNKNOWN_MACRO = "unknown macro name: "
 
 # Python catches its warnings for all threads at once
 _lock = threading.Lock()
-_EVALUATING = "when evaluating expression '"
 #: A macro's parameter.  xacro's own pattern of the same meaning takes twice the time for each more
 #: letter before a quote that is not closed.
 _PARAMETER = re.compile(
     r"""^\s*([^\s:=]+?)\s*:?=\s*(\^\|?)?"""
     r"""(\$\{.*?\}|\$\(.*?\)|(?:'[^']*'|"[^"]*"|[^\s'"])+|)(?:\s+|$)(.*)"""
 )
-#: A message shows so many lines at each end of a stack of includes and macros.
-_STACK_ENDS = 4
-#: The functions of xacro that ``_Run`` replaces by its own.
+#: The functions of xacro that ``Run`` replaces by its own.
 _REPLACED = (
     "parse", "open", "load_yaml", "handle_macro_call", "eval_text", "replace_node",
     "parse_macro_arg",
@@ -54,7 +49,6 @@ _REPLACED = (
 
 #: ``$(find NAME)`` gives this and the name if the package was not found.
 _NOWHERE = "package://"
-_NOWHERE_IN = re.compile(r"package:/+([^/\s'\"*]+)")
 
 
 class Expansion(NamedTuple):
@@ -98,7 +92,7 @@ class _Names(dict[str, Any]):
         return self.found[name]
 
 
-class _Run:
+class Run:
     """One run of xacro on one file: its messages, and the things that it does not find."""
 
     def __init__(self, file: str, packages: Packages, args: Mapping[str, str], trust: bool) -> None:
@@ -125,7 +119,7 @@ class _Run:
                 document = self.xacro.process_file(self.file, mappings=self.args)
                 text = document.toprettyxml(indent="  ").encode()
             except Exception as error:
-                failure = self.explain(error)
+                failure = explain(self, error)
                 failure.said = self.diagnostics()
                 raise failure from error
         for warning in python_warnings:
@@ -169,7 +163,7 @@ class _Run:
             try:
                 return substitution.resolve_args(text, context)
             except Exception as error:
-                raise xacro.XacroException(exc=error, suffix=f"\n{_EVALUATING}{text}'") from error
+                raise xacro.XacroException(exc=error, suffix=f"\n{EVALUATING}{text}'") from error
 
         xacro.eval_extension = extension
 
@@ -203,7 +197,7 @@ class _Run:
     def say(self, level: Literal["warning", "note"], *message: Any, **_: Any) -> str:
         where = self.xacro.filestack[-1] if self.xacro.filestack else None
         text = " ".join(str(part) for part in message)
-        missing = _missing_package(text, self)
+        missing = missing_package(text, self)
         if missing is not None:  # an include by a pattern, which matches nothing
             raise missing
         self.messages[level, text, where] = None
@@ -326,84 +320,6 @@ class _Run:
         read = (*reversed(self.xacro.filestack or ()), *self.xacro.all_includes, self.file)
         return list(dict.fromkeys(map(absolute, read)))
 
-    def fault(
-        self, code: str, text: str, signs: Sequence[str], hint: str | None, line: int | None = None
-    ) -> ConversionError:
-        """An error, with the macros and includes that led to it.
-
-        Its line is the ``line`` of the file being processed, or where one of the ``signs`` stands.
-        """
-        xacro = self.xacro
-        files = [absolute(name) for name in xacro.filestack or [self.file]]
-        macros = [(macro, _find_file(macro)) for macro in reversed(xacro.macrostack or [])]
-        file = files[-1]
-        if line is None:
-            defining = [absolute(where) for _, where in macros if where]
-            places = list(dict.fromkeys([*defining, *self.files()]))
-            found = written.locate(signs, places)
-            if not found and macros and macros[0][1]:
-                name = macros[0][0].body.getAttribute("name")
-                found = written.place("xacro:macro", name, [absolute(macros[0][1])])
-            file, line = found or (file, None)
-        stack: list[str] = []
-        for macro, where in macros:
-            name = macro.body.getAttribute("name") if macro.body is not None else "?"
-            says = "called by the macro" if stack else "in the macro"
-            stack.append(f"{says} '{name}' of {where or '?'}")
-        first, *others = reversed(files)
-        if others or first != file:
-            stack += [f"in the file {first}", *(f"included from {other}" for other in others)]
-        if len(stack) > 2 * _STACK_ENDS:
-            stack[_STACK_ENDS:-_STACK_ENDS] = [f"... {len(stack) - 2 * _STACK_ENDS} more ..."]
-        return ConversionError(code, "\n  ".join([text, *stack]), file=file, line=line, hint=hint)
-
-    def explain(self, error: Exception) -> ConversionError:
-        """The one error for an exception inside xacro."""
-        chain = _chain(error)
-
-        def find(kind: type[Exception]) -> Any:
-            return next((cause for cause in chain if isinstance(cause, kind)), None)
-
-        text = _sentence(error)
-        # the message ends with the outermost expression
-        _, evaluated, expression = str(error).rpartition(_EVALUATING)
-        expression = expression.partition("\n")[0].rstrip("'") if evaluated else ""
-        signs = [f"${{{expression}}}", expression] if expression else []
-        ours = find(ConversionError) or _missing_package(f"{text} {chain[-1]}", self)
-        if isinstance(ours, ConfigError):
-            return ConfigError(ours.code, ours.message, hint=ours.hint)
-        if ours is not None:
-            words = _find_words(ours.message)
-            calls = [f"$(arg {word})" for word in words]
-            signs = [*calls, *(signs if ours.code.startswith("xacro-") else ()), *words]
-            return self.fault(ours.code, ours.message, signs, ours.hint)
-        if (syntax := find(ExpatError)) is not None:
-            return self.explain_syntax(syntax)
-        if find(MemoryError) is not None:
-            hint = "look for macros that call themselves, and for long texts or lists in ${...}"
-            return self.fault("memory-full", "xacro takes more memory than there is", [], hint)
-        if find(RecursionError) is not None:
-            text = "macros, includes or properties that call themselves without an end"
-            return self.fault("xacro", text, [], None)
-        unread = find(OSError)
-        if unread is not None and unread.filename:
-            text = f"cannot read {unread.filename}: {unread.strerror}"
-            return self.fault("xacro", text, [Path(unread.filename).name], None)
-        return _legacy(self.files()) or self.fault("xacro", text, signs or _find_words(text), None)
-
-    def explain_syntax(self, error: ExpatError) -> ConversionError:
-        """The error for a file that is no XML."""
-        if "unbound prefix" in str(error):
-            hint = 'declare xmlns:xacro="http://www.ros.org/wiki/xacro" on the root element'
-            return self.fault("xacro", "the prefix xacro: is not declared", [], hint, error.lineno)
-        file = absolute((self.xacro.filestack or [self.file])[-1])
-        try:
-            xml.parse(standard_input.read(Path(file)), file)
-        except ConversionError as explained:
-            return self.fault(explained.code, explained.message, [], explained.hint, explained.line)
-        text = "not well-formed XML: it cannot be read here"
-        return self.fault("xacro", text, [], None, error.lineno)
-
     def warn_of_unused(self) -> list[Diagnostic]:
         """Warnings of arguments that were given for nothing."""
         given, asked = self.args.given, self.args.asked
@@ -482,61 +398,9 @@ def expand(
     :raises ConversionError: ``xacro``, ``xacro-arg``, ``package-not-found``,
         ``xacro-expression``, ``xacro-too-large``, ``xacro-file``
     """
-    return _Run(absolute(source), packages, args, trust).run()
-
-
-def _missing_package(text: str, run: _Run) -> ConversionError | None:
-    """The error of a missing package, if a message names a file of the package."""
-    named = _NOWHERE_IN.search(text)
-    return run.packages_missing.get(named[1]) if named else None
-
-
-def _find_file(macro: Any) -> str | None:
-    """The file of a macro."""
-    return macro.history[-1][-1] if macro.history and macro.history[-1] else None
-
-
-def _sentence(error: BaseException) -> str:
-    """An exception's message on one line."""
-    text = " ".join(str(error).split())
-    kind = type(error).__name__
-    return text if kind.endswith("Exception") and text else f"{kind}: {text}".rstrip(": ")
-
-
-def _chain(error: BaseException) -> list[BaseException]:
-    """An exception and all those it was raised from or wraps."""
-    chain: list[BaseException] = []
-    todo: list[BaseException | None] = [error]
-    while todo:
-        cause = todo.pop()
-        if cause is not None and all(cause is not known for known in chain):
-            chain.append(cause)
-            todo += [cause.__context__, cause.__cause__, getattr(cause, "exc", None)]
-    return chain
+    return Run(absolute(source), packages, args, trust).run()
 
 
 def _declares(names: Iterable[str]) -> str:
     shown = ", ".join(names)
     return f"the arguments declared are: {shown}" if shown else "no file declares an argument"
-
-
-def _find_words(text: str) -> list[str]:
-    """The words that a message of xacro's puts in quotes, or names at its end."""
-    words = r"'([^']+)'|\"([^\"]+)\"|(xacro:[\w.]+)$|(?<![\w.-])([\w.-]+)$"
-    return [group for match in re.findall(words, text) for group in match if group]
-
-
-def _legacy(files: list[str]) -> ConversionError | None:
-    """An error for the first element in the form that xacro has not read since 2014."""
-    from lxml import etree
-
-    for file in files:
-        root: Any = None
-        with suppress(etree.XMLSyntaxError, ValueError):
-            root = etree.fromstring(written.text(file).encode(), safe_parser(recover=True))
-        child = None if root is None else next(root.iterchildren(*LEGACY), None)
-        if child is not None:
-            text = f"<{child.tag}> without the prefix xacro: is not read by xacro any more"
-            hint, line = LEGACY_HINT.format(tag=child.tag), child.sourceline
-            return ConversionError("xacro-legacy", text, file=file, line=line, hint=hint)
-    return None
