@@ -48,7 +48,6 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
                              "--set posture.state=home",)),
     "mbs": ("broken.mbs", MODEL),
     **{kind: (f"broken.{kind}", (f"convert {kind}.urdf -o out/",)) for kind in MESHES},
-    "edits": ("broken.yaml", ("convert tiny.urdf -o out/ --set apply-edits.file=broken.yaml",)),
     "certificate": ("p/dataR/p.proof.json", ("verify tiny.urdf p",)),
 }  # fmt: skip
 #: Good files that ``prepare`` makes.

@@ -46,7 +46,7 @@ ROOMS = {
     "mbs/*.py": ["tests/mbs", "tests/passes/test_emit.py"],
     "messages/*.py": ["tests/messages", "tests/engine/test_levels.py"],
     "runtime/*.py": PROJECT,
-    "merge/*.py": ["tests/merge", "tests/passes/test_merge.py", "tests/passes/test_apply_edits.py"],
+    "merge/*.py": ["tests/merge", "tests/passes/test_merge.py"],
     "report/*.py": ["tests/report"],
     "commands/*.py": [
         "tests/test_cli.py", "tests/test_init.py", "tests/test_lint.py", "tests/test_everyday.py",

@@ -71,7 +71,7 @@ def test_an_unknown_option_shows_the_usage_of_the_command(command: str, capsys: 
 
 #: The flags that commands share: who has them.
 CONVERTING = {"run", "convert", "report", "simulate"}
-WRITING = {"diagram", "edits", "equations", "merge", "new-pass"}
+WRITING = {"diagram", "equations", "merge", "new-pass"}
 PLUGINS = {*CONVERTING, "explain", "passes", "schema", "doctor"}
 SHARED = {
     "--debug": set(COMMANDS),

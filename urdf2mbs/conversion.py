@@ -187,8 +187,6 @@ class Conversion:
         The new ones hold the work of people, too, and get no seal."""
         self.edited: dict[str, None] = {}
         """The files whose edits make the .mbs another robot than the URDF's."""
-        self.overlay = b""
-        """The file of edits that was applied."""
         self.added: dict[str, str] = {}
         """What people added to the .mbs: each thing, and where."""
         self.simulation = Simulation()

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 from mbs.models import everything
 
-from urdf2mbs.diff.changes import differences
 from urdf2mbs.mbs.model import (
     Body,
     Connection,
@@ -25,7 +24,6 @@ from urdf2mbs.mbs.model import (
 )
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
-from urdf2mbs.merge import overlay
 from urdf2mbs.merge.merge import Merged, merge
 
 Edit = Callable[[Mbs], Any]
@@ -366,26 +364,6 @@ def test_what_comes_goes_and_moves(case: str, prefer: str) -> None:
     assert [conflict.wins for conflict in done.plan.conflicts] == ([winner] if winner else [])
     assert [orphan.why for orphan in done.plan.orphaned] == ([why] if why and not winner else [])
     assert (done.orphans is None) is (not done.plan.orphaned)
-
-
-@pytest.mark.parametrize(
-    ("mine", "then"),
-    [
-        *((put(path, value), None) for path, value, *_ in FIELDS if "parent" not in path),
-        *((mine, then) for mine, theirs, why, then in CASES.values() if theirs is nothing),
-    ],
-)
-def test_a_file_of_edits_makes_them_again(mine: Edit, then: Edit | None) -> None:
-    model, edited, expected = everything(), everything(), everything()
-    mine(edited)
-    (then or mine)(expected)
-    text = overlay.text(differences(model, edited).changes)
-    (changes,) = overlay.read(text.encode(), "edits.yaml")
-    applying = overlay.apply(model, changes, "edited")
-    assert not applying.orphans
-    assert not applying.conflicts
-    assert read(write(model), "m.mbs").bodies == read(write(expected), "m.mbs").bodies
-    assert write(model) == write(expected)
 
 
 def test_the_diagram_stays_as_people_have_it() -> None:

@@ -31,7 +31,6 @@ COMMANDS = {
     "lint": "say what is wrong with a robot, without converting it",
     "verify": "compare a robot with an .mbs file: are they the same?",
     "diff": "say what differs between two .mbs files",
-    "edits": "write what people changed in an .mbs into a file of edits",
     "merge": "merge three versions of an .mbs file, for git",
     "diagram": "draw the 2D diagram of an .mbs file as an SVG picture",
     "equations": "write Robotran's equations for an .mbs file",

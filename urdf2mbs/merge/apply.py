@@ -1,4 +1,4 @@
-"""Apply what people changed to a new conversion: one engine for merges and for overlays.
+"""Apply what people changed to a new conversion.
 
 An edit is a ``Change`` of the model that was written last.  Where the new conversion still has
 what the edit changes, the edit is made.  Where the new conversion changed the same thing, the
@@ -92,16 +92,12 @@ class Applying:
     """A new conversion in the making, to which edits are applied."""
 
     def __init__(
-        self, model: list[Thing], olds: Known, names: Known | None, prefer: Prefer | None
+        self, model: list[Thing], olds: Known, names: Known, prefer: Prefer | None
     ) -> None:
         """``model`` are the things of the new conversion, ``olds`` as the edits call them before,
-        ``names`` as the edits call them after; None: by the names that the model has then.
-        ``prefer`` None: people made both sides, and the edits win."""
-        self.model = model
-        self.olds, self.names = olds, names or olds
-        self._names_are_own = names is None
-        self.unknown: list[Change] = []
-        """What is of elements that the model does not know; it stays in a file by itself."""
+        ``names`` as the edits call them after.  ``prefer`` None: people made both sides, and the
+        edits win."""
+        self.model, self.olds, self.names = model, olds, names
         self.prefer = prefer
         self.conflicts: list[Conflict] = []
         self.orphans: list[tuple[Edit, str]] = []
@@ -119,8 +115,6 @@ class Applying:
                         self._orphan(edit)
                     else:
                         getattr(self, f"_{does}")(edit, edit.target)
-            if does == "renamed" and self._names_are_own:
-                self.names = Known([(thing, thing) for thing in self.model])
         self._removed(removed, untouched)
         self._write_references()
         mbs: Mbs = self.model[0].part
@@ -218,16 +212,13 @@ class Applying:
                 thing.refers = {**thing.refers, field: targets}
                 self._hung_anew |= thing.kind == "body"
             return
-        value, after = plain_values(thing).get(field), as_tuple(change.after)
-        if not hasattr(thing.part, field.split(".")[0]):
-            self.unknown.append(change)
+        value, (whole, _, inner) = plain_values(thing).get(field), field.partition(".")
+        # what is of an element that the model does not know stays in the file by itself
+        if value == change.after or not hasattr(thing.part, whole):
             return
-        if value == after:
-            return
-        if value == as_tuple(change.before) or self._edit_wins(edit, field, value):
-            whole, _, inner = field.partition(".")
+        if value == change.before or self._edit_wins(edit, field, value):
             holder = getattr(thing.part, whole) if inner else thing.part
-            setattr(holder, inner or whole, after)
+            setattr(holder, inner or whole, change.after)
 
     def _reordered(self, edit: Edit, owner: Thing) -> None:
         change = edit.change
@@ -367,14 +358,9 @@ def is_place(change: Change) -> bool:
     return drawn or change.field.startswith("drawing.")
 
 
-def as_tuple(value: Any) -> Any:
-    """Lists as tuples: a value as the model has it."""
-    return tuple(map(as_tuple, value)) if isinstance(value, list | tuple) else value
-
-
 def _plain(content: Any) -> Any:
     """What an object says, without its places in the diagram."""
-    if isinstance(content, list | tuple):  # a file of edits has lists for tuples
+    if isinstance(content, list | tuple):
         return tuple(map(_plain, content))
     if not isinstance(content, dict):
         return content

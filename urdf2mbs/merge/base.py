@@ -9,10 +9,10 @@ import re
 from pathlib import Path
 
 from urdf2mbs.disk import files, standard_input
-from urdf2mbs.disk.seal import checksum, intact, unseal
+from urdf2mbs.disk.seal import intact, unseal
 
-_LINE = "<!-- the base of the next merge, made of robot '{}' in {}, sha256 {}; edits {} -->\n"
-_MADE_OF = r"<!-- the base of .*, made of robot '(.*)' in (.*), sha256 \w+; edits (\w+) -->\n\Z"
+_LINE = "<!-- the base of the next merge, made of robot '{}' in {}, sha256 {} -->\n"
+_MADE_OF = r"<!-- the base of .*, made of robot '(.*)' in (.*), sha256 \w+.*-->\n\Z"
 
 
 def path(output: Path) -> Path:
@@ -20,13 +20,12 @@ def path(output: Path) -> Path:
     return output.with_name(f"{output.name}.base")
 
 
-def text(data: bytes, robot: str, source: Path, overlay: bytes) -> bytes:
-    """The base that is an .mbs, made of a robot in a URDF or xacro file and of an overlay."""
+def text(data: bytes, robot: str, source: Path) -> bytes:
+    """The base that is an .mbs, made of a robot in a URDF or xacro file."""
     from hashlib import sha256
 
     made_of = [text.replace("--", "- -") for text in (robot, source.name)]
-    edits = checksum(unseal(overlay)) if overlay else "none"
-    line = _LINE.format(*made_of, sha256(standard_input.read(source)).hexdigest(), edits)
+    line = _LINE.format(*made_of, sha256(standard_input.read(source)).hexdigest())
     return unseal(data) + line.encode("utf-8", "replace")
 
 
@@ -42,12 +41,3 @@ def is_of(base: bytes, robot: str, source: Path) -> bool:
     made_of = re.search(_MADE_OF, base.decode("utf-8", "replace"))
     names = [text.replace("--", "- -") for text in (robot, source.name)]
     return made_of is not None and (made_of[1] == names[0] or made_of[2] == names[1])
-
-
-def applied(base: bytes, overlay: bytes) -> bytes:
-    """The documents of a file of edits with which a base was made, empty if with none of it."""
-    made_of = re.search(_MADE_OF, base.decode("utf-8", "replace"))
-    overlay = unseal(overlay)
-    ends = [found.start() for found in re.finditer(rb"(?m)^---$", overlay)][1:]
-    parts = [overlay[:end] for end in (*ends, len(overlay))]
-    return next((p for p in parts if made_of and checksum(p) == made_of[3]), b"")

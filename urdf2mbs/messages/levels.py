@@ -15,7 +15,7 @@ from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 
 _CODES = """
 actuator-unknown axis-aligned base base-guessed calibration collision color-range contacts-balance
-contacts-mesh contacts-most doubled-element edit-left-out equations-language equations-stale
+contacts-mesh contacts-most doubled-element equations-language equations-stale
 extension force-torque
 generator-limits geometry-size geometry-unknown ground-mass inertia-estimated inertia-incomplete
 inertia-indefinite inertia-repaired inertia-triangle inertia-without-mass inertial-incomplete

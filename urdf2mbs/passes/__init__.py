@@ -42,7 +42,6 @@ _NAMES = (
     "fit-view",
     "left-out",
     "emit",
-    "apply-edits",  # when given a file
     "merge",  # when people changed the .mbs that is there
     "find-singular",
     "check",

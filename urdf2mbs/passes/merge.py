@@ -33,9 +33,7 @@ class Merge(Pass):
         output, robot, source = settings.output, conversion.robot.name, settings.source
         if output.suffix.lower() != ".mbs":
             return
-        conversion.behind[base.path(output)] = base.text(
-            conversion.files[output], robot, source, conversion.overlay
-        )
+        conversion.behind[base.path(output)] = base.text(conversion.files[output], robot, source)
         there = files.read(output) if files.is_file(output) else b""
         known = base.read(output)
         if not there or intact(there) or (known is None and not has_seal(there)):
