@@ -7,32 +7,31 @@ joint a solid, a revolute joint a ball, and a second one further along its axis 
 a constraint, a universal joint a ball and a rod.  They are closed where all joints are at zero,
 as SDF has it, whatever the start position.
 
-Each independent constraint makes one joint dependent.  Gaussian elimination of
-the constraints' Jacobian at the start position chooses these joints: joints without a motor first,
-and joints further out before joints nearer to the base.  A warning names each loop that is open at
-the start position, with the distance.
+Each independent constraint makes one joint dependent: a joint whose column of the constraints'
+Jacobian, at the start position, is independent of those chosen before.  Joints without a motor come
+first, and joints further out before joints nearer to the base.  A warning names each loop that is
+open at the start position, with the distance.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from math import asin, dist
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
 
 from urdf2mbs.conversion import Conversion, fits
 from urdf2mbs.engine.hookspecs import Pass
-from urdf2mbs.mbs.kinematics import Placement, place
+from urdf2mbs.mbs.kinematics import Placement
 from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.ranges import End, PositiveLength
 from urdf2mbs.spatial import (
-    ZERO,
     Pose,
     Vec,
     compose,
-    cross,
     inverse,
     multiply,
     rotate,
@@ -41,9 +40,13 @@ from urdf2mbs.spatial import (
 )
 from urdf2mbs.urdf.model import ClosingJoint
 
+if TYPE_CHECKING:
+    from urdf2mbs.mbs.mass import Array, Mass
+
 #: A loop counts as closed up to this (m or rad).
 CLOSED = 1e-6
-#: Elements of the reduced Jacobian up to this (m or 1) are rounding.
+#: A column of the Jacobian that is so near to others, relative to the largest element, depends on
+#: them.
 SINGULAR = 1e-6
 #: From one ball to the other along the axis of a revolute joint (m).
 APART = 0.1
@@ -83,36 +86,23 @@ class Loops(Pass):
                     conversion.simulation.used.append(extension)
         if not cuts:
             return
-        for name, cut in cuts.items():
-            if name in conversion.robot.links:
-                raise ConfigError("loops-name", f"loops: a cut and a link are both called '{name}'")
-            if cut.length is not None and cut.kind != "rod":
-                raise ConfigError(
-                    "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
-                    hint="only a rod has a length",
-                )  # fmt: skip
-            what = f"loops: cut '{name}' ends at"
-            ends = [
-                conversion.add_point(f"{name}_{number}", end.link, end.at, "loops-link", what)
-                for number, end in enumerate(cut.ends, start=1)
-            ]
-            one, two = ((body, point.name) for body, point in ends)
-            mbs.cuts.append(Connection(cut.kind, name, one, two))
-        placement = place(mbs)
+        from urdf2mbs.mbs.mass import Mass
+
+        _add_cuts(conversion, cuts)
+        mass = Mass(mbs)
+        placement = mass.placement
         for connection in mbs.cuts:
             if connection.kind == "rod":
                 given = cuts[connection.name].length
-                distance = dist(*_ends(mbs, placement, connection))
+                distance = dist(*_ends(placement, mbs, connection))
                 connection.length = distance if given is None else given
-        rows = [row for connection in mbs.cuts for row in _rows(conversion, placement, connection)]
-        order = _order(conversion, placement, self)
-        if doubtful:
-            rows = _drop_needless(conversion, placement, doubtful)
-        dependent = independent_columns(rows, order)
-        if self.dependent and len(dependent) < rank(rows, placement):
+        _drop_needless(conversion, mass, doubtful)
+        jacobian = _jacobian(conversion, mass)
+        dependent = independent_columns(jacobian, _order(conversion, placement, self))
+        if self.dependent and len(dependent) < _rank(jacobian):
             raise ConfigError(
                 "loops-dependent",
-                f"loops: the cuts make {rank(rows, placement)} joints dependent, of which "
+                f"loops: the cuts make {_rank(jacobian)} joints dependent, of which "
                 f"{len(dependent)} can be among those in 'dependent'",
                 hint="name more, or leave 'dependent' out to have them chosen",
             )
@@ -187,49 +177,52 @@ def _from_sdf(
             doubtful.add(own)
 
 
+def _add_cuts(conversion: Conversion, cuts: dict[str, Cut]) -> None:
+    """Add the cuts to the model, with the points where they end."""
+    for name, cut in cuts.items():
+        if name in conversion.robot.links:
+            raise ConfigError("loops-name", f"loops: a cut and a link are both called '{name}'")
+        if cut.length is not None and cut.kind != "rod":
+            raise ConfigError(
+                "loops-length", f"loops: cut '{name}' ({cut.kind}) has the length {cut.length}",
+                hint="only a rod has a length",
+            )  # fmt: skip
+        what = f"loops: cut '{name}' ends at"
+        ends = [
+            conversion.add_point(f"{name}_{number}", end.link, end.at, "loops-link", what)
+            for number, end in enumerate(cut.ends, start=1)
+        ]
+        one, two = ((body, point.name) for body, point in ends)
+        conversion.mbs.cuts.append(Connection(cut.kind, name, one, two))
+
+
 # --- the Jacobian ---
 
 
-def _ends(mbs: Mbs, placement: Placement, connection: Connection) -> tuple[Vec, Vec]:
+def _ends(placement: Placement, mbs: Mbs, connection: Connection) -> tuple[Vec, Vec]:
     one, two = connection.endpoint1, connection.endpoint2
     return placement.point(mbs, *one), placement.point(mbs, *two)
 
 
-def _rows(
-    conversion: Conversion, placement: Placement, connection: Connection
-) -> list[dict[int, float]]:
-    """The derivatives of a cut's constraints by the joints, by index.  The derivative by a follower
-    (mimic) is added to its leader's."""
-    mbs = conversion.mbs
-    rows: list[dict[int, float]] = [{} for _ in range(6)]
-    one, two = _ends(mbs, placement, connection)
-    bodies = (connection.endpoint1[0], connection.endpoint2[0])
-    for sign, body, at in zip((-1.0, 1.0), bodies, (one, two), strict=True):
-        for index in placement.way(body):
-            joint, axis, origin, _ = placement.joints[index]
-            arm = (at[0] - origin[0], at[1] - origin[1], at[2] - origin[2])
-            turns = joint.type[0] == "R"
-            moved = (*(cross(axis, arm) if turns else axis), *(axis if turns else ZERO))
-            for row, value in zip(rows, moved, strict=True):
-                row[index] = row.get(index, 0.0) + sign * value
-    if connection.kind == "rod":
-        d = (two[0] - one[0], two[1] - one[1], two[2] - one[2])
-        d = unit(d) if any(d) else (1.0, 0.0, 0.0)
-        rows = [{i: sum(c * rows[k][i] for k, c in enumerate(d)) for i in rows[0]}]
-    elif connection.kind == "ball":
-        rows = rows[:3]
-    return [_fold(conversion, placement, row) for row in rows]
+def _jacobian(conversion: Conversion, mass: Mass) -> Array:
+    """The derivatives of the constraints of all cuts by the joints, a row for each constraint.
 
+    The derivative by a follower (mimic) is added to its leader's; that by a driven joint is 0.
+    """
+    import numpy as np
 
-def _fold(conversion: Conversion, placement: Placement, row: dict[int, float]) -> dict[int, float]:
-    index = {id(placed.joint): i for i, placed in enumerate(placement.joints)}
-    out = {i: value for i, value in row.items() if placement.joints[i].joint.nature != "driven"}
+    from urdf2mbs.project.stability import closing_rows
+
+    joints = [placed.joint for placed in mass.placement.joints]
+    rows = [row for cut in conversion.mbs.cuts for row in closing_rows(mass, cut)]
+    jacobian: Array = np.reshape(np.array(rows, float), (-1, len(joints)))
+    jacobian[:, [joint.nature == "driven" for joint in joints]] = 0.0
+    index = {id(joint): k for k, joint in enumerate(joints)}
     for coupling in conversion.simulation.couplings:
-        value = out.pop(index[id(coupling.follower)], 0.0)
-        if value:
-            leader = index[id(coupling.leader)]
-            out[leader] = out.get(leader, 0.0) + coupling.multiplier * value
-    return out
+        follower, leader = index[id(coupling.follower)], index[id(coupling.leader)]
+        jacobian[:, leader] += coupling.multiplier * jacobian[:, follower]
+        jacobian[:, follower] = 0.0
+    return jacobian
 
 
 def _order(conversion: Conversion, placement: Placement, options: Loops) -> list[int]:
@@ -243,62 +236,51 @@ def _order(conversion: Conversion, placement: Placement, options: Loops) -> list
     return sorted(indices, key=lambda i: (placement.joints[i].joint.actuated, -i))
 
 
-def independent_columns(rows: list[dict[int, float]], order: list[int]) -> list[int]:
-    """As many of the columns in ``order`` as are linearly independent, each with a row of its
-    own: Gaussian elimination, the largest element of a column as its pivot."""
-    left = [dict(row) for row in rows]
+def independent_columns(jacobian: Array, order: Iterable[int]) -> list[int]:
+    """As many of the columns in ``order`` as are linearly independent, the first before others
+    (Gram and Schmidt)."""
+    import numpy as np
+
+    scale = np.abs(jacobian).max(initial=0.0)
+    basis = np.zeros((len(jacobian), 0))
     chosen: list[int] = []
-    # first the columns with a good pivot, so that the constraints can be solved for them
+    # first the columns that are far from all others, so that constraints can be solved for them
     for least in (1e-2, SINGULAR):
         for column in order:
-            if column in chosen or not left:
-                continue
-            pivot = max(left, key=lambda row: abs(row.get(column, 0.0)))
-            top = pivot.get(column, 0.0)
-            if abs(top) <= least * max(max(map(abs, row.values()), default=0.0) for row in rows):
-                continue
-            chosen.append(column)
-            left.remove(pivot)
-            for row in left:
-                factor = row.get(column, 0.0) / top
-                if factor:
-                    for i, value in pivot.items():
-                        row[i] = row.get(i, 0.0) - factor * value
-                    row[column] = 0.0
+            rest = jacobian[:, column]
+            for _ in range(2):  # once more, for the digits that the first time has lost
+                rest = rest - basis @ (basis.T @ rest)
+            length = np.linalg.norm(rest)
+            if length > least * scale:
+                chosen.append(column)
+                basis = np.column_stack([basis, rest / length])
     return chosen
 
 
-def rank(rows: list[dict[int, float]], placement: Placement) -> int:
-    """The number of independent constraints (rows of the Jacobian)."""
-    return len(independent_columns(rows, list(range(len(placement.joints)))))
+def _rank(jacobian: Array) -> int:
+    """The number of independent constraints."""
+    return len(independent_columns(jacobian, range(jacobian.shape[1])))
 
 
-def _drop_needless(
-    conversion: Conversion, placement: Placement, doubtful: set[str]
-) -> list[dict[int, float]]:
-    """Drop the cuts that add no constraint; returns all rows."""
+def _drop_needless(conversion: Conversion, mass: Mass, doubtful: set[str]) -> None:
+    """Drop the cuts that add no constraint."""
     mbs = conversion.mbs
-
-    def rows() -> list[dict[int, float]]:
-        return [row for kept in mbs.cuts for row in _rows(conversion, placement, kept)]
-
     for cut in [cut for cut in mbs.cuts if cut.name in doubtful]:
-        before = rank(rows(), placement)
+        before = _rank(_jacobian(conversion, mass))
         mbs.cuts.remove(cut)
-        if rank(rows(), placement) < before:
+        if _rank(_jacobian(conversion, mass)) < before:
             mbs.cuts.append(cut)
             continue
         ends = (cut.endpoint1, cut.endpoint2)
         for name, owner in mbs.owners():
             owner.points = [point for point in owner.points if (name, point.name) not in ends]
-    return rows()
 
 
 def _warn_of_open(conversion: Conversion, placement: Placement) -> None:
     """Warn of each loop that is open at the start position."""
     mbs = conversion.mbs
     for cut in mbs.cuts:
-        one, two = _ends(mbs, placement, cut)
+        one, two = _ends(placement, mbs, cut)
         off = dist(one, two)
         if cut.kind == "rod":
             off = abs(off - (cut.length or 0.0))

@@ -68,7 +68,7 @@ def reduction_of(mass: Mass, simulation: Simulation) -> Array:
     dependent = [k for k, joint in enumerate(joints) if joint.nature == "dependent"]
     reduction = np.zeros((len(joints), len(independent)))
     reduction[independent, range(len(independent))] = 1.0
-    rows = [row for cut in mass.mbs.cuts for row in _closed(mass, cut)]
+    rows = [row for cut in mass.mbs.cuts for row in closing_rows(mass, cut)]
     for coupling in simulation.couplings:
         row = np.zeros(len(joints))
         row[index[coupling.follower.name]] = 1.0
@@ -82,13 +82,15 @@ def reduction_of(mass: Mass, simulation: Simulation) -> Array:
     return reduction
 
 
-def _closed(mass: Mass, cut: Connection) -> list[Array]:
-    """The rows of a cut's Jacobian."""
+def closing_rows(mass: Mass, cut: Connection) -> list[Array]:
+    """The derivatives of a cut's constraints by the joints: of a rod its length, of others the way
+    from one end to the other, and of a solid also the turn."""
     here, there = (mass.placement.point(mass.mbs, *end) for end in (cut.endpoint1, cut.endpoint2))
     first, second = cut.endpoint1[0], cut.endpoint2[0]
     apart = mass.point(second, there) - mass.point(first, here)
     if cut.kind == "rod":
-        return [(np.array(there) - np.array(here)) @ apart]
+        way = np.array(there) - np.array(here)
+        return [(way / np.linalg.norm(way) if way.any() else np.eye(3)[0]) @ apart]
     return [*apart, *(mass.turn(second) - mass.turn(first) if cut.kind == "solid" else ())]
 
 
