@@ -33,7 +33,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = [
-    "tests/project", "tests/passes/test_time_step.py", "tests/project/test_code.py",
+    "tests/project", "tests/passes/test_time_step.py",
     "tests/passes/test_project.py", "tests/test_project.py", "tests/equations/test_callable.py",
 ]  # fmt: skip
 #: The files of a room, and the tests that must find a fault in them.
@@ -41,7 +41,7 @@ ROOMS = {
     "passes/*.py": ["tests/passes", "tests/engine/test_config.py"],
     "project/*.py": PROJECT,
     "equations/*.py": ["tests/equations", "tests/project/test_c.py"],
-    "proof/*.py": ["tests/proof", "tests/project/test_code.py"],
+    "proof/*.py": ["tests/proof"],
     "urdf/*.py": ["tests/urdf"],
     "mbs/*.py": ["tests/mbs", "tests/passes/test_emit.py"],
     "messages/*.py": ["tests/messages", "tests/engine/test_levels.py"],
