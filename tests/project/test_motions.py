@@ -17,15 +17,9 @@ from urdf2mbs import ConversionError, Push, load_equations, simulate
 from urdf2mbs.disk.output import write
 from urdf2mbs.mbs.model import (
     BASE,
-    Base,
     Body,
-    Connection,
     Joint,
     Mbs,
-    Parameter,
-    Point,
-    Sensor,
-    UserModel,
 )
 from urdf2mbs.mbs.writer import write as write_mbs
 from urdf2mbs.runtime import MbsData, MbsDirdyn, MbsPart
@@ -402,68 +396,6 @@ def test_what_the_user_has_not_gives_what_is_there(rich: Path) -> None:
     assert default(data, "user_Link3DForces")(data, 0.0, 2).tolist() == data.l3DWr[2].tolist()
     assert default(data, "user_LinkForces")(1.0, 2.0, data, 0.0, 1) == 0.0
     assert default(data, "user_JointForces")(data, 0.0) is None
-
-
-def test_the_arrays_of_a_model(tmp_path: Path) -> None:
-    """Each number stands where Robotran has it: bodies at their last joint, points in order."""
-    kinds = (("R1", "independent"), ("T2", "driven"), ("R3", "dependent"))
-    joints = [
-        Joint(f"j{k}", kind, nature, q=k / 10, qd=rate, qdd=0.7 if k == 1 else None)
-        for (kind, nature), k, rate in zip(kinds, (1, 2, 3), (0.4, None, 0.6), strict=True)
-    ]
-    points = [Point(name, (float(k), 0.0, 0.0)) for k, name in enumerate("abcd", start=1)]
-    points[2].extforce, points[3].extforce = Sensor("push"), Sensor("pull")
-    points[1].sensor, points[3].sensor = Sensor("eye"), Sensor("ear")
-    base = Base(gravity=(0.1, 0.2, -9.7), points=points[:1])
-    one = Body(
-        "one",
-        BASE,
-        None,
-        joints=joints[:2],
-        mass=2.0,
-        com=(0.1, 0.2, 0.3),
-        inertia=(1.0, 0.1, 0.2, 1.1, 0.3, 1.2),
-        points=points[1:3],
-    )
-    two = Body(
-        "two", "one", None, joints=joints[2:], mass=3.0, com=(0.4, 0.5, 0.6), points=points[3:]
-    )
-    models = [
-        UserModel("states", [Parameter("x", "state", ("0.5", "0.6")),
-                             Parameter("k", "vector", ("5", "6"))]),
-        UserModel("more", [Parameter("y", "state", ("0.7",)), Parameter("s", "scalar", ("7",)),
-                           Parameter("c", "struct", ("Type", "type.h"))]),
-    ]  # fmt: skip
-    ends = ("one", "b"), ("two", "d")
-    file = tmp_path / "arrays.mbs"
-    file.write_bytes(write_mbs(Mbs(
-        "arrays", base=base, bodies=[one, two], user_models=models,
-        cuts=[Connection("ball", "x", *ends), Connection("rod", "y", *ends, 0.8)],
-        links=[Connection("link3D", "far", *ends), Connection("link", "first", *ends),
-               Connection("link", "second", *ends)],
-    )))  # fmt: skip
-    data = MbsData(file)
-    assert (data.link_id, data.Nlink, data.Nlink3D) == ({"first": 1, "second": 2}, 2, 1)
-    assert [data.Z.shape, data.l3DWr.shape, data.lrod.tolist()] == [(3,), (2, 10), [0.0, 0.8]]
-    assert (data.njoint, data.nbody, data.npt, data.Nxfrc, data.Nux) == (3, 2, 4, 2, 3)
-    assert data.body_id == {"one": 2, "two": 3}
-    assert data.m.tolist() == [0.0, 0.0, 2.0, 3.0]
-    assert data.l[1:].T.tolist() == [[0.0] * 3, [0.0] * 3, [0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]
-    assert data.In[1:, 2].tolist() == [1.0, 0.1, 0.2, 0.1, 1.1, 0.3, 0.2, 0.3, 1.2]
-    assert data.points_id == {"base": {"a": 1}, "one": {"b": 2, "c": 3}, "two": {"d": 4}}
-    assert data.dpt[1].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
-    assert (data.extforce_id, data.sensor_id) == ({"push": 1, "pull": 2}, {"eye": 1, "ear": 2})
-    assert data.xfidpt.tolist() == [0, 3, 4]
-    assert data.SWr.shape == (3, 10)
-    states = data.user_model["states"]
-    assert (states, data.user_model["more"]) == ({"x": [1, 2], "k": [5.0, 6.0]}, {"y": 3, "s": 7.0})
-    assert data.ux.tolist() == data.ux0.tolist() == [0.0, 0.5, 0.6, 0.7]
-    assert (data.q[1:].tolist(), data.qd[1:].tolist()) == ([0.1, 0.2, 0.3], [0.4, 0.0, 0.6])
-    assert (data.qdd[1:].tolist(), data.qdd0[1:].tolist()) == ([0.7, 0.0, 0.0],) * 2
-    assert [x.tolist() for x in (data.qu, data.qv, data.qc)] == [[0, 1], [0, 3], [0, 2]]
-    assert data.g.tolist() == [0.0, 0.1, 0.2, -9.7]
-    with pytest.raises(ConversionError, match="cannot read"):
-        MbsData(tmp_path / "nowhere.mbs")
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
-from urdf2mbs.api import verify
-from urdf2mbs.mbs.model import Body, Connection, Joint, LinkFrame, Mbs, Parameter, Point
+from urdf2mbs.mbs.model import Connection, Joint, LinkFrame, Mbs, Parameter, Point
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.groups import only_ground
@@ -21,7 +19,6 @@ from urdf2mbs.proof.verdict import Proof
 from urdf2mbs.spatial import Pose
 from urdf2mbs.testing import TINY, convert_text
 from urdf2mbs.urdf.model import ClosingJoint, Extension
-from urdf2mbs.urdf.reader import parse
 
 
 def pieces(text: str = TINY, **settings: Any) -> tuple[Result, Mbs]:
@@ -297,24 +294,6 @@ def test_a_joint_that_moves_nothing_may_be_held_by_hand(nature: str, matched: bo
     assert kinds(compare(result.robot, mbs, found.joints, frozen=found.frozen)) == set()
 
 
-@pytest.mark.parametrize("base", ["fixed", "floating"])
-def test_verify_reads_off_the_model_whether_it_floats(tmp_path: Path, base: str) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "tiny.mbs").write_bytes(convert_text(base=base).data)
-    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs")
-    assert found.differences == []
-    assert found.base == base
-
-
-@pytest.mark.parametrize(("tolerance", "same"), [(1e-3, True), (1e-9, False)])
-def test_verify_takes_its_tolerance(tmp_path: Path, tolerance: float, same: bool) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    heavier = convert_text().data.replace(b"<mass>0.5</mass>", b"<mass>0.50001</mass>")
-    (tmp_path / "tiny.mbs").write_bytes(heavier)
-    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs", tolerance=tolerance)
-    assert (found.differences == []) is same
-
-
 @pytest.mark.parametrize("pipeline", ["faithful", "compact"])
 def test_a_link_whose_mass_is_lost_is_named(pipeline: str) -> None:
     text = robot(
@@ -458,29 +437,3 @@ def test_a_link_without_mass_is_placed_by_what_it_carries() -> None:
     result, mbs = pieces(re.sub(r'(?s)(<link name="arm">\s*)<inertial>.*?</inertial>', r"\1", TINY))
     own_joint(mbs, "shoulder").type = "R1"
     assert kinds(compared(result, mbs)) == {"axis"}
-
-
-def test_a_framed_joint_may_be_called_as_another_body() -> None:
-    """The frame after the joint is asked for; the frame of the body stays its own."""
-    heavy = '<inertial><mass value="2"/>'
-    heavy += '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
-    text = '<robot name="r">' + "".join(f'<link name="{name}">{heavy}</link>' for name in "abc")
-    for name, child in (("a", "b"), ("turn", "c")):
-        text += f'<joint name="{name}" type="continuous"><parent link="a"/><child link="{child}"/>'
-        text += '<origin xyz="1 0 0"/><axis xyz="0 0 1"/></joint>'
-    robot, _ = parse(f"{text}</robot>".encode(), "r.urdf")
-    inertia = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
-    mbs = Mbs("r")
-    mbs.bodies = [
-        Body("a", None, None, [Joint("hold", "R3", "driven")], 2.0, (0.0, 0.0, 0.0), inertia,
-             [Point("at", (1.0, 0.0, 0.0))]),
-        Body("b", "a", "at", [Joint("a", "R3"), Joint("off", "T1", "driven", 0.5)], 2.0,
-             (-0.5, 0.0, 0.0), inertia),
-        Body("c", "a", "at", [Joint("turn", "R3")], 2.0, (0.0, 0.0, 0.0), inertia),
-    ]  # fmt: skip
-    known = match(robot, mbs)
-    known.frames["b"].joint = "a"
-    known.frames["b"].body = "b"
-    comparison = compare(robot, mbs, known.joints, frames=known.frames)
-    assert comparison.differences == []
-    assert comparison.frames == []

@@ -8,13 +8,15 @@ import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs.api import verify
-from urdf2mbs.mbs.model import Body, Joint, Mbs
+from urdf2mbs.mbs.model import Body, Joint, Mbs, Point
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.proof.compare import compare
 from urdf2mbs.proof.match import match
 from urdf2mbs.proof.mbs_side import mbs_side
 from urdf2mbs.proof.rigid import AXES, compose, shift, spin
 from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.urdf.reader import parse
 
 
 def test_a_frame_ends_where_the_next_fixed_joint_begins() -> None:
@@ -133,3 +135,29 @@ def test_names_that_become_one_are_told_apart_by_the_order_of_writing() -> None:
     found = match(result.robot, result.mbs).joints
     assert {name: found[name] for name in ("j-1", "j.1")} == {k: own[k] for k in ("j-1", "j.1")}
     assert own["j-1"] != own["j.1"]
+
+
+def test_a_framed_joint_may_be_called_as_another_body() -> None:
+    """The frame after the joint is asked for; the frame of the body stays its own."""
+    heavy = '<inertial><mass value="2"/>'
+    heavy += '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    text = '<robot name="r">' + "".join(f'<link name="{name}">{heavy}</link>' for name in "abc")
+    for name, child in (("a", "b"), ("turn", "c")):
+        text += f'<joint name="{name}" type="continuous"><parent link="a"/><child link="{child}"/>'
+        text += '<origin xyz="1 0 0"/><axis xyz="0 0 1"/></joint>'
+    robot, _ = parse(f"{text}</robot>".encode(), "r.urdf")
+    inertia = (1.0, 0.0, 0.0, 1.0, 0.0, 1.0)
+    mbs = Mbs("r")
+    mbs.bodies = [
+        Body("a", None, None, [Joint("hold", "R3", "driven")], 2.0, (0.0, 0.0, 0.0), inertia,
+             [Point("at", (1.0, 0.0, 0.0))]),
+        Body("b", "a", "at", [Joint("a", "R3"), Joint("off", "T1", "driven", 0.5)], 2.0,
+             (-0.5, 0.0, 0.0), inertia),
+        Body("c", "a", "at", [Joint("turn", "R3")], 2.0, (0.0, 0.0, 0.0), inertia),
+    ]  # fmt: skip
+    known = match(robot, mbs)
+    known.frames["b"].joint = "a"
+    known.frames["b"].body = "b"
+    comparison = compare(robot, mbs, known.joints, frames=known.frames)
+    assert comparison.differences == []
+    assert comparison.frames == []

@@ -12,7 +12,7 @@ from proving import joint, link, robot
 from urdf2mbs import convert, verify
 from urdf2mbs.cli import main
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.testing import TINY
+from urdf2mbs.testing import TINY, convert_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -216,3 +216,21 @@ def test_two_models_are_for_diff(pair: Path, capsys: Any) -> None:
     assert verify("tiny.mbs", "tiny.urdf").same
     assert main(["verify", "tiny.mbs", "tiny.mbs"]) == 2
     assert "urdf2mbs diff tiny.mbs tiny.mbs" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_verify_reads_off_the_model_whether_it_floats(tmp_path: Path, base: str) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    (tmp_path / "tiny.mbs").write_bytes(convert_text(base=base).data)
+    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs")
+    assert found.differences == []
+    assert found.base == base
+
+
+@pytest.mark.parametrize(("tolerance", "same"), [(1e-3, True), (1e-9, False)])
+def test_verify_takes_its_tolerance(tmp_path: Path, tolerance: float, same: bool) -> None:
+    (tmp_path / "tiny.urdf").write_text(TINY)
+    heavier = convert_text().data.replace(b"<mass>0.5</mass>", b"<mass>0.50001</mass>")
+    (tmp_path / "tiny.mbs").write_bytes(heavier)
+    found = verify(str(tmp_path / "tiny.urdf"), tmp_path / "tiny.mbs", tolerance=tolerance)
+    assert (found.differences == []) is same
