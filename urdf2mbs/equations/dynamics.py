@@ -153,7 +153,7 @@ class Matter:
     def turned(self, frame: Frame) -> Matter:
         """The same in the axes that the frame has if its joint is at zero."""
         s, c, k = frame.sin, frame.cos, frame.axis
-        if s == 0 and c == 1:
+        if not s and c == 1:
             return self
         i, j = (k + 1) % 3, (k + 2) % 3
         out = [list(row) for row in self.second]

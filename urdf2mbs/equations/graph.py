@@ -176,7 +176,7 @@ class Expr:
         if not other:
             return self
         graph = self.graph
-        node = graph.add(self.node, graph.number(other))
+        node = graph.add(self.node, other.node if type(other) is Expr else graph.number(other))
         return Expr(graph, node) if node else 0
 
     __radd__ = __add__
@@ -188,12 +188,12 @@ class Expr:
         return -self + other
 
     def __mul__(self, other: Scalar) -> Scalar:
+        graph = self.graph
+        if type(other) is Expr:
+            return Expr(graph, graph.mul(self.node, other.node))
         if isinstance(other, tuple):
             return NotImplemented  # a vector multiplies each of its elements
-        if not other:
-            return 0
-        graph = self.graph
-        return Expr(graph, graph.mul(self.node, graph.number(other)))
+        return Expr(graph, graph.mul(self.node, graph.number(other))) if other else 0
 
     __rmul__ = __mul__
 

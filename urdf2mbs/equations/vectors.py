@@ -42,7 +42,7 @@ class Vector(tuple[Scalar, Scalar, Scalar]):
 
     def turned(self, axis: int, c: Scalar, s: Scalar) -> Vector:
         """Turned about a coordinate axis by an angle given by cosine and sine."""
-        if s == 0 and c == 1:
+        if not s and c == 1:
             return self
         i, j = (axis + 1) % 3, (axis + 2) % 3
         out = list(self)
