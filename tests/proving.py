@@ -12,6 +12,7 @@ from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
     from urdf2mbs import Result
+    from urdf2mbs.mbs.model import Mbs
 
 SOLID = (
     '<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.3 -0.2 0.1"/><mass value="2"/>'
@@ -105,3 +106,15 @@ def chains(result: Result) -> dict[str, list[str]]:
 
 def driven(result: Result) -> int:
     return sum(joint.nature == "driven" for body in result.mbs.bodies for joint in body.joints)
+
+
+def models(mbs: Mbs) -> dict[str, dict[str, float]]:
+    """The numbers of the user models."""
+    return {
+        model.name: {of.name: float(of.values[0]) for of in model.parameters}
+        for model in mbs.user_models
+    }
+
+
+def codes(result: Result) -> set[str]:
+    return {said.code for said in result.diagnostics}

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import pytest
-
-from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 
@@ -23,15 +18,3 @@ def test_actuated_joints() -> None:
     result = convert_text(TINY, passes={"actuators": {"joints": ["wrist_*"]}})
     actuated = [j.name for b in result.mbs.bodies for j in b.joints if j.actuated]
     assert actuated == ["wrist_roll", "wrist_pitch"]
-
-
-@pytest.mark.parametrize(
-    ("options", "code"),
-    [
-        ({"joints": ["tool_mount"]}, "actuators-joints"),
-    ],
-)
-def test_wrong_options(options: dict[str, Any], code: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, passes={"actuators": options})
-    assert caught.value.code == code

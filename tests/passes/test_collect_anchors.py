@@ -72,11 +72,6 @@ def test_a_turned_frame_is_named_in_a_note_and_a_straight_one_is_not() -> None:
     assert told.message.endswith(": p")
 
 
-def test_no_note_where_nothing_is_turned() -> None:
-    result = anchored(A, B, joint("world", "a"), joint("a", "b", rpy="1 2 3"))
-    assert "point-without-rotation" not in [d.code for d in result.diagnostics]
-
-
 def test_the_bodys_own_link_has_a_point_only_where_its_frame_was_moved() -> None:
     """compact moves a body's frame along its axis; then the link's frame is a point of it."""
     chain = (A, link("m"), B, joint("world", "a", xyz="1 1 0"), joint("a", "m"))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from project.standin import MbsData, make, user_functions
 from proving import SOLID, joint, link, robot
 
-from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 
@@ -76,19 +74,6 @@ def test_force_torque_sensors_of_one_name_and_at_joints_that_move() -> None:
     assert "joints that move are left out: shoulder" in told["force-torque"]
     assert "2 <gazebo>" in told["extension"]
     assert "<sensor>" not in told["extension"]
-
-
-@pytest.mark.parametrize(
-    ("options", "code"),
-    [
-        ({"joints": ["tool_mount"]}, "force-torque-joint"),
-        ({"joints": ["shoulder"]}, "force-torque-joint"),
-    ],
-)
-def test_wrong_options(options: dict[str, Any], code: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, passes={"force-torque": options})
-    assert caught.value.code == code
 
 
 def test_three_sensors_of_one_name_are_three() -> None:

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from proving import SOLID, joint, link, robot
 
 from urdf2mbs import Result
-from urdf2mbs.conversion import Conversion, Settings
-from urdf2mbs.engine.config import Config
-from urdf2mbs.passes.insert_base import InsertBase
 from urdf2mbs.testing import convert_text
 
 
@@ -152,35 +147,9 @@ def test_a_floating_joint_behind_a_fixed_one_counts_and_one_behind_a_moving_one_
     assert added(based(*moving)) == ("ground", "floating", "w")
 
 
-def test_the_ground_is_first_and_has_nothing() -> None:
-    result = based(A, link("b", SOLID), joint("a", "b"))
-    assert list(result.robot.links) == ["ground", "a", "b"]
-    assert list(result.robot.joints) == ["floating_base", "a_to_b"]
-    assert result.robot.links["ground"].massless
-    assert result.robot.root() == "ground"
-
-
 def test_names_that_are_taken_get_a_number() -> None:
     elements = (A, link("ground"), link("ground_2", SOLID))
     joints = (joint("a", "ground", name="floating_base"), joint("a", "ground_2"))
     result = based(*elements, *joints)
     assert result.conversion.inserted == "floating_base_2"
     assert result.robot.root() == "ground_3"
-
-
-def test_gravity_is_the_settings() -> None:
-    settings = Settings(
-        Path("r.urdf"), Path("r.mbs"), Config(source="r.urdf", gravity=(0.0, 1.0, -1.62))
-    )
-    conversion = Conversion(settings)
-    conversion.robot = based(A).robot
-    InsertBase().run(conversion)
-    assert conversion.mbs.base.gravity == (0.0, 1.0, -1.62)
-
-
-def test_of_several_floating_joints_the_first_is_named() -> None:
-    result = based(
-        link("w"), A, link("b", SOLID), joint("w", "a", "floating"), joint("w", "b", "floating")
-    )
-    (told,) = [found for found in result.diagnostics if found.code == "base"]
-    assert "joint 'w_to_a'" in told.message

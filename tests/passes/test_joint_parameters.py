@@ -10,7 +10,6 @@ import pytest
 from project.standin import MbsData, make, user_functions
 
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 FRICTION = TINY.replace('<dynamics damping="0.1"/>', '<dynamics damping="0.1" friction="0.4"/>')
@@ -122,15 +121,3 @@ def test_renamed_joints_keep_their_parameters(tmp_path: Path) -> None:
     with user_functions(project) as user:
         found = joint_forces(project, user, {"shoulder_1": (0.0, 50.0)})
         assert found["shoulder_1"] == pytest.approx(-5.4)
-
-
-@pytest.mark.parametrize(
-    ("options", "code"),
-    [
-        ({"stop_frequency": -1.0}, "value-range"),
-    ],
-)
-def test_wrong_options(options: dict[str, Any], code: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, passes={"joint-parameters": options})
-    assert caught.value.code == code

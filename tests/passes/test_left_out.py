@@ -10,7 +10,7 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.testing import TINY, convert_text
+from urdf2mbs.testing import convert_text
 
 LEADS = (
     '<robot name="r">'
@@ -68,21 +68,6 @@ def test_every_name_and_number_is_on_the_page(tmp_path: Path, capsys: Any) -> No
         assert text in section
 
 
-def test_report_prints_what_run_prints(tmp_path: Path, capsys: Any) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    config = tmp_path / "tiny.yaml"
-    config.write_text("source: tiny.urdf\n")
-    assert main(["run", str(config)]) == 0
-    ran = capsys.readouterr()
-    assert main(["report", str(config)]) == 0
-    reported = capsys.readouterr()
-    assert reported.err == ran.err
-    # but for the file that was written, and for what to do next
-    summary = ran.out.partition("\nNext:")[0].splitlines()[1:]
-    assert len(summary) > 4
-    assert reported.out.partition("\nNext:")[0].splitlines()[-len(summary) :] == summary
-
-
 def test_one_line_for_one_cause(tmp_path: Path) -> None:
     links = "".join(
         f'<link name="l{n}"><visual><geometry><mesh filename="package://gone/{n}.stl"/></geometry>'
@@ -124,11 +109,6 @@ def test_one_of_a_thing_is_not_things(tmp_path: Path, capsys: Any) -> None:
     assert "joints for each degree of freedom" in out
 
 
-def test_the_method_is_named(capsys: Any) -> None:
-    assert main(["passes", "--no-plugins"]) == 0
-    assert 'Appendix A, "URDF to MBS Converter"' in capsys.readouterr().out
-
-
 def test_all_frames_kept_needs_no_hint_to_keep_them(tmp_path: Path) -> None:
     (tmp_path / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
     keep = {"prune-massless": {"keep": ["*"]}}
@@ -149,20 +129,6 @@ def test_of_a_fixed_joint_nothing_is_left_out(tmp_path: Path, project: bool) -> 
     codes = {found.code for found in result.diagnostics}
     assert not codes & {"joint-dynamics", "limit", "safety-controller", "calibration"}
     assert result.report.left_out == {}
-
-
-def test_elements_of_other_programs_are_counted() -> None:
-    more = '<gazebo reference="arm"/><gazebo/><transmission/><ros2_control><a/></ros2_control>'
-    motor = '<transmission><joint name="shoulder"/></transmission><ros2_control>'
-    motor += '<joint name="shoulder"><state_interface name="position"><param name="initial_value">'
-    motor += "0.1</param></state_interface></joint></ros2_control></robot>"
-    own = TINY.replace("<mu1>", "<mu9>").replace("</mu1>", "</mu9>")
-    found = convert_text(own.replace("</robot>", more + motor)).diagnostics
-    (said,) = [one.message for one in found if one.code == "extension"]
-    count = 2 + own.count("<gazebo")
-    assert said == (
-        f".mbs has no place for {count} <gazebo>, 1 <transmission>, 1 <ros2_control>; left out"
-    )
 
 
 @pytest.mark.parametrize("count", [80, 81])

@@ -63,17 +63,6 @@ def test_a_lumped_frame_is_a_point_under_its_name_and_its_turn_is_reported() -> 
     assert len(body.shapes) == 3
 
 
-def test_mass_is_that_of_all() -> None:
-    (body,) = row("rff").mbs.bodies
-    assert body.mass == pytest.approx(6.0, rel=1e-15)
-
-
-def test_a_single_link_keeps_every_digit() -> None:
-    text = robot(link("world"), link("a", SOLID), joint("world", "a"))
-    (body,) = prove(text, base="fixed").mbs.bodies
-    assert (body.mass, body.com) == (2.0, (0.1, -0.2, 0.3))
-
-
 def test_what_is_fixed_to_the_ground_becomes_ground() -> None:
     result = row("ffrf")
     assert bodies(result) == ["c"]
@@ -158,14 +147,3 @@ def test_massless_frames_between_moving_joints() -> None:
     assert joints == ["world_to_one", "world_to_one", "two_to_three"]
     turn = np.array(result.frames["two"].pose.rot).reshape(3, 3)
     assert not np.allclose(turn, np.array(result.frames["one"].pose.rot).reshape(3, 3))
-
-
-def test_what_stands_on_a_body_whose_last_joint_is_lumped() -> None:
-    """A massless link hands its joint on over a fixed one that only turns."""
-    text = robot(
-        link("world"), link("wrist"), link("hand", SOLID), link("finger", SOLID),
-        joint("world", "wrist", rpy="0.1 0.2 0.3"),
-        joint("wrist", "hand", "fixed", rpy="0.3 0.2 0.1"),
-        joint("hand", "finger", xyz="1 2 3", axis="0 1 0"),
-    )  # fmt: skip
-    prove(text)

@@ -5,8 +5,6 @@ from __future__ import annotations
 import pytest
 from proving import BOX, SOLID, chains, joint, link, prove, robot
 
-from urdf2mbs.spatial import HERE
-
 
 def wrist(
     first: str,
@@ -127,13 +125,6 @@ def test_where_the_frames_are_is_reported() -> None:
     points = {point.name: point.coordinates for point in body.points}
     assert points["hand"] == hand.pose.xyz
     assert set(points) == {"hand", "finger", "tool"}
-
-
-def test_where_nothing_is_moved_the_frame_stays() -> None:
-    result = prove(wrist("0 0 1", "0 1 0"), base="fixed")
-    (body,) = [body for body in result.mbs.bodies if body.name == "hand"]
-    assert "hand" not in {point.name for point in body.points}
-    assert result.frames["hand"].pose.xyz == HERE.xyz
 
 
 def test_a_link_that_is_seen_or_carries_more_stays() -> None:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from math import inf
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 from passes.test_time_step import convert_project, joint, link, messages
 
 from urdf2mbs import Result
-from urdf2mbs.conversion import Step
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.passes.posture import _limits
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs.urdf.model import Joint, Limit
 
 
 def test_a_group_state(tmp_path: Path) -> None:
@@ -76,29 +71,6 @@ def test_the_hint_has_the_middle_ready_to_paste(tmp_path: Path) -> None:
     assert "one at" not in messages(convert_text(LIMITED, passes=pasted)).get("posture-limit", "")
     assert not [d for d in convert_text(LIMITED.replace(' upper="1.5"', ' upper="inf"'))
                 .diagnostics if "middle" in (d.hint or "")]  # fmt: skip
-
-
-def test_within_its_limits_nothing_moves(tmp_path: Path) -> None:
-    result = convert_project(LIMITED, tmp_path, posture={"joints": {"one": 1.25}})
-    assert starts(result)["one"] == 1.25
-    assert "posture-limit" not in messages(result)
-
-
-@pytest.mark.parametrize(
-    ("options", "code"),
-    [
-        ({"joints": {"shuolder": 1.0}}, "posture-joint"),
-        ({"joints": {"tool_mount": 1.0}}, "posture-joint"),
-        ({"joints": {"shoulder": float("nan")}}, "value-range"),
-        ({"hold": {"stiffness": float("inf"), "damping": 1.0}}, "value-range"),
-        ({"state": "home"}, "posture-srdf"),
-        ({"state": "home", "srdf": "not_there.srdf"}, "posture-srdf"),
-    ],
-)
-def test_wrong_options(options: dict[str, Any], code: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, passes={"posture": options})
-    assert caught.value.code == code
 
 
 def test_only_the_joints_that_are_named_are_held() -> None:
@@ -206,24 +178,6 @@ def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> 
     assert starts(result) == {"one": 0.0, "two": 0.2}
 
 
-@pytest.mark.parametrize(
-    ("limit", "wanted"),
-    [
-        (None, (-inf, inf)),
-        (Limit(None, 2.0), (-inf, 2.0)),
-        (Limit(-1.0, None), (-1.0, inf)),
-        (Limit(-1.0, 2.0), (-1.0, 2.0)),
-        (Limit(2.0, 2.0), (-inf, inf)),
-        (Limit(2.0, -1.0), (-inf, inf)),
-    ],
-)
-def test_limits_that_are_missing_or_leave_no_room(
-    limit: Limit | None, wanted: tuple[float, float]
-) -> None:
-    step = Step.of(Joint("j", "revolute", "a", "b", limit=limit))
-    assert _limits(step) == wanted
-
-
 def test_an_srdf_that_is_no_xml_is_told_with_its_line(tmp_path: Path) -> None:
     (tmp_path / "r.srdf").write_text("<robot>\n<group_state>\n</robot>\n")
     with pytest.raises(ConfigError, match="is not XML") as caught:
@@ -241,3 +195,12 @@ def test_the_middles_of_many_joints_are_no_hint(count: int, listed: bool) -> Non
     (said,) = [d for d in convert_text(f"{text}</robot>").diagnostics if d.code == "posture-limit"]
     assert ('"j0": 1.5' in (said.hint or "")) is listed
     assert ("'urdf2mbs init' writes a config" in (said.hint or "")) is not listed
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "told"),
+    [("-inf", "-1", True), ("1", "inf", True), ("2", "2", False), ("2", "-1", False)],
+)
+def test_limits_that_are_missing_or_leave_no_room(low: str, high: str, told: bool) -> None:
+    text = TINY.replace('lower="-1" upper="1"', f'lower="{low}" upper="{high}"')
+    assert ("posture-limit" in messages(convert_text(text))) is told

@@ -127,15 +127,3 @@ def test_inertia_without_mass_is_something() -> None:
     rotor = '<inertial><mass value="0"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
     result = pruned(link("wrist", rotor + "</inertial>"), *HAND, joint("world", "wrist"))
     assert list(steps(result)) == ["wrist", "hand"]
-
-
-def test_the_root_is_no_body_whatever_it_weighs_not() -> None:
-    result = pruned(link("hand", SOLID), joint("world", "hand"))
-    assert result.conversion.ground.link == "world"
-    assert result.conversion.ground.steps == []
-
-
-def test_without_any_mass_all_frames_are_kept() -> None:
-    result = convert_text(robot(link("world"), link("a"), joint("world", "a")))
-    assert "no-mass" in {one.code for one in result.diagnostics}
-    assert [body.name for body in result.mbs.bodies] == ["a"]

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from project.standin import MbsData, make, user_functions
 
-from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 IMU = """
@@ -106,26 +104,6 @@ def test_sensors_of_the_config(tmp_path: Path) -> None:
     assert points["hand"] == ["tool"], "the frame's own point has the sensor"
     (tool,) = [p for b in data.mbs.bodies for p in b.points if p.name == "tool"]
     assert set(tool.sensor.measures) == {"Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac"}
-
-
-@pytest.mark.parametrize(
-    ("options", "code"),
-    [
-        ({"links": ["hnad"]}, "sensors-links"),
-        ({"only": ["imu"]}, "sensors-only"),
-    ],
-)
-def test_wrong_options(options: dict[str, Any], code: str) -> None:
-    with pytest.raises(ConfigError) as caught:
-        convert_text(TINY, passes={"sensors": options})
-    assert caught.value.code == code
-
-
-def test_elements_that_became_sensors_are_not_left_out() -> None:
-    for used, left in ((True, "1 <gazebo>"), (False, "2 <gazebo>, 2 <sensor>")):
-        result = convert_text(ROBOT, passes={"sensors": {"from_urdf": used}})
-        (said,) = [found.message for found in result.diagnostics if found.code == "extension"]
-        assert said == f".mbs has no place for {left}; left out"
 
 
 def test_sensors_of_the_urdf_have_places_and_links() -> None:

@@ -1,0 +1,56 @@
+"""A wrong option of a pass is an error with its code, before anything is written."""
+
+from __future__ import annotations
+
+from math import inf, nan
+from typing import Any
+
+import pytest
+
+from urdf2mbs.messages.diagnostics import ConfigError
+from urdf2mbs.testing import TINY, convert_text
+
+ENDS = [{"link": "arm"}, {"link": "hand"}]
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "code"),
+    [
+        ("actuators", {"joints": ["tool_mount"]}, "actuators-joints"),
+        ("contacts", {"links": ["*_fot"]}, "contacts-links"),
+        ("contacts", {"links": ["tool"], "stiffness": -1.0}, "value-range"),
+        ("contacts", {"links": ["tool"]}, "contacts-shape"),
+        ("contacts", {"links": ["wrist"]}, "contacts-body"),
+        ("contacts", {"roll": ["hand"]}, "contacts-shape"),
+        *(
+            ("estimate-inertia", options, "value-range")
+            for options in (
+                {"density": 0}, {"density": -1}, {"density": nan}, {"density": inf},
+                {"total_mass": 0}, {"density": 1, "rod_radius": 0},
+            )
+        ),
+        ("estimate-inertia", {"density": 1, "total_mass": 1}, "estimate-inertia"),
+        ("force-torque", {"joints": ["tool_mount"]}, "force-torque-joint"),
+        ("force-torque", {"joints": ["shoulder"]}, "force-torque-joint"),
+        ("joint-parameters", {"stop_frequency": -1.0}, "value-range"),
+        ("loops", {"cuts": {"x": {"ends": [ENDS[0], {"link": "hnad"}]}}}, "loops-link"),
+        ("loops", {"cuts": {"x": {"ends": ENDS, "length": 1.0}}}, "loops-length"),
+        ("loops", {"cuts": {"x": {"kind": "rod", "ends": ENDS, "length": -1}}}, "value-range"),
+        ("loops", {"cuts": {"arm": {"ends": ENDS}}}, "loops-name"),
+        ("mimic", {"joints": {"for": "driven"}}, "mimic-joints"),
+        ("posture", {"joints": {"shuolder": 1.0}}, "posture-joint"),
+        ("posture", {"joints": {"tool_mount": 1.0}}, "posture-joint"),
+        ("posture", {"joints": {"shoulder": nan}}, "value-range"),
+        ("posture", {"hold": {"stiffness": inf, "damping": 1.0}}, "value-range"),
+        ("posture", {"hold": {"gains": {"wirst": {}}}}, "posture-hold"),
+        ("posture", {"state": "home"}, "posture-srdf"),
+        ("posture", {"state": "home", "srdf": "not_there.srdf"}, "posture-srdf"),
+        ("rotors", {"armature": {"x": 1.0}}, "rotors-joints"),
+        ("sensors", {"links": ["hnad"]}, "sensors-links"),
+        ("sensors", {"only": ["imu"]}, "sensors-only"),
+    ],
+)  # fmt: skip
+def test_wrong_options(name: str, options: dict[str, Any], code: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        convert_text(TINY, passes={name: options})
+    assert caught.value.code == code
