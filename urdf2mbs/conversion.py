@@ -183,8 +183,8 @@ class Conversion:
         self.behind: dict[Path, bytes] = {}
         """What is written with the output, and after it: the base of the next merge."""
         self.replaces: dict[Path, bytes] = {}
-        """Files that are replaced though they were edited, as long as they are as they were read.
-        The new ones hold the work of people, too, and get no seal."""
+        """Edited files that a merge replaces, with the bytes that it read.  The new files hold the
+        work of people, too, and get no seal."""
         self.edited: dict[str, None] = {}
         """The files whose edits make the .mbs another robot than the URDF's."""
         self.added: dict[str, str] = {}

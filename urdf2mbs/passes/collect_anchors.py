@@ -46,6 +46,6 @@ class CollectAnchors(Pass):
         if turned:
             conversion.note(
                 "point-without-rotation",
-                f"anchor points have no rotation; that of {counted(len(turned), 'frame')} is in "
-                f"the report: {', '.join(turned)}",
+                "an anchor point cannot store a rotation; the report lists the rotation of "
+                f"{counted(len(turned), 'frame')}: {', '.join(turned)}",
             )

@@ -15,6 +15,7 @@ from urdf2mbs.simulation import (
     JOINT_STATES,
     Coupling,
     Simulation,
+    Wrench,
     state_numbers,
 )
 from urdf2mbs.spatial import IDENTITY
@@ -55,29 +56,8 @@ def generated(mbs: Mbs, simulation: Simulation) -> dict[str, bytes]:
 
 def _tables(mbs: Mbs, simulation: Simulation) -> str:
     """The tables that NAME_robot.c declares the types of."""
-    models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
-
-    def place(model: str, name: str) -> str:
-        """Where a number of the user models is in their struct."""
-        there = name in models.get(model, ())
-        return f"AT({model}.{name})" if there else "NONE"
-
-    def rows(model: str, *more: str) -> list[tuple[str, ...]]:
-        """A row for each joint or link of a user model, with its number there and in more."""
-        names = models.get(model, ())
-        return [(f"{name}_id", *(place(m, name) for m in (model, *more))) for name in names]
-
-    stops = [
-        (f"{name}_id", side, place(limit, name), place("stop_stiffness", name))
-        for name in models.get("stop_stiffness", ())
-        for side, limit in (("1.0", "q_max"), ("-1.0", "q_min"))
-        if name in models.get(limit, ())
-    ]
-    wrenches = [
-        (_force(wrench), place(wrench.model.name, "start"), place(wrench.model.name, "stop"),
-         f"{{{', '.join(place(wrench.model.name, part) for part in WRENCH)}}}")
-        for wrench in simulation.wrenches
-    ]  # fmt: skip
+    numbers = _Numbers(mbs)
+    place, rows = numbers.place, numbers.rows
     sensors = [
         (f"{s.point.sensor.name}_id", f"{{{_row(s.rotation)}}}", f"/* {_comment(s.name)} */")
         for s in simulation.sensors
@@ -85,12 +65,6 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
     ]
     switches = ", ".join(place("joint_forces", name) for name in SWITCHES)
     ground = ", ".join(place("contact", name) for name in GROUND)
-    states = state_numbers(mbs, JOINT_STATES)
-    frictions = [
-        (*row, str(states[name]))
-        for row in rows("friction", "friction_stiffness")
-        if (name := row[0].removesuffix("_id")) in states
-    ]
     return "".join(
         [
             f"/* The tables of {mbs.name}_robot.c, which says what they mean.\n"
@@ -101,15 +75,15 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             f"static const size_t hold_on = {place('hold', 'on')};\n\n",
             _table("Damping", "dampings", rows("damping")),
             _table("JointSpring", "joint_springs", rows("spring_stiffness", "spring_reference")),
-            _table("Friction", "frictions", frictions),
-            _table("Stop", "stops", stops),
+            _table("Friction", "frictions", numbers.frictions(state_numbers(mbs, JOINT_STATES))),
+            _table("Stop", "stops", numbers.stops()),
             _table("Hold", "holds", rows("hold_stiffness", "hold_damping")),
             _table("Effort", "efforts", rows("effort")),
             f"static const double up[4] = {{0.0, {_row(simulation.up)}}};\n",
             f"static const double across[6] = {{{_row(sum(simulation.across, ()))}}};\n",
             f"static const Ground ground = {{{ground}}};\n\n",
             _table("Contact", "contacts", _contacts(mbs, simulation)),
-            _table("Wrench", "wrenches", wrenches),
+            _table("Wrench", "wrenches", map(numbers.wrench, simulation.wrenches)),
             _table("Spring", "springs", rows("link_stiffness", "link_length", "link_damping")),
             _table("Sensor", "sensors", sensors, f"{{0, {{{_row(IDENTITY)}}}}}"),
             _laws(simulation),
@@ -118,6 +92,46 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
             _names("dependent", dependent(mbs)),
         ]
     )
+
+
+class _Numbers:
+    """The rows of tables that name numbers of the user models."""
+
+    def __init__(self, mbs: Mbs) -> None:
+        self.models = {model.name: [p.name for p in model.parameters] for model in mbs.user_models}
+
+    def place(self, model: str, name: str) -> str:
+        """Where a number of the user models is in their struct."""
+        return f"AT({model}.{name})" if name in self.models.get(model, ()) else "NONE"
+
+    def rows(self, model: str, *more: str) -> list[tuple[str, ...]]:
+        """A row for each joint or link of a user model, with its number there and in more."""
+        names = self.models.get(model, ())
+        return [(f"{name}_id", *(self.place(m, name) for m in (model, *more))) for name in names]
+
+    def frictions(self, states: dict[str, int]) -> list[tuple[str, ...]]:
+        """The joints that have friction, each with the number of its state."""
+        return [
+            (f"{name}_id", self.place("friction", name), self.place("friction_stiffness", name),
+             str(state))
+            for name, state in states.items()
+        ]  # fmt: skip
+
+    def stops(self) -> list[tuple[str, ...]]:
+        """The limits that stop a joint."""
+        return [
+            (f"{name}_id", side, self.place(limit, name), self.place("stop_stiffness", name))
+            for name in self.models.get("stop_stiffness", ())
+            for side, limit in (("1.0", "q_max"), ("-1.0", "q_min"))
+            if name in self.models.get(limit, ())
+        ]
+
+    def wrench(self, wrench: Wrench) -> tuple[str, ...]:
+        """A force, when it acts, and its parts."""
+        start, stop, *parts = (
+            self.place(wrench.model.name, part) for part in ("start", "stop", *WRENCH)
+        )
+        return _force(wrench), start, stop, f"{{{', '.join(parts)}}}"
 
 
 def _contacts(mbs: Mbs, simulation: Simulation) -> list[tuple[str, ...]]:
