@@ -161,12 +161,15 @@ def test_a_built_in_pass_that_stumbles_after_a_plugins_says_so(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("when", ["before", "after"])
-def test_an_exception_in_a_hook(when: str, tmp_path: Path, capsys: Any) -> None:
+def test_an_exception_in_a_hook(
+    when: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    monkeypatch.chdir(tmp_path)
     plugin = HOOKS + (
         f"@hookimpl\ndef urdf2mbs_{when}_pass(pass_, conversion):\n"
         "  if pass_.name == 'insert-base':\n    assert not pass_, 'no mimic'\n"
     )
-    code, err = run_config(tmp_path, plugin, capsys)
+    code, err = run_config(Path(), plugin, capsys)
     assert code == 1
     assert re.search(
         rf"mine.py:5: error\[plugin-failed\]: hook 'urdf2mbs_{when}_pass' of plugin 'mine', called "

@@ -384,7 +384,7 @@ def _line_in(file: Path, error: BaseException) -> int | None:
     own = (str(file), os.path.abspath(file))  # noqa: PTH100 importlib names the whole path
     if isinstance(error, SyntaxError) and error.filename in own:
         return error.lineno
-    frames = frames_in(own[1], error.__traceback__)
+    frames = frames_in(str(file), error.__traceback__)
     return frames[-1][1] if frames else None
 
 
@@ -393,10 +393,11 @@ def frames_in(file: str, tb: TracebackType | None) -> list[tuple[str, int]]:
     that is a package."""
     import traceback
 
-    folder = os.path.dirname(file) + os.sep if file.endswith("__init__.py") else None  # noqa: PTH120
+    own = os.path.abspath(file)  # noqa: PTH100 importlib names the whole path
+    folder = own.removesuffix("__init__.py")
     frames = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(tb)]
     return [
         (name, line)
         for name, line in frames
-        if name == file or (folder is not None and name.startswith(folder))
+        if name in (file, own) or (folder != own and name.startswith(folder))
     ]
