@@ -2,46 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from textwrap import dedent, indent
+from typing import Any
 
 import pytest
 
 from urdf2mbs import Result
 from urdf2mbs.testing import TINY, convert_text
 
-#: A pass that changes the finished file, after ``emit`` and before ``check``.
 PLUGIN = """
 from making import hookimpl, make
 
 def run(conversion, options):
+{code}
+
+@hookimpl
+def urdf2mbs_passes():
+    return [make("spoil", run, writes={writes})]
+"""
+#: Changes the finished file, after ``emit`` and before ``check``.
+REPLACE = """
     (output,) = conversion.files
     text = conversion.files[output].decode()
     assert {old!r} in text
     conversion.files[output] = text.replace({old!r}, {new!r}, 1).encode()
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("spoil", run)]
 """
 
-Spoil = Callable[[str, str], Result]
+
+def spoil(code: str, after: str, text: str = TINY, writes: str = "()", **settings: Any) -> Result:
+    """A robot, with a pass of this code put in."""
+    with TemporaryDirectory() as folder:
+        plugin = Path(folder, "spoil.py")
+        plugin.write_text(PLUGIN.format(code=indent(dedent(code), "    "), writes=writes))
+        return convert_text(text, plugins=[plugin], after={after: "spoil"}, **settings)
 
 
-@pytest.fixture
-def spoiled(tmp_path: Path) -> Spoil:
+def replaced(old: str, new: str, **settings: Any) -> Result:
     """The tiny robot, with one text in its file replaced by another one."""
-
-    def convert(old: str, new: str, **settings: object) -> Result:
-        plugin = tmp_path / "spoil.py"
-        plugin.write_text(PLUGIN.format(old=old, new=new))
-        return convert_text(TINY, plugins=[plugin], after={"emit": "spoil"}, **settings)
-
-    return convert
+    return spoil(REPLACE.format(old=old, new=new), "emit", **settings)
 
 
-def test_the_same_robot(spoiled: Spoil) -> None:
-    for result in (convert_text(TINY), spoiled("<mass>0.5</mass>", "<mass>5e-1</mass>")):
+def test_the_same_robot() -> None:
+    for result in (convert_text(TINY), replaced("<mass>0.5</mass>", "<mass>5e-1</mass>")):
         found = result.report.proof
         assert found.same is True
         assert found.differences == []
@@ -61,8 +65,8 @@ def test_the_same_robot(spoiled: Spoil) -> None:
         ("<z>-9.81</z>", "<z>9.81</z>", "gravity"),
     ],
 )
-def test_another_robot_is_rejected(spoiled: Spoil, old: str, new: str, kind: str) -> None:
-    result = spoiled(old, new)
+def test_another_robot_is_rejected(old: str, new: str, kind: str) -> None:
+    result = replaced(old, new)
     found = result.report.proof
     assert found.same is False
     assert found.largest[kind] > 1e-9
@@ -72,27 +76,17 @@ def test_another_robot_is_rejected(spoiled: Spoil, old: str, new: str, kind: str
 
 
 @pytest.mark.parametrize("values", [(0.0698, 3.0718), (-0.0698, -3.0718), (-3.0718, 0.0698)])
-def test_limits_that_a_pass_exchanges_are_another_robot(
-    values: tuple[float, float], tmp_path: Path
-) -> None:
+def test_limits_that_a_pass_exchanges_are_another_robot(values: tuple[float, float]) -> None:
     """An arm whose limits are not alike on both sides, as a Panda's fourth joint."""
     text = TINY.replace('lower="-1.5" upper="1.5"', 'lower="-3.0718" upper="-0.0698"')
     assert text != TINY
-    plugin = tmp_path / "exchange.py"
-    plugin.write_text(f"""
-from making import hookimpl, make
-
-def run(conversion, options):
-    models = {{model.name: model for model in conversion.mbs.user_models}}
-    for kind, value in zip(("q_min", "q_max"), {values}):
-        (own,) = [of for of in models[kind].parameters if of.name == "shoulder"]
-        own.values = (str(value),)
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("exchange", run)]
-""")
-    result = convert_text(text, plugins=[plugin], after={"joint-parameters": "exchange"})
+    code = f"""
+        models = {{model.name: model for model in conversion.mbs.user_models}}
+        for kind, value in zip(("q_min", "q_max"), {values}):
+            (own,) = [of for of in models[kind].parameters if of.name == "shoulder"]
+            own.values = (str(value),)
+    """
+    result = spoil(code, "joint-parameters", text)
     assert result.conversion.rejected is not None
     wanted = zip((-3.0718, -0.0698), values, strict=True)
     assert [(d.kind, d.joint, d.urdf, d.mbs) for d in result.report.proof.differences] == [
@@ -100,67 +94,42 @@ def urdf2mbs_passes():
     ]
 
 
-def test_the_largest_difference_comes_first(spoiled: Spoil) -> None:
-    sizes = [d.size for d in spoiled("<q>0.5</q>", "<q>0.6</q>").report.proof.differences]
+def test_the_largest_difference_comes_first() -> None:
+    sizes = [d.size for d in replaced("<q>0.5</q>", "<q>0.6</q>").report.proof.differences]
     assert sizes == sorted(sizes, reverse=True)
 
 
-def test_the_tolerance_is_the_options(spoiled: Spoil) -> None:
+def test_the_tolerance_is_the_options() -> None:
     change = ("<mass>0.5</mass>", "<mass>0.5000001</mass>")
-    loose = spoiled(*change, passes={"check": {"tolerance": 1e-3}})
+    loose = replaced(*change, passes={"check": {"tolerance": 1e-3}})
     assert loose.report.proof.same is True
-    tight = spoiled("<mass>0.5</mass>", "<mass>0.50000000001</mass>")
+    tight = replaced("<mass>0.5</mass>", "<mass>0.50000000001</mass>")
     assert tight.report.proof.same is True
-    tight = spoiled(
+    tight = replaced(
         "<mass>0.5</mass>", "<mass>0.50000000001</mass>", passes={"check": {"tolerance": 1e-12}}
     )
     assert tight.report.proof.same is False
 
 
-def test_a_frame_that_is_elsewhere_counts_though_no_mass_is(spoiled: Spoil) -> None:
-    found = spoiled("<z>0.1</z>", "<z>0.2</z>").report.proof  # the point of the massless tool
+def test_a_frame_that_is_elsewhere_counts_though_no_mass_is() -> None:
+    found = replaced("<z>0.1</z>", "<z>0.2</z>").report.proof  # the point of the massless tool
     assert [(d.kind, d.link) for d in found.differences] == [("point", "tool")]
     assert found.same is False
 
 
-def test_a_link_that_is_nowhere_is_a_difference(tmp_path: Path) -> None:
-    plugin = tmp_path / "lose.py"
-    plugin.write_text(
-        "from making import hookimpl, make\n"
-        "def run(conversion, options):\n"
-        "    del conversion.frames['tool']\n"
-        "@hookimpl\n"
-        "def urdf2mbs_passes():\n"
-        "    return [make('lose', run)]\n"
-    )
-    found = convert_text(TINY, plugins=[plugin], after={"assign-names": "lose"}).report.proof
+def test_a_link_that_is_nowhere_is_a_difference() -> None:
+    found = spoil("del conversion.frames['tool']", "assign-names").report.proof
     assert found.same is False
     assert [(d.kind, d.link) for d in found.differences] == [("frame-lost", "tool")]
 
 
-def test_a_change_that_no_pass_declares_is_a_difference(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("writes", "kinds"), [("()", ["changed"]), ("('robot',)", [])])
+def test_a_change_that_no_pass_declares_is_a_difference(writes: str, kinds: list[str]) -> None:
     """Though the .mbs is that of the changed robot."""
-    plugin = tmp_path / "lighten.py"
-    text = """
-from making import hookimpl, make
-
-def run(conversion, options):
-    conversion.robot.links["arm"].inertial.mass = 0.25
-
-@hookimpl
-def urdf2mbs_passes():
-    return [make("lighten", run, reads=("robot",), writes=WRITES)]
-"""
-    for writes, same in (("()", False), ("('robot',)", True)):
-        plugin.write_text(text.replace("WRITES", writes))
-        result = convert_text(TINY, plugins=[plugin], after={"expand": "lighten"})
-        proof = result.report.proof
-        assert proof is not None
-        assert proof.same is same
-        said = [found.message for found in proof.differences]
-        assert [message.endswith("does not say so by writes = ('robot',)") for message in said] == (
-            [] if same else [True]
-        )
+    code = "conversion.robot.links['arm'].inertial.mass = 0.25"
+    proof = spoil(code, "expand", writes=writes).report.proof
+    assert proof.same is (kinds == [])
+    assert [found.kind for found in proof.differences] == kinds
 
 
 def test_a_file_that_is_no_mbs_is_neither_read_nor_merged(tmp_path: Path) -> None:

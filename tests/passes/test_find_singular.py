@@ -91,21 +91,6 @@ def test_a_light_finger_on_a_heavy_crane_is_not_singular() -> None:
     assert told(convert_text(text)) == []
 
 
-@pytest.mark.parametrize(
-    ("text", "base", "reason"),
-    [
-        (robot(link("a", SOLID)), "floating", "free root"),
-        (robot(link("a"), link("b", SOLID), joint("a", "b", "fixed")), "floating", "free root"),
-        (robot(link("a"), link("b", SOLID), joint("a", "b")), "fixed", "massless root"),
-        (robot(link("world"), link("b", SOLID), joint("world", "b")), "fixed", "world"),
-        (robot(link("a"), link("b", SOLID), joint("a", "b", "floating")), "floating", "own joint"),
-    ],
-)
-def test_auto_floats_only_a_root_with_mass(text: str, base: str, reason: str) -> None:
-    report = convert_text(text).report
-    assert (report.base, report.base_reason) == (base, reason)
-
-
 @pytest.mark.skipif(not ODD.is_file(), reason="there are no odd robots beside the checkout")
 def test_a_massless_root_floats_only_if_asked_to() -> None:
     assert convert(ODD).report.base == "fixed"
