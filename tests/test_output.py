@@ -1,27 +1,21 @@
-"""Files are written whole, all or none, and into what the user has put there."""
+"""Files are written whole, into what the user has put there, and never over somebody's work."""
 
 from __future__ import annotations
 
 import os
 import stat
+import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from urdf2mbs.disk import output
-from urdf2mbs.disk.output import write_files as write_ours
-from urdf2mbs.disk.seal import RECORD
+from urdf2mbs.disk.output import write_files
+from urdf2mbs.disk.record import RECORD, is_ours
 from urdf2mbs.messages.diagnostics import ConfigError
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="links, modes and pipes of POSIX")
-
-
-def write_files(files: dict[Path, bytes]) -> None:
-    """Whose the files are is not asked here: see test_seal.py."""
-    write_ours(files, force=True)
 
 
 def names(folder: Path) -> list[str]:
@@ -32,15 +26,80 @@ def mode(file: Path) -> int:
     return stat.S_IMODE(file.stat().st_mode)
 
 
-def test_new_folders_and_files(tmp_path: Path) -> None:
-    file = tmp_path / "a" / "b" / "c.mbs"
-    write_files({file: b"one"})
-    assert file.read_bytes() == b"one"
-    assert names(file.parent) == ["c.mbs"]
+def test_what_we_wrote_is_ours_until_somebody_changes_it(tmp_path: Path) -> None:
+    file, second = tmp_path / "a" / "b" / "c.csv", tmp_path / "a" / "b" / "d.csv"
+    write_files({file: b"1\n", second: b"2\n"})
+    write_files({file: b"3\n"})
+    assert (file.read_bytes(), second.read_bytes()) == (b"3\n", b"2\n")
+    assert names(file.parent) == ["c.csv", "d.csv"]
+    file.write_bytes(b"mine\n")
+    assert not is_ours(file)
+    for other in ({file: b"4\n"}, {second: b"5\n", file: b"4\n"}):
+        with pytest.raises(ConfigError, match=r"c\.csv' was edited since") as caught:
+            write_files(other)
+        assert caught.value.code == "output-not-ours"
+        assert (file.read_bytes(), second.read_bytes()) == (b"mine\n", b"2\n")
+    write_files({file: b"mine\n"})  # as it is
+    file.write_bytes(b"yours\n")
+    write_files({file: b"4\n"}, force=True)
+    assert is_ours(file)
+
+
+def test_a_file_of_others_stays(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"mine")
+    with pytest.raises(ConfigError, match="is not known to urdf2mbs"):
+        write_files({tmp_path / "a": b"new"})
+    (tmp_path / "a").write_bytes(b"")  # which holds nothing to lose
+    write_files({tmp_path / "a": b"new"})
+    assert (tmp_path / "a").read_bytes() == b"new"
+
+
+def test_line_ends_that_git_converts_are_no_change(tmp_path: Path) -> None:
+    write_files({tmp_path / "a.c": b"int x;\nint y;\n"})
+    for file in (tmp_path / "a.c", tmp_path / RECORD):
+        file.write_bytes(file.read_bytes().replace(b"\n", b"\r\n"))
+    assert is_ours(tmp_path / "a.c")
+    write_files({tmp_path / "a.c": b"int z;\n"})
+    (tmp_path / "a.c").write_bytes(b"int zz;\n")
+    assert not is_ours(tmp_path / "a.c")
+
+
+def test_the_same_again_adds_nothing_to_the_record(tmp_path: Path) -> None:
+    for _ in range(3):
+        write_files({tmp_path / "a": b"1", tmp_path / "b": b"2"})
+    assert (tmp_path / RECORD).read_text().count("\n") == 2
+
+
+def test_what_holds_the_work_of_people_is_not_ours(tmp_path: Path) -> None:
+    file = tmp_path / "a.mbs"
+    file.write_bytes(b"edited")
+    write_files({file: b"merged"}, replaces={file: b"edited"})
+    assert file.read_bytes() == b"merged"
+    assert not is_ours(file)
+    with pytest.raises(ConfigError, match="is not known"):
+        write_files({file: b"other"}, replaces={file: b"edited"})
+
+
+def test_a_starter_belongs_to_the_user(tmp_path: Path) -> None:
+    file = tmp_path / "user.py"
+    for text in (b"first", b"second"):
+        write_files({}, once={file: text})
+        assert file.read_bytes() == text
+    file.write_bytes(b"mine")
+    write_files({}, once={file: b"third"}, force=True)
+    assert file.read_bytes() == b"mine"
+
+
+def test_what_fits_no_more_goes_unless_somebody_changed_it(tmp_path: Path) -> None:
+    files = {tmp_path / name: b"1" for name in ("a", "b", "c")}
+    write_files(files)
+    (tmp_path / "b").write_bytes(b"mine")
+    write_files({tmp_path / "c": b"2"}, obsolete=[*files, tmp_path / "none"])
+    assert names(tmp_path) == ["b", "c"]
 
 
 @posix
-def test_a_new_file_has_the_mode_that_any_new_file_has(tmp_path: Path) -> None:
+def test_the_mode_is_that_of_the_file_before_or_of_any_new_file(tmp_path: Path) -> None:
     for mask in (0o022, 0o077, 0o002):
         old = os.umask(mask)
         try:
@@ -49,101 +108,45 @@ def test_a_new_file_has_the_mode_that_any_new_file_has(tmp_path: Path) -> None:
         finally:
             os.umask(old)
         assert mode(tmp_path / f"{mask}") == mode(tmp_path / f"{mask}.plain")
-
-
-@posix
-@pytest.mark.parametrize("bits", [0o600, 0o640, 0o755, 0o664])
-def test_the_mode_is_kept(tmp_path: Path, bits: int) -> None:
-    file = tmp_path / "a"
-    file.touch()
-    file.chmod(bits)
-    write_files({file: b"new"})
-    assert (mode(file), file.read_bytes()) == (bits, b"new")
+    for bits in (0o600, 0o755, 0o664):
+        (tmp_path / "a").touch()
+        (tmp_path / "a").chmod(bits)
+        write_files({tmp_path / "a": b"%d" % bits})
+        assert mode(tmp_path / "a") == bits
 
 
 @posix
 @pytest.mark.parametrize("relative", [True, False])
 def test_a_link_is_followed(tmp_path: Path, relative: bool) -> None:
     (tmp_path / "there").mkdir()
-    real = tmp_path / "there" / "real"
-    for content in (None, b"old"):
-        if content is not None:
-            real.write_bytes(content)
-        link = tmp_path / f"link{content!r}"
-        link.symlink_to(Path("there", "real") if relative else real)
-        write_files({link: b"new"})
+    real, link = tmp_path / "there" / "real", tmp_path / "link"
+    link.symlink_to(Path("there", "real") if relative else real)
+    for data in (b"1", b"2"):
+        write_files({link: data})
         assert link.is_symlink()
-        assert real.read_bytes() == b"new"
-        real.unlink()
+        assert real.read_bytes() == data
+    write_files({}, obsolete=[link])
+    assert not link.is_symlink()
 
 
 @posix
-def test_two_names_of_one_file(tmp_path: Path) -> None:
-    (tmp_path / "a").touch()
-    (tmp_path / "b").symlink_to("a")
-    write_files({tmp_path / "a": b"1", tmp_path / "b": b"2"})
-    assert names(tmp_path) == ["a", "b"]
-    assert (tmp_path / "a").read_bytes() == b"2"
-
-
-@posix
-def test_a_pipe_is_written_to(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe"
+def test_a_pipe_and_a_device_are_written_to(tmp_path: Path) -> None:
+    pipe, null = tmp_path / "pipe", tmp_path / "null"
     os.mkfifo(pipe)
+    null.symlink_to("/dev/null")  # a mistake here replaces the link, and not the device
     read: list[bytes] = []
     reader = threading.Thread(target=lambda: read.append(pipe.read_bytes()))
     reader.start()
-    write_files({pipe: b"through"})
+    write_files({pipe: b"through", null: b"gone"})
     reader.join()
     assert read == [b"through"]
     assert pipe.is_fifo()
-
-
-@posix
-def test_a_device_stays(tmp_path: Path) -> None:
-    # by a link, so that a mistake here replaces the link and not the machine's device
-    null = tmp_path / "null"
-    null.symlink_to("/dev/null")
-    write_files({null: b"gone"})
-    assert Path("/dev/null").is_char_device()
     assert null.is_symlink()
+    assert Path("/dev/null").is_char_device()
 
 
-@pytest.mark.parametrize("fails", [0, 1, 2])
-@pytest.mark.parametrize("kind", [OSError, KeyboardInterrupt])
-@pytest.mark.parametrize("links", [True, False])
-def test_a_rename_that_fails_undoes_those_before(
-    tmp_path: Path, fails: int, kind: type[BaseException], links: bool,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:  # fmt: skip
-    files = {tmp_path / name: b"new" for name in ("a", "b", "c")}
-    (tmp_path / "a").write_bytes(b"old")
-    (tmp_path / "c").write_bytes(b"old")
-    replace = Path.replace
-    renamed: list[Path] = []
-
-    def failing(self: Path, target: Path) -> Any:
-        if self.suffix == ".part":
-            renamed.append(target)
-            if len(renamed) == fails + 1:
-                raise kind(28, "No space left on device")
-        return replace(self, target)
-
-    def no_link(*_: Any) -> None:
-        raise OSError
-
-    monkeypatch.setattr(Path, "replace", failing)
-    if not links:
-        monkeypatch.setattr(os, "link", no_link)
-    with pytest.raises(ConfigError if kind is OSError else kind):
-        write_files(files)
-    assert names(tmp_path) == ["a", "c"]
-    assert (tmp_path / "a").read_bytes() == b"old"
-    assert (tmp_path / "c").read_bytes() == b"old"
-
-
-def test_nothing_is_replaced_where_one_cannot_be_written(tmp_path: Path) -> None:
-    (tmp_path / "a").write_bytes(b"old")
+def test_nothing_is_replaced_where_one_has_no_place(tmp_path: Path) -> None:
+    write_files({tmp_path / "a": b"old"})
     (tmp_path / "b").mkdir()
     (tmp_path / "c").touch()
     for bad in (tmp_path / "b", tmp_path / "c" / "d"):
@@ -155,38 +158,23 @@ def test_nothing_is_replaced_where_one_cannot_be_written(tmp_path: Path) -> None
 
 
 @posix
-def test_a_full_device_undoes_the_files(tmp_path: Path) -> None:
-    if not Path("/dev/full").is_char_device():
-        pytest.skip("there is no /dev/full here")
-    full = tmp_path / "full"
-    full.symlink_to("/dev/full")
-    (tmp_path / "a").write_bytes(b"old")
-    with pytest.raises(ConfigError, match="No space left"):
-        write_files({full: b"new", tmp_path / "a": b"new"})
+def test_a_file_that_may_not_be_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_files({tmp_path / "a": b"old"})
+    monkeypatch.setattr(os, "access", lambda *_: False)  # as root, all may be
+    with pytest.raises(ConfigError, match="Permission denied"):
+        write_files({tmp_path / "a": b"new"})
     assert (tmp_path / "a").read_bytes() == b"old"
-    assert names(tmp_path) == ["a", "full"]
 
 
 @posix
-def test_a_file_that_may_not_be_written_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "a"
-    file.write_bytes(b"old")
-    file.chmod(0o444)
-    monkeypatch.setattr(os, "access", lambda *_: False)  # as root, all may be
-    with pytest.raises(ConfigError, match="Permission denied"):
-        write_files({file: b"new"})
-    assert file.read_bytes() == b"old"
-
-
-def test_data_is_on_disk_before_it_has_its_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    done: list[str] = []
-    replace = Path.replace
-    monkeypatch.setattr(os, "fsync", lambda _: done.append("sync"))
-    monkeypatch.setattr(
-        Path, "replace", lambda self, to: done.append("rename") or replace(self, to)
+def test_litter_of_a_killed_run_goes_and_that_of_others_stays(tmp_path: Path) -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", "import os; print(os.getpid())"], stdout=-1, check=True
     )
-    monkeypatch.setattr(output, "_sync_folder", lambda _: done.append("folder"))
-    write_files({tmp_path / "a.py": b"1", tmp_path / "b.py": b"2"})
-    assert done == ["sync", "sync", "rename", "rename", "folder"]
+    gone = int(ended.stdout)
+    ours = [f".a.mbs.{gone}.part"]
+    others = [f".a.mbs.{os.getppid()}.part", f".b.mbs.{gone}.part", f"a.mbs.{gone}.part"]
+    for name in (*ours, *others):
+        (tmp_path / name).touch()
+    write_files({tmp_path / "a.mbs": b"<a/>"})
+    assert names(tmp_path) == sorted(["a.mbs", *others])

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from urdf2mbs.cli import main
-from urdf2mbs.disk.seal import checksum
+from urdf2mbs.disk.record import checksum
 
 ROBOT = """<robot name="one">
   <link name="body"><inertial><mass value="1"/>

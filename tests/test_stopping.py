@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from urdf2mbs.disk.seal import intact
+from urdf2mbs.disk.record import is_ours
 from urdf2mbs.testing import TINY
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -107,7 +107,7 @@ def test_a_sweep(number: signal.Signals, workers: int, tmp_path: Path) -> None:
     if workers == 1:
         assert "2 of 5" in at
     for file in (tmp_path / "models").glob("*.mbs"):
-        assert intact(file.read_bytes())
+        assert is_ours(file)
     assert not (tmp_path / "models" / "0.9.mbs").exists()
     for file in tmp_path.glob("worker-*"):
         with pytest.raises(ProcessLookupError):

@@ -184,7 +184,7 @@ class Conversion:
         """What is written with the output, and after it: the base of the next merge."""
         self.replaces: dict[Path, bytes] = {}
         """Edited files that a merge replaces, with the bytes that it read.  The new files hold the
-        work of people, too, and get no seal."""
+        work of people, too, and are not recorded as ours."""
         self.edited: dict[str, None] = {}
         """The files whose edits make the .mbs another robot than the URDF's."""
         self.added: dict[str, str] = {}

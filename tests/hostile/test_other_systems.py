@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sys
+import os
 from errno import EACCES
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,6 @@ from urdf2mbs.commands import many
 from urdf2mbs.disk import output
 from urdf2mbs.disk.files import is_portable
 from urdf2mbs.disk.output import write_files
-from urdf2mbs.disk.seal import seal
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
@@ -44,32 +43,27 @@ def test_names_that_every_system_has(name: str) -> None:
     assert is_portable(name)
 
 
-def test_where_nothing_can_be_locked_files_are_written_still(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "fcntl", None)
-    write_files({tmp_path / "a": b"<x/>"})
-    assert (tmp_path / "a").read_bytes().startswith(b"<x/>\n<!-- sealed by")
-
-
 def test_a_file_that_another_program_has_open(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Windows refuses to replace it: the message says so, and nothing has changed."""
-    replace = Path.replace
+    """Windows refuses to replace it: the message says so, no file is half, and no litter stays."""
+    replace = os.replace
 
-    def refused(self: Path, target: Any) -> Any:
-        if Path(target).name == "b.mbs" and self.suffix == ".part":
-            raise PermissionError(EACCES, "The process cannot access the file", str(target))
-        return replace(self, target)
+    def refused(part: Any, place: Any) -> None:
+        if Path(place).name == "b.mbs":
+            raise PermissionError(EACCES, "The process cannot access the file", str(place))
+        replace(part, place)
 
-    old = {name: seal(tmp_path / name, b"<old/>") for name in ("a.mbs", "b.mbs")}
-    for name, data in old.items():
-        (tmp_path / name).write_bytes(data)
-    monkeypatch.setattr(Path, "replace", refused)
-    with pytest.raises(ConfigError, match=r"b\.mbs.*cannot access the file"):
-        write_files({tmp_path / "a.mbs": b"<new/>", tmp_path / "b.mbs": b"<new/>"})
-    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == old
+    files = {tmp_path / "a.mbs": b"<old/>", tmp_path / "b.mbs": b"<old/>"}
+    write_files(files)
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "replace", refused)
+        with pytest.raises(ConfigError, match=r"b\.mbs.*cannot access the file"):
+            write_files(dict.fromkeys(files, b"<new/>"))
+    assert [file.read_bytes() for file in files] == [b"<new/>", b"<old/>"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == [".urdf2mbs", "a.mbs", "b.mbs"]
+    write_files(dict.fromkeys(files, b"<new/>"))
+    assert [file.read_bytes() for file in files] == [b"<new/>", b"<new/>"]
 
 
 def test_outputs_that_differ_only_in_letter_case(

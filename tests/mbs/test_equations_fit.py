@@ -127,8 +127,7 @@ def test_each_part_of_a_model_counts_as_far_as_the_equations_rely_on_it(
 
 
 def test_a_body_that_is_moved_in_the_diagram_counts_for_nothing(model: bytes) -> None:
-    moved = re.sub(rb"<position><x>[0-9.]+</x>", b"<position><x>77.0</x>", model)
-    moved = re.sub(rb"(?s)<!--.*?-->\n", b"", moved)
+    moved = re.sub(rb"<position>\s*<x>[0-9.-]+</x>", b"<position><x>77.0</x>", model)
     assert moved != model
     assert fingerprint(moved, "tree, numbers") == fingerprint(model, "tree, numbers")
 

@@ -12,9 +12,10 @@ from lxml import etree
 from merge import edits
 
 from urdf2mbs.cli import main
-from urdf2mbs.disk.seal import intact
+from urdf2mbs.disk.record import is_ours
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
+from urdf2mbs.merge.base import is_base
 
 ROBOT = """<robot name="one">
   <link name="body"><inertial><mass value="1"/>
@@ -55,7 +56,7 @@ def convert(*words: str) -> int:
 def test_the_base_is_beside_the_output_and_says_of_which_robot(here: Path) -> None:
     assert convert("-q") == 0
     base = (here / "one.mbs.base").read_bytes()
-    assert intact(base)
+    assert is_base(base)
     assert b"made of robot 'one' in one.urdf, sha256 " in base
     assert read(base, "base") == read((here / "one.mbs").read_bytes(), "one")
 
@@ -74,7 +75,7 @@ def test_an_edited_file_is_merged(here: Path, capsys: Any) -> None:
     assert b"my_link" in data
     assert b"<mass>4.0</mass>" in data
     assert b"\r\n" in data  # it is still the file of MBSysPad
-    assert not intact(data)  # nobody replaces it without a merge
+    assert not is_ours(here / "one.mbs")  # nobody replaces it without a merge
     assert convert("-q") == 0
     assert (here / "one.mbs").read_bytes() == data
 
@@ -95,7 +96,7 @@ def test_the_plan_writes_nothing_and_is_what_happens(here: Path, capsys: Any) ->
     assert {path: path.read_bytes() for path in here.iterdir() if path.is_file()} == before
     assert convert("-q") == 0
     changed = {path.name for path, data in before.items() if path.read_bytes() != data}
-    assert changed == {"one.mbs", "one.mbs.base"}
+    assert changed == {".urdf2mbs", "one.mbs", "one.mbs.base"}
 
 
 def test_both_changed_it_and_the_urdf_wins_unless_the_edit_is_preferred(
@@ -162,10 +163,9 @@ def test_starting_over(here: Path) -> None:
     edit("one.mbs", edits.sensor)
     assert convert("-q", "--fresh") == 0
     assert (here / "one.mbs").read_bytes() == first
-    (here / "one.mbs").write_text("thesis")
-    (here / "one.mbs.base").unlink()
-    assert convert("-q", "--fresh") == 2  # it never was ours
-    assert (here / "one.mbs").read_text() == "thesis"
+    (here / "two.mbs").write_text("thesis")
+    assert main(["convert", "one.urdf", "-o", "two.mbs", "-q", "--fresh"]) == 2  # it never was ours
+    assert (here / "two.mbs").read_text() == "thesis"
 
 
 def test_another_robot_is_not_merged(here: Path, capsys: Any) -> None:

@@ -16,7 +16,7 @@ from project.test_laws import convert as with_laws
 from proving import codes
 
 from urdf2mbs import convert
-from urdf2mbs.disk.seal import seal
+from urdf2mbs.disk.output import write_files
 from urdf2mbs.engine.config import Config, Lines, typed
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
@@ -108,7 +108,7 @@ def test_a_second_conversion_leaves_the_users_files_alone(tmp_path: Path) -> Non
     other = project / "workR" / "main.py"
     other.unlink()
     module = project / "userfctR" / "robot_robot.py"
-    module.write_bytes(seal(module, b"old"))
+    write_files({module: b"old"})
     before = {
         path: path.read_bytes() for path in project.rglob("*") if path.is_file() and path != module
     }

@@ -221,7 +221,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     file, out = tmp_path / "tiny.yaml", tmp_path / "out"
     file.write_text("source: tiny.urdf\noutput: out/robot.mbs\n")
     assert main(["report", str(file)]) == 0
-    assert [path.name for path in out.iterdir()] == ["robot.html"]
+    assert [path.name for path in out.glob("[!.]*")] == ["robot.html"]
     size = (out / "robot.html").stat().st_size
     said = capsys.readouterr().out
     assert "robot.html" in said

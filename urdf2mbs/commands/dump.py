@@ -15,7 +15,7 @@ import yaml
 
 from urdf2mbs.conversion import Conversion, Segment, Step
 from urdf2mbs.disk.output import write_files
-from urdf2mbs.disk.seal import intact
+from urdf2mbs.disk.record import is_ours
 from urdf2mbs.engine.hookspecs import Pass, hookimpl
 from urdf2mbs.messages.diagnostics import ConfigError, Diagnostic
 from urdf2mbs.spatial import IDENTITY, Pose
@@ -36,7 +36,7 @@ class Dump:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             for old in (*folder.glob("[0-9]*-*.yaml"), *folder.glob(EXPANDED)):
-                if old.is_file() and intact(old.read_bytes()):
+                if old.is_file() and is_ours(old):
                     old.unlink()
         except (OSError, ValueError) as error:
             raise ConfigError("output-unwritable", f"cannot write in '{folder}': {error}") from None

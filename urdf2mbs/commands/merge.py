@@ -10,7 +10,6 @@ from urdf2mbs.commands.printing import print_json
 from urdf2mbs.commands.settings import add_printing, path
 from urdf2mbs.commands.streams import read_bytes
 from urdf2mbs.disk.output import write_files
-from urdf2mbs.disk.seal import intact, seal, unseal
 from urdf2mbs.messages.diagnostics import ConversionError, counted, printable
 
 EXAMPLES = (
@@ -35,6 +34,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     """Exit code as git wants it: 0 merged, 1 conflicts, 2 trouble."""
     from urdf2mbs.mbs.reader import read
+    from urdf2mbs.merge.base import is_base, renewed
     from urdf2mbs.merge.merge import merge, with_those_before
 
     output: Path = arguments.output or arguments.ours
@@ -49,14 +49,14 @@ def carry_out(arguments: argparse.Namespace) -> int:
     except ConversionError as error:
         error.exit_code = 2
         raise
-    data = unseal(merged.data)
-    if all(map(intact, files)):  # urdf2mbs wrote all of it
-        data = seal(output, data)
+    data = merged.data
+    if all(map(is_base, files)):
+        data = renewed(data)
     written, there = {output: data}, {output: files[1]}
     if merged.orphans is not None:
         place = name.with_name(f"{name.stem}.orphaned.mbs")
         there[place] = place.read_bytes() if place.is_file() else b""
-        written[place] = with_those_before(merged.orphans, unseal(there[place]))
+        written[place] = with_those_before(merged.orphans, there[place])
     write_files(written, replaces=there, force=arguments.force)
     words = merged.plan.words("theirs", "ours")
     conflicts = words["in conflict"] + words["orphaned"]

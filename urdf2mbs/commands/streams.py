@@ -10,7 +10,6 @@ from pathlib import Path
 
 from urdf2mbs.disk import files, standard_input
 from urdf2mbs.disk.output import write_files
-from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
 
@@ -40,7 +39,7 @@ def saving(
 
     def save(_: Path, data: bytes) -> None:
         output.flush()
-        output.buffer.write(seal(Path(), data))
+        output.buffer.write(data)
         output.buffer.flush()
 
     with redirect_stdout(output if arguments.quiet else sys.stderr):

@@ -10,7 +10,6 @@ from typing import Any
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.files import is_file
-from urdf2mbs.disk.seal import intact, seal, unseal
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.faults import (
     check_left,
@@ -133,8 +132,7 @@ class Pipeline:
         data = conversion.files.get(output)
         if conversion.proof is None and data is not None and output.suffix == ".mbs":
             # behind the root: what stands before it is no place for a comment in every reader
-            said = unseal(data).removesuffix(_UNPROVEN) + _UNPROVEN
-            conversion.files[output] = seal(output, said) if intact(data) else said
+            conversion.files[output] = data.removesuffix(_UNPROVEN) + _UNPROVEN
         return conversion
 
     def _progress(self, text: str) -> None:

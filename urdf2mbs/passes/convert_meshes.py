@@ -21,7 +21,7 @@ from msgspec import Meta
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.seal import intact
+from urdf2mbs.disk.record import is_ours
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import RGB, Shape
 from urdf2mbs.mbs.names import free_name
@@ -190,10 +190,7 @@ def _find_meshes(conversion: Conversion, folder: Path) -> list[ShownMesh]:
 
 def _is_free(path: Path) -> bool:
     """Whether a .wrl can be written: no file is there, or one of ours that nobody has changed."""
-    from urdf2mbs.meshes.model import read_beside
-
-    data = read_beside(path, path.name)
-    return data is None or intact(data)
+    return not files.is_file(path) or is_ours(path)
 
 
 def _links(conversion: Conversion) -> dict[str, list[str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.disk.seal import seal
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.writer import write
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -28,7 +27,7 @@ class Emit(Pass):
     def run(self, conversion: Conversion) -> None:
         try:
             output = conversion.settings.output
-            conversion.files[output] = seal(output, write(conversion.mbs))
+            conversion.files[output] = write(conversion.mbs)
         except ValueError as error:
             raise ConversionError(
                 "mbs-unwritable", f"robot '{conversion.robot.name}': {error}",

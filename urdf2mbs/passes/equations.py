@@ -13,7 +13,7 @@ from typing import Literal
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.seal import intact
+from urdf2mbs.disk.record import is_ours
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import counted, some
@@ -98,7 +98,7 @@ def _warn_of_stale(conversion: Conversion, model: bytes) -> None:
     ]
     says = {path: fits(files.beginning(path, 2000), model) for path in there}
     ours = [path for path, fit in says.items() if fit is False]
-    gone = [path for path in ours if intact(files.read(path))]
+    gone = [path for path in ours if is_ours(path)]
     stale = [path for path in ours if path not in gone]
     with suppress(ParseError, OSError, ValueError):
         parts = "tree, fixed"

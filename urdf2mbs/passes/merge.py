@@ -13,7 +13,7 @@ import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.seal import has_seal, intact, unseal
+from urdf2mbs.disk.record import is_ours, was_ours
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.merge import base
@@ -30,13 +30,13 @@ class Merge(Pass):
 
     def run(self, conversion: Conversion) -> None:
         settings = conversion.settings
-        output, robot, source = settings.output, conversion.robot.name, settings.source
+        output, robot, source = settings.output, conversion.robot.name, settings.source.name
         if output.suffix.lower() != ".mbs":
             return
         conversion.behind[base.path(output)] = base.text(conversion.files[output], robot, source)
         there = files.read(output) if files.is_file(output) else b""
         known = base.read(output)
-        if not there or intact(there) or (known is None and not has_seal(there)):
+        if not there or is_ours(output) or (known is None and not was_ours(output)):
             return
         if settings.fresh:
             conversion.replaces[output] = there
@@ -45,7 +45,7 @@ class Merge(Pass):
                 raise ConfigError(
                     "merge-other-robot",
                     f"'{output}' was made of another robot and edited since: robot '{robot}' of "
-                    f"{source.name} is not merged with it",
+                    f"{source} is not merged with it",
                     hint="write elsewhere, or start over by --fresh",
                 )
             self._merge(conversion, known, there)
@@ -65,13 +65,13 @@ class Merge(Pass):
                 hint="mend it, or start over by --fresh or --force",
             ) from None  # fmt: skip
         merged = merge(read(known, str(base.path(output))), edited, conversion.mbs, self.prefer)
-        conversion.files[output] = unseal(merged.data)
+        conversion.files[output] = merged.data
         conversion.replaces[output] = there
         if merged.orphans is not None:
             place = output.with_name(f"{output.stem}.orphaned.mbs")
             before = files.read(place) if files.is_file(place) else b""
             conversion.replaces[place] = before
-            conversion.ahead[place] = with_those_before(merged.orphans, unseal(before))
+            conversion.ahead[place] = with_those_before(merged.orphans, before)
         plan = merged.plan
         follow(conversion, merged.names, plan.kept, output.name)
         words = plan.words()

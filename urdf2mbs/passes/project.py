@@ -13,7 +13,7 @@ from pathlib import Path
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk import files
-from urdf2mbs.disk.seal import RECORD, checksum, intact
+from urdf2mbs.disk.record import is_ours
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
@@ -36,6 +36,7 @@ class Project(Pass):
         from urdf2mbs.project.python import robot_module
 
         mbs = conversion.mbs
+        of_users: set[Path] = set()
         _check_states(conversion)
         _check_laws(conversion)
         if "python" in conversion.settings.languages:
@@ -47,10 +48,12 @@ class Project(Pass):
             for name, data in generated(mbs, conversion.simulation).items():
                 conversion.files[folder / "userfctR" / name] = data
             _warn_of_rows_of_zeros(conversion)
-        _remove_obsolete(conversion, folder / "userfctR")
-        for language in conversion.settings.languages:
-            for path, data in starters(language, mbs.name).items():
-                conversion.starters[folder / path] = data
+        for language in ("python", "c"):
+            texts = {folder / path: data for path, data in starters(language, mbs.name).items()}
+            of_users |= texts.keys()
+            if language in conversion.settings.languages:
+                conversion.starters |= texts
+        _remove_obsolete(conversion, folder / "userfctR", of_users)
         conversion.report["project"] = {
             "anew": sorted(p.name for p in conversion.files if p.parent.name == "userfctR"),
             "once": sorted(p.relative_to(folder).as_posix() for p in conversion.starters),
@@ -113,13 +116,13 @@ def _warn_of_rows_of_zeros(conversion: Conversion) -> None:
         )
 
 
-def _remove_obsolete(conversion: Conversion, folder: Path) -> None:
+def _remove_obsolete(conversion: Conversion, folder: Path, of_users: set[Path]) -> None:
     """Remove files of an earlier conversion that this conversion does not write."""
     there = sorted(folder.iterdir()) if files.is_folder(folder) else []
     gone = [
         path
         for path in there
-        if path not in conversion.files and files.is_file(path) and intact(files.read(path))
+        if path not in conversion.files and path not in of_users and is_ours(path)
     ]
     if gone:
         conversion.obsolete.update(gone)
@@ -148,7 +151,7 @@ def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
         if path in conversion.files or path.suffix not in (".py", ".c", ".h", ".cc", ".cpp"):
             continue
         data = files.beginning(path, 2**20)
-        if not _is_untouched(path, data):
+        if not is_ours(path):
             for number, text in enumerate(data.decode("utf-8", "replace").splitlines(), start=1):
                 uses += [f"{path.name}:{number} '{a or b}'" for _, a, b in named.findall(text)]
     if uses:
@@ -158,12 +161,6 @@ def _warn_of_lost_names(conversion: Conversion, folder: Path) -> None:
             hint="joints, forces, sensors and user models are found by their names: change these "
             "lines",
         )
-
-
-def _is_untouched(path: Path, data: bytes) -> bool:
-    """True if a file is as urdf2mbs wrote it."""
-    record = files.beginning(path.with_name(RECORD), 2**20)
-    return intact(data) or checksum(data).encode() in record
 
 
 def _names(mbs: Mbs) -> set[str]:
@@ -183,7 +180,7 @@ def _warn_of_renamed_project(conversion: Conversion) -> None:
     for path in conversion.starters:
         data = files.beginning(path, 2**20) if files.is_file(path) else b""
         calls = re.search(_MODULE, data.decode("utf-8", "replace"))
-        if calls and calls[1] != conversion.mbs.name and not _is_untouched(path, data):
+        if calls and calls[1] != conversion.mbs.name and not is_ours(path):
             stale.setdefault(calls[1], []).append(path.name)
     for name, users in stale.items():
         new = conversion.mbs.name

@@ -21,7 +21,6 @@ import msgspec
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.diagram.draw import draw
 from urdf2mbs.disk.files import project_of
-from urdf2mbs.disk.seal import seal
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
@@ -182,7 +181,7 @@ def _fill(store: Store, data: dict[str, Any], made_from: str, fields: dict[str, 
         _own("page.html"), flags=re.DOTALL,
     )  # fmt: skip
     text = re.sub(r"\{\{(\w+)\}\}", lambda field: fields[field[1]], template)
-    page = seal(Path("page.html"), text.encode())
+    page = text.encode()
     sizes = {"viewer": len(viewer), "meshes": meshes, "all": len(page)}
     return Page(page, sizes, list(store.missing))
 

@@ -1,4 +1,4 @@
-"""Only what urdf2mbs has written, and nobody has changed since, is replaced without --force."""
+"""Every command replaces only what urdf2mbs has written, and nobody has changed since."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import pytest
 
 from urdf2mbs import convert
 from urdf2mbs.cli import main
-from urdf2mbs.disk.output import write_files
-from urdf2mbs.disk.seal import RECORD, has_seal, intact, seal
+from urdf2mbs.disk.record import is_ours
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY
 
@@ -24,43 +23,6 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "other.urdf").write_text(TINY.replace("0 0.5 0", "0 0.6 0"))
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-TEXTS = [
-    ("a.mbs", b"<?xml version='1.0'?>\n<a/>\n"), ("a.svg", b"<svg></svg>"), ("a.py", b"x = 1\n"),
-    ("a.c", b"int x;\r\nint y;\r\n"), ("a.h", b"int x;"), ("a.yaml", b"a: 1\n"),
-    ("a.txt", b"<a/>"), ("a.wrl", b"#VRML V2.0 utf8\n"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("name", "text"), TEXTS)
-def test_a_seal_is_broken_by_any_change(name: str, text: bytes) -> None:
-    data = seal(Path(name), text)
-    assert data.startswith(text)
-    assert data.count(b"\n") == text.count(b"\n") + 1 + (not text.endswith(b"\n"))
-    assert intact(data)
-    assert seal(Path(name), data) == data
-    for k in range(len(data)):
-        if data[k : k + 1] not in b"\r\n":
-            assert not intact(data[:k] + bytes([data[k] ^ 1]) + data[k + 1 :]), k
-    assert not intact(data[: data.rindex(b"sealed")])
-    assert not intact(data + b"x\n")
-    assert has_seal(data + b"x\n")
-
-
-@pytest.mark.parametrize(("name", "text"), TEXTS)
-def test_line_ends_that_git_converts_break_no_seal(name: str, text: bytes) -> None:
-    data = seal(Path(name), text)
-    plain = data.replace(b"\r\n", b"\n")
-    for other in (plain, plain.replace(b"\n", b"\r\n"), data + b"\n", data.rstrip()):
-        assert intact(other)
-
-
-def test_what_is_changed_after_the_seal_is_sealed_anew() -> None:
-    data = seal(Path("a.py"), b"x = 1\n")
-    other = seal(Path("a.py"), data.replace(b"1", b"2", 1))
-    assert intact(other)
-    assert other.count(b"sealed") == 1
 
 
 #: Commands, and the file of another that each would write.
@@ -123,35 +85,15 @@ def test_the_page_asks_whose_a_file_is(here: Path, capsys: Any) -> None:
 def test_from_python(here: Path) -> None:
     result = convert("tiny.urdf", output="a.mbs")
     path = result.write()
-    assert path.read_bytes() == result.data, "the model is sealed before it is written"
-    assert intact(result.data)
+    assert path.read_bytes() == result.data
+    assert is_ours(path)
     path.write_text("mine")
-    with pytest.raises(ConfigError, match="has no seal") as caught:
+    with pytest.raises(ConfigError, match="was edited since") as caught:
         result.write()
     assert caught.value.code == "output-not-ours"
     assert path.read_text() == "mine"
     result.write(force=True)
     assert path.read_bytes() == result.data
-
-
-def test_what_has_no_comments_is_recorded_beside_it(tmp_path: Path) -> None:
-    file, second = tmp_path / "a.csv", tmp_path / "b.csv"
-    write_files({file: b"1,2\n", second: b"3\n"})
-    assert file.read_bytes() == b"1,2\n"
-    write_files({file: b"4\n"})
-    write_files({second: b"5\n"})
-    assert len((tmp_path / RECORD).read_text().splitlines()) == 4, "those before are known, too"
-    write_files({file: b"6\n", second: b"6\n"})
-    file.write_bytes(b"mine\n")
-    with pytest.raises(ConfigError, match="was edited since"):
-        write_files({file: b"7\n"})
-    assert file.read_bytes() == b"mine\n"
-
-
-def test_an_empty_file_holds_nothing_to_lose(tmp_path: Path) -> None:
-    (tmp_path / "a.mbs").touch()
-    write_files({tmp_path / "a.mbs": b"<a/>"})
-    assert intact((tmp_path / "a.mbs").read_bytes())
 
 
 def test_a_project_never_lands_in_the_folder_of_its_robot(here: Path, capsys: Any) -> None:
@@ -201,14 +143,14 @@ def test_equations_of_another_model_are_removed(here: Path, capsys: Any) -> None
     assert make("tiny.urdf") == 0
     assert main(["equations", "lamp/dataR/lamp.mbs", "-q"]) == 0
     assert main(["equations", "lamp/dataR/lamp.mbs", "-q", "--language", "c"]) == 0
-    count = len(list(folder.iterdir()))
+    count = len(list(folder.glob("mbs_*")))
     capsys.readouterr()
     # the same robot, and one with another mass: they fit
     (here / "heavy.urdf").write_text(TINY.replace('mass value="2"', 'mass value="3"'))
     for source in ("tiny.urdf", "heavy.urdf"):
         assert make(source) == 0
         assert "equations-stale" not in capsys.readouterr().err
-        assert len(list(folder.iterdir())) == count
+        assert len(list(folder.glob("mbs_*"))) == count
     # another turn, which is a number in them
     (folder / "mbs_dirdyna_lamp.c").write_text("// Fits (tree): sha256 " + 64 * "0" + "\nmine\n")
     (folder / "mbs_user_lamp.c").write_text("/* of another program */\n")
@@ -216,7 +158,7 @@ def test_equations_of_another_model_are_removed(here: Path, capsys: Any) -> None
     error = capsys.readouterr().err
     assert f"{count - 1} files of equations were of another model, and are removed" in error
     assert "2 files of equations that urdf2mbs does not replace stay" in error
-    assert sorted(file.name for file in folder.iterdir()) == [
+    assert sorted(file.name for file in folder.glob("mbs_*")) == [
         "mbs_dirdyna_lamp.c", "mbs_user_lamp.c"
     ]  # fmt: skip
 
@@ -225,7 +167,7 @@ def test_equations_that_are_made_again_are_not_stale(here: Path, capsys: Any) ->
     for source in ("tiny.urdf", "other.urdf"):
         assert make(source, "--set", "equations.language=python") == 0
     assert "equations-stale" not in capsys.readouterr().err
-    assert len(list((here / "lamp" / "symbolicR").iterdir())) == 10
+    assert len(list((here / "lamp" / "symbolicR").glob("mbs_*"))) == 10
 
 
 def test_code_of_another_language_is_removed(here: Path, capsys: Any) -> None:
@@ -242,26 +184,6 @@ def test_code_of_another_language_is_removed(here: Path, capsys: Any) -> None:
     assert {"lamp_robot.py", "equations_fit.py", "user_JointForces.c"} <= names
     assert not names & {"lamp_robot.c", "lamp_robot.h", "user_model.c", "user_all_id.h"}
     assert mine.read_text() == "/* mine */\n"
-
-
-def test_a_rename_that_fails_brings_back_what_was_removed(
-    here: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = here / "old.py"
-    write_files({file: b"x = 1\n"})
-    before = file.read_bytes()
-    unlink = Path.unlink
-
-    def refused(self: Path, **options: Any) -> None:
-        unlink(self, **options)
-        if self == file:
-            raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(Path, "unlink", refused)
-    with pytest.raises(ConfigError):
-        write_files({here / "new.py": b"y = 1\n"}, obsolete=[file])
-    assert file.read_bytes() == before
-    assert not (here / "new.py").exists()
 
 
 @pytest.mark.parametrize("fits", [True, False])
