@@ -258,6 +258,22 @@ def test_a_follower_starts_where_its_rule_says(offset: float, singular: list[str
     assert [one.joint for one in found if not one.always] == singular
 
 
+@pytest.mark.parametrize(("multiplier", "always"), [(-1.0, True), (1.0, False)])
+def test_followers_hold_two_axes_parallel_at_every_position(
+    multiplier: float, always: bool
+) -> None:
+    """The follower turns back what its leader turns."""
+    middle = [Joint("lead", "R2"), Joint("follow", "R2", "dependent")]
+    body = Body("solid", None, None, [Joint("a", "R3"), *middle, Joint("c", "R3")])
+    body.mass, body.inertia = 1.0, (1.0, 0.0, 0.0, 2.0, 0.0, 2.5)
+    leader = Body("other", "solid", None, [Joint("e", "R1")], 1.0, (0.0, 1.0, 0.0))
+    leader.inertia = body.inertia
+    found = find_singular(
+        Mbs("r", bodies=[body, leader]), {"follow": Rule("lead", multiplier, 0.0)}
+    )
+    assert ("a", always) in [(one.joint, one.always) for one in found]
+
+
 @pytest.mark.parametrize(
     ("angle", "singular"), [(pi / 2, True), (1.5708, True), (1.570797, True), (1.5712, False)]
 )

@@ -143,7 +143,7 @@ def _singular_at(
 
     from urdf2mbs.mbs.mass import Mass
 
-    values |= {
+    values = values | {
         name: rule.multiplier * values[rule.leader] + rule.offset for name, rule in rules.items()
     }
     mass = Mass(mbs, values)
