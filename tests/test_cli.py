@@ -252,8 +252,8 @@ def test_a_conversion_imports_what_it_needs(program: str, rooms: str, robot: Pat
     modules = loaded(program)
     ours = {name.split(".")[1] for name in modules if name.startswith("urdf2mbs.")}
     assert ours == set(rooms.split())
-    others = modules - loaded("import lxml.etree, msgspec, pluggy, pluggy._manager")
-    others = {name.split(".")[0] for name in others} - sys.stdlib_module_names - {"urdf2mbs"}
+    modules -= loaded("import lxml.etree, msgspec, pluggy, pluggy._manager")
+    others = {name.split(".")[0] for name in modules} - sys.stdlib_module_names - {"urdf2mbs"}
     assert others == set()
     assert modules & {"ctypes", "multiprocessing", "concurrent.futures", "subprocess"} == set()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from urdf2mbs.meshes.model import Part
@@ -26,6 +26,7 @@ def digits(text: str) -> int:
     return len(mantissa.strip("0"))
 
 
+@example([(0.0, 0.0, -999999986991104.0)])
 @given(st.lists(st.tuples(FLOATS, FLOATS, FLOATS), min_size=1, max_size=20, unique=True))
 def test_read_back_and_shortest(rows: list[tuple[float, float, float]]) -> None:
     single = np.unique(np.array(rows, np.float32) + np.float32(0.0), axis=0)

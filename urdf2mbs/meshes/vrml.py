@@ -122,7 +122,8 @@ def _number(value: float) -> bytes:
 
 def _points(points: NDArray[np.float32]) -> bytes:
     """A line a point; a number as text is the shortest decimal that is read as that float32."""
-    return _rows(points.astype("S16").astype(float))
+    # numpy cuts longer text in silence: numpy 2.2 writes -1e15 with 19 letters.
+    return _rows(points.astype("S32").astype(float))
 
 
 def _rows(numbers: NDArray[Any]) -> bytes:
