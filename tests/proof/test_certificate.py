@@ -15,9 +15,10 @@ import pytest
 from proof.test_not_fooled import PLANTS
 from proof.test_planted import PLANTED
 from proof.test_words import FOUND, MIMIC, TINY, WORLD
+from proving import SOLID, joint, link, robot
 from robots import CONVERTIBLE, RealRobot
 
-from urdf2mbs import Result, convert
+from urdf2mbs import Result, convert, verify
 from urdf2mbs.mbs.model import Joint, Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.mbs.writer import write
@@ -130,6 +131,13 @@ def test_it_runs_alone(tmp_path: Path, capsys: Any) -> None:
 
 
 HANDLESS = re.sub(r'(?s)(<link name="hand">\s*)<inertial>.*?</inertial>', r"\1", TINY)
+#: The joint "stays" follows a joint that moves nothing, with the multiplier 0.
+STAYS = robot(
+    link("world"), link("a", SOLID), joint("world", "a"),
+    link("knob"), joint("a", "knob", name="drive"), link("b", SOLID),
+    joint("a", "b", name="stays", xyz="1 0 0").replace(
+        "<limit", '<mimic joint="drive" multiplier="0" offset="0.1"/><limit'),
+)  # fmt: skip
 #: Robots, how they are converted, and what the replay says beside "the same robot".
 SAME: Any = {
     "fixed": (TINY, {"base": "fixed"}, []),
@@ -142,6 +150,8 @@ SAME: Any = {
     "mimic by force": (MIMIC, {"output": {"project": "p"}, "passes": {
         "mimic": {"joints": {"*": "driven"}}}},
         ["nature of 'wrist_pitch': 'driven', and 'follower'"]),
+    "a follower that stays": (STAYS, {"output": {"project": "p"}},
+                              ["nature of 'stays': 'driven', and 'follower'"]),
     "held": (HANDLESS, {"base": "fixed"}, ["joint 'wrist_pitch' is held at zero: '"]),
     "estimate-inertia": (HANDLESS, {"output": {"project": "p"}, "passes": {
         "estimate-inertia": {"density": 1000.0}}}, ["<link> 'hand' has '<inertial>"]),
@@ -219,6 +229,23 @@ def test_what_people_edited_is_named(tmp_path: Path, capsys: Any) -> None:
         assert re.search(f"{words}.*as edited", said.out), words
     files[2]["edited"] = []
     assert replay(*files, tmp_path, capsys).code == 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [(b"<q>0.1</q>", b"<q>0.2</q>"), (b'multiplier="0"', b'multiplier="2"'),
+     (b'offset="0.1"', b'offset="0.2"'), (b"<q/>", b"<qd/>")],
+)  # fmt: skip
+def test_a_follower_stays_at_its_offset(
+    old: bytes, new: bytes, tmp_path: Path, capsys: Any
+) -> None:
+    urdf, mbs, said = made(STAYS, tmp_path, output={"project": tmp_path / "p"})
+    assert old in urdf + mbs
+    (tmp_path / "new.urdf").write_bytes(urdf.replace(old, new))
+    (tmp_path / "new.mbs").write_bytes(mbs.replace(old, new))
+    assert replay(urdf.replace(old, new), mbs.replace(old, new), said, tmp_path, capsys).code == 3
+    found = verify(tmp_path / "new.urdf", tmp_path / "new.mbs").differences
+    assert {one.joint for one in found} == {"stays"}
 
 
 # --- another robot ------------------------------------------------------------------------------

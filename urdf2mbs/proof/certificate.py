@@ -51,7 +51,8 @@ WAYS = {"fixed": "", "revolute": "R", "continuous": "R", "prismatic": "T", "plan
 #: Where a URDF has the numbers of the user models: an element of the joint, and an attribute.
 NUMBERS = {"damping": "dynamics damping", "friction": "dynamics friction", "effort": "limit effort",
            "velocity": "limit velocity", "q_min": "limit lower", "q_max": "limit upper"}
-#: What a joint should be, and what is only told: no rule of <mimic> and no cut is read here.
+#: What a joint should be, and what is only told: no cut and no rule of <mimic> is read here, but
+#: for a multiplier of zero.
 KNOWN = {"follower": ["independent", "dependent", "driven"], "independent": ["dependent"]}
 
 
@@ -96,8 +97,7 @@ def moments(bodies, centre):
         half, at = (xx + yy + zz) / 2, product(frame(AXES, [-x for x in centre]), at)
         own = [[half - xx, -xy, -xz, 0.0], [-xy, half - yy, -yz, 0.0], [-xz, -yz, half - zz, 0.0],
                [0.0, 0.0, 0.0, mass]]
-        own = product(at, own, [*zip(*at)])
-        total = [[a + b for a, b in zip(*rows)] for rows in zip(total, own)]
+        total = [[a + b for a, b in zip(*r)] for r in zip(total, product(at, own, [*zip(*at)]))]
     return total
 
 
@@ -181,6 +181,9 @@ def urdf_robot(urdf, said, told):
                 demand(own not in groups, f"the certificate has joint {own!r} twice")
                 groups[own], before = (before, screw(way, axis, at), []), own
                 facts["nature", own] = "independent" if joint.find("mimic") is None else "follower"
+                # a follower stays at its offset if its multiplier is zero; + 0.0 makes 0 of -0
+                q, m = numbers(joint, "mimic", "offset"), numbers(joint, "mimic", "multiplier", "1")
+                facts["motion", own] = m == [0.0] and f"driven, {[q[0] + 0.0, 0.0, 0.0]} with ['q']"
                 for kind, place in NUMBERS.items():
                     facts[kind, own] = numbers(joint, *place.split())[0]
             todo.append((joint.find("child").get("link"), before, at))
@@ -259,9 +262,8 @@ def compare(ours, theirs, wrong):
         most = max(abs(x) for total in sums for row in total[:3] for x in row[:3])
         k = sqrt(max(most, mass * 1e-6)) or 1.0
         weight = apart(*sums, (k, k, k, sqrt(max(total[3][3] for total in sums)) or 1.0))
-        for what, off in (("motion", motion), ("mass or inertia", weight)):
-            if not off <= TOLERANCE:
-                wrong[f"{what} of {name!r}"] = f"{off:.1e} off"
+        offs = {f"motion of {name!r}": motion, f"mass or inertia of {name!r}": weight}
+        wrong |= {what: f"{off:.1e} off" for what, off in offs.items() if not off <= TOLERANCE}
 
 
 def compare_facts(ours, theirs, gravity, wrong, told):

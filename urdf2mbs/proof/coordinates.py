@@ -17,6 +17,7 @@ from urdf2mbs.mbs.model import Body, Connection, Joint, Mbs
 from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.proof.groups import Side
 from urdf2mbs.proof.mbs_side import mbs_side
+from urdf2mbs.proof.pair import TOLERANCE
 from urdf2mbs.proof.rigid import HERE, compose, moved, turned
 from urdf2mbs.proof.urdf_side import SIX, own_coordinates
 from urdf2mbs.proof.verdict import Difference
@@ -70,7 +71,7 @@ def coordinates(
             out.differ("joint-missing", said, **where)
             continue
         for (own, kind), name in zip(ours, theirs, strict=True):
-            moves = _nature(joint, known[name], tied, driven, out)
+            moves = _nature(robot, joint, known[name], tied, driven, out)
             if name in taken:
                 said = f"joint '{name}' is given for '{joint.name}' and for another joint"
                 out.differ("joint-missing", said, **where)
@@ -94,8 +95,9 @@ def coordinates(
 
 
 def _nature(
-    joint: UrdfJoint, own: Joint, tied: Collection[str], driven: Collection[str], out: Coordinates
-) -> bool:
+    robot: Robot, joint: UrdfJoint, own: Joint,
+    tied: Collection[str], driven: Collection[str], out: Coordinates,
+) -> bool:  # fmt: skip
     """True if a joint moves as its URDF joint does; notes a difference of its nature."""
     where: dict[str, Any] = {"link": joint.child, "joint": joint.name}
     if own.nature == "dependent" and own.name not in tied:
@@ -106,7 +108,13 @@ def _nature(
             said = f"joint '{own.name}' is driven, and should be independent"
             out.differ("nature", said, urdf="independent", mbs=own.nature, **where)
         return own.nature != "driven"
-    leader = joint.mimic.joint
+    leader, place = joint.mimic.joint, _place(robot, joint)
+    if own.nature == "driven" and place is not None:
+        held = own.q or 0.0
+        if not abs(held - place) <= TOLERANCE:
+            said = f"joint '{own.name}' is held at {held:.9g}, and should be at {place:.9g}"
+            out.differ("zero", said, urdf=place, mbs=held, **where)
+        return False
     if own.nature == "independent":
         out.but_for[f"joint '{joint.name}'"] = "free here, a follower by the URDF's <mimic>"
     elif own.nature == "dependent":
@@ -120,6 +128,16 @@ def _nature(
         said += ", which then feels its inertia"
         out.differ("nature", said, urdf="dependent", mbs=own.nature, **where)
     return True
+
+
+def _place(robot: Robot, joint: UrdfJoint) -> float | None:
+    """Where a joint stands that follows with a multiplier of zero (rad, m); else None."""
+    multiplier, place = 1.0, 0.0
+    while joint.mimic is not None:
+        place += multiplier * joint.mimic.offset
+        multiplier *= joint.mimic.multiplier
+        joint = robot.joints[joint.mimic.joint]
+    return None if multiplier else place
 
 
 def _symbols(body: Body, joint: Joint, moves: bool, out: Coordinates) -> None:
