@@ -21,6 +21,8 @@ def rounded(value: float, digits: int = 2) -> float:
     return float(f"{value:.{digits}g}")
 
 
+#: What Robotran can compute at a point.  What is not asked for is zero there, or not set.
+MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 #: The user models of the states of friction: one of each joint that rubs, two of each contact.
 JOINT_STATES, CONTACT_STATES = "friction_state", "contact_state"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from math import sin, sqrt
 from pathlib import Path
@@ -16,10 +17,8 @@ from urdf2mbs import Result, convert
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.passes.contacts import _box_face, _cylinder
 from urdf2mbs.spatial import Vec, dot
 from urdf2mbs.testing import TINY, convert_text
-from urdf2mbs.urdf import model as urdf
 
 ROOT = Path(__file__).resolve().parents[2]
 BIPED = ROOT / "configs" / "biped.urdf.xacro"
@@ -119,48 +118,60 @@ def test_the_contact_law(tmp_path: Path) -> None:
         )
 
 
-#: By what a link looks like, where it touches the ground; at the side of the box of TINY.
-SHAPES = {
-    '<geometry><sphere radius="0.1"/>': [(0.0, 0.0, -0.1)],
-    '<geometry><cylinder radius="0.1" length="0.4"/>': [
-        (0.1, 0.0, -0.2), (0.0, 0.1, -0.2), (-0.1, 0.0, -0.2), (0.0, -0.1, -0.2),
-    ],
-    '<geometry><box size="0.2 0.4 0.6"/>': [
-        (0.1, 0.2, -0.3), (0.1, -0.2, -0.3), (-0.1, -0.2, -0.3), (-0.1, 0.2, -0.3),
-    ],
-    '<origin rpy="1.5707963267948966 0 0"/><geometry><cylinder radius="0.1" length="0.4"/>': [
-        (0.0, -0.2, -0.1), (0.0, 0.2, -0.1),
-    ],
-    # a sole with a pointed heel, and an ankle far above it that does not count
-    '<geometry><mesh filename="foot.obj" scale="1 2 1"/>': [
-        (0.2, 0.1, 0.0), (0.2, -0.1, 0.0), (-0.1, -0.06, 0.0), (-0.1, 0.06, 0.0),
-    ],
-    # each quarter counts by the foot's own length and width: the toe is between two corners
-    '<geometry><mesh filename="long.obj"/>': [
-        (0.2, 0.01, 0.0), (0.2, -0.01, 0.0), (-0.1, -0.01, 0.0), (-0.1, 0.01, 0.0),
-    ],
-}  # fmt: skip
-MESHES = {
-    "foot.obj": "0 0 0;0.2 0.05 0;0.2 -0.05 0;-0.1 0.03 0;-0.1 -0.03 0;0 0 0.3",
-    "long.obj": "0.2 0.01 0;0.2 -0.01 0;-0.1 0.01 0;-0.1 -0.01 0;0.23 0 0;0 0 0.3",
-}
+#: What TINY's body looks like, and by what gravity its points lie deepest.
+BODY = '<geometry><box size="0.2 0.1 0.3"/>'
+DOWN = (0.0, 0.0, -9.81)
+#: A sole with a pointed heel, and an ankle far above it that does not count.
+FOOT = "0 0 0;0.2 0.05 0;0.2 -0.05 0;-0.1 0.03 0;-0.1 -0.03 0;0 0 0.3"
+#: Each quarter counts by the foot's own length and width: the toe is between two corners.
+LONG = "0.2 0.01 0;0.2 -0.01 0;-0.1 0.01 0;-0.1 -0.01 0;0.23 0 0;0 0 0.3"
+ROUND = '<geometry><cylinder radius="0.1" length="0.4"/>'
+BRICK = '<geometry><box size="0.2 0.4 0.6"/>'
+MESH = '<geometry><mesh filename="foot.obj"/>'
+WIDE_MESH = MESH.replace("/>", ' scale="1 2 1"/>')
+RIM = [(0.1, 0.0), (0.0, 0.1), (-0.1, 0.0), (0.0, -0.1)]
+SQUARE = [(1, 1), (1, -1), (-1, -1), (-1, 1)]
 
 
-def write_mesh(file: Path, corners: str) -> None:
-    """A mesh of these corners, whatever its faces."""
+def on_body(folder: Path, shape: str, corners: str = FOOT, **settings: Any) -> Result:
+    """TINY with this shape on its body, whose lowest points touch; ``corners`` of its mesh."""
     at = corners.split(";")
     faces = "".join(f"f 1 2 {k}\n" for k in range(3, len(at) + 1))
-    file.write_text("".join(f"v {corner}\n" for corner in at) + faces)
+    (folder / "foot.obj").write_text("".join(f"v {corner}\n" for corner in at) + faces)
+    source = folder / "r.urdf"
+    source.write_text(TINY.replace(BODY, shape))
+    return convert(source, passes={"contacts": {"links": ["body"]}}, **settings)
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_points_of_shapes(tmp_path: Path, shape: str) -> None:
-    for name, corners in MESHES.items():
-        write_mesh(tmp_path / name, corners)
-    source = tmp_path / "r.urdf"
-    source.write_text(TINY.replace('<geometry><box size="0.2 0.1 0.3"/>', shape))
-    found = touching(convert(source, passes={"contacts": {"links": ["body"]}}))
-    assert sorted(found) == [pytest.approx(at, abs=1e-7) for at in sorted(SHAPES[shape])]
+@pytest.mark.parametrize(
+    ("shape", "gravity", "points"),
+    [
+        ('<geometry><sphere radius="0.1"/>', DOWN, [(0.0, 0.0, -0.1)]),
+        (ROUND, DOWN, [(*at, -0.2) for at in RIM]),
+        (ROUND, (0.0, 0.6, 0.8), [(*at, 0.2) for at in RIM]),
+        (ROUND, (0.48, 0.64, -0.6), [(0.06, 0.08, 0.2), (0.06, 0.08, -0.2)]),
+        (f'<origin rpy="1.5707963267948966 0 0"/>{ROUND}', DOWN,
+         [(0.0, -0.2, -0.1), (0.0, 0.2, -0.1)]),
+        (BRICK, (0.2, -0.3, -0.9), [(0.1 * a, 0.2 * b, -0.3) for a, b in SQUARE]),
+        (BRICK, (0.0, 0.0, 1.0), [(0.1 * a, 0.2 * b, 0.3) for a, b in SQUARE]),
+        (BRICK, (-0.8, 0.5, 0.3), [(-0.1, 0.2 * a, 0.3 * b) for a, b in SQUARE]),
+        (BRICK, (0.0, 1.0, 0.0), [(0.1 * a, 0.2, 0.3 * b) for a, b in SQUARE]),
+        (WIDE_MESH, DOWN, [(0.2, 0.1, 0.0), (0.2, -0.1, 0.0), (-0.1, -0.06, 0.0),
+                           (-0.1, 0.06, 0.0)]),
+        (f"{MESH}{LONG}", DOWN, [(0.2, 0.01, 0.0), (0.2, -0.01, 0.0), (-0.1, -0.01, 0.0),
+                                 (-0.1, 0.01, 0.0)]),
+    ],
+)  # fmt: skip
+def test_points_of_shapes(
+    tmp_path: Path, shape: str, gravity: Vec, points: list[tuple[float, ...]]
+) -> None:
+    """They stand in order round the face, as a polygon."""
+    shape, own, _ = shape.partition(LONG)
+    found = touching(on_body(tmp_path, shape, own or FOOT, gravity=gravity, base="fixed"))
+    assert sorted(found) == [pytest.approx(at, abs=1e-7) for at in sorted(points)]
+    if len(found) == 4 and "box" in shape:
+        for one, two in pairwise([*found, found[0]]):
+            assert sum(a != b for a, b in zip(one, two, strict=True)) == 1
 
 
 def test_a_link_that_rolls_touches_by_its_lowest_point() -> None:
@@ -184,23 +195,55 @@ def test_a_link_that_rolls_touches_by_its_lowest_point() -> None:
         assert [note[16 : note.index(",")] for note in notes] == said
 
 
+WEIGHTLESS = (0.0, 0.0, 0.0)
+
+
 @pytest.mark.parametrize(
-    ("stated", "options", "stiffness", "speed"),
+    ("stated", "options", "gravity", "law"),
     [
-        ("<kp>1e5</kp>", {}, 1e5, 0.025),  # (g d)^(1/2) / 2 with d = m g / kp
-        ("<kp>1e5</kp><kd>1</kd>", {}, 1e5, 0.025),
-        ("<kp>1e5</kp><kd>1e4</kd>", {}, 1e5, 0.0026),
-        ("<kp>1e5</kp><kd>1e4</kd>", {"stiffness": 2e4, "speed": 0.1}, 2e4, 0.1),
-        ("<kp>0</kp><kd>0</kd><kd>-1</kd>", {"depth": 0.01}, 2600.0, 0.16),
+        # with m = 2.6 kg: speed (g d)^(1/2) / 2 with d = m g / kp; or m g / kd where it damps more
+        ("<kp>1e5</kp>", {}, DOWN, {"stiffness": 1e5, "speed": 0.025}),
+        ("<kp>1e5</kp><kd>1</kd>", {}, DOWN, {"stiffness": 1e5, "speed": 0.025}),
+        ("<kp>1e5</kp><kd>1e4</kd>", {}, DOWN, {"stiffness": 1e5, "speed": 0.0026}),
+        ("<kp>1e5</kp><kd>1e4</kd>", {"stiffness": 2e4, "speed": 0.1}, DOWN,
+         {"stiffness": 2e4, "speed": 0.1}),
+        ("<kp>0</kp><kd>0</kd><kd>-1</kd>", {"depth": 0.01}, DOWN,
+         {"stiffness": 2600.0, "speed": 0.16}),
+        ("", {"depth": 0.25}, WEIGHTLESS, {"stiffness": 1000.0, "speed": 0.1, "bristle": 0.25}),
+        ("", {"stiffness": 5e4}, WEIGHTLESS, {"stiffness": 5e4, "speed": 0.1, "bristle": 0.001}),
+        # the smallest friction; that of TINY's own hand is 0.9
+        ("", {}, DOWN, {"friction": 0.9}),
+        ("<mu1>0.4</mu1><mu1>-1</mu1><mu1>9e9</mu1>", {}, DOWN, {"friction": 0.4}),
+        ("<mu1>0.4</mu1>", {"friction": 0.7}, DOWN, {"friction": 0.7}),
     ],
-)
-def test_stiffness_and_damping_are_those_that_the_urdf_states(
-    stated: str, options: dict[str, float], stiffness: float, speed: float
+)  # fmt: skip
+def test_the_law_is_that_of_the_config_then_of_the_urdf(
+    stated: str, options: dict[str, float], gravity: Vec, law: dict[str, float]
 ) -> None:
-    """kd is taken where the law damps less: m g / speed, with m = 2.6 kg here."""
-    text = TINY.replace("</robot>", f'<gazebo reference="hand">{stated}</gazebo></robot>')
-    law = models(convert_text(text, passes={"contacts": {**HAND, **options}}).mbs)["contact"]
-    assert (law["stiffness"], law["speed"]) == (stiffness, speed)
+    """Each number stands in a ``<gazebo>`` of its own."""
+    gazebo = "".join(
+        f'<gazebo reference="hand">{one}</gazebo>' for one in re.findall("<(?:.*?)</.*?>", stated)
+    )
+    text = TINY.replace("</robot>", f"{gazebo}</robot>")
+    passes = {"contacts": {**HAND, **options}}
+    found = models(convert_text(text, gravity=gravity, passes=passes).mbs)["contact"]
+    assert found.items() >= law.items()
+    rate = 2 * sqrt(found["bristle"] / 9.81)
+    assert found["bristle_time"] == pytest.approx(rate, rel=0.05)
+
+
+def test_friction_is_of_the_links_that_touch() -> None:
+    feet = {"points": {"body": [[0, 0, 0]], "hand": [[0, 0, 0]]}}
+    bare = TINY.replace("mu1", "mu2")
+    bullet = '<link name="body"><contact><lateral_friction value="0.2"/></contact>'
+    other = '<gazebo reference="arm"><mu1>0.1</mu1></gazebo></robot>'
+    for text, friction in (
+        (TINY.replace('<link name="body">', bullet), 0.2),
+        (bare, 0.8),
+        (bare.replace("</robot>", other), 0.8),
+    ):
+        law = models(convert_text(text, passes={"contacts": feet}).mbs)["contact"]
+        assert law["friction"] == friction
 
 
 def test_a_robot_without_mass_has_no_balance() -> None:
@@ -209,41 +252,6 @@ def test_a_robot_without_mass_has_no_balance() -> None:
     result = convert_text(text, base="floating", passes=passes)
     assert "contacts-balance" not in codes(result)
     assert models(result.mbs)["contact"]["stiffness"] == 1000.0
-
-
-@pytest.mark.parametrize(
-    ("options", "wanted"),
-    [
-        ({"depth": 0.25}, {"stiffness": 1000.0, "speed": 0.1, "bristle": 0.25}),
-        ({"stiffness": 5e4}, {"stiffness": 5e4, "speed": 0.1, "bristle": 0.001}),
-    ],
-)
-def test_the_law_of_a_robot_without_weight(
-    options: dict[str, float], wanted: dict[str, float]
-) -> None:
-    passes = {"contacts": {**HAND, **options}}
-    law = models(convert_text(TINY, gravity=(0.0, 0.0, 0.0), passes=passes).mbs)["contact"]
-    assert law.items() >= wanted.items()
-    assert law["bristle_time"] == pytest.approx(2 * sqrt(law["bristle"] / 9.81), rel=0.05)
-
-
-def test_friction_is_the_smallest_that_the_urdf_states() -> None:
-    feet = {"points": {"body": [[0, 0, 0]], "hand": [[0, 0, 0]]}}
-    gazebo = "".join(
-        f'<gazebo reference="{link}"><mu1>{mu}</mu1></gazebo>'
-        for link, mu in (("body", 0.5), ("hand", 0.4), ("arm", 0.1), ("hand", -1), ("hand", 9e9))
-    )
-    bullet = '<contact><lateral_friction value="0.2"/></contact>'
-    bare = TINY.replace("mu1", "mu2")
-    for text, options, friction in (
-        (TINY.replace("</robot>", f"{gazebo}</robot>"), {}, 0.4),
-        (TINY.replace("</robot>", f"{gazebo}</robot>"), {"friction": 0.7}, 0.7),
-        (TINY.replace('<link name="body">', f'<link name="body">{bullet}'), {}, 0.2),
-        (TINY, {}, 0.9),  # what it has of its own
-        (bare, {}, 0.8),
-    ):
-        result = convert_text(text, passes={"contacts": {**feet, **options}})
-        assert models(result.mbs)["contact"]["friction"] == friction
 
 
 def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
@@ -260,28 +268,6 @@ def test_what_no_ground_has_is_cut_and_said(tmp_path: Path) -> None:
     assert numbers == [("mu1", 100.0), ("kp", 1e12), ("kd", 1e12)]
 
 
-def test_a_cylinder_that_leans_touches_with_the_ends_of_its_lowest_line() -> None:
-    shape = urdf.Cylinder(0.5, 2.0)
-    assert _cylinder(shape, (0.0, 0.6, -0.8))[0] == (0.5, 0.0, -1.0)
-    assert _cylinder(shape, (0.0, 0.6, 0.8))[0] == (0.5, 0.0, 1.0)
-    assert _cylinder(shape, (0.48, 0.64, -0.6)) == [
-        pytest.approx((0.3, 0.4, 1.0)), pytest.approx((0.3, 0.4, -1.0)),
-    ]  # fmt: skip
-
-
-@pytest.mark.parametrize("down", [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, 1),
-                                  (0.2, -0.3, -0.9), (-0.8, 0.5, 0.3)])  # fmt: skip
-def test_the_face_of_a_box_that_points_down(down: tuple[float, float, float]) -> None:
-    size = (1.0, 2.0, 4.0)
-    found = _box_face(size, down)
-    k = int(np.argmax(np.abs(down)))
-    assert {at[k] for at in found} == {np.sign(down[k]) * size[k] / 2}
-    assert len(set(found)) == 4
-    assert {tuple(map(abs, at)) for at in found} == {(0.5, 1.0, 2.0)}
-    for one, two in pairwise([*found, found[0]]):
-        assert sum(a != b for a, b in zip(one, two, strict=True)) == 1
-
-
 @pytest.mark.parametrize("shift", range(3))
 def test_the_corners_of_a_mesh_wherever_down_is(shift: int, tmp_path: Path) -> None:
     def turned(at: tuple[float, ...]) -> tuple[float, ...]:
@@ -290,12 +276,8 @@ def test_the_corners_of_a_mesh_wherever_down_is(shift: int, tmp_path: Path) -> N
     sole = [(0.0, 0.3, 0.1), (0.0, 0.3, -0.1), (0.0, -0.2, -0.15), (0.0, -0.2, 0.15)]
     points = [*sole, (0.0, 0.31, 0.0), (-0.5, 0.0, 0.0), (0.0, 0.0, 0.0)]
     corners = ";".join(" ".join(map(str, turned(at))) for at in points)
-    write_mesh(tmp_path / "foot.obj", corners)
-    source = tmp_path / "r.urdf"
-    source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="foot.obj"/>'))
     x, y, z = turned((-1.0, 0.0, 0.0))
-    feet = {"contacts": {"links": ["body"]}}
-    found = touching(convert(source, passes=feet, gravity=(-x, -y, -z)))
+    found = touching(on_body(tmp_path, MESH, corners, gravity=(-x, -y, -z)))
     assert sorted(found) == [pytest.approx(at, abs=1e-7) for at in sorted(map(turned, sole))]
 
 
@@ -317,27 +299,31 @@ def test_a_mesh_that_cannot_be_used_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("base", "gravity", "told"),
-    [("floating", -9.81, True), ("fixed", -9.81, False), ("floating", 0.0, False)],
-)
-def test_only_what_can_fall_is_told_to(base: str, gravity: float, told: bool) -> None:
-    feet = {"contacts": {"points": {"body": [[1, 0, 0], [1, 1, 0]]}}}
-    result = convert_text(TINY, base=base, gravity=(0.0, 0.0, gravity), passes=feet)
-    assert ("contacts-balance" in codes(result)) is told
-
-
-@pytest.mark.parametrize(("places", "falls"), [("1 1, 1 -1, -1 0", False), ("1 1, 1 -1", True),
-                                               ("0 1, 0 -1", False), ("0 0", False),
-                                               ("0.0008 1, 0.0008 -1", False),
-                                               ("0.002 1, 0.002 -1", True)])  # fmt: skip
-def test_balance_is_of_the_polygon(places: str, falls: bool) -> None:
+    ("places", "base", "gravity", "away"),
+    [
+        ("1 1, 1 -1, -1 0", "floating", DOWN, 0.0), ("1 1, 1 -1", "floating", DOWN, 1.0),
+        ("-0.5 1, -0.5 -1", "floating", DOWN, -0.5), ("0 1, 0 -1", "floating", DOWN, 0.0),
+        ("0 0", "floating", DOWN, 0.0), ("0.0008 1, 0.0008 -1", "floating", DOWN, 0.0),
+        ("0.002 1, 0.002 -1", "floating", DOWN, 0.002),
+        ("1 1, 1 -1", "fixed", DOWN, 0.0), ("1 1, 1 -1", "floating", WEIGHTLESS, 0.0),
+    ],
+)  # fmt: skip
+def test_a_robot_falls_whose_mass_is_not_over_the_polygon(
+    places: str, base: str, gravity: Vec, away: float
+) -> None:
+    """Only what floats and has weight can fall; it must come nearer in x by ``away`` (m)."""
     text = robot(link("a", SOLID.replace("0.1 -0.2 0.3", "0 0 1")))
     at = [[*map(float, place.split()), 0.0] for place in places.split(", ")]
-    result = convert_text(text, base="floating", passes={"contacts": {"points": {"a": at}}})
-    assert ("contacts-balance" in codes(result)) is falls
-    # without a leg, it sinks in by a thousandth of a metre
-    stiffness = models(result.mbs)["contact"]["stiffness"]
-    assert stiffness == pytest.approx(2 * 9.81 / len(at) / 0.001, rel=0.05)
+    passes = {"contacts": {"points": {"a": at}}}
+    result = convert_text(text, base=base, gravity=gravity, passes=passes)
+    said = [found for found in result.diagnostics if found.code == "contacts-balance"]
+    assert bool(said) == bool(away)
+    for found in said:
+        assert f"but {abs(away):.3g} m beside them" in found.message
+        assert f"it must come ({away:.3g}, 0, 0) m" in (found.hint or "")
+    if base == "floating" and any(gravity):  # without a leg, it sinks in by a thousandth of a metre
+        stiffness = models(result.mbs)["contact"]["stiffness"]
+        assert stiffness == pytest.approx(2 * 9.81 / len(at) / 0.001, rel=0.05)
 
 
 @pytest.mark.parametrize(("height", "count"), [(0.008, 4), (0.016, 3)])
@@ -347,7 +333,4 @@ def test_a_corner_counts_up_to_a_fiftieth_of_the_mesh_above_the_lowest(
 ) -> None:
     low, high = x - 0.3, x + 0.3
     corners = f"{high} 0.1 0;{high} -0.1 0;{low} -0.1 0;{low} 0.1 {height};{x} 0 0.3"
-    write_mesh(tmp_path / "foot.obj", corners)
-    source = tmp_path / "r.urdf"
-    source.write_text(TINY.replace('<box size="0.2 0.1 0.3"/>', '<mesh filename="foot.obj"/>'))
-    assert len(touching(convert(source, passes={"contacts": {"links": ["body"]}}))) == count
+    assert len(touching(on_body(tmp_path, MESH, corners))) == count

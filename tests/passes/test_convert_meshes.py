@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -211,14 +209,6 @@ def test_up_axis_is_ignored_as_by_rviz_and_told_where_it_is_applied(tmp_path: Pa
         np.testing.assert_allclose(triangles.max((0, 1)), high, rtol=1e-6)
 
 
-def test_two_files_with_the_same_fault_are_one_warning(tmp_path: Path) -> None:
-    for name in ("one.obj", "two.obj"):
-        (tmp_path / name).write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 1 2 3\nf 1 2 4\n")
-    (said,) = convert(tmp_path, [visual("one.obj"), visual("two.obj")]).diagnostics
-    assert (said.code, said.link) == ("mesh-part", "link0")
-    assert said.message.endswith(": mesh one.obj, two.obj")
-
-
 def test_what_all_meshes_together_may_take_is_bounded(tmp_path: Path) -> None:
     """So many bytes are read of meshes that are converted, and no more."""
     data = stl_binary_data()
@@ -267,24 +257,6 @@ def test_a_file_that_is_not_ours_is_left_alone(tmp_path: Path, content: bytes) -
     assert not conversion.files
     (shape,) = shapes_of(conversion)
     assert (file_of(conversion, shape), shape.scale) == (target, (1.0, 1.0, 1.0))
-
-
-def test_the_same_bytes_every_time(tmp_path: Path) -> None:
-    """In processes that hash strings differently."""
-    paths = [str(sample.write(tmp_path / sample.name)) for sample in SAMPLES]
-    program = (
-        "import hashlib, sys\nfrom pathlib import Path\nfrom meshes.robot import convert, visual\n"
-        "c = convert(Path(sys.argv[1]), [visual(p, (1.0, -1.0, 1.0)) for p in sys.argv[2:]])\n"
-        "for p, b in c.files.items(): print(p, hashlib.sha256(b).hexdigest())\n"
-    )
-    outputs = set()
-    for seed in ("1", "2"):
-        tests = str(Path(__file__).parents[1])
-        environment = {**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": tests}
-        command = [sys.executable, "-c", program, str(tmp_path), *paths]
-        outputs.add(subprocess.check_output(command, env=environment, text=True))
-    assert len(outputs) == 1
-    assert outputs.pop().count("\n") > len(SAMPLES)
 
 
 def test_a_robot_without_meshes_needs_no_reader(

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from oracle.multibody import Inertia, lump, rotation, translation
 from proving import SOLID, joint, link, prove, robot
-from robots import CONVERTIBLE
 
 from urdf2mbs import convert
-from urdf2mbs.messages.diagnostics import ConfigError, some
+from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from oracle.multibody import Array
 
     from urdf2mbs import Result
-
-ROBOTS = {param.id: param.values[0] for param in CONVERTIBLE}
 
 
 def shape(tag: str, geometry: str, origin: str = "") -> str:
@@ -260,26 +257,6 @@ def test_where_a_mesh_cannot_be_read_rods_stand_in(tmp_path: Path, content: byte
     (told,) = [d for d in result.diagnostics if d.code == "inertia-estimated"]
     assert told.message.count("rods: part.stl gives no volume") == 1
     assert told.message.count("a ball: part.stl gives no volume") == 2
-
-
-@pytest.mark.parametrize("pipeline", ["faithful", "compact"])
-@pytest.mark.parametrize(
-    "name", ["abb_irb2400-irb2400", "abb_irb2400-irb2400-2", "abb_irb2400-irb2400_12_155"]
-)
-def test_arms_without_any_inertia_convert(name: str, pipeline: str, shared: Path) -> None:
-    """Their meshes are not there: rods stand in, and each is said to."""
-    result = ROBOTS[name].convert(
-        base="fixed", pipeline=pipeline, passes={"estimate-inertia": {"total_mass": 380}}
-    )
-    assert result.report.proof.same
-    estimates = result.report.passes["estimate-inertia"]["links"]
-    assert sum(one["mass"] for one in estimates.values()) == pytest.approx(380)
-    moving = {joint.child for joint in result.robot.joints.values() if joint.moves}
-    assert estimates.keys() >= {name for name in moving if result.robot.links[name].visuals}
-    (told,) = [d for d in result.diagnostics if d.code == "inertia-estimated"]
-    listed = [f"{link_} {one['mass']:.4g} kg ({one['from']})" for link_, one in estimates.items()]
-    assert some(listed) in told.message
-    assert all("gives no volume" in text for text in listed)
 
 
 def test_estimates_make_the_same_robot_as_stated_inertias() -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from urdf2mbs import convert
-from urdf2mbs.cli import main
 from urdf2mbs.testing import convert_text
 
 LEADS = (
@@ -49,64 +47,6 @@ def test_every_name_and_number_is_in_the_report(pipeline: str) -> None:
     # the rest has found a place in user models
     assert convert_text(LEADS, pipeline=pipeline).report.left_out == {"k": VALUES["k"]}
     assert json.loads(json.dumps(report.left_out)) == VALUES
-
-
-def test_every_name_and_number_is_on_the_page(tmp_path: Path, capsys: Any) -> None:
-    (tmp_path / "r.urdf").write_text(LEADS)
-    # what has found a place, such as a user model, is not left out
-    (tmp_path / "r.yaml").write_text("source: r.urdf\nwithout: [joint-parameters]\n")
-    assert main(["report", str(tmp_path / "r.yaml"), "--no-plugins"]) == 0
-    page = (tmp_path / "r.html").read_text()
-    section = page.partition('<section id="left-out">')[2].partition("</section>")[0]
-    for text in (
-        "lower -1.25, upper 0.1, effort none, velocity 3.0",
-        "damping 0.7, friction 0.2",
-        "joint j, multiplier -2.0, offset 0.3",
-        "soft_lower_limit -1.0",
-        "rising 0.5",
-    ):
-        assert text in section
-
-
-def test_one_line_for_one_cause(tmp_path: Path) -> None:
-    links = "".join(
-        f'<link name="l{n}"><visual><geometry><mesh filename="package://gone/{n}.stl"/></geometry>'
-        f'</visual></link><joint name="j{n}" type="continuous"><parent link="a"/>'
-        f'<child link="l{n}"/></joint>'
-        for n in range(9)
-    )
-    (tmp_path / "r.urdf").write_text(
-        '<robot name="r"><link name="a"><inertial><mass value="1"/><inertia ixx="1" ixy="0" '
-        f'ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>{links}</robot>'
-    )
-    (tmp_path / "r.yaml").write_text("source: r.urdf\nbase: floating\noutput: {project: p}\n")
-    from urdf2mbs.engine.config import load
-    from urdf2mbs.engine.pipeline import Pipeline
-
-    found = Pipeline(*load(tmp_path / "r.yaml")).run()
-    warned = [one for one in found.diagnostics if one.level == "warning"]
-    assert [one.code for one in warned] == ["massless-leaf", "mesh-missing"]
-    leaf, mesh = warned
-    assert "'j4' (continuous) and 4 more" in leaf.message
-    assert "9 joints are left out" in leaf.message
-    assert len(found.frozen) == 9
-    assert mesh.message.startswith("9 meshes not found: 'package://gone/0.stl' (link l0), ")
-    assert mesh.message.endswith(" and 6 more")
-    assert len(found.report["convert-meshes"]["lost"]) == 9
-
-
-def test_one_of_a_thing_is_not_things(tmp_path: Path, capsys: Any) -> None:
-    (tmp_path / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
-    assert (
-        main(
-            ["convert", str(tmp_path / "r.urdf"), "--base", "fixed", "-o", str(tmp_path / "r.mbs")]
-        )
-        == 0
-    )
-    out = capsys.readouterr().out
-    assert "1 link -> 1 body, " in out
-    assert "0 URDF joints -> 1 joint: 0 independent, 1 driven; " in out
-    assert "joints for each degree of freedom" in out
 
 
 def test_all_frames_kept_needs_no_hint_to_keep_them(tmp_path: Path) -> None:

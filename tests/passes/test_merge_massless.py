@@ -171,13 +171,3 @@ def test_a_massless_root_that_floats() -> None:
     result = prove(text, base="floating")
     assert chains(result)["trunk"][:6] == ["T1", "T2", "T3", "R1", "R2", "R3"]
     assert len(result.mbs.bodies) == 2
-
-
-@pytest.mark.parametrize("xyz", ["0.3 0 0", "0 0 0.3", "0.1 0.2 0.3"])
-@pytest.mark.parametrize("kinds", [("floating", "continuous"), ("continuous", "floating")])
-def test_no_shift_commutes_with_a_floating_joint(kinds: tuple[str, str], xyz: str) -> None:
-    text = robot(
-        link("world"), link("a"), link("b", SOLID),
-        joint("world", "a", kinds[0], axis="0 1 0"), joint("a", "b", kinds[1], xyz=xyz),
-    )  # fmt: skip
-    prove(text)

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import re
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import SHARED
-from making import read_robot
-from project.standin import MbsData, from1, make, user_functions, without_meshes
+from project.standin import MbsData, from1, make, user_functions
 from proving import codes
 
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import convert_text
-from urdf2mbs.urdf.packages import Packages
 
 
 def link(name: str) -> str:
@@ -123,46 +118,6 @@ def test_a_leader_that_does_not_move() -> None:
     assert [found.joint for found in result.diagnostics if found.code == "mimic-leader"] == [
         "two", "three",
     ]  # fmt: skip
-
-
-def _installed(path: str) -> Path | None:
-    """A robot of the package example-robot-data, which is no requirement: 130 MB."""
-    for folder in sys.path:
-        found = Path(folder, "cmeel.prefix/share/example-robot-data/robots", path)
-        if found.is_file():
-            return found
-    return None
-
-
-@pytest.mark.parametrize(
-    ("path", "count"),
-    [
-        ("pr2_description/urdf/pr2.urdf", 10),
-        ("talos_data/robots/talos_full_v2.urdf", 12),
-        ("robots/robotiq_2f_140/expanded/robotiq_arg2f_140_model.urdf", 5),
-        ("robots/nao/nao_description/urdf/naoV50_generated_urdf/nao.urdf", 17),
-    ],
-)
-@pytest.mark.parametrize("name", ["faithful", "compact"])
-def test_real_robots(tmp_path: Path, path: str, count: int, name: str) -> None:
-    source = SHARED / path if (SHARED / path).is_file() else _installed(path)
-    if source is None:
-        pytest.skip(f"{path} is neither beside the checkout nor in example-robot-data")
-    project = make(tmp_path, source, pipeline=without_meshes(name))
-    robot = read_robot(source, Packages({}, source), {})[0]
-    data = MbsData(project / "dataR" / "robot.mbs")
-    kept = {joint.name for body in data.mbs.bodies for joint in body.joints}
-    rules = []
-    for name in robot.joints:
-        follower = re.sub(r"[^A-Za-z0-9_]", "_", name)
-        if robot.joints[name].mimic is None or follower not in kept:
-            continue
-        m, b, leader = 1.0, 0.0, name
-        while (mimic := robot.joints[leader].mimic) is not None:
-            m, b, leader = m * mimic.multiplier, b + m * mimic.offset, mimic.joint
-        rules.append((follower, re.sub(r"[^A-Za-z0-9_]", "_", leader), m, b))
-    assert len(rules) == count
-    check_constraints(project, rules)
 
 
 #: The leader of two fingers, one of which turns while the other shifts, has no mass of its own.

@@ -268,24 +268,6 @@ def test_nothing_of_urdf2mbs_is_needed_at_run_time() -> None:
         assert ("import urdf2mbs" in file.read_text()) == expected, file
 
 
-def test_numbers_are_looked_up_once(tmp_path: Path) -> None:
-    project = make(tmp_path, CHAIN)
-    data = MbsData(project / "dataR" / "robot.mbs")
-    with user_functions(project) as user:
-        robot = user["user_dirdyn"].robot
-        first = robot.look_up(data)
-        assert robot.look_up(data) is first
-        other = MbsData(project / "dataR" / "robot.mbs")
-        assert robot.look_up(other) is not first
-
-
-def test_a_folder_whose_name_is_no_identifier(tmp_path: Path) -> None:
-    project = make(tmp_path, TINY, name="my robot-2")
-    assert (project / "dataR" / "my_robot_2.mbs").is_file()
-    assert (project / "userfctR" / "my_robot_2_robot.py").is_file()
-    assert "<mbsname>my_robot_2</mbsname>" in (project / "dataR" / "my_robot_2.mbs").read_text()
-
-
 def test_a_project_that_was_renamed(tmp_path: Path) -> None:
     """Its user functions still call the module of the old name: that is told."""
     make(tmp_path, TINY, name="old", language="both").rename(tmp_path / "new")

@@ -35,12 +35,9 @@ from urdf2mbs.mbs.kinematics import Placement, floating, place
 from urdf2mbs.mbs.model import Mbs, Point, Sensor, UserModel
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import Coordinate, Length, Place, PositiveLength, Speed
-from urdf2mbs.simulation import Contact, rounded
+from urdf2mbs.simulation import MEASURES, Contact, rounded
 from urdf2mbs.spatial import ROUNDING, ZERO, Pose, Vec, add, compose, dot, rotate, transpose, unit
 from urdf2mbs.urdf import model as urdf
-
-#: All that Robotran can compute at a point.  What is not asked for is zero there, or not set.
-MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 
 
 class Contacts(Pass):

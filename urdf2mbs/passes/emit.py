@@ -10,18 +10,9 @@ from urdf2mbs.messages.diagnostics import ConversionError
 
 class Emit(Pass):
     reads = (
-        "base",
-        "bodies",
-        "inertias",
-        "joints",
-        "posture",
-        "anchors",
-        "forces",
-        "shapes",
-        "names",
-        "layout",
-        "view",
-    )
+        "base", "bodies", "inertias", "joints", "posture", "anchors", "forces", "shapes", "names",
+        "layout", "view",
+    )  # fmt: skip
     writes = ("mbs-file",)
 
     def run(self, conversion: Conversion) -> None:

@@ -18,11 +18,9 @@ class Expand(Pass):
         settings = conversion.settings
         args = settings.config.xacro_args
         if not conversion.source:
+            trust = settings.config.trust_xacro
             conversion.source, conversion.expansion = expanded(
-                settings.source,
-                conversion.packages,
-                args,
-                trust_xacro=settings.config.trust_xacro,
+                settings.source, conversion.packages, args, trust_xacro=trust
             )
         conversion.robot, diagnostics = read_text(
             settings.source, conversion.source, conversion.expansion, args

@@ -19,11 +19,9 @@ from urdf2mbs.mbs.model import Connection, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import End, Force, Gain, Length, Place, Time
-from urdf2mbs.simulation import Spring, Wrench
+from urdf2mbs.simulation import MEASURES, Spring, Wrench
 from urdf2mbs.spatial import ZERO
 
-#: All that Robotran can compute at a point.
-MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp")
 #: A time (s) that no simulation reaches.
 NEVER = 1e9
 

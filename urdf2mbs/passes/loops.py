@@ -28,16 +28,7 @@ from urdf2mbs.mbs.model import Connection, Mbs
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import ConfigError, counted
 from urdf2mbs.ranges import End, PositiveLength
-from urdf2mbs.spatial import (
-    Pose,
-    Vec,
-    compose,
-    inverse,
-    multiply,
-    rotate,
-    transpose,
-    unit,
-)
+from urdf2mbs.spatial import Pose, Vec, compose, inverse, multiply, rotate, transpose, unit
 from urdf2mbs.urdf.model import ClosingJoint
 
 if TYPE_CHECKING:

@@ -17,13 +17,10 @@ from urdf2mbs.mbs import model as mbs
 from urdf2mbs.mbs.model import Point
 from urdf2mbs.mbs.names import free_name
 from urdf2mbs.messages.diagnostics import counted
-from urdf2mbs.simulation import PointSensor
+from urdf2mbs.simulation import MEASURES, PointSensor
 from urdf2mbs.spatial import HERE, Pose, compose
 from urdf2mbs.urdf.gazebo import MOTION
 from urdf2mbs.urdf.model import Sensor
-
-#: Every signal that Robotran can compute for a sensor.
-MEASURES = ("Pos", "Rot", "Vit", "Om", "Acc", "Omp", "Jac")
 
 #: Two places (m, 1) are the same if they differ by no more: files round their digits.
 CLOSE = 1e-6
@@ -134,5 +131,5 @@ def _put(
         points.append(point)
     # sensors share a name space with bodies and joints, and must not take their names
     taken = name in robot.links or name in robot.joints
-    point.sensor = mbs.Sensor(f"{name}_sensor" if taken else name, MEASURES)
+    point.sensor = mbs.Sensor(f"{name}_sensor" if taken else name, (*MEASURES, "Jac"))
     return PointSensor(name, sensor.type, link, point, at.rot)
