@@ -152,8 +152,12 @@ def verify(
                 hint=f"urdf2mbs diff {robot} {other}",
             )  # fmt: skip
         robot, other = other, robot
+    made = None
     if _is_robot(other):
         made = convert(other, **{**fields, "without": ["merge", "check"]})
+    # the project of the .mbs: rotors are for projects alone
+    fields["output"] = {"project": files.project_of(Path(other))}
+    if made is not None:
         verdict = _verify(robot, made.mbs, _Certified(), made.robot, frames, tolerance, fields)
         verdict.made_of = other
     else:
@@ -259,8 +263,7 @@ _ROBOT = ("expand", "snap", "estimate-inertia", "insert-base", "rotors")
 def _read_robot(source: str, fields: dict[str, Any], passes: dict[str, Any]) -> Conversion:
     """A robot with its base, and nothing written; ``passes``: what is asked of passes."""
     asked = {name: options for name, options in passes.items() if name in _ROBOT}
-    output = {"project": f"{source}.project"}  # rotors are for projects alone
-    given = {"source": source, "output": output, "pipeline": _ROBOT, "passes": asked}
+    given = {"source": source, "pipeline": _ROBOT, "passes": asked}
     return Pipeline(*config_of(given, **fields), installed_plugins=False).run()
 
 

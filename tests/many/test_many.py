@@ -7,6 +7,8 @@ import os
 import re
 import shutil
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -238,3 +240,16 @@ def test_some_robots_of_a_sweep(sweep: Path, capsys: Any) -> None:
     assert [file.name for file in (sweep.parent / "models").glob("*.mbs")] == ["0.7.mbs"]
     assert main(["run", str(sweep), "--only", "height=7"]) == 2
     assert "no robot has this value" in capsys.readouterr().err
+
+
+def test_a_script_needs_no_guard(sweep: Path) -> None:
+    """Processes do not run the script again, though nothing in it says ``__main__``."""
+    script = (
+        "import urdf2mbs\n"
+        f"print([one.code for one in urdf2mbs.convert_many(['{sweep}'], workers=2)])"
+    )
+    sweep.with_name("script.py").write_text(script)
+    done = subprocess.run(
+        [sys.executable, "script.py"], capture_output=True, text=True, cwd=sweep.parent, check=False
+    )
+    assert (done.stdout, done.stderr) == (f"{[0] * 6}\n", "")

@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping
 from typing import Any
 
 from urdf2mbs.disk.files import one_name
-from urdf2mbs.engine.config import Config, Lines, Project, config_of
+from urdf2mbs.engine.config import Config, Lines, config_of
 from urdf2mbs.many.job import Job, Outcome, convert_one
 from urdf2mbs.many.sweep import members
 
@@ -30,23 +30,14 @@ def convert_many(
 
     A robot that fails is a result, too.  What is wrong with the configs themselves raises
     ConfigError before anything is converted.
-
-    A script that is run by itself calls this below ``if __name__ == "__main__":``, since each
-    process imports the script.
     """
-    jobs = jobs_of(
-        (config_of(config) for config in configs),
-        installed_plugins=installed_plugins,
-        force=force,
-    )  # before the first result, so that errors come at once
+    # before the first result, so that errors come at once
+    jobs = jobs_of(map(config_of, configs), installed_plugins=installed_plugins, force=force)
     return run(jobs, workers=workers, cluster=cluster)
 
 
 def jobs_of(
-    configs: Iterable[tuple[Config, Lines]],
-    *,
-    installed_plugins: bool = True,
-    force: bool = False,
+    configs: Iterable[tuple[Config, Lines]], *, installed_plugins: bool = True, force: bool = False
 ) -> list[Job]:
     """All the robots of some configs; raises ConfigError where two have one output."""
     jobs: list[Job] = []
@@ -56,28 +47,16 @@ def jobs_of(
         lines.folder = lines.folder.absolute()
         for member in members(config, lines):
             job = Job(len(jobs), member.config, lines, member.values, installed_plugins, force)
-            place = _place(job)
-            if place is not None:
-                if one_name(place) in taken:
-                    raise lines.error(
-                        "output-doubled",
-                        f"'{place}' would be written twice: of '{taken[one_name(place)].source}', "
-                        f"and of '{job.source}'",
-                        ("output",),
-                        "give each an output of its own",
-                    )
-                taken[one_name(place)] = job
             jobs.append(job)
+            other = taken.setdefault(one_name(job.place), job) if job.place else job
+            if other is not job:
+                raise lines.error(
+                    "output-doubled",
+                    f"'{job.place}' would be written twice: of '{other.source}', and of "
+                    f"'{job.source}'",
+                    ("output",), "give each an output of its own",
+                )  # fmt: skip
     return jobs
-
-
-def _place(job: Job) -> str | None:
-    """What is written, as far as it is known before."""
-    output = job.config.output
-    if output is None:
-        return None
-    name = output.project if isinstance(output, Project) else output
-    return os.path.normpath(job.lines.folder / name)
 
 
 def run(

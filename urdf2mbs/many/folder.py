@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 from typing import NoReturn
 
-from urdf2mbs.disk.files import is_file, read
+from urdf2mbs.disk.files import is_file, one_name, read
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.urdf.reader import stem
 
@@ -34,14 +34,12 @@ def robots_in(folder: Path) -> dict[Path, Path]:
             "folder-empty", f"there is no robot in '{folder}'",
             hint="a robot is a .urdf file, or a .xacro file whose <robot> has a name",
         )  # fmt: skip
-    plain = {file: file.relative_to(folder).with_name(f"{stem(file)}.mbs") for file in found}
-    times = Counter(str(place).lower() for place in plain.values())
-    return {
-        # robot.urdf and robot.urdf.xacro must not become one file
-        file: place if times[str(place).lower()] == 1
-        else place.with_name(file.name.replace(".", "_") + ".mbs")
-        for file, place in plain.items()
-    }  # fmt: skip
+    places = {file: file.relative_to(folder).with_name(f"{stem(file)}.mbs") for file in found}
+    times = Counter(one_name(str(place)) for place in places.values())
+    for file, place in places.items():
+        if times[one_name(str(place))] > 1:  # robot.urdf and robot.urdf.xacro
+            places[file] = place.with_name(f"{file.name.replace('.', '_')}.mbs")
+    return places
 
 
 def _closed(error: OSError) -> NoReturn:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from time import perf_counter
 from typing import Any
 
 import msgspec
 
 from urdf2mbs.disk.output import write
-from urdf2mbs.engine.config import Config, Lines
+from urdf2mbs.engine.config import Config, Lines, Project
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConversionError, Diagnostic
 from urdf2mbs.report.summary import Report, report
@@ -30,6 +31,13 @@ class Job(msgspec.Struct, frozen=True):
     @property
     def source(self) -> str:
         return str(self.lines.folder / self.config.source)
+
+    @property
+    def place(self) -> str | None:
+        """The file or project that is written; None: the robot's name decides."""
+        output = self.config.output
+        name = output.project if isinstance(output, Project) else output
+        return None if name is None else os.path.normpath(self.lines.folder / name)
 
 
 class Outcome(msgspec.Struct):
@@ -62,17 +70,16 @@ def convert_one(job: Job) -> Outcome:
             job.config, job.lines, installed_plugins=job.installed_plugins, fresh=job.force
         ).run()
         write(conversion, force=job.force)
+        output = conversion.rejected or conversion.settings.output
+        outcome = Outcome(
+            job.number, job.source, str(output) if output in conversion.files else None,
+            job.values, 0 if conversion.rejected is None else 3, report(conversion),
+        )  # fmt: skip
     except ConversionError as error:
         outcome = failed(job, error.diagnostic(), error.exit_code)
         outcome.diagnostics = error.said
-        outcome.seconds = perf_counter() - start
-        return outcome
-    output = conversion.rejected or conversion.settings.output
-    return Outcome(
-        job.number, job.source, str(output) if output in conversion.files else None, job.values,
-        0 if conversion.rejected is None else 3, report(conversion),
-        seconds=perf_counter() - start,
-    )  # fmt: skip
+    outcome.seconds = perf_counter() - start
+    return outcome
 
 
 def failed(job: Job, error: Diagnostic, exit_code: int = 1) -> Outcome:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 from collections import deque
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from threading import Thread
+from types import ModuleType
 
 from urdf2mbs.many.job import Job, Outcome, convert_one, died
 
@@ -37,7 +40,8 @@ def _in_pool(left: deque[Job], count: int) -> Generator[Outcome, None, list[Job]
     try:
         while left or running:
             while left and len(running) < 2 * count:  # few are lost with the pool
-                future = pool.submit(_work, left[0])
+                with _without_script():
+                    future = pool.submit(_work, left[0])
                 running[future] = left.popleft()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in done:
@@ -56,28 +60,29 @@ def _in_pool(left: deque[Job], count: int) -> Generator[Outcome, None, list[Job]
     return [*running.values()]
 
 
-class _Process:
-    """The state of a process of the pool."""
+@contextmanager
+def _without_script() -> Iterator[None]:
+    """Within it, a new process does not import the script that is running.
 
-    busy = ended = False
+    A script without ``if __name__ == "__main__":`` would convert its robots in each process again.
+    """
+    script = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = script
 
 
 def _work(job: Job) -> Outcome:
-    _Process.busy = True
+    """Carry a job out; where the first process ends this one, undo what is half written."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         return convert_one(job)
-    finally:
-        _Process.busy = False
-        if _Process.ended:
-            os._exit(1)
-
-
-def _end(*_: object) -> None:
-    """End this process; what is half written is undone first."""
-    if not _Process.busy:
+    except KeyboardInterrupt:
         os._exit(1)
-    _Process.ended = True
-    raise KeyboardInterrupt
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
 def _begin() -> None:
@@ -87,7 +92,6 @@ def _begin() -> None:
     the first.  What a library prints goes to standard error.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _end)
     os.dup2(2, 1)
     Thread(target=_end_with_parent, daemon=True).start()
 

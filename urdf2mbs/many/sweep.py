@@ -13,7 +13,16 @@ from typing import Any, NamedTuple
 import msgspec
 
 from urdf2mbs.disk.files import one_name, portable
-from urdf2mbs.engine.config import Config, Key, Lines, Project, Range, Sweep
+from urdf2mbs.engine.config import (
+    Config,
+    Key,
+    Lines,
+    Project,
+    Range,
+    Sweep,
+    config_of,
+    dotted,
+)
 from urdf2mbs.engine.settings import expand
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import nearest
@@ -48,7 +57,12 @@ def members(config: Config, lines: Lines) -> list[Member]:
     found: list[Member] = []
     taken: dict[str, dict[str, Any]] = {}
     for combination in product(*values.values()):
-        own = {".".join(key[1:]): value for key, value in zip(values, combination, strict=True)}
+        own: dict[str, Any] = {}
+        changed: dict[str, Any] = {"xacro_args": {}, "passes": {}}
+        for (block, *key), value in zip(values, combination, strict=True):
+            own[".".join(key)] = value
+            inner = changed[block].setdefault(key[0], {}) if block == "passes" else changed[block]
+            inner[key[-1]] = value
         output, place = _output(config, own, lines)
         before = taken.setdefault(one_name(place), own)
         if before is not own:
@@ -58,46 +72,35 @@ def members(config: Config, lines: Lines) -> list[Member]:
                 f"and {in_words(own)}",
                 ("output",), f"name each by its values, such as 'models/{_names(own)}.mbs'",
             )  # fmt: skip
-        changed: dict[str, Any] = {
-            "xacro_args": dict(config.xacro_args),
-            "passes": {name: dict(block) for name, block in config.passes.items()},
-        }
-        for key, value in zip(values, combination, strict=True):
-            block = changed
-            for step in key[:-1]:
-                block = block.setdefault(step, {})
-            block[key[-1]] = value
-        changed |= {"output": output, "sweep": None}
-        found.append(Member(msgspec.structs.replace(config, **changed), own))
+        robot, _ = config_of(config, **changed, output=output, sweep=None)
+        found.append(Member(robot, own))
     return found
 
 
 def _swept(config: Config, sweep: Sweep, lines: Lines) -> dict[tuple[str, ...], list[Any]]:
     """The values of each key of a config that a sweep changes."""
     given: dict[tuple[str, ...], Any] = {
-        **{("xacro_args", name): one for name, one in sweep.xacro_args.items()},
-        **{
-            ("passes", pass_, option): one
-            for pass_, block in sweep.passes.items()
-            for option, one in block.items()
-        },
+        ("xacro_args", name): one for name, one in sweep.xacro_args.items()
     }
+    for pass_, options in sweep.passes.items():
+        given |= {("passes", pass_, option): one for option, one in options.items()}
     if not given:
         raise lines.error(
             "sweep-empty", "the sweep has no values", ("sweep",),
             "such as 'sweep: {xacro_args: {height: [0.7, 0.8]}}'",
         )  # fmt: skip
-    values = {key: _values(one, lines, ("sweep", *key)) for key, one in given.items()}
-    for key in values:
-        block: Any = getattr(config, key[0])
-        for step in key[1:-1]:
-            block = block.get(step, {})
-        if key[-1] in block:
+    values: dict[tuple[str, ...], list[Any]] = {}
+    for key, one in given.items():
+        block, at = key[0], ("sweep", *key)
+        if key[-1] in (config.xacro_args if len(key) == 2 else config.passes.get(key[1], {})):
             raise lines.error(
-                "sweep-twice", f"'{'.'.join(key)}' has a value, and the sweep gives it others",
-                ("sweep", *key), "leave one of the two out",
+                "sweep-twice", f"'{dotted(key)}' has a value, and the sweep gives it others",
+                at, "leave one of the two out",
             )  # fmt: skip
-        if key[0] == "xacro_args":
+        values[key] = one if isinstance(one, list) else _in_range(one, lines, at)
+        if not values[key]:
+            raise lines.error("sweep-empty", f"'{dotted(at)}' has no values", at)
+        if block == "xacro_args":
             values[key] = [str(value) for value in values[key]]
     count = prod(map(len, values.values()))
     if count > MOST:
@@ -118,13 +121,6 @@ def _word(value: Any) -> str:
 
 def _names(keys: Iterable[str]) -> str:
     return "-".join(f"{{{key}}}" for key in keys)
-
-
-def _values(given: list[Any] | Range, lines: Lines, at: Key) -> list[Any]:
-    values = given if isinstance(given, list) else _in_range(given, lines, at)
-    if not values:
-        raise lines.error("sweep-empty", f"'{'.'.join(map(str, at))}' has no values", at)
-    return values
 
 
 def _in_range(given: Range, lines: Lines, at: Key) -> list[int | float]:
@@ -157,9 +153,8 @@ def _output(config: Config, values: dict[str, Any], lines: Lines) -> tuple[Any, 
             raise lines.error(
                 "sweep-output",
                 f"'{{{found[1]}}}' in the output is no value of the sweep",
-                ("output",),
-                nearest(found[1], values) or f"there are: {_names(values)}",
-            )
+                ("output",), nearest(found[1], values) or f"there are: {_names(values)}",
+            )  # fmt: skip
         # a value is a word: it leads to no other folder, and names no variable
         return _UNSAFE.sub("_", _word(values[found[1]]))
 
