@@ -6,7 +6,7 @@ import os
 import posixpath
 import re
 from functools import cached_property
-from itertools import chain
+from itertools import islice
 from pathlib import Path
 from stat import S_IWOTH
 from typing import TYPE_CHECKING
@@ -16,15 +16,15 @@ from urdf2mbs.disk import files
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest, some
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
 _NAME = rb"<name(?:\s[^<>]*)?>([^<>]*)</name>"
 _COMMENT = rb"(?s)<!--.*?(?:-->|\Z)"
-_SCHEME = r"(?i)(package|model|file):/*"
-_LOCALHOST = r"(?i)^//localhost(?=/)"
-#: A mesh that is not at its place is not looked for in a workspace of more folders.
+_PACKAGE = r"(?is)(package|model):/*([^/]*)/?(.*)"
+_FILE = r"(?i)^file:(//localhost(?=/))?"
+_DRIVE = r"^[A-Za-z]:[\\/]"
+#: No more folders of a workspace are searched for packages, and a larger one not for meshes.
 MOST_FOLDERS = 10_000
-_DRIVE = r"(?i)[A-Z](:|%3A)[\\/]"
 #: The root of a git checkout, or of a workspace of colcon or catkin, has one of these.  The last
 #: three are there once it was built.
 _ROOTS = (
@@ -94,7 +94,7 @@ class Packages:
         self._beyond: dict[str, Path | None] = {}
         self.moved: dict[str, list[Path]] = {}
         """The files that fit each name without a file at its place."""
-        self._crawled: dict[str, dict[str, Path]] = {}
+        self._crawled: dict[str, dict[str, list[Path]]] = {}
 
     @cached_property
     def root(self) -> Path:
@@ -117,7 +117,7 @@ class Packages:
                 )
             return folder
         if name not in self._found:
-            self._found[name] = self._search(name)
+            self._found[name] = next(self._search(name), None) if _is_name(name) else None
         known = self._found[name]
         if known is None:
             raise self._missing(name)
@@ -129,7 +129,7 @@ class Packages:
         return dict(sorted({**self.table, **there}.items()))
 
     def _missing(self, name: str) -> ConversionError:
-        stranger, close = self._further(name), nearest(name, self.table)
+        stranger, close = self._find_beyond(name), nearest(name, self.table)
         said = f"{close} else " if close else ""
         if stranger is not None:
             said = f"there is one outside, in {stranger}: if you trust it, "
@@ -158,26 +158,22 @@ class Packages:
         except (ConversionError, OSError, ValueError):
             pass
         if filename not in self.moved:
-            self.moved[filename] = self._elsewhere(filename)
+            self.moved[filename] = self._find_moved(filename)
         fitting = self.moved[filename]
         return fitting[0] if len(fitting) == 1 else None
 
-    def _elsewhere(self, filename: str) -> list[Path]:
+    def _find_moved(self, filename: str) -> list[Path]:
         """The files of the workspace whose paths end as the file's name does."""
         _, name, rest = _split(filename)
-        rest = re.sub(_DRIVE, "/", rest).replace("\\", "/") if re.match(_DRIVE, rest) else rest
-        local = posixpath.normpath(rest).split("/")
-        fitting = self._files.get(local[-1])
-        if fitting is None:
-            return []
-        tail = [part for part in local if part not in ("", "..")]
+        rest = re.sub(_DRIVE, "/", rest).replace("\\", "/")
+        tail = [part for part in posixpath.normpath(rest).split("/") if part not in ("", "..")]
         # the folders before a package are those of another machine, as are those of a whole path
         shortest = min(2, len(tail)) if rest.startswith("/") else len(tail)
+        fitting = self._files.get(tail[-1], []) if tail else []
         tail = [name, *tail] if name else tail
-        longest = max(len(path.parts) for path in fitting)
-        for start in range(max(0, len(tail) - longest), len(tail) - shortest + 1):
-            end = tuple(tail[start:])
-            found = [path for path in fitting if path.parts[-len(end) :] == end]
+        longest = max((len(path.parts) for path in fitting), default=0)
+        for size in range(min(len(tail), longest), shortest - 1, -1):
+            found = [path for path in fitting if path.parts[-size:] == tuple(tail[-size:])]
             if found:
                 return found
         return []
@@ -186,16 +182,11 @@ class Packages:
     def _files(self) -> dict[str, list[Path]]:
         """The files of the workspace by name; none if it has too many folders."""
         found: dict[str, list[Path]] = {}
-        around = self.source.parents
-        for number, (folder, folders, names) in enumerate(os.walk(self.root)):
+        for number, (folder, _, names) in enumerate(_walk(self.root, self.source.parents)):
             if number == MOST_FOLDERS:
                 return {}
-            folders[:] = sorted(name for name in folders if not name.startswith("."))
-            if any(mark in names for mark in _NO_CRAWL) and Path(folder) not in around:
-                folders.clear()  # copies of the sources
-                continue
             for name in names:
-                found.setdefault(name, []).append(Path(folder, name))
+                found.setdefault(name, []).append(folder / name)
         return found
 
     def places_of(self, filename: str) -> list[str]:
@@ -221,106 +212,88 @@ class Packages:
                 return self.find(name) / rest
             except ConversionError:
                 # a mesh is data: it may lie beyond the workspace
-                folder = None if name in self.table else self._further(name)
+                folder = None if name in self.table else self._find_beyond(name)
                 if folder is None:
                     raise
                 return folder / rest
-        if scheme in ("file", ""):
-            return self.source.parent / rest
-        return None
+        return self.source.parent / rest if scheme in ("file", "") else None
 
-    def _search(self, name: str) -> Path | None:
-        if not _is_name(name):
-            return None
-        for candidate in self._candidates(name):
-            if _package_name(candidate) == name:
-                return candidate
-        installed = self.root / "install"
-        for prefix in (*_entries("AMENT_PREFIX_PATH"), installed, installed / name):
-            if (prefix / "share" / name).is_dir():
-                return prefix / "share" / name
-        # without any package.xml: a folder of this name that is above or beside the source
-        for ancestor in self.source.parents:
-            if ancestor.name == name:
-                return ancestor
-            if ancestor.is_relative_to(self.root) and (ancestor / name).is_dir():
-                return ancestor / name
-        return None
-
-    def _candidates(self, name: str) -> Iterator[Path]:
-        for ancestor in self.source.parents:
-            yield ancestor
-            if ancestor.is_relative_to(self.root):
-                yield from _below(ancestor, name)
-        yield from _neighbours(self.root)
-        # a folder may have another name than its package
-        for folder in _subfolders(self.root):
-            yield folder
-            if self.root.name == "src" or _is_marked(self.root):  # else it may be large
-                yield self._crawl(folder).get(name, folder)
+    def _search(self, name: str) -> Iterator[Path]:
+        """The folders that may be the package, the best first."""
+        near: list[Path] = []
+        for folder in self.source.parents:
+            near += [folder, folder / name] if folder.is_relative_to(self.root) else [folder]
+        yield from (folder for folder in near if _package_name(folder) == name)
+        yield from (folder for folder in _neighbours(self.root) if _package_name(folder) == name)
+        yield from sorted(self._crawl(self.root).get(name, []), key=self._distance)
         for entry in _entries("ROS_PACKAGE_PATH"):
-            yield entry
-            yield entry / name
-            yield self._crawl(entry).get(name, entry)
+            yield from self._crawl(entry).get(name, [])
+        installed = self.root / "install"
+        prefixes = (*_entries("AMENT_PREFIX_PATH"), installed, installed / name)
+        shares = [prefix / "share" / name for prefix in prefixes]
+        # without any package.xml: a folder of this name that is above or beside the source
+        named = [folder for folder in near if folder.name == name]
+        yield from (folder for folder in (*shares, *named) if folder.is_dir())
 
-    def _further(self, name: str) -> Path | None:
+    def _distance(self, folder: Path) -> int:
+        """How many folders above the source the first one is that holds this folder, too."""
+        return sum(not folder.is_relative_to(above) for above in self.source.parents)
+
+    def _find_beyond(self, name: str) -> Path | None:
         """A package outside the workspace, below a folder above it; None: there is none."""
         if name not in self._beyond:
             beyond = self.root.parents if _is_name(name) else ()
-            below = chain.from_iterable(_below(above, name) for above in beyond)
-            found = [folder for folder in below if _package_name(folder) == name]
+            found = [
+                folder / name
+                for above in beyond
+                for folder in (above, *_subfolders(above))
+                if _package_name(folder / name) == name
+            ]
             found += [above / name for above in beyond if (above / name).is_dir()]
             self._beyond[name] = next(iter(found), None)
         return self._beyond[name]
 
-    def _crawl(self, top: Path) -> dict[str, Path]:
-        """All packages below a folder, by name; a package's own folder is not searched further."""
-        packages = self._crawled.get(str(top))
-        if packages is None:
+    def _crawl(self, top: Path) -> dict[str, list[Path]]:
+        """The packages below a folder by name; none within another, but where the source is."""
+        if str(top) not in self._crawled:
             packages = self._crawled[str(top)] = {}
-            for root, folders, files in os.walk(top):
-                name = _package_name(Path(root)) if "package.xml" in files else None
+            for folder, folders, names in islice(_walk(top, (top,)), MOST_FOLDERS):
+                name = _package_name(folder) if "package.xml" in names else None
                 if name is not None:
-                    packages.setdefault(name, Path(root))
-                if name is not None or any(mark in files for mark in _NO_CRAWL):
-                    folders.clear()
-                folders[:] = sorted(folder for folder in folders if not folder.startswith("."))
-        return packages
+                    packages.setdefault(name, []).append(folder)
+                    if folder not in self.source.parents:
+                        folders.clear()
+        return self._crawled[str(top)]
+
+
+def _walk(top: Path, around: Collection[Path]) -> Iterator[tuple[Path, list[str], list[str]]]:
+    """What ``os.walk`` gives of folders of sources: none that is hidden, or that colcon built.
+
+    A folder ``around`` the source is one of sources, whatever it holds.
+    """
+    for root, folders, names in os.walk(top):
+        folders[:] = sorted(folder for folder in folders if not folder.startswith("."))
+        folder = Path(root)
+        if any(mark in names for mark in _NO_CRAWL) and folder not in around:
+            folders.clear()
+        else:
+            yield folder, folders, names
 
 
 def _split(filename: str) -> tuple[str, str, str]:
     """Scheme, package (for ``package`` and ``model``) and the path."""
-    match = re.match(_SCHEME, filename)
+    match = re.fullmatch(_PACKAGE, filename)
     if match:
-        scheme = match[1].lower()
-        rest = filename[match.end() :]
-        if scheme == "file":
-            return scheme, "", unquote(_local(filename[len("file:") :]))
-        name, _, rest = rest.partition("/")
-        return scheme, name, rest
-    if "://" in filename:
-        return filename.partition("://")[0], "", ""
-    return "", "", filename
-
-
-def _local(rest: str) -> str:
-    """The path that a ``file:`` URI means, of what follows the scheme."""
-    rest = re.sub(_LOCALHOST, "", rest)
-    if not rest.startswith("/"):
-        return rest
-    path = rest.lstrip("/")
-    return path if re.match(_DRIVE, path) else f"/{path}"
+        return match[1].lower(), match[2], match[3]
+    path, is_file = re.subn(_FILE, "", filename)
+    if is_file:
+        path = re.sub("^/+", "/", unquote(path))
+        return "file", "", path[1:] if re.match(_DRIVE, path[1:]) else path
+    return (filename.partition("://")[0], "", "") if "://" in filename else ("", "", filename)
 
 
 def _is_name(name: str) -> bool:
     return name not in ("", ".", "..") and "/" not in name and "\0" not in name
-
-
-def _below(folder: Path, name: str) -> Iterator[Path]:
-    """``NAME`` and ``*/NAME``."""
-    yield folder / name
-    for inner in _subfolders(folder):
-        yield inner / name
 
 
 def _package_name(folder: Path) -> str | None:
@@ -334,13 +307,10 @@ def _package_name(folder: Path) -> str | None:
 
 def _subfolders(folder: Path) -> list[Path]:
     try:
-        with os.scandir(folder) as entries:
-            names = [
-                entry.name for entry in entries if not entry.name.startswith(".") and entry.is_dir()
-            ]
+        inner = [path for path in folder.iterdir() if not path.name.startswith(".")]
+        return sorted(path for path in inner if path.is_dir())
     except OSError:
         return []
-    return [folder / name for name in sorted(names)]
 
 
 def _entries(variable: str) -> list[Path]:
