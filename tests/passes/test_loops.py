@@ -325,9 +325,7 @@ def test_the_ends_of_the_cuts_of_a_joint_in_gazebo() -> None:
     ):  # fmt: skip
         cuts: dict[str, Cut] = {}
         doubtful: set[str] = set()
-        closing = ClosingJoint(
-            "pin", kind, "coupler", "right", pose, None, [(a, None) for a in axes]
-        )
+        closing = ClosingJoint("pin", kind, "coupler", "right", pose, list(axes))
         _from_sdf(conversion, closing, cuts, doubtful)
         assert list(cuts) == [["pin"], ["pin_1", "pin_2"]][len(wanted) - 1][: len(wanted)]
         assert sorted(doubtful) == rest

@@ -142,7 +142,7 @@ def _from_sdf(
 
     at = joint.pose.xyz
     parts = [cut("solid" if joint.type == "fixed" else "ball", at, at)]
-    axes = [unit(axis) for axis, _ in joint.axes] or [rotate(joint.pose.rot, (0.0, 0.0, 1.0))]
+    axes = [unit(axis) for axis in joint.axes] or [rotate(joint.pose.rot, (0.0, 0.0, 1.0))]
     ends = [(at[0] + APART * x, at[1] + APART * y, at[2] + APART * z) for x, y, z in axes]
     if joint.type in ("revolute", "continuous"):
         parts.append(cut("ball", ends[0], ends[0]))

@@ -17,22 +17,13 @@ The name of a link is its frame, the name of a joint the frame of its child link
 from __future__ import annotations
 
 from contextlib import contextmanager
-from math import isfinite, nan
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError, nearest
-from urdf2mbs.spatial import (
-    HERE,
-    ZERO,
-    Pose,
-    compose,
-    from_rpy,
-    inverse,
-    rotate,
-    transpose,
-)
+from urdf2mbs.spatial import HERE, ZERO, Pose, compose, from_rpy, inverse, rotate, transpose
 from urdf2mbs.urdf.elements import plain
 from urdf2mbs.urdf.model import ClosingJoint, Dynamics, Extension, Sensor
 
@@ -54,148 +45,223 @@ FORCE_TORQUE = "force_torque"
 MODEL = "__model__"
 
 
-def read_extension(reading: Reading, element: Any) -> Extension:
-    """An element of another program, with the sensors, joints and motors in it."""
-    tag = plain(element.tag)
-    xml = etree.tostring(element, encoding=str, with_tail=False)
-    extension = Extension(tag, xml, element.get("reference"), element.sourceline)
-    if tag == "contact":
-        extension.reference = element.getparent().get("name")
-        for friction in element.iterchildren("lateral_friction"):
-            number = read_number(reading, friction, "<lateral_friction>", friction.get("value"))
-            if isfinite(number):
-                extension.numbers["mu1"] = number
-    if tag in ("gazebo", "sensor"):
-        for sensor in [element] if tag == "sensor" else element.iterchildren("sensor"):
-            if sensor.get("type") in (*MOTION, FORCE_TORQUE):
-                read_sensor(reading, sensor, extension)
-    if tag == "gazebo":
-        read_numbers(reading, element, extension)
-        for joint in element.iterchildren("joint"):
-            read_closing_joint(reading, joint, extension)
-    elif tag in ("transmission", "ros2_control"):
+class Extensions:
+    """Reads the elements of other programs, once the links and joints of the robot are known."""
+
+    def __init__(self, reading: Reading, robot: Robot) -> None:
+        self.reading = reading
+        self.robot = robot
+
+    @cached_property
+    def frames(self) -> dict[str, Pose]:
+        """The frames that a pose may name, seen from the root link, all joints at zero."""
+        links = self.robot.poses()
+        joints = {joint.name: links[joint.child] for joint in self.robot.joints.values()}
+        return {**joints, **links, MODEL: HERE}
+
+    def read(self, element: Any) -> Extension:
+        """An element of another program, with the sensors, joints and motors in it."""
+        tag, self.reading.owner = plain(element.tag), ("robot", "")
+        xml = etree.tostring(element, encoding=str, with_tail=False)
+        extension = Extension(tag, xml, element.get("reference"), element.sourceline)
+        if tag == "contact":
+            extension.reference = element.getparent().get("name")
+            self.reading.owner = ("link", extension.reference or "")
+            for friction in element.iterchildren("lateral_friction"):
+                number = self.number(friction, "<lateral_friction>", friction.get("value"))
+                if number is not None:
+                    extension.numbers["mu1"] = number
+        if tag in ("gazebo", "sensor"):
+            for sensor in [element] if tag == "sensor" else element.iterchildren("sensor"):
+                if sensor.get("type") in (*MOTION, FORCE_TORQUE):
+                    self.read_sensor(sensor, extension)
+        if tag == "gazebo":
+            for joint in element.iterchildren("joint"):
+                self.read_closing_joint(joint, extension)
+            self.read_numbers(element, extension)
+        elif tag in ("transmission", "ros2_control"):
+            self.read_motors(element, extension)
+        return extension
+
+    def read_motors(self, element: Any, extension: Extension) -> None:
+        """Add the motors, rotors and start positions of a ``<transmission>`` or a
+        ``<ros2_control>``."""
         extension.motors = [
             name
             for joint in element.iter("joint", "{*}joint")
             if (name := joint.get("name"))
-            and (tag == "transmission" or joint.find("command_interface") is not None)
+            and (extension.tag == "transmission" or joint.find("command_interface") is not None)
         ]
+        for name in extension.motors:
+            if name not in self.robot.joints:
+                what = f"<{extension.tag}> is for joint '{name}', which does not exist"
+                like = (name, self.robot.joints)
+                self.reading.warn("actuator-unknown", what, extension.line, like=like)
         for transmission in element.iter("transmission"):
-            read_rotor(reading, transmission, extension)
+            self.read_rotor(transmission, extension)
         for start in element.iterfind("joint/state_interface[@name='position']/param"):
             name = start.getparent().getparent().get("name")
             if start.get("name") == "initial_value" and name:
-                value = read_number(reading, start, f"the initial_value of joint '{name}'")
-                if isfinite(value):
+                value = self.number(start, f"the initial_value of joint '{name}'")
+                if value is not None:
                     extension.starts[name] = value
-    return extension
 
+    def read_rotor(self, element: Any, extension: Extension) -> None:
+        """Add the rotor of a ``<transmission>`` of one joint and one actuator.
 
-def read_rotor(reading: Reading, element: Any, extension: Extension) -> None:
-    """Add the rotor of a ``<transmission>`` of one joint and one actuator to its extension.
+        The joint feels ``motorInertia`` times ``mechanicalReduction`` squared.
+        """
+        joints, actuators = element.findall("joint"), element.findall("actuator")
+        inertia = element.find("actuator/motorInertia")
+        if len(joints) != 1 or len(actuators) != 1 or inertia is None:
+            return
+        reduction = element.find("actuator/mechanicalReduction")
+        if reduction is None:
+            reduction = element.find("joint/mechanicalReduction")
+        what = "the inertia of a rotor"
+        own = self.number(inertia, what) or 0.0
+        ratio = 1.0 if reduction is None else self.number(reduction, what) or 0.0
+        if own * ratio**2 > 0.0 and joints[0].get("name"):
+            extension.rotors[joints[0].get("name")] = own * ratio**2
 
-    The joint feels ``motorInertia`` times ``mechanicalReduction`` squared.
-    """
-    joints, actuators = element.findall("joint"), element.findall("actuator")
-    inertia = element.find("actuator/motorInertia")
-    if len(joints) != 1 or len(actuators) != 1 or inertia is None:
-        return
-    reduction = element.find("actuator/mechanicalReduction")
-    if reduction is None:
-        reduction = element.find("joint/mechanicalReduction")
-    felt = read_number(reading, inertia, "the inertia of a rotor")
-    if reduction is not None:
-        felt *= read_number(reading, reduction, "the inertia of a rotor") ** 2
-    if felt > 0.0 and joints[0].get("name"):
-        extension.rotors[joints[0].get("name")] = felt
-
-
-def read_numbers(reading: Reading, element: Any, extension: Extension) -> None:
-    """Add to its extension what ``<gazebo reference="...">`` says in elements of a number."""
-    for child in element.iterchildren(*NUMBERS):
-        written = child.get("value") or text(child)
-        if child.tag == "turnGravityOff":
-            extension.numbers[child.tag] = float(written.lower() in ("true", "1"))
-        else:
-            number = read_number(reading, child, f"<{child.tag}> of <gazebo>", written)
-            if isfinite(number):
+    def read_numbers(self, element: Any, extension: Extension) -> None:
+        """Add what ``<gazebo reference="...">`` says in elements of a number."""
+        for child in element.iterchildren(*NUMBERS):
+            written = child.get("value") or text(child)
+            if child.tag == "turnGravityOff":
+                extension.numbers[child.tag] = float(written.lower() in ("true", "1"))
+                continue
+            number = self.number(child, f"<{child.tag}> of <gazebo>", written)
+            if number is not None:
                 extension.numbers[child.tag] = number
+        owner = extension.reference or ""
+        link, joint = self.robot.links.get(owner), self.robot.joints.get(owner)
+        for name, field in SPRING.items():
+            if joint is not None and name in extension.numbers:
+                joint.dynamics = joint.dynamics or Dynamics()
+                setattr(joint.dynamics, field, extension.numbers[name])
+        unread = []
+        if link is not None and link.inertial is not None and link.inertial.mass != 0.0:
+            unread.append(("turnGravityOff", "link", "it has its weight here"))
+        if joint is None or joint.type not in ("revolute", "continuous", "prismatic"):
+            unread.append(("springStiffness", "joint", "it has no spring here"))
+        for name, kind, why in unread:
+            if extension.numbers.get(name):
+                what = f"<{name}> of <gazebo> is without effect: {why}"
+                self.reading.warn("mechanics-unread", what, extension.line, owner=(kind, owner))
 
+    def number(self, element: Any, what: str, written: str | None = None) -> float | None:
+        """The number in an element; None, with a warning, where there is none."""
+        try:
+            return self.reading.number(element, "the text", written or text(element))
+        except ConversionError as error:
+            self.reading.warn_of_left_out(element, what, error)
+            return None
 
-def read_number(reading: Reading, element: Any, what: str, written: str | None = None) -> float:
-    """The number in an element; nan, with a warning, where there is none."""
-    try:
-        return reading.number(element, "the text", written or text(element))
-    except ConversionError as error:
-        reading.warn_of_left_out(element, what, error)
-        return nan
+    def read_sensor(self, element: Any, extension: Extension) -> None:
+        """Add a ``<sensor>`` of motion, or of force and torque, to its extension."""
+        kind, parent = element.get("type"), element.find("parent")
+        on = extension.reference
+        if parent is not None:
+            on = parent.get("joint" if kind == FORCE_TORQUE else "link")
+        name = element.get("name") or ""
+        if not name:
+            name = f"{on}_{kind}"
+            what = f"a sensor has no name, and is called '{name}'"
+            self.reading.warn("sensor-renamed", what, element.sourceline)
+        with self.left_out("sensor", name):
+            sensor = Sensor(name, kind, on or "", line=element.sourceline)
+            origin = element.find("origin")
+            if kind == FORCE_TORQUE:  # it measures where its joint is
+                self.check(element, "on joint", sensor.on, self.robot.joints)
+            else:
+                self.check(element, "on link", sensor.on, self.robot.links)
+                if origin is not None:
+                    sensor.pose = self.reading.origin(origin).pose
+                else:
+                    sensor.pose = self.read_pose(element.find("pose"), sensor.on)
+            extension.sensors.append(sensor)
 
+    def read_closing_joint(self, element: Any, extension: Extension) -> None:
+        """Add an SDF ``<joint>``, which closes a loop of the robot."""
+        parent, child = text(element.find("parent")), text(element.find("child"))
+        name, kind = element.get("name") or "", element.get("type") or ""
+        with self.left_out("loop", name):
+            for link in (parent, child):
+                self.check(element, "on link", link, self.robot.links)
+            pose = self.read_pose(element.find("pose"), child)
+            axes = [
+                self.read_axis(axis, pose, child)
+                for tag in ("axis", "axis2")
+                if (axis := element.find(tag)) is not None
+            ]
+            extension.joints.append(
+                ClosingJoint(name, kind, parent, child, pose, axes, element.sourceline)
+            )
 
-def read_sensor(reading: Reading, element: Any, extension: Extension) -> None:
-    """Add a ``<sensor>`` of motion, or of force and torque, to its extension."""
-    kind, parent = element.get("type"), element.find("parent")
-    on = extension.reference
-    if parent is not None:
-        on = parent.get("joint" if kind == FORCE_TORQUE else "link")
-    name = element.get("name") or ""
-    if not name:
-        name = f"{on}_{kind}"
-        what = f"a sensor has no name, and is called '{name}'"
-        reading.warn("sensor-renamed", what, element.sourceline)
-    sensor = Sensor(name, kind, on or "", line=element.sourceline)
-    origin = element.find("origin")
-    with _left_out(reading, "sensor", sensor, extension.sensors):
-        extension.sensors.append(sensor)
-        if kind == FORCE_TORQUE:
-            return  # it measures where its joint is
-        if origin is not None:
-            sensor.pose = reading.origin(origin).pose
-        else:
-            sensor.pose, sensor.relative_to = read_pose(reading, element.find("pose"))
+    def read_pose(self, element: Any, link: str) -> Pose:
+        """``<pose>``, seen from a link."""
+        if element is None:
+            return HERE
+        degrees, form = element.get("degrees", "false"), element.get("rotation_format", "euler_rpy")
+        if degrees not in ("false", "0") or form != "euler_rpy":
+            what = "<pose> in degrees or with a quaternion is not read"
+            hint = "write x y z roll pitch yaw, in m and rad"
+            self.reading.fail("number-invalid", what, element, hint)
+        words = text(element) or "0 0 0 0 0 0"
+        x, y, z, roll, pitch, yaw = self.reading.numbers(element, "the text", words, 6)
+        pose = Pose((x, y, z), from_rpy((roll, pitch, yaw)))
+        frame = element.get("relative_to") or element.get("frame") or link
+        self.check(element, "seen from frame", frame, self.frames)
+        if frame == link:
+            return pose
+        return compose(compose(inverse(self.frames[link]), self.frames[frame]), pose)
 
+    def read_axis(self, element: Any, pose: Pose, link: str) -> Vec:
+        """``<axis>``, as a direction in a link's frame; ``pose`` is that of its joint."""
+        if text(element.find("use_parent_model_frame")).lower() in ("true", "1"):
+            what, hint = "<use_parent_model_frame> is not read", f'write expressed_in="{MODEL}"'
+            self.reading.fail("number-invalid", what, element, hint)
+        xyz = element.find("xyz")
+        if xyz is None:
+            return rotate(pose.rot, (0.0, 0.0, 1.0))
+        x, y, z = self.reading.numbers(xyz, "the text", text(xyz), 3)
+        if (x, y, z) == ZERO:
+            hint = "give a direction, such as 0 0 1"
+            self.reading.fail("number-invalid", "<axis> is zero", xyz, hint)
+        frame = xyz.get("expressed_in")
+        if frame is None:
+            return rotate(pose.rot, (x, y, z))
+        self.check(xyz, "seen from frame", frame, self.frames)
+        return rotate(transpose(self.frames[link].rot), rotate(self.frames[frame].rot, (x, y, z)))
 
-def read_closing_joint(reading: Reading, element: Any, extension: Extension) -> None:
-    """Add an SDF ``<joint>``, which closes a loop of the robot."""
-    joint = ClosingJoint(
-        element.get("name") or "", element.get("type") or "",
-        text(element.find("parent")), text(element.find("child")), line=element.sourceline,
-    )  # fmt: skip
-    with _left_out(reading, "loop", joint, extension.joints):
-        extension.joints.append(joint)
-        joint.pose, joint.relative_to = read_pose(reading, element.find("pose"))
-        axes = [axis for tag in ("axis", "axis2") if (axis := element.find(tag)) is not None]
-        joint.axes = [read_axis(reading, axis) for axis in axes]
+    def check(self, element: Any, how: str, name: str, known: Iterable[str]) -> None:
+        """Refuse the name of a link, joint or frame that is not there."""
+        if name not in known:
+            what = f"it is {how} '{name}', which does not exist"
+            hint = nearest(name, known)
+            if name == "world":
+                hint = "'base: fixed' ties the root link to the world"
+            what = what if name else f"it names no {how[3:]}"
+            self.reading.fail("link-unknown", what, element, hint)
 
-
-def read_pose(reading: Reading, element: Any) -> tuple[Pose, str | None]:
-    """``<pose>``, and the frame from which it is seen where it names one."""
-    if element is None:
-        return HERE, None
-    relative_to = element.get("relative_to") or element.get("frame") or None
-    degrees, form = element.get("degrees", "false"), element.get("rotation_format", "euler_rpy")
-    if degrees not in ("false", "0") or form != "euler_rpy":
-        what = "<pose> in degrees or with a quaternion is not read"
-        reading.fail("number-invalid", what, element, "write x y z roll pitch yaw, in m and rad")
-    words = text(element)
-    if not words:
-        return HERE, relative_to
-    x, y, z, *angles = reading.numbers(element, "the text", words, 6)
-    roll, pitch, yaw = angles
-    return Pose((x, y, z), from_rpy((roll, pitch, yaw))), relative_to
-
-
-def read_axis(reading: Reading, element: Any) -> tuple[Vec, str | None]:
-    """``<axis>``: its direction as written, and the frame in which it is expressed, if named."""
-    if text(element.find("use_parent_model_frame")).lower() in ("true", "1"):
-        what, hint = "<use_parent_model_frame> is not read", f'write expressed_in="{MODEL}"'
-        reading.fail("number-invalid", what, element, hint)
-    xyz = element.find("xyz")
-    if xyz is None:
-        return (0.0, 0.0, 1.0), None
-    x, y, z = reading.numbers(xyz, "the text", text(xyz), 3)
-    if (x, y, z) == ZERO:
-        reading.fail("number-invalid", "<axis> is zero", xyz, "give a direction, such as 0 0 1")
-    return (x, y, z), xyz.get("expressed_in")
+    @contextmanager
+    def left_out(self, kind: str, name: str) -> Iterator[None]:
+        """Warn of a sensor or joint that cannot be read."""
+        reading = self.reading
+        reading.owner = ("sensor" if kind == "sensor" else "joint", name)
+        where = reading.where
+        try:
+            yield
+        except ConversionError as error:
+            reason = error.message.removeprefix(f"{where}: ")
+            where = f"{where} in <gazebo>" if kind == "loop" else where
+            reading.warn(
+                f"{kind}-left-out", f"{where} is left out: {reason}", error.line,
+                hint=error.hint, owner=("robot", ""),
+            )  # fmt: skip
+        finally:
+            reading.owner = ("robot", "")
 
 
 def text(element: Any) -> str:
@@ -204,113 +270,3 @@ def text(element: Any) -> str:
         return ""
     whole = str(element.xpath("string()")) if len(element) else element.text or ""
     return whole.strip()
-
-
-def check_extensions(reading: Reading, robot: Robot) -> None:
-    """See each sensor from its link, and each joint from its child link; leave out, with a
-    warning, those whose link or frame is not there."""
-    frames: dict[str, Pose] = {}
-    for extension in robot.extensions:
-        if not frames and (extension.sensors or extension.joints):
-            links = robot.poses()
-            frames = {joint.name: links[joint.child] for joint in robot.joints.values()}
-            frames |= {**links, MODEL: HERE}
-        for sensor in list(extension.sensors):
-            with _left_out(reading, "sensor", sensor, extension.sensors):
-                if sensor.type == FORCE_TORQUE:
-                    _check(reading, sensor, "on joint", sensor.on, robot.joints)
-                else:
-                    _check(reading, sensor, "on link", sensor.on, robot.links)
-                    _settle(reading, sensor, frames, sensor.on)
-        for joint in list(extension.joints):
-            with _left_out(reading, "loop", joint, extension.joints):
-                _check(reading, joint, "on link", joint.parent, robot.links)
-                _check(reading, joint, "on link", joint.child, robot.links)
-                _settle(reading, joint, frames, joint.child)
-                joint.axes = [
-                    (_axis(reading, joint, frames, axis, seen_from), None)
-                    for axis, seen_from in joint.axes
-                ]
-        _read_spring(robot, extension)
-        _check_numbers(reading, robot, extension)
-        for name in extension.motors:
-            if name not in robot.joints:
-                what = f"<{extension.tag}> is for joint '{name}', which does not exist"
-                reading.warn("actuator-unknown", what, extension.line, like=(name, robot.joints))
-
-
-def _read_spring(robot: Robot, extension: Extension) -> None:
-    """Give a joint the spring that ``<gazebo>`` states of it."""
-    joint = robot.joints.get(extension.reference or "")
-    for element, name in SPRING.items():
-        if joint is not None and element in extension.numbers:
-            joint.dynamics = joint.dynamics or Dynamics()
-            setattr(joint.dynamics, name, extension.numbers[element])
-
-
-def _check_numbers(reading: Reading, robot: Robot, extension: Extension) -> None:
-    """Warn of mechanics in ``<gazebo>`` that have no effect here."""
-    link = robot.links.get(extension.reference or "")
-    weighs = link is not None and link.inertial is not None and link.inertial.mass != 0.0
-    joint = robot.joints.get(extension.reference or "")
-    sprung = joint is not None and joint.type in ("revolute", "continuous", "prismatic")
-    for name, kind, what in (
-        ("turnGravityOff", "link", "it has its weight here" if weighs else ""),
-        ("springStiffness", "joint", "" if sprung else "it has no spring here"),
-    ):
-        if extension.numbers.get(name) and what:
-            reading.warn(
-                "mechanics-unread", f"<{name}> of <gazebo> is without effect: {what}",
-                extension.line, owner=(kind, extension.reference or ""),
-            )  # fmt: skip
-
-
-def _settle(
-    reading: Reading, thing: Sensor | ClosingJoint, frames: dict[str, Pose], link: str
-) -> None:
-    """See a sensor or joint from its own link."""
-    frame = thing.relative_to
-    if frame is not None and frame != link:
-        _check(reading, thing, "seen from frame", frame, frames)
-        thing.pose = compose(compose(inverse(frames[link]), frames[frame]), thing.pose)
-    thing.relative_to = None
-
-
-def _axis(
-    reading: Reading, joint: ClosingJoint, frames: dict[str, Pose], axis: Vec, frame: str | None
-) -> Vec:
-    """An axis in the frame of the joint's child link."""
-    if frame is None:
-        return rotate(joint.pose.rot, axis)
-    _check(reading, joint, "seen from frame", frame, frames)
-    return rotate(transpose(frames[joint.child].rot), rotate(frames[frame].rot, axis))
-
-
-def _check(
-    reading: Reading, thing: Sensor | ClosingJoint, how: str, name: str, known: Iterable[str]
-) -> None:
-    if name not in known:
-        what = f"it is {how} '{name}', which does not exist" if name else f"it names no {how[3:]}"
-        reading.fail(
-            "link-unknown", what, thing.line,
-            "'base: fixed' ties the root link to the world" if name == "world"
-            else nearest(name, known),
-        )  # fmt: skip
-
-
-@contextmanager
-def _left_out(reading: Reading, kind: str, thing: Any, things: list[Any]) -> Iterator[None]:
-    """Take a sensor or joint out of its list, with a warning, where it cannot be read."""
-    reading.owner = ("sensor" if kind == "sensor" else "joint", thing.name)
-    where = f"{reading.where} in <gazebo>" if kind == "loop" else reading.where
-    try:
-        yield
-    except ConversionError as error:
-        things.remove(thing)
-        reason = error.message.removeprefix(f"{reading.where}: ")
-        reading.warn(
-            f"{kind}-left-out", f"{where} is left out: {reason}", error.line,
-            hint=error.hint, owner=("robot", ""),
-        )  # fmt: skip
-    finally:
-        reading.owner = ("robot", "")

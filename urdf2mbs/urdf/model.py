@@ -181,8 +181,6 @@ class Sensor(msgspec.Struct, gc=False):
     """Its link; its joint if it measures force and torque."""
     pose: Pose = HERE
     """Where it is on its link (m), of a sensor of motion."""
-    relative_to: str | None = None
-    """Another frame from which ``pose`` is seen; none once the whole file is read."""
     line: int | None = None
 
 
@@ -196,11 +194,8 @@ class ClosingJoint(msgspec.Struct, gc=False):
     child: str
     pose: Pose = HERE
     """Seen from its child link (m), all joints of the tree at zero."""
-    relative_to: str | None = None
-    """Another frame from which ``pose`` is seen; none once the whole file is read."""
-    axes: list[tuple[Vec, str | None]] = []
-    """Directions, each with the frame in which it is expressed; none, and the directions in the
-    child link's frame, once the whole file is read."""
+    axes: list[Vec] = []
+    """Directions in the child link's frame."""
     line: int | None = None
 
 

@@ -8,7 +8,7 @@ from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError
 from urdf2mbs.urdf.elements import FOREIGN
-from urdf2mbs.urdf.gazebo import check_extensions, read_extension
+from urdf2mbs.urdf.gazebo import Extensions
 from urdf2mbs.urdf.joints import check_mimics, read_joint
 from urdf2mbs.urdf.links import read_link
 from urdf2mbs.urdf.materials import check_materials, read_global_material
@@ -33,15 +33,15 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
     _rewrite(reading, root)
     reading.quaternions = root.get("version") in ("1.1", "1.2")
     robot = Robot("", file=reading.file)
-    links, joints, extensions = robot.links, robot.joints, robot.extensions
+    links, joints = robot.links, robot.joints
+    foreign: list[Any] = []
     for child in root:
         tag = child.tag
         if tag in ("link", "joint"):
             try:
                 if tag == "link":
                     read_link(reading, child, links)
-                    for contact in child.iterchildren("contact"):  # of Bullet
-                        extensions.append(read_extension(reading, contact))
+                    foreign += child.iterchildren("contact")  # of Bullet
                 else:
                     read_joint(reading, child, joints)
             except ConversionError as error:
@@ -55,7 +55,7 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
                     continue
                 if "{" not in tag and ":" not in tag:
                     reading.unknown_child("robot", child, ("link", "joint", "material", *FOREIGN))
-            extensions.append(read_extension(reading, child))
+            foreign.append(child)
     reading.owner = ("robot", "")
     if reading.last is not None:  # the tree cannot be judged where links or joints are not known
         raise reading.last
@@ -65,7 +65,8 @@ def read_root(reading: Reading, root: Any) -> tuple[Robot, list[Diagnostic]]:
     check_materials(reading, robot)
     check_tree(reading, robot, root.sourceline)
     check_mimics(reading, robot)
-    check_extensions(reading, robot)
+    extensions = Extensions(reading, robot)
+    robot.extensions = [extensions.read(element) for element in foreign]
     return robot, reading.diagnostics()
 
 
