@@ -163,8 +163,10 @@ MBS: Table = {
     "user_variables": ("user_variables", frozenset(["user_variable"])),
     "x3D": ("view", "view"),
 }
-#: Lists that are written also when they are empty.
-KEPT = frozenset(["bodytree", "joints", "x3D", "x3D_shapes", "viewpoints", "lights"])
+#: Elements that are written also when they are empty.
+KEPT = frozenset([
+    "bodytree", "symbols", "control_points", "joints", "x3D", "x3D_shapes", "viewpoints", "lights",
+])  # fmt: skip
 
 #: An element that holds a part of a value.
 _PART: Field = ("", "text")

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
-from functools import cache, partial
+from collections.abc import Iterable
+from functools import cache, lru_cache
 from math import isfinite
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from lxml import etree
 
-from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Object, Table
+from urdf2mbs.mbs.fields import INSIDE, KEPT, MARK, OBJECTS, Kind, Table
 from urdf2mbs.mbs.model import (
     BASE,
     CUTS,
@@ -35,45 +35,13 @@ class _NotFiniteError(ValueError):
     """A number that no .mbs file can hold."""
 
 
-class _Numbers(dict[float, str]):
-    """Each number as text, to its last digit; minus zero is zero."""
-
-    def __missing__(self, value: float) -> str:
-        number = float(value)
-        if not isfinite(number):
-            raise _NotFiniteError(f"has the number {number}, which no .mbs file can hold")
-        text = self[value] = repr(number + 0.0)
-        return text
-
-
-class _Texts(dict[str, str]):
-    """Each text with the characters escaped that XML needs itself."""
-
-    def __missing__(self, value: str) -> str:
-        text = value
-        if not (value.isidentifier() or _PLAIN(value)):
-            if re.search(_NOT_XML, value):
-                raise ValueError(f"an .mbs file cannot hold the name {value!r}")
-            text = value.translate(_ESCAPED)
-        self[value] = text
-        return text
-
-
-_ESCAPED = str.maketrans(
-    {
-        "&": "&amp;",
-        "<": "&lt;",
-        ">": "&gt;",
-        '"': "&quot;",
-        "'": "&#x27;",
-        "\r": "&#13;",
-        "\n": "&#10;",
-    }
-)
-_PLAIN = re.compile(r"[A-Za-z0-9_./ -]*").fullmatch
+_ESCAPED = str.maketrans({
+    "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "'": "&#x27;", "\r": "&#13;",
+    "\n": "&#10;",
+})  # fmt: skip
 #: As Python reads it.
 _NOT_FINITE = ("inf", "infinity", "nan")
-_NOT_XML = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"
+_NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]").search
 
 
 def write(mbs: Mbs, *, other: bytes | None = None) -> bytes:
@@ -120,17 +88,44 @@ def _spelled(root: _Element, source: bytes) -> bytes:
 
 
 class _Writer:
+    """Gives the elements of a model as text.  ``pad`` stands before each of them."""
+
     def __init__(self, source: bytes | None = None, other: bytes | None = None) -> None:
         self.source, self.other = source, other
         """The files to which the origins belong that are marked."""
         self.marked: set[int] = set()
-        self.number = _Numbers()
-        self.text = _Texts()
 
     def mbs(self, mbs: Mbs) -> str:
         _check(mbs)
-        inside = _object("mbs", "  ")(self, mbs)
+        inside = self.object("mbs", mbs, "  ")
         return f'<?xml version="1.0" encoding="UTF-8"?>\n<mbsDescR7>\n{inside}</mbsDescR7>\n'
+
+    def object(self, key: str, thing: Any, pad: str) -> str:
+        """The children of the element of one of the ``OBJECTS``."""
+        owner = OBJECTS[key]
+        try:
+            return self.table(owner.table, thing, pad)
+        except _NotFiniteError as error:
+            if not owner.what:
+                raise
+            raise ValueError(f"{owner.in_words(thing)} {error}") from None
+
+    def table(self, table: Table, thing: Any, pad: str) -> str:
+        texts: list[str] = []
+        for tag, entry in table.items():
+            if isinstance(entry, tuple):
+                value = getattr(thing, entry[0])
+                if value is not None:
+                    texts.append(self.value(tag, entry[1], value, pad))
+            elif entry is MARK:
+                texts.append(f"{pad}<{tag}/>\n")
+            else:
+                texts.append(_around(tag, self.table(entry, thing, f"{pad}  "), pad))
+        return "".join(texts)
+
+    def part(self, tag: str, part: Part, pad: str) -> str:
+        inside = self.object(tag, part, f"{pad}  ")
+        return f"{pad}<{tag}{self.mark(part)}>\n{inside}{pad}</{tag}>\n"
 
     def mark(self, part: Part) -> str:
         """The mark of an object that was read; a copy of one is new."""
@@ -144,129 +139,78 @@ class _Writer:
         self.marked.add(origin.number)
         return f' {AT}="{origin.number}"'
 
-
-#: Writes a value or an object.
-Write: TypeAlias = Callable[[_Writer, Any], str]
+    def value(self, tag: str, kind: Kind | frozenset[str], value: Any, pad: str) -> str:
+        within = f"{pad}  "
+        match kind:
+            case "xyz" | "xy" | "inertia":
+                return _gaps(tag, kind, pad) % tuple(map(_number, value))
+            case "number":
+                return f"{pad}<{tag}>{_number(value)}</{tag}>\n"
+            case "text" | "word":
+                return f"{pad}<{tag}>{_text(value)}</{tag}>\n"
+            case "title":
+                return f"{pad}<{tag}>{_text(value)}</{tag}>\n" if value else ""
+            case "texts":
+                return "".join([f"{pad}<{tag}>{_text(text)}</{tag}>\n" for text in value])
+            case "flag":
+                return f"{pad}<{tag}/>\n" if value else ""
+            case "color":
+                red, green, blue = value
+                return f'{pad}<{tag} R="{red:d}" G="{green:d}" B="{blue:d}"/>\n'
+            case "sensor":
+                measures = "".join([f' {measure}="true"' for measure in value.measures])
+                return f'{pad}<{tag}{self.mark(value)} name="{_text(value.name)}"{measures}/>\n'
+            case "place":
+                body, point = value
+                inside = self.value("bodyname", "text", BASE if body is None else body, within)
+                inside += self.value(
+                    "pointname", "text", ORIGIN if point is None else point, within
+                )
+            case "coordinates":
+                inside = self.value("coordinates", "xyz", value, within)
+            case "control points":
+                inside = "".join([self.value("control_point", "xy", xy, within) for xy in value])
+            case "symbols":
+                inside = "".join([f"{within}<{symbol}/>\n" for symbol in value])
+            case "base" | "drawing" | "view":
+                inside = self.object(kind, value, within)
+            case "parts":
+                return "".join([self.part(tag, part, pad) for part in value])
+            case _:
+                only = next(iter(kind))
+                inside = "".join(
+                    [self.part(getattr(part, "kind", only), part, within) for part in value]
+                )
+        return _around(tag, inside, pad)
 
 
 @cache
-def _object(key: str, pad: str) -> Write:
-    """Writes the children of the element of one of the ``OBJECTS``; ``pad`` stands before each."""
-    return _elements(OBJECTS[key].table, pad, OBJECTS[key])
+def _gaps(tag: str, kind: str, pad: str) -> str:
+    """An element of numbers, with ``%s`` for each."""
+    parts = "".join([f"{pad}  <{part}>%s</{part}>\n" for part in INSIDE[kind]])
+    return f"{pad}<{tag}>\n{parts}{pad}</{tag}>\n"
 
 
-def _part(tag: str, pad: str) -> Write:
-    inside = _object(tag, f"{pad}  ")
-
-    def write(w: _Writer, part: Any) -> str:
-        mark = w.mark(part) if w.source is not None else ""
-        return f"{pad}<{tag}{mark}>\n{inside(w, part)}{pad}</{tag}>\n"
-
-    return write
+def _around(tag: str, inside: str, pad: str) -> str:
+    """An element around others; without others only if it is ``KEPT``."""
+    if inside:
+        return f"{pad}<{tag}>\n{inside}{pad}</{tag}>\n"
+    return f"{pad}<{tag}/>\n" if tag in KEPT else ""
 
 
-def _elements(table: Table, pad: str, owner: Object | None = None) -> Write:
-    """Writes the elements of a table, without those whose value is None; ``owner`` is the object
-    that an error names."""
-    entries: list[tuple[str, Any]] = []
-    for tag, entry in table.items():
-        if isinstance(entry, tuple):
-            entries.append((entry[0], _value(tag, entry[1], pad)))
-        else:
-            kept = entry is MARK or tag in KEPT
-            write_nested = _around(tag, _elements(entry or {}, f"{pad}  "), pad, kept=kept)
-            if not _has_fields(entry or {}):
-                write_nested = partial(_constant, write_nested(_Writer(), ""))
-            entries.append(("", write_nested))
-
-    def write(w: _Writer, thing: Any) -> str:
-        text = ""
-        try:
-            for field, write_value in entries:
-                value = getattr(thing, field) if field else thing
-                if value is not None:
-                    text += write_value(w, value)
-        except _NotFiniteError as error:
-            if owner is None or not owner.what:
-                raise
-            raise ValueError(f"{owner.in_words(thing)} {error}") from None
-        return text
-
-    return write
+@lru_cache(4096)
+def _number(value: float) -> str:
+    """A number to its last digit; minus zero is zero."""
+    number = float(value)
+    if not isfinite(number):
+        raise _NotFiniteError(f"has the number {number}, which no .mbs file can hold")
+    return repr(number + 0.0)
 
 
-def _has_fields(table: Table) -> bool:
-    return any(
-        isinstance(entry, tuple) or (entry is not MARK and _has_fields(entry))
-        for entry in table.values()
-    )
-
-
-def _constant(text: str, *_: Any) -> str:
-    return text
-
-
-def _around(tag: str, inside: Write, pad: str, *, kept: bool = True) -> Write:
-    """Writes an element around others; without others only if it is ``kept``."""
-
-    def write(w: _Writer, value: Any) -> str:
-        inner = inside(w, value)
-        if inner:
-            return f"{pad}<{tag}>\n{inner}{pad}</{tag}>\n"
-        return f"{pad}<{tag}/>\n" if kept else ""
-
-    return write
-
-
-def _each(write: Write) -> Write:
-    return lambda w, values: "".join([write(w, value) for value in values])
-
-
-def _value(tag: str, kind: Kind | frozenset[str], pad: str) -> Write:
-    """Writes a value of a kind."""
-    within = f"{pad}  "
-    if isinstance(kind, frozenset):
-        parts = {tag: _part(tag, within) for tag in kind}
-        only = next(iter(kind))
-        write_each = _each(lambda w, part: parts[getattr(part, "kind", only)](w, part))
-        return _around(tag, write_each, pad, kept=tag in KEPT)
-    if kind == "parts":
-        return _each(_part(tag, pad))
-    if kind == "texts":
-        return _each(_value(tag, "text", pad))
-    if kind in ("base", "drawing", "view"):
-        return _around(tag, _object(kind, within), pad)
-    if kind == "coordinates":
-        return _around(tag, _value("coordinates", "xyz", within), pad)
-    if kind == "control points":
-        return _around(tag, _each(_value("control_point", "xy", within)), pad)
-    if kind == "symbols":
-        return _around(tag, _each(lambda _, symbol: f"{within}<{symbol}/>\n"), pad)
-    if kind in ("xy", "xyz", "inertia"):
-        numbers = "".join([f"{within}<{part}>%s</{part}>\n" for part in INSIDE[kind]])
-        gaps = f"{pad}<{tag}>\n{numbers}{pad}</{tag}>\n"
-        return lambda w, values: gaps % tuple([w.number[value] for value in values])
-    begin, end = f"{pad}<{tag}", f"</{tag}>\n"
-    write: dict[str, Write] = {
-        "text": lambda w, text: f"{begin}>{w.text[text]}{end}",
-        "title": lambda w, text: f"{begin}>{w.text[text]}{end}" if text else "",
-        "word": lambda _, word: f"{begin}>{word}{end}",
-        "number": lambda w, number: f"{begin}>{w.number[number]}{end}",
-        "flag": lambda _, flag: f"{begin}/>\n" if flag else "",
-        "color": lambda _, rgb: f'{begin} R="{rgb[0]:d}" G="{rgb[1]:d}" B="{rgb[2]:d}"/>\n',
-        "sensor": lambda w, sensor: (
-            f'{begin}{w.mark(sensor)} name="{w.text[sensor.name]}"'
-            + "".join([f' {measure}="true"' for measure in sensor.measures])
-            + "/>\n"
-        ),
-        "place": lambda w, place: (
-            f"{begin}>\n"
-            f"{within}<bodyname>{BASE if place[0] is None else w.text[place[0]]}</bodyname>\n"
-            f"{within}<pointname>{ORIGIN if place[1] is None else w.text[place[1]]}</pointname>\n"
-            f"{pad}{end}"
-        ),
-    }
-    return write[kind]
+def _text(text: str) -> str:
+    if _NOT_XML(text):
+        raise ValueError(f"an .mbs file cannot hold the name {text!r}")
+    return text.translate(_ESCAPED)
 
 
 def _check(mbs: Mbs) -> None:
