@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from urdf2mbs.messages.diagnostics import some
@@ -164,11 +165,16 @@ class Elements(Messages):
 
 def _meaning(name: str, known: Iterable[str], text: str) -> str:
     """What a name that URDF does not know may be: a ``slip``, ``mechanics`` or ``other``."""
+    if name in MECHANICAL:
+        return "other" if _is_zero(text) else "mechanics"
+    return "slip" if _is_slip(name, tuple(known)) else "other"
+
+
+@cache  # a name that is not known stands in most elements of its kind
+def _is_slip(name: str, known: tuple[str, ...]) -> bool:
     from difflib import get_close_matches
 
-    if get_close_matches(name, list(known), n=1, cutoff=SLIP) and name not in MECHANICAL:
-        return "slip"
-    return "mechanics" if name in MECHANICAL and not _is_zero(text) else "other"
+    return bool(get_close_matches(name, known, n=1, cutoff=SLIP))
 
 
 def _is_zero(text: str) -> bool:

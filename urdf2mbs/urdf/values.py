@@ -75,8 +75,6 @@ class Reading(Elements):
         known = ATTRIBUTES[tag]
         values: dict[str, Any] = {}
         stated: list[tuple[str, str]] = element.items()
-        if not stated and tag not in REQUIRED:
-            return values
         for name, text in stated:
             count = known.get(name)
             try:
@@ -93,14 +91,13 @@ class Reading(Elements):
                 values[name] = None
         if len(values) < len(stated):
             self.unknown_attributes(element)
-        if tag in REQUIRED:
-            for name in REQUIRED[tag]:
-                if name not in values:
-                    self.bad_number(element, name, None, known[name])
+        for name in REQUIRED.get(tag, ()):
+            if name not in values:
+                self.bad_number(element, name, None, known[name])
         return values
 
     def number(self, element: Any, attribute: str, text: str) -> float:
-        try:  # without a tuple: a robot is read in two thirds of the time
+        try:
             value = float(text)
         except ValueError:
             value = nan
