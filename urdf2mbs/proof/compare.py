@@ -63,15 +63,14 @@ def compare(
     are the .mbs joints that are driven on purpose, though the URDF has them follow others;
     ``models`` the user models as they should be, where that is known.
     """
-    frozen, orders = frozen or {}, orders or {}
+    frames, frozen, orders = frames or {}, frozen or {}, orders or {}
     known = coordinates(robot, mbs, joints, frozen, orders, driven)
     more, missing, not_compared = compare_parameters(robot, mbs, joints, frozen, models)
-    framed = {at.joint for at in (frames or {}).values() if at.joint is not None}
+    framed = {at.joint for at in frames.values()}
     one = urdf_side(robot, known.names, known.held, orders)
     one.gravity = gravity
-    comparison = Comparison(
-        one, mbs_side(mbs, set(known.names.values()), framed), known.names, tolerance, frames=frames
-    )
+    two = mbs_side(mbs, set(known.names.values()), framed)
+    comparison = Comparison(one, two, known.names, frames, tolerance)
     comparison.compare([*known.differences, *more, *_heavy(robot, weightless)])
     comparison.compare_points(mbs)
     held = {f"joint '{name}'": f"held at zero: {why}" for name, why in frozen.items()}

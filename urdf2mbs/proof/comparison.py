@@ -30,9 +30,8 @@ from urdf2mbs.proof.rigid import (
     shift,
     spin,
     turned,
-    worst,
 )
-from urdf2mbs.proof.verdict import Compared, Difference, Proof
+from urdf2mbs.proof.verdict import Difference, Proof
 from urdf2mbs.spatial import fewest_turns
 
 
@@ -44,20 +43,17 @@ class Comparison:
         one: Side,
         two: Side,
         names: Mapping[str, str],
+        frames: Mapping[str, LinkFrame],
         tolerance: float,
-        *,
-        frames: Mapping[str, LinkFrame] | None = None,
     ) -> None:
         """``names`` maps the coordinates that move on both sides; ``frames`` says where links are
         meant to be."""
         self.one, self.two = one, two
+        self.frames = frames
         self.tolerance = tolerance
-        self.frames = frames or {}
         self.found: list[Difference] = []
         self.elsewhere: list[Difference] = []
-        self.compared: list[Compared] = []
-        gravity = ["gravity"] if one.gravity and two.gravity else []
-        self.largest = dict.fromkeys([*gravity, "motion", "mass", "centre", "inertia"], 0.0)
+        self.largest = dict.fromkeys(("gravity", "motion", "mass", "centre", "inertia"), 0.0)
         #: Each group's counterpart, parents first: there is one for each.
         self.pairs = [0, *[two.created[names[own]] for own in one.created]]
         size = max(group.reach for side in (one, two) for group in side.groups)
@@ -84,7 +80,7 @@ class Comparison:
             same=True, positions=POSITIONS, groups=len(self.one.groups), largest=self.largest,
             differences=[], frames=sorted(self.elsewhere, key=lambda found: -found.size),
             urdf_mass=self.one.mass, mbs_mass=self.two.mass,
-            but_for=but_for, not_compared=not_compared, compared=self.compared,
+            but_for=but_for, not_compared=not_compared,
         )  # fmt: skip
         proof.differ(self.found)
         return proof
@@ -94,12 +90,11 @@ class Comparison:
         self.found += problems
         self.compare_gravity()
         self.compare_groups()
-        self.compare_frames(self.frames)
+        self.compare_frames()
 
     def compare_gravity(self) -> None:
+        """Compare gravity, relative to its largest component."""
         ours, theirs = self.one.gravity, self.two.gravity
-        if ours is None or theirs is None:
-            return
         off = most(ours, theirs, max(map(abs, (*ours, *theirs))) or 1.0)
         self.largest["gravity"] = off
         if self._beyond(off):
@@ -135,20 +130,8 @@ class Comparison:
                 told = f"joint '{ours.joint}' stands after another joint in the .mbs"
                 if not self.found or self.found[-1].message != told:  # once for all coordinates
                     self._differ("parent", told, 1.0, link=ours.child, joint=ours.joint)
-            self.apart[mine], motion = self._place(pair, other, link, hangs)
-            at = self.apart[mine]
-            compared = Compared(
-                ours.coordinate, theirs.coordinate, ours.joint,
-                one.groups[ours.parent].coordinate, ours.turns, ours.axis, ours.before,
-                *pair.our_inertia, worst((motion, self._inertia(pair, at))),
-            )  # fmt: skip
-            if self._beyond(compared.deviation) and not hangs:
-                mass, centre, tensor = seen(pair.their_inertia, inverse(at))
-                place = compose(compose(inverse(self.apart[ours.parent]), pair.their_before), at)
-                axis = turned(inverse(at), theirs.axis)
-                values = ("axis", axis), ("place", place), ("mass", mass)
-                compared.found = dict((*values, ("centre", centre), ("inertia", tensor)))
-            self.compared.append(compared)
+            self.apart[mine] = self._place(pair, other, link, hangs)
+            self._inertia(pair, self.apart[mine])
 
     def _carried(self, mine: int) -> list[tuple[Group, Group]]:
         """The pairs of groups that hang on a pair."""
@@ -156,9 +139,8 @@ class Comparison:
         pairs = [(self.one.groups[n], groups[self.pairs[n]]) for n in self.one.groups[mine].carries]
         return [(ours, theirs) for ours, theirs in pairs if theirs.parent == other]
 
-    def _place(self, pair: Pair, other: int, link: str | None, hangs: bool) -> tuple[Frame, float]:
-        """The constant pose of a group in its counterpart, and how far their motions are apart;
-        tells what of the motion differs."""
+    def _place(self, pair: Pair, other: int, link: str | None, hangs: bool) -> Frame:
+        """The constant pose of a group in its counterpart; tells what of the motion differs."""
         at = self.frames.get(link) if link is not None else None
         meant: Frame | None = None
         if at is not None:
@@ -174,7 +156,7 @@ class Comparison:
         self.largest["motion"] = max(self.largest["motion"], motion)
         if self._beyond(motion):
             self._tell_motion(pair, place, motion)
-        return place, motion
+        return place
 
     def _tell_motion(self, pair: Pair, place: Frame, motion: float) -> None:
         """Name a difference in motion: a joint's zero, a link put elsewhere, or an axis."""
@@ -219,17 +201,14 @@ class Comparison:
             told += f"; its axis is {tilt:.3g} rad off"
         self._differ("frame", told, off, **where)
 
-    def _inertia(self, pair: Pair, place: Frame) -> float:
-        """Compare what a pair of groups weighs, where, and how it resists turning; gives how far
-        they are apart."""
+    def _inertia(self, pair: Pair, place: Frame) -> None:
+        """Compare what a pair of groups weighs, where, and how it resists turning."""
         apart = pair.inertia(place)
-        most = max(apart.values())
-        if most == 0.0:
-            return most
         for kind, off in apart.items():
             self.largest[kind] = max(self.largest[kind], off)
+        most = max(apart.values())
         if not self._beyond(most):
-            return most
+            return
         joint = pair.ours.joint
         link = pair.ours.child
         lost = self._lost(pair)
@@ -257,7 +236,6 @@ class Comparison:
                     self._differ(kind, told, off, link=names[0], joint=joint, urdf=a, mbs=b)
         if len(self.found) == before:  # only in sum, as where two were exchanged
             self._differ("inertia", f"link '{link}': inertia", most, link=link, joint=joint)
-        return most
 
     def _lost(self, pair: Pair) -> list[str]:
         """The links of a group whose mass is just what the .mbs has too little."""
@@ -308,9 +286,9 @@ class Comparison:
             pose = compose(pose, (*at.pose.rot, *at.pose.xyz))
         return group, pose
 
-    def compare_frames(self, frames: Mapping[str, LinkFrame]) -> None:
+    def compare_frames(self) -> None:
         """Compare where each link's frame is with where it is said to be."""
-        for link, at in frames.items():
+        for link, at in self.frames.items():
             if link not in self.one.frames:
                 continue
             group, pose = self.one.frames[link]

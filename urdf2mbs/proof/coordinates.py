@@ -70,7 +70,7 @@ def coordinates(
             said = f"joint '{joint.name}' ({joint.type}) is not in the .mbs"
             out.differ("joint-missing", said, **where)
             continue
-        for (own, kind), name in zip(ours, theirs, strict=True):
+        for (own, kind, _), name in zip(ours, theirs, strict=True):
             moves = _nature(robot, joint, known[name], tied, driven, out)
             if name in taken:
                 said = f"joint '{name}' is given for '{joint.name}' and for another joint"

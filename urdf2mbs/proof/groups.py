@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import msgspec
 
-from urdf2mbs.proof.rigid import HERE, Frame, Inertia, X, compose
+from urdf2mbs.proof.rigid import HERE, ORIGIN, Frame, Inertia, X, compose
 from urdf2mbs.spatial import Vec
 
 
@@ -24,7 +24,7 @@ class Group(msgspec.Struct):
     joint: str
     child: str
     """The link or body that the joint leads to."""
-    reach: float
+    reach: float = 0.0
     """The largest distance (m) of its joint in the parent group, and of its parts in it."""
     inertias: list[tuple[str, Inertia]] = []
     """Of each link or body."""
@@ -46,35 +46,26 @@ class Side(msgspec.Struct):
     """The frames after joints (.mbs), which may be called as another body: groups and poses."""
     mass: float = 0.0
     """kg, of all that can move."""
-    gravity: Vec | None = None
-    """m/s^2, in the axes of the ground; a URDF has none."""
+    gravity: Vec = ORIGIN
+    """m/s^2, in the axes of the ground."""
 
-    def add(
-        self,
-        parent: int,
-        before: Frame,
-        turns: bool,
-        axis: Vec,
-        move: Callable[[float], Frame],
-        coordinate: str,
-        joint: str,
-        child: str,
-    ) -> int:
-        reach = max(abs(before[9]), abs(before[10]), abs(before[11]))
-        if reach > self.groups[parent].reach:
-            self.groups[parent].reach = reach
-        group = Group(parent, before, turns, axis, move, coordinate, joint, child, reach)
-        number = self.created[coordinate] = len(self.groups)
+    def add(self, group: Group) -> int:
+        """Hang a group on its parent group; gives its number."""
+        parent, number = self.groups[group.parent], len(self.groups)
+        x, y, z = group.before[9:]
+        group.reach = max(abs(x), abs(y), abs(z))
+        parent.reach = max(parent.reach, group.reach)
+        parent.carries.append(number)
+        self.created[group.coordinate] = number
         self.groups.append(group)
-        self.groups[parent].carries.append(number)
         return number
 
     def put(self, name: str, group: int, inertia: Inertia) -> None:
+        """Put a link or body, seen from a group's frame, into the group."""
         x, y, z = inertia[1]
-        reach = max(abs(x), abs(y), abs(z))
-        if reach > self.groups[group].reach:
-            self.groups[group].reach = reach
-        self.groups[group].inertias.append((name, inertia))
+        owner = self.groups[group]
+        owner.reach = max(owner.reach, abs(x), abs(y), abs(z))
+        owner.inertias.append((name, inertia))
 
     def world(self) -> list[Frame]:
         """The pose of every group at zero."""
@@ -86,5 +77,5 @@ class Side(msgspec.Struct):
 
 def only_ground(root: str) -> Side:
     """A side that has the ground alone, with the root on it."""
-    ground = Group(0, HERE, False, X, lambda _: HERE, "", "", "", 0.0)
+    ground = Group(0, HERE, False, X, lambda _: HERE, "", "", "")
     return Side([ground], {root: (0, HERE)}, {})

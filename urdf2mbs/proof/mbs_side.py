@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Container
 from functools import partial
 from math import cos, sin
+from typing import cast
 
 from urdf2mbs.mbs.model import Mbs
-from urdf2mbs.proof.groups import Side, only_ground
+from urdf2mbs.proof.groups import Group, Side, only_ground
 from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, moved, seen
 
 
@@ -31,12 +32,11 @@ def mbs_side(mbs: Mbs, moving: Collection[str], framed: Container[str] = ()) -> 
             if joint.name in moving:
                 # its position at start is where it starts from, not where it is held
                 kind = joint.type
-                group = side.add(
+                one = Group(
                     group, at, kind[0] == "R", AXES[int(kind[1]) - 1],
-                    _MOVES[kind], joint.name, joint.name, body.name,
+                    _MOVES[kind], joint.name, joint.name, body.name, held=held,
                 )  # fmt: skip
-                side.groups[group].held = held
-                at = HERE
+                group, at = side.add(one), HERE
             elif joint.q and joint.nature == "driven":
                 at = _stepped(at, joint.type, joint.q)
             if joint.nature != "driven":
@@ -57,31 +57,17 @@ def mbs_side(mbs: Mbs, moving: Collection[str], framed: Container[str] = ()) -> 
 
 def _stepped(at: Frame, kind: str, q: float) -> Frame:
     """A frame after one joint: T1 T2 T3 shift along, R1 R2 R3 turn about its current axes."""
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, x, y, z = at
-    if kind == "T1":
-        return (*at[:9], x + q * a11, y + q * a21, z + q * a31)
-    if kind == "T2":
-        return (*at[:9], x + q * a12, y + q * a22, z + q * a32)
-    if kind == "T3":
-        return (*at[:9], x + q * a13, y + q * a23, z + q * a33)
-    c, s = cos(q), sin(q)
-    if kind == "R1":
-        return (
-            a11, c * a12 + s * a13, c * a13 - s * a12,
-            a21, c * a22 + s * a23, c * a23 - s * a22,
-            a31, c * a32 + s * a33, c * a33 - s * a32, x, y, z,
-        )  # fmt: skip
-    if kind == "R2":
-        return (
-            c * a11 - s * a13, a12, c * a13 + s * a11,
-            c * a21 - s * a23, a22, c * a23 + s * a21,
-            c * a31 - s * a33, a32, c * a33 + s * a31, x, y, z,
-        )  # fmt: skip
-    return (
-        c * a11 + s * a12, c * a12 - s * a11, a13,
-        c * a21 + s * a22, c * a22 - s * a21, a23,
-        c * a31 + s * a32, c * a32 - s * a31, a33, x, y, z,
-    )  # fmt: skip
+    k, out = int(kind[1]) - 1, list(at)
+    if kind[0] == "T":
+        for row in range(3):
+            out[9 + row] += q * at[3 * row + k]
+    else:
+        c, s = cos(q), sin(q)
+        one, two = (k + 1) % 3, (k + 2) % 3  # the axes that turn
+        for row in (0, 3, 6):
+            u, v = at[row + one], at[row + two]
+            out[row + one], out[row + two] = c * u + s * v, c * v - s * u
+    return cast("Frame", tuple(out))
 
 
 _MOVES = {kind: partial(_stepped, HERE, kind) for kind in ("T1", "T2", "T3", "R1", "R2", "R3")}

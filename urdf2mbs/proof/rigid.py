@@ -178,34 +178,15 @@ def seen(inertia: Inertia, frame: Frame) -> Inertia:
     mass, centre, (xx, xy, xz, yy, yz, zz) = inertia
     if frame[:9] == UNTURNED:
         return mass, moved(frame, centre), inertia[2]
-    a11, a12, a13, a21, a22, a23, a31, a32, a33, _, _, _ = frame
-    p11, p12, p13 = (
-        a11 * xx + a12 * xy + a13 * xz,
-        a11 * xy + a12 * yy + a13 * yz,
-        a11 * xz + a12 * yz + a13 * zz,
+    rows = frame[:3], frame[3:6], frame[6:9]
+    one, two, three = (
+        (dot(row, (xx, xy, xz)), dot(row, (xy, yy, yz)), dot(row, (xz, yz, zz))) for row in rows
     )
-    p21, p22, p23 = (
-        a21 * xx + a22 * xy + a23 * xz,
-        a21 * xy + a22 * yy + a23 * yz,
-        a21 * xz + a22 * yz + a23 * zz,
-    )
-    p31, p32, p33 = (
-        a31 * xx + a32 * xy + a33 * xz,
-        a31 * xy + a32 * yy + a33 * yz,
-        a31 * xz + a32 * yz + a33 * zz,
-    )
-    return (
-        mass,
-        moved(frame, centre),
-        (
-            p11 * a11 + p12 * a12 + p13 * a13,
-            p11 * a21 + p12 * a22 + p13 * a23,
-            p11 * a31 + p12 * a32 + p13 * a33,
-            p21 * a21 + p22 * a22 + p23 * a23,
-            p21 * a31 + p22 * a32 + p23 * a33,
-            p31 * a31 + p32 * a32 + p33 * a33,
-        ),
-    )
+    x, y, z = rows
+    turned_tensor = (
+        dot(one, x), dot(one, y), dot(one, z), dot(two, y), dot(two, z), dot(three, z)
+    )  # fmt: skip
+    return mass, moved(frame, centre), turned_tensor
 
 
 def merge(parts: list[tuple[str, Inertia]]) -> Inertia:

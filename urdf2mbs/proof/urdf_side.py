@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
 from math import cos, hypot, sin
 
-from urdf2mbs.proof.groups import Side, only_ground
+from urdf2mbs.proof.groups import Group, Side, only_ground
 from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, compose, cross, moved, seen, shift, spin
 from urdf2mbs.spatial import Vec
 from urdf2mbs.urdf.model import Joint, Origin, Robot
@@ -36,14 +36,12 @@ def urdf_side(
         at = _at_origin(at, joint.origin)
         if joint.moves:
             order = orders.get(joint.name, SIX)
-            for (own, kind), axis in zip(
-                own_coordinates(joint, order), _own_axes(joint, order), strict=True
-            ):
+            for own, kind, along in own_coordinates(joint, order):
                 turns = kind[0] == "R"
-                axis, move = _move(turns, axis)
+                axis, move = _move(turns, along)
                 if own in moving:
-                    group = side.add(group, at, turns, axis, move, own, joint.name, joint.child)
-                    at = HERE
+                    one = Group(group, at, turns, axis, move, own, joint.name, joint.child)
+                    group, at = side.add(one), HERE
                 elif held.get(own):
                     at = compose(at, move(held[own]))
         frames[joint.child] = (group, at)
@@ -68,20 +66,15 @@ def _at_origin(at: Frame, origin: Origin) -> Frame:
     return at
 
 
-def own_coordinates(joint: Joint, order: tuple[str, ...]) -> list[tuple[str, str]]:
-    """A joint's coordinates, and whether each is a T or an R."""
+def own_coordinates(joint: Joint, order: tuple[str, ...]) -> list[tuple[str, str, Vec]]:
+    """A joint's coordinates: the name, a T or an R, and the axis."""
     if joint.type == "floating":
-        return [(f"{joint.name}[{kind}]", kind) for kind in order]
-    if joint.type == "planar":
-        return [(f"{joint.name}[{k}]", "TTR"[k]) for k in range(3)]
-    return [(joint.name, "T" if joint.type == "prismatic" else "R")]
-
-
-def _own_axes(joint: Joint, order: tuple[str, ...]) -> list[Vec]:
-    if joint.type == "floating":
-        return [AXES[int(kind[1]) - 1] for kind in order]
+        return [(f"{joint.name}[{kind}]", kind, AXES[int(kind[1]) - 1]) for kind in order]
     axis = _direction(joint.axis)
-    return [*in_plane(axis), axis] if joint.type == "planar" else [axis]
+    if joint.type == "planar":
+        axes = (*in_plane(axis), axis)
+        return [(f"{joint.name}[{k}]", "TTR"[k], axes[k]) for k in range(3)]
+    return [(joint.name, "T" if joint.type == "prismatic" else "R", axis)]
 
 
 @lru_cache(maxsize=256)

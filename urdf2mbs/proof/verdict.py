@@ -9,8 +9,6 @@ from typing import Any
 import msgspec
 
 from urdf2mbs.messages.diagnostics import some
-from urdf2mbs.proof.rigid import Frame
-from urdf2mbs.spatial import Sym, Vec
 
 NOT_CHECKED = "NOT CHECKED"
 NOT_THE_SAME = "NOT the same robot"
@@ -31,33 +29,6 @@ class Difference(msgspec.Struct, omit_defaults=True):
 
     def __post_init__(self) -> None:
         self.size = min(self.size, 1.0)
-
-
-class Compared(msgspec.Struct):
-    """A rigid group of the URDF, and how far its counterpart in the .mbs is from it."""
-
-    coordinate: str
-    """The coordinate that moves it."""
-    mbs: str
-    """The joint of the .mbs that is this coordinate."""
-    joint: str
-    parent: str
-    """The coordinate of the group before it; empty for the ground."""
-    turns: bool
-    axis: Vec
-    place: Frame
-    """Of its joint at zero, in the group before it; the group's own frame is the one after it.
-    A rotation matrix row by row, then the origin (m)."""
-    mass: float
-    """kg"""
-    centre: Vec
-    """m, in its own frame."""
-    inertia: Sym
-    """kg m^2, about its centre, in the axes of its own frame."""
-    deviation: float
-    """The largest, relative."""
-    found: dict[str, Any] = {}
-    """Where it is not the same: axis, place, mass, centre and inertia that the .mbs has."""
 
 
 class Proof(msgspec.Struct, kw_only=True):
@@ -82,8 +53,6 @@ class Proof(msgspec.Struct, kw_only=True):
     """Known deviations from the URDF that are no difference by themselves: each thing, and why."""
     not_compared: dict[str, str]
     """The things that Robotran reads and nothing here compares, each with the reason."""
-    compared: list[Compared] = []
-    """Group by group, the ground left out."""
 
     def differ(self, differences: Iterable[Difference]) -> None:
         """Add differences; of one size, before those that are there."""
