@@ -9,25 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from proof.test_words import MIMIC
 
-from urdf2mbs import Result, convert
+from urdf2mbs import convert
 from urdf2mbs.api import verify
 from urdf2mbs.cli import main
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.mbs.model import (
-    Mbs,
-)
+from urdf2mbs.mbs.model import Mbs
 from urdf2mbs.mbs.reader import read
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError
 from urdf2mbs.proof.compare import compare
-from urdf2mbs.proof.rigid import HERE, distance, inertias_apart, worst
+from urdf2mbs.proof.rigid import HERE, distance, inertias_apart
 from urdf2mbs.report.page import make
 from urdf2mbs.testing import TINY, assert_same_robot, convert_text, run_pass
-
-MIMIC = TINY.replace(
-    '<axis xyz="0 1 1"/>', '<axis xyz="0 1 1"/><mimic joint="wrist_roll" multiplier="2"/>'
-)
-
 
 # --- not a number -------------------------------------------------------------------------------
 
@@ -87,13 +81,6 @@ def test_what_is_no_number_is_not_even_equal_to_itself(bad: float) -> None:
         (1.0, (0.0, 0.0, 0.0), (1.0, 0.0, bad, 1.0, 0.0, 1.0)),
     ):
         assert max(inertias_apart(inertia, inertia, 1.0).values()) > 1e300
-
-
-def test_the_worst_deviation_is_found_wherever_it_stands() -> None:
-    assert worst([0.0, 2.0, 1.0]) == 2.0
-    for bad in (nan, inf):
-        for offs in ([bad, 1.0], [1.0, bad], [0.0, bad, 1.0]):
-            assert worst(offs) > 1e300
 
 
 @pytest.mark.parametrize("tolerance", [inf, nan, 0.0, -1.0, 1e300, 1.0, 2e-3])
@@ -197,15 +184,6 @@ def test_so_is_one_that_a_hook_makes(tmp_path: Path) -> None:
     assert result.report.proof is not None
     assert not result.report.proof.same
     assert "the hook after 'expand'" in result.report.proof.differences[0].message
-
-
-def test_our_own_estimate_is_told_too() -> None:
-    bare = TINY.replace('<mass value="0.1"/>', "").replace(
-        '<inertia ixx="0.0001" ixy="0" ixz="0" iyy="0.0001" iyz="0" izz="0.0001"/>', ""
-    )
-    result = convert_text(bare, passes={"estimate-inertia": {"density": 1000.0}})
-    assert result.report.verdict.startswith("the same robot, but for what estimate-inertia changed")
-    assert convert_text().report.changed == []
 
 
 def test_a_file_changed_after_it_was_checked_is_an_error(tmp_path: Path) -> None:
@@ -324,9 +302,3 @@ def test_an_own_floating_joint_beyond_another_is_named(tmp_path: Path, capsys: A
     text = IMU.replace('name="k" type="fixed"', 'name="free" type="floating"')
     out = summary(text, tmp_path, capsys)
     assert "fixed base (free by the URDF's own joint 'free')" in out
-
-
-def test_the_base_of_a_result() -> None:
-    result: Result = convert_text(base="fixed")
-    assert result.report.base_in_words == "fixed base (as asked)"
-    assert convert_text(base="floating").report.base_in_words == "floating base (as asked)"

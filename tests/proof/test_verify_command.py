@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-ENDS = ("arm", "hand")
-
-
 @pytest.fixture
 def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of tiny.urdf and of its .mbs."""
@@ -28,13 +25,6 @@ def pair(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "tiny.urdf").write_text(TINY)
     (tmp_path / "tiny.mbs").write_bytes(convert("tiny.urdf").data)
     return tmp_path
-
-
-def test_json_has_the_verdict(pair: Path, capsys: Any) -> None:
-    assert main(["verify", "tiny.urdf", "tiny.mbs", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert (found["same"], found["robot"], found["moving"]) == (True, "tiny", 3)
-    assert found["differences"] == []
 
 
 def test_a_keyword_that_no_config_has_is_refused(pair: Path) -> None:
@@ -74,17 +64,6 @@ def test_no_deviation_of_zero_stands_beside_a_difference(pair: Path, capsys: Any
     out = capsys.readouterr().out
     assert "10 rigid groups at 4 positions: 1 difference\n" in out
     assert "0.0e+00" not in out
-
-
-def test_cuts_are_told(pair: Path, capsys: Any) -> None:
-    options: dict[str, dict[str, Any]] = {
-        "loops": {"cuts": {"tie": {"kind": "rod", "ends": [{"link": one} for one in ENDS]}}},
-    }
-    result = convert("tiny.urdf", pipeline="compact", passes=options)
-    (pair / "tiny.mbs").write_bytes(result.data)
-    assert main(["verify", "tiny.urdf", "tiny.mbs"]) == 0
-    last = capsys.readouterr().out.splitlines()[-1]
-    assert "but for cut 'tie' (rod) (not in the URDF)" in last
 
 
 def test_frames_that_a_model_may_choose_are_counted_and_not_listed(pair: Path, capsys: Any) -> None:

@@ -12,7 +12,7 @@ from urdf2mbs.proof.groups import Group, Side, only_ground
 from urdf2mbs.proof.rigid import AXES, HERE, ORIGIN, Frame, moved, seen
 
 
-def mbs_side(mbs: Mbs, moving: Collection[str], framed: Container[str] = ()) -> Side:
+def mbs_side(mbs: Mbs, moving: Collection[str], framed: Container[str | None] = ()) -> Side:
     """The rigid groups of an .mbs; ``moving`` are the names of its joints that are compared.
 
     It has the frames of all bodies, and those after the joints ``framed``.  Driven joints stand
