@@ -77,7 +77,7 @@ def compare(robot: Robot, mbs: Mbs) -> None:
         (robot.momentum(q, qd), pin.computeCentroidalMomentum(model, data, v, w)),
     ]  # fmt: skip
     for body in mbs.bodies:
-        joint = truth.ids.index(truth.joint_of[body.name])
+        joint = truth.number(body.name)
         for place, at in [
             (body.name, np.zeros(3)),
             *(((body.name, point.name), np.array(point.coordinates)) for point in body.points),
@@ -113,8 +113,8 @@ def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
     s: Any = random_state(mbs, np.random.default_rng(seed))
     n = s.njoint + 1
     tables, found = np.zeros((3, n, n)), np.zeros((n, 10 * len(mbs.bodies) + 1))
-    eq._of("derivatives")(*tables, s)
-    eq._of("regressor")(found, s)
+    eq.fill("derivatives", s, *tables)
+    eq.fill("regressor", s, found)
     assert error(found[1:, 1:], pinocchios_regressor(Truth(mbs), s)) <= 1e-12
     joints = [joint for body in mbs.bodies for joint in body.joints]
     state = [s.q.astype(object), s.qd.astype(object), s.qdd.astype(object)]
@@ -127,7 +127,7 @@ def test_random_trees(mbs: Mbs, fold: bool, seed: int) -> None:
             if not fixed:
                 getattr(s, name)[k] += 1e-30j
             phi = np.full(n, 0.0, object)
-            eq._of("invdyna")(phi, s, 0.0)
+            eq.fill("invdyna", s, phi)
             table[:, k] = phi.astype(complex).imag / 1e-30
     assert error(tables, by_step) <= 1e-12
 

@@ -132,7 +132,7 @@ def in_python(eq: PythonEquations, s: Told) -> dict[str, list[Any]]:
         "regressor": [(s.njoint + 1, 10 * len(eq.mbs.bodies) + 1)],
     }.items():  # fmt: skip
         arrays = [np.zeros(shape) for shape in shapes]
-        getattr(eq.modules[name], name)(*arrays, s)
+        eq.fill(name, s, *arrays)
         out[name] = [array[(slice(1, None),) * array.ndim] for array in arrays]
     return out
 

@@ -8,7 +8,7 @@ itself; C equations get a struct over the same memory.
 from __future__ import annotations
 
 import ctypes
-import importlib.util
+import runpy
 import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 VECTORS = ("q", "qd", "qdd", "Qq", "m", "g", "lrod", "Z", "Zd", "Fl")
 TABLES = ("l", "In", "dpt", "frc", "trq")
+#: The functions that are told the time in Python; in C, the others do not look at it.
+TIMED = ("dirdyna", "invdyna", "accelred", "link", "link3D", "extforces")
 
 HEADER = f"""
 #pragma once
@@ -70,6 +72,11 @@ void user_call_cons_jdqd(double *jdqd, MbsData *s, double tsim)
 
 _double = ctypes.c_double
 _row = ctypes.POINTER(_double)
+_data = ctypes.c_void_p
+_WRENCH = ctypes.CFUNCTYPE(_data, *[_row] * 6, _data, _double, ctypes.c_int)
+_SPRING = ctypes.CFUNCTYPE(_double, _double, _double, _data, _double, ctypes.c_int)
+_OPENING = ctypes.CFUNCTYPE(None, _row, ctypes.POINTER(_row), _data, _double)
+_REST = ctypes.CFUNCTYPE(None, _row, _data, _double)
 
 
 class _CData(ctypes.Structure):
@@ -95,6 +102,16 @@ class Sensor:
 
 class Data:
     """MbsData of a model: masses and the like from the file, positions and forces zero."""
+
+    q: Array
+    qd: Array
+    qdd: Array
+    Qq: Array
+    m: Array
+    l: Array  # noqa: E741
+    In: Array
+    frc: Array
+    trq: Array
 
     def __init__(self, mbs: Mbs) -> None:
         joints = [joint for body in mbs.bodies for joint in body.joints]
@@ -125,17 +142,6 @@ class Data:
             self.q[number] = joint.q or 0.0
         self.hooks: list[Any] = []
 
-    if TYPE_CHECKING:
-        q: Array
-        qd: Array
-        qdd: Array
-        Qq: Array
-        m: Array
-        l: Array  # noqa: E741
-        In: Array
-        frc: Array
-        trq: Array
-
     def user_JointForces(self, s: Data, tsim: float) -> None:  # noqa: N802
         """Nothing: the tests set Qq."""
 
@@ -143,8 +149,11 @@ class Data:
         """Nothing: the tests set the driven joints."""
 
 
-def _pointers(table: Array) -> Any:
-    rows = [row.ctypes.data_as(_row) for row in table]
+def _pointer(array: Array) -> Any:
+    """A vector, or a table as Robotran's: rows that need not lie one after the other."""
+    if array.ndim == 1:
+        return array.ctypes.data_as(_row)
+    rows = [_pointer(row) for row in array]
     return (_row * len(rows))(*rows)
 
 
@@ -153,52 +162,46 @@ class PythonEquations:
 
     def __init__(self, made: Equations, mbs: Mbs, folder: Path) -> None:
         self.mbs = mbs
-        self.modules: dict[str, Any] = {}
+        self.functions: dict[str, Callable[..., Any]] = {}
         for name in made.counts:
             file = folder / f"mbs_{name}_{mbs.name}.py"
             file.write_bytes(made.files[file.name])
-            spec = importlib.util.spec_from_file_location(file.stem, file)
-            assert spec is not None
-            assert spec.loader is not None
-            self.modules[name] = importlib.util.module_from_spec(spec)
-            spec.loader.exec_module(self.modules[name])
+            module = runpy.run_path(str(file))
+            self.functions[name] = module["sensor" if name == "gensensor" else name]
 
-    def _of(self, name: str) -> Callable[..., Any]:
-        function = "sensor" if name == "gensensor" else name
-        found: Callable[..., Any] = getattr(self.modules[name], function)
-        return found
+    def fill(self, name: str, s: Data, *arrays: Array) -> Any:
+        """Let a function fill some arrays."""
+        for each, function in self.functions.items() if name == "accelred" else ():
+            setattr(s, f"mbs_{each}", function)
+        return self.functions[name](*arrays, s, *([0.0] if name in TIMED else []))
 
     def dirdyna(self, s: Data) -> tuple[Array, Array]:
         m, c = np.zeros((s.njoint + 1,) * 2), np.zeros(s.njoint + 1)
-        self._of("dirdyna")(m, c, s, 0.0)
+        self.fill("dirdyna", s, m, c)
         return m[1:, 1:], c[1:]
 
     def invdyna(self, s: Data) -> Array:
         phi = np.zeros(s.njoint + 1)
-        self._of("invdyna")(phi, s, 0.0)
+        self.fill("invdyna", s, phi)
         return phi[1:]
 
     def accelred(self, s: Data) -> int:
-        for name in ("dirdyna", "cons_hJ", "cons_jdqd", "link", "link3D", "extforces"):
-            setattr(s, f"mbs_{name}", self._of(name))
-        return int(self._of("accelred")(s, 0.0))
+        return int(self.fill("accelred", s))
 
     def constraints(self, s: Data, count: int) -> tuple[Array, Array, Array]:
-        h, jac, jdqd = (np.zeros(count + 1), np.zeros((count + 1, s.njoint + 1)),
-                        np.zeros(count + 1))  # fmt: skip
-        self._of("cons_hJ")(h, jac, s)
-        self._of("cons_jdqd")(jdqd, s)
+        (h, jdqd), jac = np.zeros((2, count + 1)), np.zeros((count + 1, s.njoint + 1))
+        self.fill("cons_hJ", s, h, jac)
+        self.fill("cons_jdqd", s, jdqd)
         return h[1:], jac[1:, 1:], jdqd[1:]
-
-    def sensor(self, s: Data, number: int, kind: str = "sensor") -> Sensor:
-        sensor = Sensor(s.njoint)
-        self._of(kind)(sensor, s, number)
-        return sensor
 
     def loads(self, s: Data, name: str) -> None:
         """Let ``link``, ``link3D`` or ``extforces`` add to s.frc and s.trq."""
-        arguments = (s.Fl, s.Z, s.Zd) if name == "link" else ()
-        self._of(name)(s.frc, s.trq, *arguments, s, 0.0)
+        self.fill(name, s, s.frc, s.trq, *((s.Fl, s.Z, s.Zd) if name == "link" else ()))
+
+    def sensor(self, s: Data, number: int, kind: str = "sensor") -> Sensor:
+        sensor = Sensor(s.njoint)
+        self.functions[kind](sensor, s, number)
+        return sensor
 
 
 class CEquations(PythonEquations):
@@ -221,97 +224,19 @@ class CEquations(PythonEquations):
 
     def data(self, s: Data) -> _CData:
         c = _CData()
-        for name in VECTORS:
-            setattr(c, name, getattr(s, name).ctypes.data_as(_row))
-        for name in TABLES:
-            setattr(c, name, _pointers(getattr(s, name)))
+        for name in (*VECTORS, *TABLES):
+            setattr(c, name, _pointer(getattr(s, name)))
         self._hook(s)
         return c
 
-    def _hook(self, s: Data) -> None:
-        """Let the user's functions of C be those of ``s``."""
-        s.hooks.clear()
-        wrench = ctypes.CFUNCTYPE(
-            ctypes.c_void_p, *[_row] * 6, ctypes.c_void_p, _double, ctypes.c_int
-        )
-
-        def called(function: Any) -> Any:
-            def call(p: Any, r: Any, v: Any, om: Any, a: Any, omp: Any, _: Any, t: float, i: int):
-                vectors = [np.ctypeslib.as_array(x, (4,)) for x in (p, v, om, a, omp)]
-                rotation = np.ctypeslib.as_array(r, (16,)).reshape(4, 4)
-                out = function(vectors[0], rotation, *vectors[1:], s, t, i)
-                s.hooks.append(out)
-                return out.ctypes.data
-
-            return wrench(call)
-
-        for name in ("ExtForces", "Link3DForces"):
-            if hasattr(s, f"user_{name}"):
-                s.hooks.append(called(getattr(s, f"user_{name}")))
-                wrench.in_dll(self.library, f"hook_{name}").value = None
-                pointer = ctypes.c_void_p.in_dll(self.library, f"hook_{name}")
-                pointer.value = ctypes.cast(s.hooks[-1], ctypes.c_void_p).value
-        if hasattr(s, "user_cons_hJ"):
-            self._hook_constraints(s)
-        if hasattr(s, "user_LinkForces"):
-            kind = ctypes.CFUNCTYPE(
-                _double, _double, _double, ctypes.c_void_p, _double, ctypes.c_int
-            )
-            s.hooks.append(kind(lambda z, zd, _, t, i: float(s.user_LinkForces(z, zd, s, t, i))))
-            pointer = ctypes.c_void_p.in_dll(self.library, "hook_LinkForces")
-            pointer.value = ctypes.cast(s.hooks[-1], ctypes.c_void_p).value
-
-    def _hook_constraints(self, s: Any) -> None:
-        """``s.user_constraints`` is how many there are."""
-        size, columns = s.user_constraints + 1, s.njoint + 1
-
-        def fill(h: Any, jac: Any, _: Any, t: float) -> None:
-            # Robotran's tables are rows that need not lie one after the other
-            rows = np.zeros((size, columns))
-            s.user_cons_hJ(np.ctypeslib.as_array(h, (size,)), rows, s, t)
-            for i in range(1, size):
-                np.ctypeslib.as_array(jac[i], (columns,))[1:] += rows[i, 1:]
-
-        def derive(jdqd: Any, _: Any, t: float) -> None:
-            s.user_cons_jdqd(np.ctypeslib.as_array(jdqd, (size,)), s)
-
-        one = ctypes.CFUNCTYPE(None, _row, ctypes.POINTER(_row), ctypes.c_void_p, _double)(fill)
-        two = ctypes.CFUNCTYPE(None, _row, ctypes.c_void_p, _double)(derive)
-        for name, hook in (("cons_hJ", one), ("cons_jdqd", two)):
-            s.hooks.append(hook)
-            pointer = ctypes.c_void_p.in_dll(self.library, f"hook_{name}")
-            pointer.value = ctypes.cast(hook, ctypes.c_void_p).value
-
-    def dirdyna(self, s: Data) -> tuple[Array, Array]:
-        m, c = np.zeros((s.njoint + 1,) * 2), np.zeros(s.njoint + 1)
+    def fill(self, name: str, s: Data, *arrays: Array) -> Any:
         data = self.data(s)
-        self.library.mbs_dirdyna(
-            _pointers(m), c.ctypes.data_as(_row), ctypes.byref(data), _double(0.0)
-        )
-        return m[1:, 1:], c[1:]
-
-    def invdyna(self, s: Data) -> Array:
-        phi, data = np.zeros(s.njoint + 1), self.data(s)
-        self.library.mbs_invdyna(phi.ctypes.data_as(_row), ctypes.byref(data), _double(0.0))
-        return phi[1:]
-
-    def accelred(self, s: Data) -> int:
-        data = self.data(s)
-        return int(self.library.mbs_accelred(ctypes.byref(data), _double(0.0)))
-
-    def constraints(self, s: Data, count: int) -> tuple[Array, Array, Array]:
-        h, jac, jdqd = (np.zeros(count + 1), np.zeros((count + 1, s.njoint + 1)),
-                        np.zeros(count + 1))  # fmt: skip
-        data = self.data(s)
-        self.library.mbs_cons_hJ(
-            h.ctypes.data_as(_row), _pointers(jac), ctypes.byref(data), _double(0.0)
-        )
-        self.library.mbs_cons_jdqd(jdqd.ctypes.data_as(_row), ctypes.byref(data), _double(0.0))
-        return h[1:], jac[1:, 1:], jdqd[1:]
+        function = getattr(self.library, f"mbs_{name}")
+        return function(*map(_pointer, arrays), ctypes.byref(data), _double(0.0))
 
     def sensor(self, s: Data, number: int, kind: str = "sensor") -> Sensor:
         data, c, sensor = self.data(s), _CSensor(), Sensor(s.njoint)
-        c.J = _pointers(sensor.J)
+        c.J = _pointer(sensor.J)
         function = getattr(self.library, f"mbs_{kind}")
         function(ctypes.byref(c), ctypes.byref(data), ctypes.c_int(number))
         for name in ("P", "V", "OM", "A", "OMP"):
@@ -319,12 +244,45 @@ class CEquations(PythonEquations):
         sensor.R[:] = np.array(c.R).reshape(4, 4)
         return sensor
 
-    def loads(self, s: Data, name: str) -> None:
-        data = self.data(s)
-        vectors = [x.ctypes.data_as(_row) for x in (s.Fl, s.Z, s.Zd)] if name == "link" else []
-        getattr(self.library, f"mbs_{name}")(
-            _pointers(s.frc), _pointers(s.trq), *vectors, ctypes.byref(data), _double(0.0)
-        )
+    def _hook(self, s: Any) -> None:
+        """Let the user's functions of C be those of ``s``; ``s.user_constraints`` is how many
+        constraints there are."""
+        array = np.ctypeslib.as_array
+
+        def wrench(function: Any) -> Any:
+            def call(p: Any, r: Any, v: Any, om: Any, a: Any, omp: Any, _: Any, t: float, i: int):
+                p, v, om, a, omp = (array(x, (4,)) for x in (p, v, om, a, omp))
+                out = function(p, array(r, (16,)).reshape(4, 4), v, om, a, omp, s, t, i)
+                s.hooks.append(out)
+                return out.ctypes.data
+
+            return _WRENCH(call)
+
+        def spring(function: Any) -> Any:
+            return _SPRING(lambda z, zd, _, t, i: float(function(z, zd, s, t, i)))
+
+        def opening(function: Any) -> Any:
+            def call(h: Any, jac: Any, _: Any, t: float) -> None:
+                rows = np.zeros((s.user_constraints + 1, s.njoint + 1))
+                function(array(h, rows[:, 0].shape), rows, s, t)
+                for i, row in enumerate(rows[1:], start=1):
+                    array(jac[i], row.shape)[1:] += row[1:]
+
+            return _OPENING(call)
+
+        def rest(function: Any) -> Any:
+            return _REST(lambda jdqd, _, t: function(array(jdqd, (s.user_constraints + 1,)), s))
+
+        s.hooks.clear()
+        kinds = {
+            "ExtForces": wrench, "Link3DForces": wrench, "LinkForces": spring,
+            "cons_hJ": opening, "cons_jdqd": rest,
+        }  # fmt: skip
+        for name, kind in kinds.items():
+            if hasattr(s, f"user_{name}"):
+                s.hooks.append(kind(getattr(s, f"user_{name}")))
+                pointer = ctypes.c_void_p.in_dll(self.library, f"hook_{name}")
+                pointer.value = ctypes.cast(s.hooks[-1], ctypes.c_void_p).value
 
 
 def random_state(mbs: Mbs, rng: np.random.Generator, *, loads: bool = True) -> Data:

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from lxml import etree
 
-from oracle.generated import Sensor
+from oracle.generated import Sensor, error
 from oracle.multibody import Inertia, rotation
 from oracle.urdf import FLOATING_BASE, GRAVITY, coordinate_names, motions_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from oracle.generated import Data
+    from oracle.generated import Data, PythonEquations
     from oracle.multibody import Array
     from oracle.urdf import Urdf
     from urdf2mbs.mbs.model import Mbs
@@ -26,7 +26,7 @@ _LINK = "link:"
 
 
 class Pinocchio:
-    """A URDF as pinocchio reads it, with the names of ``Reference``.
+    """A URDF as pinocchio reads it.  The coordinates of joints are called as in ``Reference``.
 
     Pinocchio gets the links' inertias and the joints only: what is drawn, limited, damped or
     mimicked does not change these equations (and a missing limit or an unreadable mesh
@@ -35,8 +35,6 @@ class Pinocchio:
     between. Numbers are trimmed, since urdfdom drops an inertial that has a line break after
     a number.
     """
-
-    name = "pinocchio"
 
     def __init__(
         self,
@@ -127,7 +125,8 @@ class Pinocchio:
         }
 
     def groups(self) -> dict[str | None, tuple[str, Inertia]]:
-        """As ``Reference.groups``: pinocchio has already merged what is fixed."""
+        """For each moving joint (None: the ground), the matter that it moves and that is rigid, as
+        one body, in the frame of the link that is named first."""
         model = self._model
         zero = self.poses()
         out: dict[str | None, tuple[str, Inertia]] = {}
@@ -218,6 +217,10 @@ def to_pinocchio(mbs: Mbs, *, held: bool = True) -> Any:
     return model
 
 
+#: Between generated equations and Pinocchio, relative.
+TOLERANCE = 1e-12
+
+
 class Truth:
     """An .mbs in Pinocchio: one joint for each of the file's, by their numbers."""
 
@@ -250,13 +253,40 @@ class Truth:
         for _ in range(self.model.njoints):
             loads.append(pin.Force.Zero())
         for body in self.mbs.bodies:
-            at = self.joint_of[body.name]
-            number = self.ids.index(at)
+            at, number = self.joint_of[body.name], self.number(body.name)
             force, com = s.frc[1:, number], np.array(body.com or (0.0, 0.0, 0.0))
             loads[at] = pin.Force(force, s.trq[1:, number] + np.cross(com, force))
         qdd = self.vector(s.qdd) if accelerated else np.zeros(self.model.nv)
         tau = pin.rnea(self.model, self.data, self.vector(s.q), self.vector(s.qd), qdd, loads)
         return np.asarray(tau[self.column])
+
+    def check_forces(self, eq: PythonEquations, s: Data) -> None:
+        """Hold generated equations against ``matrix`` and ``forces``."""
+        m, c = eq.dirdyna(s)
+        assert error(m, self.matrix(s)) <= TOLERANCE
+        assert error(c, self.forces(s, accelerated=False)) <= TOLERANCE
+        assert error(eq.invdyna(s), self.forces(s, accelerated=True)) <= TOLERANCE
+
+    def check_sensors(self, eq: PythonEquations, s: Data) -> None:
+        """Hold what is measured behind each joint, and at each sensor, against ``sensor``."""
+        sensors = [
+            (self.number(body.name), np.array(point.coordinates))
+            for body in self.mbs.bodies for point in body.points if point.sensor
+        ]  # fmt: skip
+        places = {
+            "gensensor": [(k, np.zeros(3)) for k in range(1, s.njoint + 1)],
+            "sensor": sensors,
+        }
+        for kind, number, (joint, at) in [
+            (kind, *one) for kind, own in places.items() for one in enumerate(own, start=1)
+        ]:
+            found, wanted = eq.sensor(s, number, kind), self.sensor(s, joint, at)
+            for name, value in vars(wanted).items():
+                assert error(getattr(found, name), value) <= TOLERANCE, (kind, name)
+
+    def number(self, body: str) -> int:
+        """The number of a body's last joint."""
+        return self.ids.index(self.joint_of[body])
 
     def sensor(self, s: Data, joint: int, at: Array) -> Sensor:
         """A point in the frame behind a joint."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from lxml import etree
 
-from oracle.multibody import Inertia, Multibody, Node, State, lump, rotation, translation
+from oracle.multibody import Inertia, Multibody, Node, State, rotation, translation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -208,15 +208,11 @@ def _joint(element: etree._Element) -> UrdfJoint:
 
 
 class Reference:
-    """A URDF by Rodrigues' formula.
+    """A URDF as a tree of frames.
 
     The coordinates of a joint are called by its name; of a planar joint NAME#0 to NAME#2, of a
     floating one (and of the floating base) NAME#0 to NAME#5, in the order T1 T2 T3 R1 R2 R3.
-    URDF defines no basis in the plane of a planar joint: ``planar`` gives its first vector, in
-    the child's frame.  Values of coordinates are arrays in the order of ``dofs``.
     """
-
-    name = "rodrigues"
 
     def __init__(
         self,
@@ -224,7 +220,6 @@ class Reference:
         *,
         floating: bool,
         frozen: Sequence[str] = (),
-        planar: Mapping[str, Array] | None = None,
         gravity: Sequence[float] = GRAVITY,
     ) -> None:
         self.urdf = urdf
@@ -232,22 +227,15 @@ class Reference:
         self._nodes = [Node("ground", -1, np.eye(4))]
         self.node_of: dict[str, int] = {}
         """Every link's node."""
-        self._mover: dict[str, str | None] = {urdf.root: None}
-        here = 0
-        if floating:
-            here = self._moves(FLOATING_BASE, 0, np.eye(4), _six())
-            self._mover[urdf.root] = FLOATING_BASE
-        self._place(urdf.root, here)
+        root = self._moves(FLOATING_BASE, 0, np.eye(4), _six()) if floating else 0
+        self._place(urdf.root, root)
         for joint in urdf.outward:
-            motions = [] if joint.name in frozen else motions_of(joint, planar or {})
-            self._mover[joint.child] = joint.name if motions else self._mover[joint.parent]
+            motions = [] if joint.name in frozen else motions_of(joint, {})
             self._place(
                 joint.child,
                 self._moves(joint.name, self.node_of[joint.parent], joint.origin, motions),
             )
         self.system = Multibody(self._nodes, gravity)
-        self.dofs = [name for names in self.coordinates.values() for name in names]
-        self._at = [self.system.index[name] for name in self.dofs]
 
     def _moves(
         self, joint: str, parent: int, origin: Array, motions: list[tuple[str, Array]]
@@ -267,40 +255,10 @@ class Reference:
         if inertia is not None:
             self._nodes[node].matter.append(inertia)
 
-    def _state(self, *values: Array | None) -> State:
-        vectors = np.zeros((3, len(self._nodes)))
-        for vector, value in zip(vectors, values, strict=False):
-            vector[self._at] = 0.0 if value is None else value
-        return State(self.system, *vectors)
-
-    def poses(self, q: Array | None = None) -> dict[str, Array]:
-        """Every link's frame, 4x4."""
-        frames = self._state(q).frames
+    def poses(self) -> dict[str, Array]:
+        """Every link's frame at zero, 4x4."""
+        frames = State(self.system, np.zeros(len(self._nodes))).frames
         return {link: frames[node] for link, node in self.node_of.items()}
-
-    def groups(self) -> dict[str | None, tuple[str, Inertia]]:
-        """For each moving joint (None: the ground), the matter that it moves and that is rigid,
-        as one body, in the frame of the link that is named first."""
-        zero = self.poses()
-        members: dict[str | None, list[str]] = {}
-        for link, mover in self._mover.items():
-            members.setdefault(mover, []).append(link)
-        out: dict[str | None, tuple[str, Inertia]] = {}
-        for mover, links in members.items():
-            back = np.linalg.inv(zero[links[0]])
-            parts = [
-                inertia.seen_from(back @ zero[link])
-                for link in links
-                if (inertia := self.urdf.inertias[link]) is not None
-            ]
-            out[mover] = links[0], lump(parts)
-        return out
-
-    def dynamics(self, q: Array, qd: Array, qdd: Array) -> tuple[Array, Array, Array]:
-        """Mass matrix, forces that hold it against gravity, and forces of this motion."""
-        matrix, holding = self._state(q).equations()
-        _, forces = self._state(q, qd, qdd).equations()
-        return matrix[np.ix_(self._at, self._at)], holding[self._at], forces[self._at]
 
 
 def _six() -> list[tuple[str, Array]]:
@@ -308,7 +266,11 @@ def _six() -> list[tuple[str, Array]]:
 
 
 def motions_of(joint: UrdfJoint, planar: Mapping[str, Array]) -> list[tuple[str, Array]]:
-    """What the joint lets move, one elementary motion after the other: T or R, and its axis."""
+    """What the joint lets move, one elementary motion after the other: T or R, and its axis.
+
+    URDF defines no basis in the plane of a planar joint: ``planar`` gives its first vector, in
+    the child's frame.
+    """
     if joint.type in {"revolute", "continuous"}:
         return [("R", joint.axis)]
     if joint.type == "prismatic":
