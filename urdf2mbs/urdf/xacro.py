@@ -100,11 +100,7 @@ class Run:
         self.packages = packages
         self.trust = trust
         self.args = _Args(args)
-        self.messages: dict[tuple[Literal["warning", "note"], str, str | None], None] = {}
-        """Level, text, and the file that was being processed."""
-        self.slips: dict[tuple[str, xml.Slip], None] = {}
-        self.macros: dict[tuple[str, str], None] = {}
-        """Macros that are called and not defined, and the file that calls each."""
+        self.said: list[Diagnostic] = []
         self.packages_missing: dict[str, ConversionError] = {}
         self.guard = Guard()
         self.xacro = _copy("xacro")
@@ -117,17 +113,17 @@ class Run:
             warnings.simplefilter("always")
             try:
                 document = self.xacro.process_file(self.file, mappings=self.args)
-                text = document.toprettyxml(indent="  ").encode()
+                made = document.toprettyxml(indent="  ").encode()
             except Exception as error:
                 failure = explain(self, error)
-                failure.said = self.diagnostics()
+                failure.said = self.said
                 raise failure from error
         for warning in python_warnings:
-            name = warning.category.__name__
-            self.messages["warning", f"{name}: {warning.message}", None] = None
+            text = f"{warning.category.__name__}: {warning.message}"
+            self.tell(Diagnostic("warning", "xacro-warning", text, file=self.file))
         names = dict.fromkeys(map(absolute, (self.file, *self.xacro.all_includes)))
         files = [name for name in names if Path(name).is_file()]
-        return Expansion(text, files, [*self.diagnostics(), *self.warn_of_unused()])
+        return Expansion(made, files, [*self.said, *self.warn_of_unused()])
 
     def _replace(self) -> None:
         """Give our copy of xacro its parts of our own."""
@@ -167,6 +163,11 @@ class Run:
 
         xacro.eval_extension = extension
 
+    def tell(self, diagnostic: Diagnostic) -> None:
+        """Add a warning or message, once."""
+        if diagnostic not in self.said:
+            self.said.append(diagnostic)
+
     def spend(self, work: int) -> None:
         if not self.trust:
             self.guard.spend(work)
@@ -192,6 +193,13 @@ class Run:
         except ConversionError as error:
             # no error yet: the path may never be used
             self.packages_missing[package] = error
+            what = (
+                f"package '{package}' was not found; file names that begin with "
+                f"$(find {package}) lead nowhere"
+            )
+            self.tell(
+                Diagnostic("warning", "package-unresolved", what, file=self.file, hint=error.hint)
+            )
             return f"{_NOWHERE}{package}"
 
     def say(self, level: Literal["warning", "note"], *message: Any, **_: Any) -> str:
@@ -200,7 +208,8 @@ class Run:
         missing = missing_package(text, self)
         if missing is not None:  # an include by a pattern, which matches nothing
             raise missing
-        self.messages[level, text, where] = None
+        code = "xacro-warning" if level == "warning" else "xacro-message"
+        self.tell(Diagnostic(level, code, text, file=where or self.file))
         return ""
 
     def eval_text(self, text: Any, symbols: Any) -> Any:
@@ -231,7 +240,8 @@ class Run:
         except (ExpatError, UnicodeError):
             data, slips = xml.mend(standard_input.read(file))
             document = minidom.parseString(data)
-            self.slips.update(((absolute(name), slip), None) for slip in slips)
+            for code, message, line in slips:
+                self.tell(Diagnostic("warning", code, message, file=absolute(name), line=line))
             return document
 
     def handle_macro_call(self, node: Any, macros: Any, symbols: Any) -> Any:
@@ -243,7 +253,16 @@ class Run:
         except xacro.XacroException as error:
             if len(xacro.macrostack or ()) != depth or not str(error).startswith(_UNKNOWN_MACRO):
                 raise
-            self.macros[node.tagName.partition(":")[2], absolute(xacro.filestack[-1])] = None
+            caller, name = absolute(xacro.filestack[-1]), node.tagName.partition(":")[2]
+            what = (
+                f"the macro '{name}' is not defined: the <xacro:include> of the file that "
+                "defines it is missing"
+            )
+            _, line = written.locate([f"xacro:{name}"], [caller]) or ("", None)
+            hint = "--level xacro-macro-unknown=warning leaves it out"
+            self.tell(
+                Diagnostic("error", "xacro-macro-unknown", what, file=caller, line=line, hint=hint)
+            )
             xacro.replace_node(node, by=None)
             return True
 
@@ -333,40 +352,6 @@ class Run:
             for name in given
             if name not in asked
         ]  # fmt: skip
-
-    def diagnostics(self) -> list[Diagnostic]:
-        """All warnings and messages so far, and the macros that are not defined."""
-        slips = [
-            Diagnostic("warning", slip.code, slip.message, file=file, line=slip.line)
-            for file, slip in self.slips
-        ]
-        macros = [
-            Diagnostic(
-                "error", "xacro-macro-unknown",
-                f"the macro '{name}' is not defined: the <xacro:include> of the file that "
-                "defines it is missing",
-                file=caller, line=(written.locate([f"xacro:{name}"], [caller]) or ("", None))[1],
-                hint="--level xacro-macro-unknown=warning leaves it out",
-            )
-            for name, caller in self.macros
-        ]  # fmt: skip
-        missing = [
-            Diagnostic(
-                "warning", "package-unresolved",
-                f"package '{name}' was not found; file names that begin with $(find {name}) lead "
-                "nowhere",
-                file=self.file, hint=failure.hint,
-            )
-            for name, failure in self.packages_missing.items()
-        ]  # fmt: skip
-        said = [
-            Diagnostic(
-                level, "xacro-warning" if level == "warning" else "xacro-message", text,
-                file=file or self.file,
-            )
-            for level, text, file in self.messages
-        ]  # fmt: skip
-        return [*slips, *macros, *missing, *said]
 
 
 def _copy(name: str) -> Any:

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_left
-from typing import Any
+from typing import Any, NamedTuple
 
-import msgspec
 from lxml import etree
 
 from urdf2mbs.messages.diagnostics import ConversionError
@@ -17,7 +16,7 @@ from urdf2mbs.xml.errors import BLANK, check_entities, explain
 from urdf2mbs.xml.parser import safe_parser
 
 
-class Slip(msgspec.Struct, frozen=True):
+class Slip(NamedTuple):
     """A slip that was mended or forgiven."""
 
     code: str
