@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from proving import BOX, SOLID, joint, link, robot
 
-from urdf2mbs.urdf.changes import Change, between, describe, snapshot
+from urdf2mbs.urdf.changes import Change, between, describe, encode
 from urdf2mbs.urdf.model import (
     Collision,
     Dynamics,
@@ -91,22 +91,22 @@ CASES: list[tuple[Any, str]] = [
 def test_changes_in_words(change: Any, said: str) -> None:
     before, after = made(), made()
     change(after)
-    assert describe(between(snapshot(before), snapshot(after))) == said
+    assert describe(between(encode(before), encode(after))) == said
 
 
 def test_each_change_has_its_values() -> None:
     before, after = made(), made()
     with_values(after)
-    found = between(snapshot(before), snapshot(after))
+    found = between(encode(before), encode(after))
     assert found[:2] == [Change("name", "", "r", "s"), Change("mass", "a", 2.0, 3.0)]
     assert Change("mass", "c", None, 2.0) in found
     assert Change("axis", "one", (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)) in found
     renamed(after := made(), b="y")
-    assert between(snapshot(before), snapshot(after)) == [Change("link-renamed", "b", "b", "y")]
+    assert between(encode(before), encode(after)) == [Change("link-renamed", "b", "b", "y")]
 
 
 def test_what_no_urdf_can_hold_is_refused() -> None:
     broken = made()
     broken.links["a"].name = object()  # type: ignore[assignment]
     with pytest.raises(TypeError, match="object"):
-        snapshot(broken)
+        encode(broken)

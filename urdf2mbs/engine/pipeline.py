@@ -28,7 +28,7 @@ from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, nearest
 from urdf2mbs.messages.levels import CHANGEABLE, judge, weigh
 from urdf2mbs.proof.verdict import NOT_CHECKED
 from urdf2mbs.urdf import descriptions
-from urdf2mbs.urdf.changes import RobotChange, between, snapshot
+from urdf2mbs.urdf.changes import RobotChange, between, encode
 
 #: Ends an .mbs file that nobody compared with its URDF.
 _UNPROVEN = f"<!-- {NOT_CHECKED}: the pass 'check' was not in the pipeline -->\n".encode()
@@ -160,7 +160,7 @@ class Pipeline:
         registered, pass_ = configured.registered, configured.pass_
         plugin, file = registered.plugin, registered.file
         known = bool(conversion.robot.links)
-        robot = snapshot(conversion.robot) if known and _may_change(configured) else None
+        robot = encode(conversion.robot) if known and _may_change(configured) else None
         ours = protected_state(conversion) if plugin != GROUP else ""
         sections = look(conversion) if plugin != GROUP else {}
         try:
@@ -211,7 +211,7 @@ class Pipeline:
             more["conversion"] = conversion
         name = pass_.name if pass_ is not None else ""
         strangers = self.plugins.with_hook(hook) if pass_ is not None else []
-        before = snapshot(conversion.robot) if strangers else None
+        before = encode(conversion.robot) if strangers else None
         ours = protected_state(conversion) if strangers else ""
         try:
             for hooks in listeners:
@@ -263,7 +263,7 @@ def _note_change(
     robot, inserted = conversion.robot, conversion.inserted
     base = {inserted, robot.joints[inserted].parent} if inserted in robot.joints else set()
     try:
-        after = snapshot(robot)
+        after = encode(robot)
     except (TypeError, ValueError) as error:
         raise ConversionError(
             "plugin-robot-broken",

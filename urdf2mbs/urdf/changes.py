@@ -38,28 +38,22 @@ class RobotChange(msgspec.Struct):
         return f"{self.by} (plugin '{self.plugin}') changed of the robot: {describe(self.changes)}"
 
 
-def snapshot(robot: Robot) -> bytes:
-    """A copy of a robot that later changes do not reach; ``between`` reads it.
-
-    Raises TypeError or ValueError where the robot holds what a URDF cannot hold.
-    """
-    return encode(robot)
-
-
 def encode(data: Any) -> bytes:
-    """Data as bytes that can be compared; raises TypeError or ValueError where they cannot."""
-    return msgspec.msgpack.encode(data, enc_hook=_plain)
+    """A copy of data, such as a robot, that can be compared and that later changes do not reach.
 
+    Raises TypeError or ValueError where the data holds what a URDF cannot hold.
+    """
 
-def _plain(value: Any) -> Any:
-    """The numbers and arrays of numpy as Python's own numbers and lists."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    raise TypeError(f"{value!r} ({type(value).__name__})")
+    def plain(value: Any) -> Any:
+        if hasattr(value, "tolist"):  # the numbers and arrays of numpy
+            return value.tolist()
+        raise TypeError(f"{value!r} ({type(value).__name__})")
+
+    return msgspec.msgpack.encode(data, enc_hook=plain)
 
 
 def between(before: bytes, after: bytes) -> list[Change]:
-    """The changes between two snapshots, in the order of the file."""
+    """The changes between two robots that ``encode`` gave, in the order of the file."""
     if before == after:
         return []
     return list(_changes(*(msgspec.msgpack.decode(robot, type=Robot) for robot in (before, after))))
@@ -67,15 +61,13 @@ def between(before: bytes, after: bytes) -> list[Change]:
 
 def describe(changes: list[Change]) -> str:
     """Changes in words: "21 masses, 1 joint origin"."""
-    counts = Counter(change.kind for change in changes)
-    return ", ".join(_count(kind, count) for kind, count in counts.items())
-
-
-def _count(kind: str, count: int) -> str:
-    word, _, done = kind.replace("_", " ").partition("-")
-    if count > 1 and (not word.endswith("s") or word in _PLURALS):
-        word = _PLURALS.get(word, f"{word}s")
-    return f"{count} {word} {done}".rstrip()
+    said = []
+    for kind, count in Counter(change.kind for change in changes).items():
+        word, _, done = kind.replace("_", " ").partition("-")
+        if count > 1:
+            word = _PLURALS.get(word, word.removesuffix("s") + "s")
+        said.append(f"{count} {word} {done}".rstrip())
+    return ", ".join(said)
 
 
 #: The kinds of changes whose plural ends otherwise than in s.
@@ -89,13 +81,12 @@ def _changes(before: Robot, after: Robot) -> Iterator[Change]:
     joints = _match_renamed(list(before.joints), list(after.joints))
     yield from _compare_names("link", before.links, after.links, links)
     for name, link in before.links.items():
-        now = after.links.get(links.get(name, name))
-        if now is not None:
-            yield from _compare_links(link, now)
+        if links.get(name, name) in after.links:
+            yield from _compare_links(link, after.links[links.get(name, name)])
     yield from _compare_names("joint", before.joints, after.joints, joints)
     for name, joint in before.joints.items():
-        other = after.joints.get(joints.get(name, name))
-        if other is not None:
+        if joints.get(name, name) in after.joints:
+            other = after.joints[joints.get(name, name)]
             yield from _compare_joints(joint, other, links, joints)
     both = ((before.links, after.links, links), (before.joints, after.joints, joints))
     if any(_is_reordered(old, new, names) for old, new, names in both):

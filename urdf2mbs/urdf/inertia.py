@@ -37,16 +37,14 @@ class Fault(msgspec.Struct, frozen=True):
 
 def fault(tensor: Sym, mass: float) -> Fault | None:
     """The fault of an inertia (kg m^2, about the centre of mass); None if a body can have it."""
-    xx, xy, xz, yy, yz, zz = tensor
-    half = (xx + yy + zz) / 2
-    if _is_surely_positive((half - xx, -xy, -xz, half - yy, -yz, half - zz)):
-        return None  # Positive second moments: nearly every body, and no eigenvalue is needed.
-    small, middle, large = moments = _sort(principal(tensor)[0])
+    if _is_surely_positive(_second_moment(tensor)):
+        return None  # nearly every body, and no eigenvalue is needed
+    small, middle, large = stated = moments(tensor)
     trace = small + middle + large
     if small < -NOISE * abs(mass) - PSD_TOLERANCE * abs(trace):
-        return Fault("inertia-indefinite", moments)
+        return Fault("inertia-indefinite", stated)
     if large - small - middle > NOISE * abs(mass) + TRIANGLE_TOLERANCE * abs(trace):
-        return Fault("inertia-triangle", moments)
+        return Fault("inertia-triangle", stated)
     return None
 
 
@@ -59,9 +57,7 @@ def nearest(inertial: Inertial) -> tuple[Inertial, float]:
     matrix", Linear Algebra and its Applications 103, 1988).  The centre of mass stays.  "Moved"
     is the Frobenius norm of the change of J.
     """
-    xx, xy, xz, yy, yz, zz = inertial.inertia
-    half = (xx + yy + zz) / 2
-    values, axes = principal((half - xx, -xy, -xz, half - yy, -yz, half - zz))
+    values, axes = principal(_second_moment(inertial.inertia))
     kept = [max(value, 0.0) for value in values]
     moved = sqrt(sum(value * value for value in values if value < 0.0))
     j = [
@@ -75,13 +71,21 @@ def nearest(inertial: Inertial) -> tuple[Inertial, float]:
 
 def second_moments(tensor: Sym) -> list[float]:
     """Eigenvalues of J (kg m^2)."""
-    half = sum(moments(tensor)) / 2
-    return [half - moment for moment in moments(tensor)]
+    stated = moments(tensor)
+    return [sum(stated) / 2 - moment for moment in stated]
+
+
+def _second_moment(tensor: Sym) -> Sym:
+    """J of an inertia (kg m^2)."""
+    xx, xy, xz, yy, yz, zz = tensor
+    half = (xx + yy + zz) / 2
+    return (half - xx, -xy, -xz, half - yy, -yz, half - zz)
 
 
 def moments(tensor: Sym) -> tuple[float, float, float]:
     """Principal moments, ascending (kg m^2)."""
-    return _sort(principal(tensor)[0])
+    small, middle, large = sorted(principal(tensor)[0])
+    return small, middle, large
 
 
 def principal(tensor: Sym) -> tuple[list[float], Rows]:
@@ -117,8 +121,3 @@ def _is_surely_positive(tensor: Sym) -> bool:
     minor = xx * yy - xy * xy
     determinant = minor * zz - xx * yz * yz - yy * xz * xz + 2 * xy * xz * yz
     return xx > 0.0 and minor > 1e-12 * xx * yy and determinant > 1e-12 * minor * abs(zz)
-
-
-def _sort(values: list[float]) -> tuple[float, float, float]:
-    small, middle, large = sorted(values)
-    return small, middle, large
