@@ -54,18 +54,13 @@ def test_bodies_first_then_frames_in_the_order_of_the_file() -> None:
     assert [name for name, _ in points(result)["a"]] == ["b", "c", "p", "q"]
 
 
-def test_frames_of_the_ground_are_points_of_the_base() -> None:
-    result = anchored(
-        A, link("mark"), joint("world", "a"), joint("world", "mark", "fixed", xyz="7 8 9")
-    )
-    assert points(result)["ground"] == [("mark", (7.0, 8.0, 9.0))]
-
-
 def test_a_turned_frame_is_named_in_a_note_and_a_straight_one_is_not() -> None:
     result = anchored(
-        A, link("p"), link("q"), joint("world", "a"),
+        A, link("p"), link("q"), link("mark"), joint("world", "a"),
         joint("a", "p", "fixed", rpy="0 0 1"), joint("a", "q", "fixed", xyz="1 0 0"),
+        joint("world", "mark", "fixed", xyz="7 8 9"),
     )  # fmt: skip
+    assert points(result)["ground"] == [("mark", (7.0, 8.0, 9.0))]
     (told,) = [d for d in result.diagnostics if d.code == "point-without-rotation"]
     assert told.level == "note"
     assert told.message.endswith(": p")

@@ -8,9 +8,7 @@ from math import sin, sqrt
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from project.standin import MbsData, from1, make, user_functions
 from proving import SOLID, codes, joint, link, models, robot
 
 from urdf2mbs import Result, convert
@@ -73,49 +71,6 @@ def test_up_is_against_gravity(gravity: tuple[float, float, float]) -> None:
     x, y, z = (-c / 9.81 for c in gravity)
     found = heights(convert(BIPED, passes=passes, gravity=gravity).mbs, (x, y, z))
     assert min(found) == pytest.approx(0.25, abs=1e-12)
-
-
-def test_the_contact_law(tmp_path: Path) -> None:
-    options = {"links": ["*_foot"], "depth": 0.001, "speed": 0.1}
-    project = make(tmp_path, BIPED, passes={"contacts": options})
-    data = MbsData(project / "dataR" / "robot.mbs")
-    law = data.user_model["contact"]
-    total = sum(body.mass or 0.0 for body in data.mbs.bodies) * 9.81
-    assert law["stiffness"] * 0.001 * 8 == pytest.approx(total, rel=0.05)
-    R = from1(3, 3)
-    random = np.random.default_rng(1)
-    with user_functions(project) as user:
-
-        def force(point: Any, speed: Any, number: int = 2) -> Any:
-            P, V, none = from1(3), from1(3), from1(3)
-            P[1:4], V[1:4] = point, speed
-            row = user["user_ExtForces"].user_ExtForces(
-                P, R, V, none, none, none, data, 0.0, number
-            )
-            assert np.shares_memory(row, data.SWr), "the row of SWr itself is to be returned"
-            where = data.dpt[1:4, data.xfidpt[number]]
-            assert np.array_equal(np.array(row)[7:], np.array(where))
-            assert np.array_equal(np.array(row)[4:7], np.zeros(3))
-            return np.array(row)[1:4]
-
-        assert np.array_equal(force((0, 0, 1e-9), (1, 1, -1)), np.zeros(3))
-        k = law["stiffness"]
-        assert force((1, 2, -0.002), (0, 0, 0)) == pytest.approx([0, 0, k * 0.002])
-        assert force((0, 0, -0.002), (0, 0, -0.1)) == pytest.approx([0, 0, 2 * k * 0.002])
-        assert np.array_equal(force((0, 0, -0.002), (0, 0, 0.11)), np.zeros(3)), "it never pulls"
-        for _ in range(20):
-            V = random.normal(size=3) * 0.05
-            fx, fy, fz = force((0, 0, -0.002), V)
-            slip = np.hypot(V[0], V[1])
-            bent = law["bristle_time"] * slip / law["bristle"]
-            assert np.hypot(fx, fy) == pytest.approx(fz * min(0.8, bent))
-            assert fx * V[0] + fy * V[1] <= 0.0, "friction does not drive"
-            assert fx * V[1] == pytest.approx(fy * V[0], abs=1e-12)
-        robot = user["user_ExtForces"].robot
-        force((0, 0, -0.002), (0, 0, 0), 1)
-        assert robot.contact_force(data, "left_foot")[2] == pytest.approx(
-            sum(data.SWr[number, 3] for number in (1, 2, 3, 4))
-        )
 
 
 #: What TINY's body looks like, and by what gravity its points lie deepest.

@@ -1,44 +1,41 @@
-"""Forces: external forces at points, and springs."""
+"""Forces: where external forces and springs are; the oracle proves what they do."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import numpy as np
 import pytest
-from project.standin import MbsData, from1, make, user_functions
+from proving import models
 
 from urdf2mbs.mbs.kinematics import place
-from urdf2mbs.testing import TINY
+from urdf2mbs.testing import TINY, convert_text
+
+ARM = [{"link": "body"}, {"link": "arm", "at": [0, 0, 0.3]}]
 
 
-def test_wrenches_and_springs(tmp_path: Path) -> None:
+def test_wrenches_and_springs_have_points_names_and_numbers() -> None:
+    """A link keeps its name; a spring without a length is at rest at the start."""
+    wrench = {"link": "hand", "at": [0, 0, 0.1], "force": [1, 2, 3], "torque": [4, 5, 6]}
+    springs = {
+        "band": {"ends": ARM, "stiffness": 100, "damping": 5},
+        "arm": {"ends": ARM, "stiffness": 7, "length": 0.5},
+    }
     passes = {
-        "forces": {
-            "wrenches": {
-                "hand": {"link": "hand", "at": [0, 0, 0.1], "force": [1, 2, 3],
-                         "torque": [4, 5, 6], "start": 0.5, "stop": 1.0},
-            },
-            "springs": {
-                "band": {"ends": [{"link": "body"}, {"link": "arm", "at": [0, 0, 0.3]}],
-                         "stiffness": 100, "damping": 5},
-            },
-        }
+        "forces": {"wrenches": {"hand": {**wrench, "start": 0.5}}, "springs": springs},
+        "posture": {"joints": {"shoulder": 1.0}},
+    }
+    mbs = convert_text(TINY, passes=passes).mbs
+    points = {p.extforce.name: p for b in mbs.bodies for p in b.points if p.extforce}
+    assert {name: point.coordinates for name, point in points.items()} == {
+        "hand_force": (0.0, 0.0, 0.1)
+    }
+    numbers = models(mbs)
+    assert numbers["hand"] == {
+        "Fx": 1, "Fy": 2, "Fz": 3, "Mx": 4, "My": 5, "Mz": 6, "start": 0.5, "stop": 1e9,
     }  # fmt: skip
-    project = make(tmp_path, TINY, passes=passes)
-    data = MbsData(project / "dataR" / "robot.mbs")
-    assert data.extforce_id == {"hand_force": 1}, "the body keeps its name"
-    assert "hand" in data.body_id
-    with user_functions(project) as user:
-        P, R = from1(3), from1(3, 3)
-        for t, wanted in ((0.0, [0.0] * 6), (0.5, [1, 2, 3, 4, 5, 6]), (1.0, [0.0] * 6)):
-            row = user["user_ExtForces"].user_ExtForces(P, R, P, P, P, P, data, t, 1)
-            assert np.array_equal(np.array(row)[1:7], wanted)
-        rest = data.user_model["link_length"]["band"]
-        placement = place(data.mbs)
-        (link,) = data.mbs.links
-        ends = [placement.point(data.mbs, *end) for end in (link.endpoint1, link.endpoint2)]
-        assert rest == pytest.approx(np.linalg.norm(np.subtract(*ends)))
-        pull = user["user_LinkForces"].user_LinkForces(rest + 0.02, 0.1, data, 0.0, 1)
-        assert pull == pytest.approx(100 * 0.02 + 5 * 0.1)
-        assert user["user_LinkForces"].user_LinkForces(1.0, 0.0, data, 0.0, 9) == 0.0
+    assert numbers["link_stiffness"] == {"band": 100, "arm_spring": 7}
+    assert numbers["link_damping"] == {"band": 5, "arm_spring": 0}
+    placement = place(mbs)
+    one, two = (
+        placement.point(mbs, *end) for end in (mbs.links[0].endpoint1, mbs.links[0].endpoint2)
+    )
+    rest = sum((a - b) ** 2 for a, b in zip(one, two, strict=True)) ** 0.5
+    assert numbers["link_length"] == pytest.approx({"band": rest, "arm_spring": 0.5})

@@ -39,40 +39,30 @@ MERGED = {"arm": 1, "hand": 2, "finger": 1}
 KEPT = {"arm": 1, "wrist": 1, "hand": 1, "finger": 1}
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "xyz"),
-    [
-        ("0 0 1", "0 1 0", "0 0 0"),
-        ("0 0 1", "0 1 0", "0 0 0.2"),  # along the first axis
-        ("0 0 1", "0 1 0", "0 -0.3 0"),  # along the second
-        ("0 0 1", "0 1 0", "0 0.3 0.2"),  # some along each
-        ("1 2 3", "0 1 1", "0.1 0.5 0.6"),  # (1 2 3)/10 + (0 1 1) * 0.3
-        ("0 0 1", "0 0 1", "0 0 0.4"),
-        ("0 0 1", "0 0 -1", "0 0 0.4"),
-    ],
-)
-def test_two_turns(first: str, second: str, xyz: str) -> None:
-    assert moving(wrist(first, second, xyz=xyz)) == MERGED
+#: The second joint's origin: y of the hand is z of the wrist.
+QUARTER = "1.5707963267948966 0 0"
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "xyz"),
+    ("first", "second", "xyz", "rpy", "merged"),
     [
-        ("0 0 1", "0 1 0", "0.2 0 0"),
-        ("0 0 1", "0 1 0", "1e-9 0 0.2"),
-        ("0 0 1", "0 0 1", "0.1 0 0.4"),
-        ("0 0 1", "0 0 1", "0.1 0 0"),
+        ("0 0 1", "0 1 0", "0 0 0", "0 0 0", True),
+        ("0 0 1", "0 1 0", "0 0 0.2", "0 0 0", True),  # along the first axis
+        ("0 0 1", "0 1 0", "0 -0.3 0", "0 0 0", True),  # along the second
+        ("0 0 1", "0 1 0", "0 0.3 0.2", "0 0 0", True),  # some along each
+        ("1 2 3", "0 1 1", "0.1 0.5 0.6", "0 0 0", True),  # (1 2 3)/10 + (0 1 1) * 0.3
+        ("0 0 1", "0 0 1", "0 0 0.4", "0 0 0", True),
+        ("0 0 1", "0 0 -1", "0 0 0.4", "0 0 0", True),
+        ("1 0 0", "0 1 0", "0.1 0 0.2", QUARTER, True),  # some along each
+        ("0 0 1", "0 1 0", "0.2 0 0", "0 0 0", False),
+        ("0 0 1", "0 1 0", "1e-9 0 0.2", "0 0 0", False),
+        ("0 0 1", "0 0 1", "0.1 0 0.4", "0 0 0", False),
+        ("0 0 1", "0 0 1", "0.1 0 0", "0 0 0", False),
+        ("1 0 0", "0 1 0", "0.1 0.2 0", QUARTER, False),
     ],
 )
-def test_two_turns_with_something_between(first: str, second: str, xyz: str) -> None:
-    assert moving(wrist(first, second, xyz=xyz)) == KEPT
-
-
-def test_the_second_axis_is_turned_by_its_origin() -> None:
-    quarter = "1.5707963267948966 0 0"  # y of the hand is z of the wrist
-    along_both = wrist("1 0 0", "0 1 0", xyz="0.1 0 0.2", rpy=quarter)
-    assert moving(along_both) == MERGED
-    assert moving(wrist("1 0 0", "0 1 0", xyz="0.1 0.2 0", rpy=quarter)) == KEPT
+def test_two_turns(first: str, second: str, xyz: str, rpy: str, merged: bool) -> None:
+    assert moving(wrist(first, second, xyz=xyz, rpy=rpy)) == (MERGED if merged else KEPT)
 
 
 @pytest.mark.parametrize("xyz", ["0.1 0.2 0.3", "0 0 0.3", "0 0 0"])

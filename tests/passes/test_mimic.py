@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from project.standin import MbsData, from1, make, user_functions
 from proving import codes
 
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -37,79 +36,43 @@ CHAIN = (
     + joint("four", "d", "e")
     + "</robot>"
 )
-#: What the rules say: follower, leader, multiplier, offset.
-RULES = [("two", "one", 2.0, 0.5), ("three", "one", -6.0, -1.25)]
 
 
-def check_constraints(project: Path, rules: list[tuple[str, str, float, float]]) -> None:
-    """The constraints are those of the rules; J is their derivative; jdqd that of J times qd."""
-    data = MbsData(project / "dataR" / f"{project.name}.mbs")
-    random = np.random.default_rng(3)
-    with user_functions(project) as user:
-        n = len(rules)
-
-        def at(q: Any) -> tuple[Any, Any]:
-            data.q[1:] = q
-            h, jac = from1(n), from1(n, data.njoint)
-            h[1:] = np.nan
-            user["user_cons_hJ"].user_cons_hJ(h, jac, data, 0.1)
-            return np.array(h)[1:], np.array(jac)[1:, 1:]
-
-        q = random.normal(size=data.njoint)
-        h, jac = at(q)
-        number = data.joint_id
-        wanted = [q[number[f] - 1] - m * q[number[leader] - 1] - b for f, leader, m, b in rules]
-        assert np.allclose(h, wanted, rtol=0, atol=1e-14)
-        for j in range(data.njoint):
-            step = np.zeros(data.njoint)
-            step[j] = 0.5
-            slope = (at(q + step)[0] - at(q - step)[0]) / 1.0  # h is linear
-            assert np.allclose(slope, jac[:, j], rtol=0, atol=1e-12)
-        jdqd = from1(n)
-        jdqd[1:] = np.nan
-        user["user_cons_jdqd"].user_cons_jdqd(jdqd, data)
-        assert np.array_equal(np.array(jdqd)[1:], np.zeros(n))
-        # the start position closes the constraints, and they pick the dependent joints
-        start = np.array(data.q0)[1:]
-        assert np.allclose(at(start)[0], 0.0, rtol=0, atol=1e-15)
-        dependent = [j.name for b in data.mbs.bodies for j in b.joints if j.nature == "dependent"]
-        assert sorted(dependent) == sorted(f for f, *_ in rules)
-        columns = [number[name] - 1 for name in dependent]
-        assert abs(np.linalg.det(jac[:, columns])) > 0.5
-
-
-def test_followers_follow_the_start_position(tmp_path: Path) -> None:
-    passes = {"posture": {"joints": {"one": 0.7}}}
-    project = make(tmp_path, CHAIN, passes=passes)
-    data = MbsData(project / "dataR" / "robot.mbs")
-    start = {name: data.q0[k] for name, k in data.joint_id.items()}
-    assert start["two"] == pytest.approx(1.9, abs=1e-15)
-    assert start["three"] == pytest.approx(-5.45, abs=1e-15)
-    check_constraints(project, RULES)
+@pytest.mark.parametrize(
+    ("joints", "natures", "starts"),
+    [
+        ({}, ["dependent"] * 2, [1.9, -5.45]),
+        # a follower that is free leads those that follow it
+        ({"two": "independent"}, ["independent", "dependent"], [0.0, 0.25]),
+        ({"*": "driven"}, ["driven"] * 2, [1.9, -5.45]),
+    ],
+)
+def test_followers_are_coupled_by_their_rules_and_start_by_them(
+    tmp_path: Path, joints: dict[str, str], natures: list[str], starts: list[float]
+) -> None:
+    """The oracle proves the code that holds the rules."""
+    passes = {"posture": {"joints": {"one": 0.7}}, "mimic": {"joints": joints}}
+    result = convert_text(CHAIN, output={"project": tmp_path / "p"}, passes=passes)
+    followers = [result.mbs.joints()[name] for name in ("two", "three")]
+    assert [joint.nature for joint in followers] == natures
+    assert [joint.q or 0.0 for joint in followers] == pytest.approx(starts, abs=1e-15)
+    simulation = result.conversion.simulation
+    found = [
+        (c.follower.name, c.leader.name, c.multiplier, c.offset)
+        for c in (*simulation.couplings, *simulation.driven)
+    ]
+    rules = [("two", "one", 2.0, 0.5), ("three", "one", -6.0, -1.25)]
+    assert found == ([("three", "two", -3.0, 0.25)] if "two" in joints else rules)
+    held = [constraint.joints for constraint in result.mbs.user_constraints]
+    assert held == [(f, leader) for f, leader, *_ in found if joints != {"*": "driven"}]
 
 
 def test_a_plain_mbs_keeps_them_independent_and_warns() -> None:
     result = convert_text(CHAIN)
     assert "mimic" in codes(result)
-    natures = {j.name: j.nature for b in result.mbs.bodies for j in b.joints}
-    assert natures["two"] == natures["three"] == "independent"
+    joints = result.mbs.joints()
+    assert joints["two"].nature == joints["three"].nature == "independent"
     assert not result.mbs.user_constraints
-
-
-def test_natures_by_joint(tmp_path: Path) -> None:
-    """A follower that is free leads those that follow it; one that is driven is moved."""
-    passes = {"mimic": {"joints": {"two": "independent"}}}
-    check_constraints(make(tmp_path, CHAIN, passes=passes), [("three", "two", -3.0, 0.25)])
-    (tmp_path / "driven").mkdir()
-    passes = {"mimic": {"joints": {"*": "driven"}}}
-    project = make(tmp_path / "driven", CHAIN, passes=passes)
-    data = MbsData(project / "dataR" / "robot.mbs")
-    one, two, three = (data.joint_id[name] for name in ("one", "two", "three"))
-    data.q[one], data.qd[one], data.qdd[one] = 0.1, 0.2, 0.3
-    with user_functions(project) as user:
-        user["user_DrivenJoints"].user_DrivenJoints(data, 0.0)
-    assert [data.q[two], data.qd[two], data.qdd[two]] == pytest.approx([0.7, 0.4, 0.6])
-    assert [data.q[three], data.qd[three], data.qdd[three]] == pytest.approx([-1.85, -1.2, -1.8])
 
 
 def test_a_leader_that_does_not_move() -> None:

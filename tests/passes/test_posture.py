@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -13,24 +14,37 @@ from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.testing import TINY, convert_text
 
 
+def group_states(folder: Path, text: str, state: str, **options: Any) -> Result:
+    """TINY in a state of an SRDF file with this text."""
+    (folder / "r.srdf").write_text(text)
+    passes = {"srdf": str(folder / "r.srdf"), "state": state, **options}
+    return convert_text(TINY, passes={"posture": passes})
+
+
 def test_a_group_state(tmp_path: Path) -> None:
-    (tmp_path / "robot.srdf").write_text(
+    """States of one name add up; what has no position, or no number, is named."""
+    text = (
         '<robot name="tiny"><group_state name="home" group="a"><joint name="shoulder" '
         'value="0.5"/></group_state><group_state name="home" group="b"><joint name="wrist_pitch" '
-        'value="-1.5"/><joint name="gone" value="1"/></group_state></robot>'
+        'value="-1.5"/><joint name="gone" value="1"/></group_state><group_state name="odd">'
+        '<joint name="shoulder" value="0 0 1"/><joint name="wrist_pitch" value="inf"/>'
+        '<joint name="wrist_roll" value="0.5"/></group_state></robot>'
     )
-    file = str(tmp_path / "robot.srdf")
-    passes = {"srdf": file, "state": "home", "joints": {"shoulder": 0.25}}
-    result = convert_text(TINY, passes={"posture": passes})
-    start = {j.name: j.q for b in result.mbs.bodies for j in b.joints}
-    assert start["shoulder"] == 0.25
-    assert start["wrist_pitch"] == -1.5
-    told = {found.code: found.message for found in result.diagnostics}
-    assert "gone" in told["posture-state"]
+    result = group_states(tmp_path, text, "home", joints={"shoulder": 0.25})
+    assert starts(result)["shoulder"] == 0.25
+    assert starts(result)["wrist_pitch"] == -1.5
+    told = messages(result)
+    assert "is not used for gone: " in told["posture-state"]
     assert "wrist_pitch at -1.5 of [-1, 1] rad" in told["posture-limit"]
+    result = group_states(tmp_path, text, "odd")
+    assert result.conversion.report["posture"] == {"wrist_roll": 0.5}
+    assert "is not used for shoulder, wrist_pitch: " in messages(result)["posture-state"]
     with pytest.raises(ConfigError, match="no group state 'hoem'") as caught:
-        convert_text(TINY, passes={"posture": {"srdf": file, "state": "hoem"}})
+        group_states(tmp_path, text, "hoem")
     assert caught.value.hint == "did you mean 'home'?"
+    with pytest.raises(ConfigError, match="is not XML") as caught:
+        group_states(tmp_path, "<robot>\n<group_state>\n</robot>\n", "home")
+    assert caught.value.line == 3
 
 
 LIMITED = (
@@ -139,18 +153,6 @@ def test_the_middle_is_short_and_within_the_limits(low: float, high: float, midd
     assert f": {middle!r}}}" in (said.hint or "")
 
 
-def test_an_srdf_with_what_is_no_number(tmp_path: Path) -> None:
-    (tmp_path / "r.srdf").write_text(
-        '<robot name="r"><group_state name="s" group="g"><joint name="shoulder" value="0 0 1"/>'
-        '<joint name="wrist_pitch" value="inf"/><joint name="wrist_roll" value="0.5"/>'
-        "</group_state></robot>"
-    )
-    options = {"srdf": str(tmp_path / "r.srdf"), "state": "s"}
-    result = convert_text(TINY, passes={"posture": options})
-    assert result.conversion.report["posture"] == {"wrist_roll": 0.5}
-    assert "is not used for shoulder, wrist_pitch: " in messages(result)["posture-state"]
-
-
 @pytest.mark.parametrize(("beyond", "told"), [(1e-10, False), (1e-6, True)])
 @pytest.mark.parametrize(("limit", "side"), [(1.5, 1), (1.0, -1)])
 def test_what_rounding_adds_is_not_beyond_a_limit(
@@ -176,13 +178,6 @@ def test_a_start_in_degrees_is_told_to_be_in_rad(start: float, kind: str, told: 
 def test_a_follower_starts_by_its_rule_without_this_pass_too(tmp_path: Path) -> None:
     result = convert_text(LIMITED, output={"project": tmp_path / "robot"}, without=["posture"])
     assert starts(result) == {"one": 0.0, "two": 0.2}
-
-
-def test_an_srdf_that_is_no_xml_is_told_with_its_line(tmp_path: Path) -> None:
-    (tmp_path / "r.srdf").write_text("<robot>\n<group_state>\n</robot>\n")
-    with pytest.raises(ConfigError, match="is not XML") as caught:
-        convert_text(passes={"posture": {"srdf": str(tmp_path / "r.srdf"), "state": "s"}})
-    assert caught.value.line == 3
 
 
 @pytest.mark.parametrize(("count", "listed"), [(10, True), (11, False)])

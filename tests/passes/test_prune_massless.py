@@ -37,36 +37,31 @@ def parts(result: Result) -> dict[str, list[str]]:
 HAND = (link("hand", SOLID), joint("wrist", "hand"))
 
 
-def test_a_massless_link_hands_its_joint_on() -> None:
+def test_massless_links_hand_their_joints_on() -> None:
     result = pruned(link("wrist"), *HAND, joint("world", "wrist"))
     assert steps(result) == {"hand": ["wrist", "hand"]}
     first, last = result.conversion.segments["hand"].steps
     assert list(first.frames) == ["wrist"]
     assert last.frames == {}
-
-
-def test_several_in_a_row_hand_on_theirs() -> None:
     chain = (link("p"), link("q"), joint("world", "p"), joint("p", "q"), joint("q", "wrist"))
     assert steps(pruned(*chain, link("wrist"), *HAND)) == {"hand": ["p", "q", "wrist", "hand"]}
 
 
 @pytest.mark.parametrize(
-    "between",
+    ("seen", "xyz", "branch"),
     [
-        {"xyz": "0 0 0.1"},  # a shift
-        {"visual": BOX},  # something to show
-        {"branch": link("other", SOLID) + joint("wrist", "other")},  # something to carry
-        {"branch": link("tool") + joint("wrist", "tool", "fixed")},  # a frame to carry
+        ("", "0 0 0.1", ""),
+        (BOX, "0 0 0", ""),
+        ("", "0 0 0", link("other", SOLID) + joint("wrist", "other")),
+        ("", "0 0 0", link("tool") + joint("wrist", "tool", "fixed")),
     ],
 )
-def test_it_stays_where_something_lies_between(between: dict[str, str]) -> None:
+def test_it_stays_where_something_lies_between(seen: str, xyz: str, branch: str) -> None:
+    """A shift, something to show, a body to carry, or a frame to carry."""
     result = pruned(
-        link("wrist", between.get("visual", "")),
-        joint("world", "wrist"),
-        link("hand", SOLID),
-        joint("wrist", "hand", xyz=between.get("xyz", "0 0 0")),
-        between.get("branch", ""),
-    )
+        link("wrist", seen), joint("world", "wrist"), link("hand", SOLID),
+        joint("wrist", "hand", xyz=xyz), branch,
+    )  # fmt: skip
     assert steps(result)["wrist"] == ["wrist"]
     assert steps(result)["hand"] == ["hand"]
 

@@ -1,28 +1,13 @@
-"""Sensors: where they are, and what the generated helpers make of what Robotran computes."""
+"""Sensors: where they are, and how they are called; the oracle proves what they read."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-from project.standin import MbsData, make, user_functions
+from project.standin import MbsData, make
 
 from urdf2mbs.testing import TINY, convert_text
-
-IMU = """
-  <gazebo reference="hand">
-    <sensor name="wrist imu" type="imu"><pose>0.01 0.02 0.03 0.4 0.5 0.6</pose></sensor>
-    <sensor name="camera" type="camera"/>
-  </gazebo>
-  <sensor name="wrist imu" type="imu"><parent link="hand"/></sensor>
-  <sensor name="turn" type="gyroscope">
-    <parent link="arm"/><origin xyz="0 0 0.1" rpy="0 0 1.5"/>
-  </sensor>
-</robot>
-"""
-ROBOT = TINY.replace("</robot>", IMU)
-
 
 #: The anchor point of the link ``tool`` gets a force, as a plugin may give it.
 FORCED = """
@@ -52,48 +37,6 @@ def test_a_sensor_is_not_on_the_point_of_a_force(tmp_path: Path) -> None:
     assert points["tool"].sensor is None
     assert points["tool_at"].sensor is not None
     assert points["tool_at"].coordinates == points["tool"].coordinates
-
-
-@pytest.mark.parametrize("preset", ["faithful", "compact"])
-def test_an_imu_reads_in_its_own_axes(tmp_path: Path, preset: str) -> None:
-    """Against the URDF's own frames: Pinocchio reads it, with a link where the IMU is."""
-    pin = pytest.importorskip("pinocchio")
-
-    project = make(tmp_path, ROBOT, pipeline=preset, base="fixed")
-    data = MbsData(project / "dataR" / "robot.mbs")
-    assert set(data.sensor_id) == {"wrist_imu", "turn"}
-    random = np.random.default_rng(5)
-    state = {name: random.normal(size=3) for name in ("shoulder", "wrist_roll", "wrist_pitch")}
-    for name, (q, qd, qdd) in state.items():
-        k = data.joint_id[name]
-        data.q[k], data.qd[k], data.qdd[k] = q, qd, qdd
-    with user_functions(project) as user:
-        robot = user["user_dirdyn"].robot
-        force, turn = robot.imu(data, "wrist imu")
-
-    there = (
-        '<link name="there"/><joint name="at" type="fixed"><parent link="hand"/>'
-        '<child link="there"/><origin xyz="0.01 0.02 0.03" rpy="0.4 0.5 0.6"/></joint></robot>'
-    )
-    model = pin.buildModelFromXML(ROBOT.replace("</robot>", there))
-    q, v, a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
-    for name, values in state.items():
-        joint = model.joints[model.getJointId(name)]
-        if joint.nq == 2:
-            q[joint.idx_q : joint.idx_q + 2] = np.cos(values[0]), np.sin(values[0])
-        else:
-            q[joint.idx_q] = values[0]
-        v[joint.idx_v], a[joint.idx_v] = values[1:]
-    computed = model.createData()
-    pin.forwardKinematics(model, computed, q, v, a)
-    pin.updateFramePlacements(model, computed)
-    frame = model.getFrameId("there")
-    own = pin.ReferenceFrame.LOCAL
-    wanted = pin.getFrameClassicalAcceleration(model, computed, frame, own).linear
-    wanted = wanted - computed.oMf[frame].rotation.T @ model.gravity.linear
-    assert np.allclose(force, wanted, rtol=0, atol=1e-12)
-    spin = pin.getFrameVelocity(model, computed, frame, own).angular
-    assert np.allclose(turn, spin, rtol=0, atol=1e-12)
 
 
 def test_sensors_of_the_config(tmp_path: Path) -> None:

@@ -1,8 +1,7 @@
-"""A wrong option of a pass is an error with its code, before anything is written."""
+"""A wrong option of a pass is an error with its code; test_ranges.py has the ranges of numbers."""
 
 from __future__ import annotations
 
-from math import inf, nan
 from typing import Any
 
 import pytest
@@ -18,30 +17,18 @@ ENDS = [{"link": "arm"}, {"link": "hand"}]
     [
         ("actuators", {"joints": ["tool_mount"]}, "actuators-joints"),
         ("contacts", {"links": ["*_fot"]}, "contacts-links"),
-        ("contacts", {"links": ["tool"], "stiffness": -1.0}, "value-range"),
         ("contacts", {"links": ["tool"]}, "contacts-shape"),
         ("contacts", {"links": ["wrist"]}, "contacts-body"),
         ("contacts", {"roll": ["hand"]}, "contacts-shape"),
-        *(
-            ("estimate-inertia", options, "value-range")
-            for options in (
-                {"density": 0}, {"density": -1}, {"density": nan}, {"density": inf},
-                {"total_mass": 0}, {"density": 1, "rod_radius": 0},
-            )
-        ),
         ("estimate-inertia", {"density": 1, "total_mass": 1}, "estimate-inertia"),
         ("force-torque", {"joints": ["tool_mount"]}, "force-torque-joint"),
         ("force-torque", {"joints": ["shoulder"]}, "force-torque-joint"),
-        ("joint-parameters", {"stop_frequency": -1.0}, "value-range"),
         ("loops", {"cuts": {"x": {"ends": [ENDS[0], {"link": "hnad"}]}}}, "loops-link"),
         ("loops", {"cuts": {"x": {"ends": ENDS, "length": 1.0}}}, "loops-length"),
-        ("loops", {"cuts": {"x": {"kind": "rod", "ends": ENDS, "length": -1}}}, "value-range"),
         ("loops", {"cuts": {"arm": {"ends": ENDS}}}, "loops-name"),
         ("mimic", {"joints": {"for": "driven"}}, "mimic-joints"),
         ("posture", {"joints": {"shuolder": 1.0}}, "posture-joint"),
         ("posture", {"joints": {"tool_mount": 1.0}}, "posture-joint"),
-        ("posture", {"joints": {"shoulder": nan}}, "value-range"),
-        ("posture", {"hold": {"stiffness": inf, "damping": 1.0}}, "value-range"),
         ("posture", {"hold": {"gains": {"wirst": {}}}}, "posture-hold"),
         ("posture", {"state": "home"}, "posture-srdf"),
         ("posture", {"state": "home", "srdf": "not_there.srdf"}, "posture-srdf"),
