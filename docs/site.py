@@ -10,7 +10,7 @@ import inspect
 import json
 import posixpath
 import re
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from urdf2mbs.commands import module_of, parser
@@ -20,6 +20,11 @@ from urdf2mbs.engine.plugins import Plugins
 
 DOCS = Path(__file__).resolve().parent
 CODE = "```"
+#: Bounds of numbers in a JSON schema, and how a table says each.
+BOUNDS = {
+    "minimum": "at least", "exclusiveMinimum": "above",
+    "maximum": "at most", "exclusiveMaximum": "below",
+}  # fmt: skip
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -40,7 +45,13 @@ def on_config(config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Drop words for tests from code blocks, and links to files outside docs/."""
+    """Add a pass's options to its page; drop words for tests from code blocks, and links to files
+    outside docs/."""
+    if page.file.src_uri.startswith("passes/"):
+        told = "\n".join(_options(PurePosixPath(page.file.src_uri).stem))
+        method = re.search(r"^\*\*Method\*\*.*\n", markdown, re.MULTILINE)
+        assert method, page.file.src_uri
+        markdown = f"{markdown[: method.end()]}\n{told}\n{markdown[method.end() :]}"
     markdown = re.sub(r"^( *```\w+) .+$", r"\1", markdown, flags=re.MULTILINE)
     here = posixpath.dirname(page.file.src_uri)
 
@@ -98,16 +109,42 @@ def _config() -> str:
     told = (
         "A config is a YAML file. Paths are relative to its folder; `~`, `$VARIABLE` are filled in."
     )
-    lines = ["# Config", "", told, "", "| key | default | |", "|---|---|---|"]
-    for key, one in known["properties"].items():
-        default = "must be given" if key in known["required"] else f"`{json.dumps(one['default'])}`"
-        lines.append(f"| `{key}` | {default} | {one.get('description', '')} |")
+    lines = ["# Config", "", told, "", *_table("key", known)]
     told = (
         "`urdf2mbs schema` prints all this as a JSON schema, for your editor: "
         "[config.schema.json](config.schema.json)."
     )
     lines += ["", f"The options below `passes` are those of [each pass](passes.md). {told}", ""]
     return "\n".join(lines)
+
+
+def _table(what: str, known: dict[str, Any]) -> list[str]:
+    """The properties of a JSON schema: default, description and range of each."""
+    rows = [f"| {what} | default | |", "|---|---|---|"]
+    for key, one in known["properties"].items():
+        required = key in known.get("required", ())
+        default = "must be given" if required else f"`{json.dumps(one['default'])}`"
+        ranges = [
+            f"{words} {kind[bound]:g}"
+            for kind in (one, *one.get("anyOf", ()))
+            for bound, words in BOUNDS.items()
+            if bound in kind
+        ]
+        limits = f" ({', '.join(ranges)})" if ranges else ""
+        rows.append(f"| `{key}` | {default} | {one.get('description', '')}{limits} |")
+    return rows
+
+
+def _options(name: str) -> list[str]:
+    """What a pass reads and writes, and its options."""
+    (found, *_) = Plugins(installed=False).passes[name]
+    reads, writes = (
+        ", ".join(f"`{section}`" for section in sections) or "nothing"
+        for sections in (found.kind.reads, found.kind.writes)
+    )
+    told = [f"Reads {reads}; writes {writes}.", ""]
+    options = schema(Plugins(installed=False))["$defs"][f"{name}.{found.kind.__name__}"]
+    return told + (_table("option", options) if options["properties"] else ["It has no options."])
 
 
 def _passes() -> str:
