@@ -161,7 +161,7 @@ def verify(
         verdict = _verify(robot, made.mbs, _Certified(), made.robot, frames, tolerance, fields)
         verdict.made_of = other
     else:
-        mbs, certified = _read_model(other), _certified(other)
+        mbs, certified = read(files.read_model(other), other), _certified(other)
         verdict = _verify(robot, mbs, certified, None, frames, tolerance, fields)
     if frames:
         verdict.count_frames()
@@ -246,14 +246,6 @@ def _certified(model: str) -> _Certified:
 def _is_robot(file: str) -> bool:
     """True for the name of a URDF or xacro file; an .mbs may have any ending."""
     return file.startswith(PREFIX) or Path(file).suffix.lower() in (".urdf", ".xacro", ".xml")
-
-
-def _read_model(model: str) -> Mbs:
-    try:
-        data = files.read(Path(model))
-    except OSError as error:
-        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
-    return read(data, model)
 
 
 #: The passes that make the robot which the others convert; those that change it do so when asked.

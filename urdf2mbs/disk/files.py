@@ -56,6 +56,14 @@ def read(path: Path, most: int | None = None) -> bytes:
         raise OSError(0, str(error), str(path)) from None
 
 
+def read_model(model: str | os.PathLike[str]) -> bytes:
+    """The bytes of an .mbs file; raises ConfigError."""
+    try:
+        return read(Path(model))
+    except OSError as error:
+        raise ConfigError("model-unreadable", f"cannot read '{model}': {error.strerror}") from None
+
+
 def read_stream(stream: IO[bytes], name: str, most: int | None = None, size: int = 0) -> bytes:
     """All bytes of a stream, which probably are ``size``; raises OSError as ``read`` does."""
     most = MOST if most is None else most

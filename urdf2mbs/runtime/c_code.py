@@ -29,7 +29,12 @@ from urdf2mbs.runtime.python_code import NEAR, PythonCode
 
 HERE = Path(__file__).parent
 HEADERS = HERE / "mbsysc"
-FLAGS = ("-std=gnu99", "-O2", "-w", "-shared", "-fPIC")
+#: Equations of 2025 and later call ``user_call_X``, which here is ``user_X``.
+FLAGS = (
+    "-std=gnu99", "-O2", "-w", "-shared", "-fPIC",
+    *(f"-Duser_call_{name}=user_{name}" for name in (
+        "ExtForces", "Link3DForces", "LinkForces", "DrivenJoints", "cons_hJ", "cons_jdqd")),
+)  # fmt: skip
 
 _double, _int = ctypes.c_double, ctypes.c_int
 _row = ctypes.POINTER(_double)
@@ -73,18 +78,13 @@ class _Hooks(ctypes.Structure):
     _fields_ = list(_HOOKS.items())
 
 
-class _Motion(ctypes.Structure):
-    _fields_ = [*((name, _double * 4) for name in ("P", "V", "OM", "A", "OMP")),
-                ("R", _double * 16)]  # fmt: skip
-
-
 class SensorInC(ctypes.Structure):
     """MbsSensor of ``mbsysc/mbs_sensor.h``."""
 
     _fields_ = [
-        *((name, ctypes.c_double * size)
+        *((name, _double * size)
           for name, size in (("P", 4), ("R", 16), ("V", 4), ("OM", 4), ("A", 4), ("OMP", 4))),
-        ("J", ctypes.POINTER(ctypes.c_double) * 7),
+        ("J", _row * 7),
     ]  # fmt: skip
 
 
@@ -95,37 +95,32 @@ def compiler() -> str | None:
     return next(filter(None, map(shutil.which, names)), None)
 
 
+def vector(array: Any) -> Any:
+    """An array in C."""
+    return array.ctypes.data_as(_row)
+
+
+def table(array: Any) -> Any:
+    """A table in C."""
+    return (_row * len(array))(*map(vector, array))
+
+
 class Memory:
     """The arrays of MbsData as C has them."""
 
     def __init__(self, data: MbsData) -> None:
-        self.data = data
-        self.kept: list[Any] = []
-        self.c = self._struct()
-        self.at = ctypes.byref(self.c)
-
-    def vector(self, array: Any) -> Any:
-        self.kept.append(array)
-        return array.ctypes.data_as(_row)
-
-    def table(self, array: Any) -> Any:
-        pointers = (_row * len(array))(*(row.ctypes.data_as(_row) for row in array))
-        self.kept += [array, pointers]
-        return ctypes.cast(pointers, _table)
-
-    def _struct(self) -> _Data:
-        data = self.data
-        c = _Data(njoint=data.njoint, nqu=data.nqu, nqv=data.nqv, Nux=data.Nux, DonePart=1)
+        self.kept = dict(vars(data))  # C works on these arrays, whatever user code puts there
+        self.c = c = _Data(njoint=data.njoint, nqu=data.nqu, nqv=data.nqv, Nux=data.Nux, DonePart=1)
+        self.at = ctypes.byref(c)
         for name in (*ROWS, *MORE_ROWS, "qd0", "Lambda"):
-            setattr(c, name, self.vector(getattr(data, name)))
+            setattr(c, name, vector(getattr(data, name)))
         for name in (*TABLES, "SWr", "l3DWr"):
-            setattr(c, name, self.table(getattr(data, name)))
+            setattr(c, name, table(getattr(data, name)))
         for name in ("qu", "qv", "xfidpt"):
             numbers = getattr(data, name)
             setattr(c, name, (_int * len(numbers))(*map(int, numbers)))
-        c.dpt = (_row * 4)(*map(self.vector, data.dpt))
+        c.dpt = table(data.dpt)
         c.g = (_double * 4)(*data.g)
-        return c
 
 
 class CCode(PythonCode):
@@ -141,15 +136,14 @@ class CCode(PythonCode):
         self.library = _library(data, self.rows, sources)
         self.memory = memory = Memory(data)
         self.c, self.at = memory.c, memory.at
-        self.c.guess = memory.vector(self.guess)
-        self.c.user_model = memory.vector(self._user_models())
         # arguments that are made once, since this is called some ten thousand times a second
         self.y, self.f = np.empty((2, 2 * data.nqu + data.Nux))
-        self.buffers = memory.vector(self.y), memory.vector(self.f)
         self.jac = np.zeros((sum(self.rows) + 1, data.njoint + 1))
-        self.rows_at = memory.vector(np.zeros(sum(self.rows) + 1)), memory.table(self.jac)
-        self.phi = np.zeros(data.njoint + 1)
-        self.phi_at = memory.vector(self.phi)
+        self.h, self.phi = np.zeros(sum(self.rows) + 1), np.zeros(data.njoint + 1)
+        self.model = self._user_models()
+        self.c.guess, self.c.user_model = vector(self.guess), vector(self.model)
+        self.buffers = vector(self.y), vector(self.f)
+        self.rows_at, self.phi_at = (vector(self.h), table(self.jac)), vector(self.phi)
         self.function = self.library.accelerate
         self.function.argtypes = [ctypes.c_void_p, _double, _row, _row]
         self.hooks = _Hooks.in_dll(self.library, "hooks")
@@ -191,8 +185,8 @@ class CCode(PythonCode):
         if not self.in_c:
             super().call(name, dirdyn)
             return
-        when = {"user_dirdyn_init": -1, "user_dirdyn_loop": 0, "user_dirdyn_finish": 1}[name]
-        self.library.call_dirdyn(self.at, when)
+        given = ctypes.c_void_p.in_dll(self.library, "dirdyn")
+        getattr(self.library, name)(self.at, ctypes.byref(given))
         self._check()
         self.data.flag_stop |= self.c.flag_stop
 
@@ -228,7 +222,7 @@ class CCode(PythonCode):
             if data.pushes:
                 self._hook("pushes", data.push)
             return
-        motion = _Motion.in_dll(self.library, "motion")
+        motion = SensorInC.in_dll(self.library, "motion")
         p, v, om, a, omp = (
             np.ctypeslib.as_array(getattr(motion, name)) for name in ("P", "V", "OM", "A", "OMP")
         )
@@ -312,14 +306,3 @@ def _not_compiled(said: str) -> ConversionError:
     if found is None:
         return ConversionError("not-compiled", f"the C compiler says: {said.strip()[-500:]}")
     return ConversionError("not-compiled", found[3], file=found[1], line=int(found[2]))
-
-
-def row(array: Any) -> Any:
-    """An array in C."""
-    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
-
-
-def rows(array: Any) -> Any:
-    """A table in C."""
-    pointers = [row(values) for values in array]
-    return (type(pointers[0]) * len(pointers))(*pointers)

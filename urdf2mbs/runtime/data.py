@@ -18,7 +18,6 @@ import numpy as np
 from urdf2mbs.disk import files
 from urdf2mbs.mbs.model import BASE, Point
 from urdf2mbs.mbs.reader import read
-from urdf2mbs.messages.diagnostics import ConfigError
 
 
 class MbsData:
@@ -35,12 +34,7 @@ class MbsData:
         symbolic_path: str = "symbolicR",
     ) -> None:
         self.mbs_file = Path(path).absolute()
-        try:
-            self.model = files.read(self.mbs_file)
-        except OSError as error:
-            raise ConfigError(
-                "model-unreadable", f"cannot read '{path}': {error.strerror}"
-            ) from None
+        self.model = files.read_model(path)
         self.mbs = mbs = read(self.model, str(path))
         self.mbs_name = mbs.name
         self.project = files.project_of(self.mbs_file)
@@ -50,7 +44,6 @@ class MbsData:
         self._bodies_and_points()
         self._connections()
         self._user_models()
-        self.sensors: list[Any] = []
         self.outputs: dict[str, list[tuple[float, float]]] = defaultdict(list)
         self.modules: dict[str, Any] = {}
         """Those of the project's user functions, while they do not run."""

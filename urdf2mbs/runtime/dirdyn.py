@@ -35,7 +35,7 @@ OPTIONS: dict[str, Any] = {
     "rtoler": 1e-6, "atoler": 1e-8, "framerate": 100.0, "language": None,
     "save2file": 1, "resfilename": "dirdyn", "respath": None, "animpath": None,
 }  # fmt: skip
-#: A run ends where so many steps take it less far than this (s): a state or a force is absurd.
+#: A run ends where STEPS steps advance less than LEAST seconds: a force has diverged.
 STEPS, LEAST = 2000, 0.002
 #: Others of Robotran's, which change nothing here.
 WITHOUT_EFFECT = frozenset([
@@ -273,23 +273,17 @@ def _breaks(data: MbsData, time: float, end: float) -> list[float]:
 
 
 def _no_partition(data: MbsData) -> SimulationError:
-    names = {number: name for name, number in data.joint_id.items()}
-    dependent = ", ".join(names[int(number)] for number in data.qv[1:])
+    names = list(data.joint_id)
+    dependent = ", ".join(names[number - 1] for number in data.qv[1:])
     lost = np.flatnonzero(~np.isfinite(data.q + data.qd))
+    hint: str | None = "choose another start position, or other dependent joints"
+    text = f"no acceleration can be found at {data.tsim:g} s"
     if lost.size:
-        return SimulationError(
-            "partition", f"the start position or speed of '{names[int(lost[0])]}' is not a number",
-            file=str(data.mbs_file),
-        )  # fmt: skip
-    if not data.m.any():
-        return SimulationError(
-            "partition", "no body has a mass, so no force has an effect", file=str(data.mbs_file),
-            hint="in the config: 'passes: {estimate-inertia: {total_mass: KG}}'",
-        )  # fmt: skip
-    return SimulationError(
-        "partition",
-        f"no acceleration can be found at {data.tsim:g} s"
-        + (f": {dependent} cannot be dependent together at this position" if dependent else ""),
-        file=str(data.mbs_file),
-        hint="choose another start position, or other dependent joints",
-    )
+        text = f"the start position or speed of '{names[lost[0] - 1]}' is not a number"
+        hint = None
+    elif not data.m.any():
+        text = "no body has a mass, so no force has an effect"
+        hint = "in the config: 'passes: {estimate-inertia: {total_mass: KG}}'"
+    elif dependent:
+        text += f": {dependent} cannot be dependent together at this position"
+    return SimulationError("partition", text, file=str(data.mbs_file), hint=hint)

@@ -6,15 +6,14 @@ import re
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from urdf2mbs.mbs.kinematics import place
 from urdf2mbs.mbs.model import Body, Mbs
 from urdf2mbs.messages.diagnostics import ConfigError, nearest
 from urdf2mbs.runtime.data import MbsData
-from urdf2mbs.spatial import Vec
+from urdf2mbs.spatial import ZERO, Vec, add, cross, dot, rotate
 
-_NUMBER = r"[-+]?[\d.]+(?:[eE][-+]?\d+)?"
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FORM = re.compile(
     rf"(.+):({_NUMBER}),({_NUMBER}),({_NUMBER})@((?:{_NUMBER})?)\.\.((?:{_NUMBER})?)"
 )
@@ -33,20 +32,15 @@ class Push(msgspec.Struct, frozen=True):
 def parse(text: str) -> Push:
     """``LINK:FX,FY,FZ@START..STOP``; without a time it lasts from the start, or to the end."""
     found = _FORM.fullmatch(text.replace("...", "..0."))
-    try:
-        if found is None:
-            raise ValueError
-        x, y, z = (float(word) for word in found.group(2, 3, 4))
-        start, stop = found.group(5, 6)
-        push = Push(found[1], (x, y, z), float(start or 0.0), float(stop or "inf"))
-        if push.start < push.stop:
-            return push
-        raise ValueError
-    except ValueError:
-        raise ConfigError(
-            "usage", f"--push {text}: it reads LINK:FX,FY,FZ@START..STOP",
-            hint="such as chest:20,0,0@0.5..0.6 (N, s)",
-        ) from None  # fmt: skip
+    if found is not None:
+        x, y, z = map(float, found.group(2, 3, 4))
+        start, stop = float(found[5] or 0.0), float(found[6] or "inf")
+        if start < stop:
+            return Push(found[1], (x, y, z), start, stop)
+    raise ConfigError(
+        "usage", f"--push {text}: it reads LINK:FX,FY,FZ@START..STOP",
+        hint="such as chest:20,0,0@0.5..0.6 (N, s)",
+    )  # fmt: skip
 
 
 def add_pushes(data: MbsData) -> None:
@@ -55,12 +49,12 @@ def add_pushes(data: MbsData) -> None:
         return
     user = data.user_JointForces
     places = [(push, *_place(data, push.link)) for push in data.pushes]
-    ways = [_way(data.mbs, body) for _, body, _ in places]
+    ways = [(push, _way(data.mbs, body), at) for push, body, at in places]
 
     def add(tsim: float) -> None:
-        for (push, body, at), way in zip(places, ways, strict=True):
+        for push, way, at in ways:
             if push.start <= tsim < push.stop:
-                data.Qq += in_joints(data, way, body, at, np.array(push.force))
+                _add_force(data, way, at, push.force)
 
     def user_joint_forces(mbs_data: MbsData, tsim: float) -> None:
         user(mbs_data, tsim)
@@ -82,43 +76,36 @@ def columns_of_pushes(data: MbsData, time: Any) -> dict[str, Any]:
     return found
 
 
-def _place(data: MbsData, link: str) -> tuple[str, Any]:
+def _place(data: MbsData, link: str) -> tuple[str, Vec]:
     """The body that a link is part of, and the point (m) in its frame that is pushed."""
-    for body in data.mbs.bodies:
-        if body.name == link:
-            return body.name, np.array(body.com or (0.0, 0.0, 0.0))
+    bodies = {body.name: body for body in data.mbs.bodies}
+    if link in bodies:
+        return link, bodies[link].com or ZERO
     for body in data.mbs.bodies:
         for point in body.points:
             if point.name == link:
-                return body.name, np.array(point.coordinates)
-    known = [body.name for body in data.mbs.bodies]
+                return body.name, point.coordinates
     raise ConfigError(
         "usage", f"the model has no body and no point '{link}' to push",
-        file=str(data.mbs_file), hint=nearest(link, known),
+        file=str(data.mbs_file), hint=nearest(link, bodies),
     )  # fmt: skip
 
 
-def _way(mbs: Mbs, name: str) -> Mbs:
-    """The bodies from the base to a body, alone."""
+def _way(mbs: Mbs, name: str) -> list[Body]:
+    """The bodies from the base to a body."""
     kept: list[Body] = []
     for body in reversed(mbs.bodies):
         if body.name == (kept[0].parent if kept else name):
             kept.insert(0, body)
-    return msgspec.structs.replace(mbs, bodies=kept)
+    return kept
 
 
-def in_joints(data: MbsData, way: Mbs, body: str, at: Any, force: Any) -> Any:
-    """The joint forces (from index 1) that do the work of a force at a point of a body."""
-    placed = place(
-        way, {j.name: data.q[data.joint_id[j.name]] for b in way.bodies for j in b.joints}
-    )
-    pose = placed.bodies[body]
-    point = np.array(pose.xyz) + np.array(pose.rot).reshape(3, 3) @ at
-    found = np.zeros(data.njoint + 1)
-    for index in placed.way(body):
-        joint = placed.joints[index]
-        lever = np.array(joint.axis)
-        if joint.joint.type[0] == "R":
-            lever = np.cross(lever, point - np.array(joint.origin))
-        found[data.joint_id[joint.joint.name]] = lever @ force
-    return found
+def _add_force(data: MbsData, way: list[Body], at: Vec, force: Vec) -> None:
+    """Add the joint forces to Qq that do the work of a force at a point of the last body."""
+    values = {j.name: data.q[data.joint_id[j.name]] for body in way for j in body.joints}
+    placed = place(msgspec.structs.replace(data.mbs, bodies=way), values)
+    pose = placed.bodies[way[-1].name]
+    moment = cross(add(pose.xyz, rotate(pose.rot, at)), force)
+    for joint in placed.joints:
+        turn, shift = joint.twist
+        data.Qq[data.joint_id[joint.joint.name]] += dot(turn, moment) + dot(shift, force)

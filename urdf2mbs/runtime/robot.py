@@ -11,7 +11,7 @@ import numpy as np
 from urdf2mbs.engine.config import Config
 from urdf2mbs.mbs.model import BASE
 from urdf2mbs.messages.diagnostics import ConfigError
-from urdf2mbs.runtime.c_code import CCode, Memory, SensorInC, compiled, compiler, row, rows
+from urdf2mbs.runtime.c_code import CCode, Memory, SensorInC, compiled, compiler, table, vector
 from urdf2mbs.runtime.data import MbsData, MbsSensor
 from urdf2mbs.runtime.equations import SimulationError, equations
 from urdf2mbs.runtime.project import project_of
@@ -190,36 +190,24 @@ class Robot:
 
     def _set(self, **state: Any) -> None:
         """Put values into the data: ZERO, or a number for each joint."""
+        count = len(self.joints)
         for name, values in state.items():
             array = getattr(self.data, name)
             if values is ZERO:
                 array[1:] = 0.0
                 continue
-            if self.math is not None:
-                self._set_any(name, values)
-                continue
-            given = np.asarray(values)
-            if given.shape != (len(self.joints),):
+            given = np.asarray(values) if self.math is None else values
+            shape = given.shape if hasattr(given, "shape") else (len(given),)
+            if shape[0:1] != (count,) or (self.math is None and len(shape) > 1):
                 what = "tau" if name == "Qq" else name
-                raise ValueError(
-                    f"{what} has the shape {given.shape}, and the model has {len(self.joints)} "
-                    f"joints: it must be ({len(self.joints)},)"
-                )
-            if given.dtype.kind not in "fiu":
+                raise ValueError(f"{what} has the shape {shape}, and the model has {count} joints")
+            if self.math is not None:  # such as symbols, or a row of states for each joint
+                for k in range(count):
+                    array[k + 1] = given[k]
+            elif given.dtype.kind in "fiu":
+                array[1:] = given
+            else:
                 raise TypeError(f"{name} must be real numbers, and is of type {given.dtype}")
-            array[1:] = given
-
-    def _set_any(self, name: str, values: Any) -> None:
-        """Put numbers of any kind into the data."""
-        count = values.shape[0] if hasattr(values, "shape") else len(values)
-        if count != len(self.joints):
-            what = "tau" if name == "Qq" else name
-            raise ValueError(
-                f"{what} has {count} rows, and the model has {len(self.joints)} joints"
-            )
-        array = getattr(self.data, name)
-        for k in range(count):
-            array[k + 1] = values[k]
 
     def _result(self, array: Any) -> Any:
         """An array of objects, or with numpy of numbers, the states last."""
@@ -235,7 +223,7 @@ class Robot:
         if self.memory is None:
             getattr(self.data, f"mbs_{name}")(*arrays, self.data, *time)
         else:
-            given = [row(array) if array.ndim == 1 else rows(array) for array in arrays]
+            given = [vector(array) if array.ndim == 1 else table(array) for array in arrays]
             self._c(name)(*given, self.memory.at, *map(ctypes.c_double, time))
         return [self._result(array[(slice(1, None),) * array.ndim]) for array in arrays]
 
@@ -273,7 +261,7 @@ class Robot:
             origin, axes = sensor.P[1:], sensor.R[1:, 1:]
         else:
             sensor = SensorInC()
-            sensor.J = (type(row(jac)) * 7)(*map(row, jac))
+            sensor.J = table(jac)
             self._c("gensensor")(ctypes.byref(sensor), self.memory.at, number)
             origin = np.array(sensor.P[1:])
             axes = np.array(sensor.R).reshape(4, 4)[1:, 1:]

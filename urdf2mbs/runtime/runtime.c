@@ -26,9 +26,7 @@ struct {
     void (*cons_hJ)(double t);
     void (*cons_jdqd)(double t);
 } hooks;
-struct {
-    double P[4], V[4], OM[4], A[4], OMP[4], R[4][4];
-} motion;
+MbsSensor motion;
 double rows_h[RUN_USER_ROWS + 1], rows_jdqd[RUN_USER_ROWS + 1];
 double rows_jac[(RUN_USER_ROWS + 1) * (RUN_JOINTS + 1)];
 
@@ -108,45 +106,13 @@ void user_cons_jdqd(double *jdqd, MbsData *s, double tsim)
 }
 #endif
 
-/* What equations of 2025 and later call. */
-double *user_call_ExtForces(double P[4], double R[4][4], double V[4], double OM[4], double A[4],
-                            double OMP[4], MbsData *s, double tsim, int number)
-{
-    return user_ExtForces(P, R, V, OM, A, OMP, s, tsim, number);
-}
-
-double *user_call_Link3DForces(double P[4], double R[4][4], double V[4], double OM[4],
-                               double A[4], double OMP[4], MbsData *s, double tsim, int number)
-{
-    return user_Link3DForces(P, R, V, OM, A, OMP, s, tsim, number);
-}
-
-double user_call_LinkForces(double Z, double Zd, MbsData *s, double tsim, int number)
-{
-    return user_LinkForces(Z, Zd, s, tsim, number);
-}
-
+/* What equations of 2025 and later call; the compiler is told that the others are user_X. */
 double *user_call_JointForces(MbsData *s, double tsim)
 {
     user_JointForces(s, tsim);
     if (hooks.pushes)
         hooks.pushes(tsim);
     return s->Qq;
-}
-
-void user_call_DrivenJoints(MbsData *s, double tsim)
-{
-    user_DrivenJoints(s, tsim);
-}
-
-void user_call_cons_hJ(double *h, double **Jac, MbsData *s, double tsim)
-{
-    user_cons_hJ(h, Jac, s, tsim);
-}
-
-void user_call_cons_jdqd(double *jdqd, MbsData *s, double tsim)
-{
-    user_cons_jdqd(jdqd, s, tsim);
 }
 
 /* The derivative f of the state y: q and qd of the independent joints, and ux.  0 if it was found. */
@@ -207,23 +173,10 @@ void constrain(MbsData *s, double *h, double **Jac)
     (void) s, (void) h, (void) Jac;
 }
 
-#ifdef USER_IN_C
+/* What user_dirdyn_init, _loop and _finish are given. */
+#define ROW(i) zeros + (i) * (RUN_JOINTS + 1)
 static double zeros[7 * (RUN_JOINTS + 1)];
-static MbsSensor sensor;
+static MbsSensor sensor = {.J = {ROW(0), ROW(1), ROW(2), ROW(3), ROW(4), ROW(5), ROW(6)}};
 static MbsAux aux = {&sensor};
 static MbsDirdynOptions options;
-static MbsDirdyn dirdyn = {&options, &aux};
-
-/* Call user_dirdyn_init (-1), _loop (0) or _finish (1). */
-void call_dirdyn(MbsData *s, int when)
-{
-    for (int i = 0; i < 7; i++)
-        sensor.J[i] = zeros + i * (RUN_JOINTS + 1);
-    if (when < 0)
-        user_dirdyn_init(s, &dirdyn);
-    else if (when == 0)
-        user_dirdyn_loop(s, &dirdyn);
-    else
-        user_dirdyn_finish(s, &dirdyn);
-}
-#endif
+MbsDirdyn dirdyn = {&options, &aux};
