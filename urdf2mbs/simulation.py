@@ -88,12 +88,6 @@ class Wrench(msgspec.Struct):
     """The user model that says how large they are."""
 
 
-class Spring(msgspec.Struct):
-    """A spring and damper between two points.  User models hold its law."""
-
-    link: Connection
-
-
 class PointSensor(msgspec.Struct):
     """A sensor at a point."""
 
@@ -165,7 +159,8 @@ class Simulation(msgspec.Struct):
     """Followers that are moved by user code instead of by a constraint."""
     contacts: list[Contact] = []
     wrenches: list[Wrench] = []
-    springs: list[Spring] = []
+    springs: list[Connection] = []
+    """Springs and dampers between two points.  User models hold their laws."""
     sensors: list[PointSensor] = []
     force_torques: list[ForceTorque] = []
     hold: list[Held] = []

@@ -94,8 +94,8 @@ def _made(conversion: Conversion) -> Iterator[str]:
     for point in [c.point for c in made.contacts] + [w.point for w in made.wrenches]:
         if point.extforce is not None:
             yield f"force '{point.extforce.name}'"
-    for spring in made.springs:
-        yield f"link '{spring.link.name}' ({spring.link.kind})"
+    for link in made.springs:
+        yield f"link '{link.name}' ({link.kind})"
     followers = {coupling.follower.name for coupling in made.couplings}
     if not conversion.replaces:  # else people may have changed the start
         yield "start of "

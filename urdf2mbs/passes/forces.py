@@ -19,7 +19,7 @@ from urdf2mbs.mbs.model import Connection, Sensor, UserModel
 from urdf2mbs.mbs.names import identifiers
 from urdf2mbs.messages.diagnostics import ConfigError
 from urdf2mbs.ranges import End, Force, Gain, Length, Place, Time
-from urdf2mbs.simulation import MEASURES, Spring, Wrench
+from urdf2mbs.simulation import MEASURES, Wrench
 from urdf2mbs.spatial import ZERO
 
 #: A time (s) that no simulation reaches.
@@ -109,11 +109,11 @@ class Forces(Pass):
                     "force has no direction",
                 )  # fmt: skip
             stiffness[own], damping[own], lengths[own] = spring.stiffness, spring.damping, length
-            simulation.springs.append(Spring(link))
+            simulation.springs.append(link)
         if stiffness:
             models = {"stiffness": stiffness, "damping": damping, "length": lengths}
             mbs.user_models += [UserModel.of(f"link_{key}", of) for key, of in models.items()]
         conversion.report["forces"] = {
             "wrenches": [wrench.point for wrench in simulation.wrenches],
-            "springs": [spring.link for spring in simulation.springs],
+            "springs": simulation.springs,
         }

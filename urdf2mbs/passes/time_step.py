@@ -214,8 +214,7 @@ def _slopes(
             damping = stiffness * law["bristle_time"]
             for way in plane[1:]:
                 yield Slope("slip", contact.link, way @ moved, stiffness, damping)
-    for spring in conversion.simulation.springs:
-        link = spring.link
+    for link in conversion.simulation.springs:
         (one, here), (two, there) = (
             (at, mass.point(end[0], at))
             for end in (link.endpoint1, link.endpoint2)

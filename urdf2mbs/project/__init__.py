@@ -17,6 +17,28 @@ FOLDER = Path(__file__).parent
 #: Asks whether equations fit the .mbs; a project in Python gets it as it is.
 EQUATIONS_FIT = FOLDER.parent / "mbs" / "equations_fit.py"
 
+#: What several starters begin with, in place of such a line.
+BEGINNINGS = {
+    "@INCLUDES@\n": """\
+#include <math.h>
+
+#include "mbs_data.h"
+#include "mbs_project_interface.h"
+#include "user_all_id.h"
+#include "user_model.h"
+""",
+    "@IMPORT_ROBOT@\n": """\
+import os
+import sys
+
+# find NAME_robot.py beside this file, whatever the folder that Python was started in
+if "__file__" in globals():
+    sys.path.append(os.path.dirname(os.path.abspath(__file__)))
+
+import NAME_robot as robot
+""",
+}
+
 
 def starters(language: str, name: str) -> dict[str, bytes]:
     """The files that are written once, by their path in the project."""
@@ -29,4 +51,7 @@ def starters(language: str, name: str) -> dict[str, bytes]:
 
 def fill(file: Path, name: str) -> str:
     """A template with the project's name in it."""
-    return NAME.sub(name, file.read_text("utf-8"))
+    text = file.read_text("utf-8")
+    for line, beginning in BEGINNINGS.items():
+        text = text.replace(line, beginning)
+    return NAME.sub(name, text)

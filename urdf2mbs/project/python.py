@@ -61,7 +61,7 @@ def _tables(mbs: Mbs, simulation: Simulation) -> str:
         "\n# Other external forces, each with the user model that says how large it is.\n",
         _assign("WRENCHES", {_force(w.point): w.model.name for w in simulation.wrenches}),
         "\n# Springs and dampers between two points.\n",
-        _assign("SPRINGS", [s.link.name for s in simulation.springs]),
+        _assign("SPRINGS", [link.name for link in simulation.springs]),
         "\n# Sensors: Robotran's name, and the sensor's axes in the body, row by row.\n",
         _assign("SENSORS", sensors),
         "\n# Force-torque sensors: the joints whose Qc they read, the link's axes in them.\n",
