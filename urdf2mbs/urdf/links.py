@@ -40,13 +40,8 @@ def read_link(reading: Reading, element: Any, links: dict[str, Link]) -> None:
             inertial = child
         elif tag != "contact":
             reading.unknown_child("link", child, ("visual", "collision", "inertial"))
-    links[name] = Link(
-        name,
-        None if inertial is None else read_inertial(reading, inertial),
-        visuals,
-        collisions,
-        element.sourceline,
-    )
+    mass = None if inertial is None else read_inertial(reading, inertial)
+    links[name] = Link(name, mass, visuals, collisions, element.sourceline)
 
 
 def read_inertial(reading: Reading, element: Any) -> Inertial | None:
@@ -99,15 +94,11 @@ def check_inertia(reading: Reading, tensor: Sym, mass: float, element: Any) -> N
     fault = inertia.fault(tensor, mass)
     if fault is None:
         return
+    why = "one principal moment is more than the others together"
+    if fault.code == "inertia-indefinite":
+        why = "a principal moment is below zero"
     reading.warn(
-        fault.code,
-        "no body has such an inertia, which is kept: "
-        + (
-            "a principal moment is below zero"
-            if fault.code == "inertia-indefinite"
-            else "one principal moment is more than the others together"
-        ),
-        element.sourceline,
+        fault.code, f"no body has such an inertia, which is kept: {why}", element.sourceline,
         detail="principal moments " + ", ".join(f"{m:.6g}" for m in fault.moments) + " kg m^2",
         hint="check that it is about the centre of mass, and its signs; " + REPAIR,
-    )
+    )  # fmt: skip

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
-from itertools import zip_longest
 from math import isfinite, nan
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -18,7 +17,6 @@ from urdf2mbs.urdf.model import Origin
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from urdf2mbs.spatial import Vec
 
 NO_ORIGIN = Origin()
 #: Commas between numbers: a blank follows each, or the text has no blank.
@@ -54,7 +52,7 @@ class Reading(Elements):
             named = (
                 one for one in element.getparent().iterchildren(kind) if one.get("name") == name
             )
-            if _says_the_same(next(named), element):
+            if _write_plainly(next(named)) == _write_plainly(element):
                 self.warn_of_double("robot", element)
                 return None
             what = f"two {kind}s are called '{name}'; the first is in line {taken[name].line}"
@@ -152,27 +150,23 @@ class Reading(Elements):
         )  # fmt: skip
 
     def origin(self, element: Any) -> Origin:
+        """``<origin>`` (m, rad), where URDF 1.1 permits a quaternion, too."""
         if element is None:
             return NO_ORIGIN
         quaternion = element.get("quat_xyzw") if self.quaternions else None
         if quaternion is None:
             stated = self.values(element)
             return Origin(stated.get("xyz", ZERO), stated.get("rpy", ZERO))
-        angles = self.rotation(element, quaternion)
-        x, y, z = self.numbers(element, "xyz", element.get("xyz", "0 0 0"), 3)
-        return Origin((x, y, z), angles)
-
-    def rotation(self, element: Any, text: str) -> Vec:
-        """Roll, pitch and yaw (rad) of an origin with a quaternion, as URDF 1.1 permits."""
-        quaternion = self.numbers(element, "quat_xyzw", text, 4)
+        turn = self.numbers(element, "quat_xyzw", quaternion, 4)
         fault = "" if element.get("rpy") is None else "<origin> has both rpy and quat_xyzw"
-        fault = fault if any(quaternion) else "quat_xyzw of <origin> is zero"
+        fault = fault if any(turn) else "quat_xyzw of <origin> is zero"
         if fault:
             hint = "give a rotation, and give it once"
             self.fail("number-invalid", f"{self.where}: {fault}", element, hint)
         # R = Rz Ry Rx is the inverse of Rx Ry Rz by the negative angles
-        roll, pitch, yaw = to_xyz_angles(transpose(from_quaternion(*quaternion)))
-        return (-roll, -pitch, -yaw)
+        roll, pitch, yaw = to_xyz_angles(transpose(from_quaternion(*turn)))
+        x, y, z = self.numbers(element, "xyz", element.get("xyz", "0 0 0"), 3)
+        return Origin((x, y, z), (-roll, -pitch, -yaw))
 
 
 def quote(text: str) -> str:
@@ -181,17 +175,11 @@ def quote(text: str) -> str:
     return repr(text if len(text) <= 60 else text[:57] + "...")
 
 
-def _says_the_same(first: Any, second: Any) -> bool:
-    """True if an element repeats another, but for blanks."""
-    pairs = zip_longest(first.iter(etree.Element), second.iter(etree.Element))
-    return all(
-        a is not None and b is not None and _read_content(a) == _read_content(b) for a, b in pairs
-    )
-
-
-def _read_content(element: Any) -> tuple[Any, ...]:
-    """The content of an element without its children."""
-    return element.tag, len(element), sorted(element.items()), (element.text or "").strip()
+def _write_plainly(element: Any) -> bytes:
+    """An element in canonical XML, without comments and without blanks around texts."""
+    options: dict[str, Any] = {"method": "c14n2", "strip_text": True, "with_comments": False}
+    text: bytes = etree.tostring(element, with_tail=False, **options)
+    return text
 
 
 def _comma_hint(text: str, count: int) -> str | None:

@@ -14,13 +14,8 @@ BLANK = b"\0 \t\r\n\xef\xbb\xbf\xfe\xff"
 _CONFLICT = rb"(?m)^(<{7} |>{7} |={7}\s*$)"
 _SAVE_UTF_8 = 'save the file as UTF-8, or name its encoding: <?xml version="1.0" encoding=...?>'
 #: libxml2's first complaint about a file that is cut off.
-_UNFINISHED = frozenset(
-    f"ERR_{what}"
-    for what in (
-        "TAG_NOT_FINISHED", "COMMENT_NOT_FINISHED", "CDATA_NOT_FINISHED", "PI_NOT_FINISHED",
-        "XMLDECL_NOT_FINISHED", "DOCUMENT_EMPTY",
-    )
-)  # fmt: skip
+_UNFINISHED = r"ERR_((TAG|COMMENT|CDATA|PI|XMLDECL)_NOT_FINISHED|DOCUMENT_EMPTY)"
+_UNTOLD = "it cannot be read here"
 
 #: libxml2's complaints: what its message tells, what we say of that, and what to do.
 _REASONS: dict[str, tuple[str, str, str | None]] = {
@@ -66,36 +61,27 @@ def explain(
     :raises ConversionError: ``file-empty``, ``not-xml``, ``merge-conflict``, ``xml-syntax``,
         ``xml-truncated``, ``xml-entity``, ``xml-too-large``
     """
-
-    def fail(code: str, message: str, line: int | None, hint: str | None) -> NoReturn:
-        raise ConversionError(code, message, file=file, line=line, hint=hint)
-
     line = error.lineno or None
     text = data.strip(BLANK)
     check_conflict(data, file)
     if not text.startswith(b"<"):
         begin = " ".join(text[:60].replace(b"\0", b"").decode("utf-8", "replace").split())[:30]
-        fail(
-            "not-xml", f"not an XML file: it begins with {begin!r}", line,
-            begins,
-        )  # fmt: skip
+        what = f"not an XML file: it begins with {begin!r}"
+        raise ConversionError("not-xml", what, file=file, line=line, hint=begins)
     first = log[0].type_name if log else ""
-    pattern, reason, hint = _REASONS.get(first, ("", "it cannot be read here", None))
-    told = re.search(pattern, log[0].message) if pattern else None
-    if told:
-        reason = reason.format(*told.groups())
-    elif pattern:
-        reason = "it cannot be read here"
+    pattern, reason, hint = _REASONS.get(first, ("", _UNTOLD, None))
+    told = re.search(pattern, log[0].message if log else "")
+    reason = reason.format(*told.groups()) if told else _UNTOLD
     _check_size(log, file, line)
     at_end = line is not None and line > data.rstrip(BLANK).count(b"\n")
-    if first in _UNFINISHED or (at_end and not text.endswith(b">")):
-        fail(
-            "xml-truncated", "the file ends before its elements are closed", line,
-            "it seems to be cut off: get it again, or close the elements",
-        )  # fmt: skip
+    if re.fullmatch(_UNFINISHED, first) or (at_end and not text.endswith(b">")):
+        what = "the file ends before its elements are closed"
+        hint = "it seems to be cut off: get it again, or close the elements"
+        raise ConversionError("xml-truncated", what, file=file, line=line, hint=hint)
     if b"<!ENTITY" in data:
-        _bad_entities(file, line)
-    fail("xml-syntax", f"not well-formed XML: {reason}", line, hint)
+        _refuse_entities(file, line)
+    what = f"not well-formed XML: {reason}"
+    raise ConversionError("xml-syntax", what, file=file, line=line, hint=hint)
 
 
 def _check_size(log: list[Any], file: str, line: int | None) -> None:
@@ -110,10 +96,9 @@ def _check_size(log: list[Any], file: str, line: int | None) -> None:
         what = "one text, comment or value of an attribute has more than 10,000,000 letters"
     else:
         return
-    raise ConversionError(
-        "xml-too-large", f"the file is more than can be read: {what}", file=file, line=line,
-        hint="no robot needs that: look at the program that has made the file",
-    )  # fmt: skip
+    what = f"the file is more than can be read: {what}"
+    hint = "no robot needs that: look at the program that has made the file"
+    raise ConversionError("xml-too-large", what, file=file, line=line, hint=hint)
 
 
 def check_conflict(data: bytes, file: str) -> None:
@@ -122,23 +107,20 @@ def check_conflict(data: bytes, file: str) -> None:
     marks = any(mark in data for mark in (b"<<<<<<< ", b">>>>>>> ", b"======="))
     conflict = re.search(_CONFLICT, data) if marks else None
     if conflict:
-        raise ConversionError(
-            "merge-conflict", "a merge conflict was left in the file", file=file,
-            line=data.count(b"\n", 0, conflict.start()) + 1,
-            hint="choose one of the two versions, and take the lines <<<<<<<, ======= and "
-            ">>>>>>> away",
-        )  # fmt: skip
+        line = data.count(b"\n", 0, conflict.start()) + 1
+        what = "a merge conflict was left in the file"
+        hint = "choose one version, and take the lines <<<<<<<, ======= and >>>>>>> away"
+        raise ConversionError("merge-conflict", what, file=file, line=line, hint=hint)
 
 
 def check_entities(root: Any, file: str) -> None:
     """Raise the error for a file that declares entities."""
     dtd = root.getroottree().docinfo.internalDTD
     if dtd is not None and next(dtd.iterentities(), None) is not None:
-        _bad_entities(file, 1)
+        _refuse_entities(file, 1)
 
 
-def _bad_entities(file: str, line: int | None) -> NoReturn:
-    raise ConversionError(
-        "xml-entity", "the file declares XML entities, which are not read", file=file, line=line,
-        hint="write out what the entities stand for, and take the DOCTYPE away",
-    )  # fmt: skip
+def _refuse_entities(file: str, line: int | None) -> NoReturn:
+    what = "the file declares XML entities, which are not read"
+    hint = "write out what the entities stand for, and take the DOCTYPE away"
+    raise ConversionError("xml-entity", what, file=file, line=line, hint=hint)
