@@ -93,17 +93,6 @@ def test_scale_counts_once_and_a_mirrored_mesh_faces_outward(
     assert min(shape.scale) > 0  # no viewer is asked to draw a mirrored transform
 
 
-def test_one_mesh_in_two_scales_one_of_them_mirrored(tmp_path: Path) -> None:
-    mesh = write_sample("stl_ascii", tmp_path)
-    scales = [(1.0, 1.0, 1.0), (2.0, 2.0, 2.0), (1.0, -1.0, 1.0), (3.0, -3.0, 3.0)]
-    conversion = convert(tmp_path, [visual(mesh, scale) for scale in scales])
-    assert names_of(conversion) == ["ascii.wrl"] * 2 + ["ascii_mirror_y.wrl"] * 2
-    for shape, scale in zip(shapes_of(conversion), scales, strict=True):
-        triangles = shown(conversion, shape)
-        assert wrl.volume(triangles) == pytest.approx(VOLUME * abs(np.prod(scale)), rel=1e-6)
-        assert np.sign(triangles[..., 1].mean()) == np.sign(scale[1])
-
-
 def test_mirrored_colors_and_texture_stay_on_their_corners(tmp_path: Path) -> None:
     """Every corner, told by its place, has the same colour and texture point in both files."""
     for sample in SAMPLES:
@@ -156,37 +145,6 @@ def test_a_mesh_elsewhere_is_taken_with_a_note(tmp_path: Path) -> None:
     assert (one.code, one.level) == ("mesh-moved", "note")
     assert str(mesh) in one.message
     assert len(conversion.files) == 1
-
-
-def test_missing_mesh_is_named_with_where_it_was_looked_for(tmp_path: Path) -> None:
-    (tmp_path / "p").mkdir()
-    (tmp_path / "p" / "package.xml").write_text("<package><name>p</name></package>")
-    conversion = convert(
-        tmp_path,
-        [visual("package://p/gone.stl"), visual(write_sample("stl_ascii", tmp_path))],
-        [visual("package://p/gone.stl", (1.0, -1.0, 1.0))],
-        [visual("package://nowhere_at_all/a.stl")],
-        packages={"p": tmp_path / "p"},
-    )
-    (one,) = conversion.diagnostics
-    assert (one.code, one.link) == ("mesh-missing", "link0")
-    for said in ("2 meshes", "'package://p/gone.stl' (link link0 and 1 more)", "(link link2)"):
-        assert said in one.message
-    for place in (str(tmp_path / "p"), "nowhere_at_all"):
-        assert place in (one.hint or "")
-    lost = conversion.report["convert-meshes"]["lost"]
-    assert lost["package://p/gone.stl"]["links"] == ["link0", "link1"]
-    assert len(conversion.files) == 1
-    assert shapes_of(conversion)[2].scale == (1.0, -1.0, 1.0)
-
-
-def test_unreadable_mesh_leaves_the_rest_intact(tmp_path: Path) -> None:
-    (tmp_path / "bad.stl").write_bytes(stl_binary_data()[:99])
-    meshes = [visual("bad.stl"), visual(write_sample("stl_ascii", tmp_path))]
-    conversion = convert(tmp_path, meshes)
-    assert codes(conversion) == ["mesh-unreadable"]
-    assert str(tmp_path / "bad.stl") in (conversion.diagnostics[0].hint or "")
-    assert [path.name for path in conversion.files] == ["ascii.wrl"]
 
 
 def test_missing_texture_is_one_warning_for_all_meshes(tmp_path: Path) -> None:
@@ -265,10 +223,3 @@ def test_a_robot_without_meshes_needs_no_reader(
     for package in ("trimesh", "collada", "PIL"):
         monkeypatch.setitem(sys.modules, package, None)
     assert convert(tmp_path, []).files == {}
-
-
-def test_only_a_project_gets_its_meshes_converted(tmp_path: Path) -> None:
-    mesh = write_sample("stl_ascii", tmp_path)
-    conversion = convert(tmp_path, [visual(mesh)], project=False)
-    assert conversion.files == {}
-    assert [d.code for d in conversion.diagnostics] == ["mesh-not-converted"]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from oracle.multibody import Inertia, lump, rotation, translation
-from proving import SOLID, joint, link, prove, robot
+from proving import SOLID, joint, link, robot
 
 from urdf2mbs import convert
 from urdf2mbs.messages.diagnostics import ConfigError
@@ -257,25 +257,6 @@ def test_where_a_mesh_cannot_be_read_rods_stand_in(tmp_path: Path, content: byte
     (told,) = [d for d in result.diagnostics if d.code == "inertia-estimated"]
     assert told.message.count("rods: part.stl gives no volume") == 1
     assert told.message.count("a ball: part.stl gives no volume") == 2
-
-
-def test_estimates_make_the_same_robot_as_stated_inertias() -> None:
-    box = shape("collision", '<box size="0.2 0.3 0.5"/>', '<origin xyz="1 2 3" rpy="1 2 3"/>')
-    links = "abc"
-    text = robot(
-        *(link(name, box) for name in links),
-        joint("a", "b", xyz="0 0 1", axis="0 1 1"), joint("b", "c", "fixed", xyz="0 0 1"),
-    )  # fmt: skip
-    guessed = convert_text(text, passes={"estimate-inertia": {"density": 1000}})
-    stated = '<inertial><origin xyz="1 2 3" rpy="1 2 3"/><mass value="30"/><inertia ixx="0.85" '
-    stated += 'ixy="0" ixz="0" iyy="0.725" iyz="0" izz="0.325"/></inertial>'
-    for name in links:
-        text = text.replace(f'<link name="{name}">', f'<link name="{name}">{stated}')
-    given = prove(text, pipeline="faithful")
-    for one, two in zip(guessed.mbs.bodies, given.mbs.bodies, strict=True):
-        assert one.mass == pytest.approx(two.mass)
-        assert one.com == pytest.approx(two.com)
-        assert one.inertia == pytest.approx(two.inertia, abs=1e-12)
 
 
 def test_nothing_to_estimate_is_told() -> None:

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import pytest
 from conftest import SHARED
-from oracle.pin import to_pinocchio
 from proving import SOLID, joint, link, robot
-from robots import CONVERTIBLE
 
 from urdf2mbs import convert
 from urdf2mbs.testing import convert_text
 
 if TYPE_CHECKING:
-    from robots import RealRobot
-
     from urdf2mbs import Result
 
 ODD = SHARED / "odd-robots" / "17_massless_root_floats.urdf"
@@ -99,41 +94,6 @@ def test_a_massless_root_floats_only_if_asked_to() -> None:
         ("singular", "joint 'floating_base' can move together with 'j1' so that nothing that has "
          "mass moves")
     ]  # fmt: skip
-
-
-@pytest.mark.parametrize("base", ["floating", "fixed"])
-@pytest.mark.parametrize("real", CONVERTIBLE)
-def test_real_robots_are_singular_where_pinocchio_says_so(real: RealRobot, base: str) -> None:
-    pytest.importorskip("pinocchio")
-    keep = {"prune-massless": {"keep": ["*"]}}
-    if base == "fixed" and real.name.endswith("01-myfirst"):
-        pytest.skip("one link without mass: nothing is left")
-    result = real.convert(base=base, pipeline="compact", passes=keep)
-    singular = result.report.passes["singular"]
-    always, initially = least(result)
-    assert always > 1e-6 or always < 1e-12
-    assert initially > 1e-6 or initially < 1e-12
-    assert any(found["always"] for found in singular) == (always < 1e-12)
-    assert bool(singular) == (initially < 1e-12)
-
-
-def least(result: Result) -> tuple[float, float]:
-    """The smallest eigenvalue of the mass matrix, each joint on its own scale: the largest found
-    at some random positions, and that at zero."""
-    import pinocchio as pin
-
-    model = to_pinocchio(result.mbs)
-    if not model.nv:
-        return 1.0, 1.0
-    random = np.random.default_rng(7)
-    found = []
-    for q in (np.zeros(model.nq), *(random.uniform(-2, 2, model.nq) for _ in range(2))):
-        matrix = pin.crba(model, model.createData(), q, pin.Convention.WORLD)
-        matrix = np.triu(matrix) + np.triu(matrix, 1).T
-        scale = np.sqrt(np.diag(matrix))
-        regular = scale.min() > 0
-        found.append(np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0] if regular else 0.0)
-    return float(max(found[1:])), float(found[0])
 
 
 def test_a_chain_that_is_too_long_is_not_tested() -> None:

@@ -99,59 +99,38 @@ def test_the_plan_writes_nothing_and_is_what_happens(here: Path, capsys: Any) ->
     assert changed == {".urdf2mbs", "one.mbs", "one.mbs.base"}
 
 
+@pytest.mark.parametrize("prefer", ["edited", "{mass: edited}", ""])
 def test_both_changed_it_and_the_urdf_wins_unless_the_edit_is_preferred(
-    here: Path, capsys: Any
+    prefer: str, here: Path, capsys: Any
 ) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.mass)
-    mine = (here / "one.mbs").read_bytes()
-    robot('value="1"', 'value="1.5"')
-    Path("one.urdf").write_text(Path("one.urdf").read_text().replace('value="2"', 'value="4"'))
-    for words, wins in (
-        (("--set", "merge.prefer=edited"), True),
-        (("--set", "merge.prefer={mass: edited}"), True), ((), False),
-    ):  # fmt: skip
-        (here / "one.mbs").write_bytes(mine)
-        (here / "one.mbs.base").unlink()
-        old = Path("one.urdf").read_text()
-        Path("one.urdf").write_text(ROBOT)
-        Path("other").mkdir(exist_ok=True)
-        assert main(["convert", "one.urdf", "-o", "other/one.mbs", "-q", "--force"]) == 0
-        (here / "other/one.mbs.base").rename(here / "one.mbs.base")
-        Path("one.urdf").write_text(old)
-        capsys.readouterr()
-        assert convert(*words) == 0
-        said = capsys.readouterr()
-        assert "warning[merge-conflict-won]" in said.err
-        assert (b"<mass>33" in (here / "one.mbs").read_bytes()) == wins
-        assert ("as edited in one.mbs" in said.out) == wins
+    for old, new in (("1", "1.5"), ("2", "4")):
+        text = Path("one.urdf").read_text()
+        Path("one.urdf").write_text(text.replace(f'mass value="{old}"', f'mass value="{new}"'))
+    capsys.readouterr()
+    assert convert(*["--set", f"merge.prefer={prefer}"] * bool(prefer)) == 0
+    said = capsys.readouterr()
+    assert "warning[merge-conflict-won]" in said.err
+    assert (b"<mass>33" in (here / "one.mbs").read_bytes()) == bool(prefer)
+    assert ("as edited in one.mbs" in said.out) == bool(prefer)
 
 
 def test_what_cannot_stand_is_kept_beside(here: Path, capsys: Any) -> None:
-    assert convert("-q") == 0
-    mbs = read((here / "one.mbs").read_bytes(), "one")
-    mbs.bodies[-1].points.append(edits.Point("mine", (0.5, 0.0, 0.0)))
-    (here / "one.mbs").write_bytes(write(mbs))
     shorter = ROBOT[: ROBOT.index('  <link name="arm">')] + "</robot>"
-    Path("one.urdf").write_text(shorter)
-    capsys.readouterr()
-    assert convert() == 0
-    said = capsys.readouterr()
-    assert (
-        "warning[merge-orphaned]: body 'arm' is gone: point 'mine' of body 'arm' added" in said.err
-    )
+    for point in ("mine", "later"):  # those of the next time stand beside the first
+        Path("one.urdf").write_text(ROBOT)
+        assert convert("-q") == 0
+        mbs = read((here / "one.mbs").read_bytes(), "one")
+        mbs.bodies[-1].points.append(edits.Point(point, (0.5, 0.0, 0.0)))
+        (here / "one.mbs").write_bytes(write(mbs))
+        Path("one.urdf").write_text(shorter)
+        capsys.readouterr()
+        assert convert() == 0
+        gone = f"body 'arm' is gone: point '{point}' of body 'arm' added"
+        assert f"warning[merge-orphaned]: {gone}" in capsys.readouterr().err
     orphans = (here / "one.orphaned.mbs").read_bytes()
     assert b"\n  <!-- body 'arm' is gone -->\n  <body>\n" in orphans
-    assert b"<pointname>mine</pointname>" in orphans
-    # those of the next time stand beside them
-    Path("one.urdf").write_text(ROBOT)
-    assert convert("-q") == 0
-    mbs = read((here / "one.mbs").read_bytes(), "one")
-    mbs.bodies[-1].points.append(edits.Point("later", (0.5, 0.0, 0.0)))
-    (here / "one.mbs").write_bytes(write(mbs))
-    Path("one.urdf").write_text(shorter)
-    assert convert("-q") == 0
-    orphans = (here / "one.orphaned.mbs").read_bytes()
     assert b"<pointname>mine</pointname>" in orphans
     assert b"<pointname>later</pointname>" in orphans
     assert len(etree.fromstring(orphans)) == 4  # two of them say why
@@ -178,17 +157,13 @@ def test_another_robot_is_not_merged(here: Path, capsys: Any) -> None:
     assert (here / "one.mbs").read_bytes() == mine
 
 
-def test_a_robot_or_a_file_may_be_called_otherwise(here: Path) -> None:
+@pytest.mark.parametrize(("file", "name"), [("one.urdf", "two"), ("two.urdf", "one")])
+def test_a_robot_or_a_file_may_be_called_otherwise(file: str, name: str, here: Path) -> None:
     assert convert("-q") == 0
     edit("one.mbs", edits.sensor)
-    mine = (here / "one.mbs").read_bytes()
-    base = (here / "one.mbs.base").read_bytes()
-    for file, name in (("one.urdf", "two"), ("two.urdf", "one")):
-        Path(file).write_text(ROBOT.replace('name="one"', f'name="{name}"'))
-        (here / "one.mbs").write_bytes(mine)
-        (here / "one.mbs.base").write_bytes(base)
-        assert main(["convert", file, "-o", "one.mbs", "-q"]) == 0
-        assert b"my_sensor" in (here / "one.mbs").read_bytes()
+    Path(file).write_text(ROBOT.replace('name="one"', f'name="{name}"'))
+    assert main(["convert", file, "-o", "one.mbs", "-q"]) == 0
+    assert b"my_sensor" in (here / "one.mbs").read_bytes()
 
 
 def test_without_its_base_an_edited_file_is_refused(here: Path, capsys: Any) -> None:

@@ -177,15 +177,6 @@ def test_an_exception_in_a_hook(
     ), err  # fmt: skip
 
 
-def test_debug_shows_the_traceback(tmp_path: Path) -> None:
-    (tmp_path / "tiny.urdf").write_text(TINY)
-    (tmp_path / "mine.py").write_text("1 / 0\n")
-    (tmp_path / "robot.yaml").write_text("source: tiny.urdf\nplugins: mine.py\n")
-    with pytest.raises(ConversionError) as caught:
-        main(["run", "--debug", str(tmp_path / "robot.yaml")])
-    assert isinstance(caught.value.__cause__, ZeroDivisionError)
-
-
 def test_an_idle_plugin_is_told(tmp_path: Path) -> None:
     file = write(tmp_path, "pass")
     assert "plugin-idle" in [said.code for said in convert_text(plugins=[file]).diagnostics]
