@@ -62,7 +62,7 @@ class ConvertMeshes(Pass):
             conversion.progress(f"{mesh.filename} ({number} of {len(meshes)})")
             left -= self._convert(mesh, left, made)
         conversion.files.update(made)
-        _warn_of_lost(conversion, meshes, self)
+        _warn_of_lost(conversion, meshes, self.at_most)
         _note_moved(conversion)
         _warn_of_differences(conversion, meshes)
         drawn = [data for path, data in made.items() if path.suffix == ".wrl"]
@@ -84,8 +84,8 @@ class ConvertMeshes(Pass):
 
         if shown.path is None:
             return 0
-        due = [target for target in shown.targets if _is_free(target.path)]
-        others = [target for target in shown.targets if target not in due]
+        others = [t for t in shown.targets if files.is_file(t.path) and not is_ours(t.path)]
+        due = [target for target in shown.targets if target not in others]
         for target in others:
             target.show()
         if others:
@@ -174,7 +174,11 @@ def _find_meshes(conversion: Conversion, folder: Path) -> list[ShownMesh]:
                 look = Look(mirror, shape.color, shape.transparency)
                 shapes.setdefault(filename, {}).setdefault(look, []).append(shape)
     names = _name_files(conversion.meshes, shapes)
-    links = _links(conversion)
+    links: dict[str, list[str]] = {}
+    for link in conversion.robot.links.values():
+        for visual in link.visuals:
+            if isinstance(visual.geometry, urdf.Mesh):
+                links.setdefault(visual.geometry.filename, []).append(link.name)
     meshes = []
     for filename, looks in shapes.items():
         targets = [
@@ -186,21 +190,6 @@ def _find_meshes(conversion: Conversion, folder: Path) -> list[ShownMesh]:
             mesh.lose("mesh-missing", *conversion.packages.places_of(filename))
         meshes.append(mesh)
     return meshes
-
-
-def _is_free(path: Path) -> bool:
-    """Whether a .wrl can be written: no file is there, or one of ours that nobody has changed."""
-    return not files.is_file(path) or is_ours(path)
-
-
-def _links(conversion: Conversion) -> dict[str, list[str]]:
-    """The links that show each mesh file."""
-    links: dict[str, list[str]] = {}
-    for link in conversion.robot.links.values():
-        for visual in link.visuals:
-            if isinstance(visual.geometry, urdf.Mesh):
-                links.setdefault(visual.geometry.filename, []).append(link.name)
-    return links
 
 
 def _name_files(
@@ -240,19 +229,26 @@ def _note_moved(conversion: Conversion) -> None:
         )
 
 
-#: What the warning says of a mesh that is not converted, by its code.
+#: What the warning says of a mesh that is not converted, and its hint, by its code.
 LOST = {
-    "mesh-missing": "not found",
-    "mesh-not-ours": "not converted, as a file of the name is there that urdf2mbs did not write, "
-    "or that was changed since",
-    "mesh-too-large": "not converted: the files of all meshes are more than {at_most} MiB",
-    "mesh-unreadable": "cannot be used",
+    "mesh-missing": ("not found", "looked in: {why}"),
+    "mesh-not-ours": (
+        "not converted, as a file of the name is there that urdf2mbs did not write, or that was "
+        "changed since",
+        "move away: {why}",
+    ),
+    "mesh-too-large": (
+        "not converted: the files of all meshes are more than {at_most} MiB",
+        "'convert-meshes: {{at_most: {more}}}' under 'passes' reads more, and takes up to 20 times "
+        "the largest file's size in memory",
+    ),
+    "mesh-unreadable": ("cannot be used", "{why}"),
 }
 
 
-def _warn_of_lost(conversion: Conversion, meshes: list[ShownMesh], options: ConvertMeshes) -> None:
+def _warn_of_lost(conversion: Conversion, meshes: list[ShownMesh], at_most: int) -> None:
     """Warn once for each reason, with the names of the meshes."""
-    for code, words in LOST.items():
+    for code, (words, hints) in LOST.items():
         lost = [mesh for mesh in meshes if mesh.lost == code]
         if not lost:
             continue
@@ -262,15 +258,8 @@ def _warn_of_lost(conversion: Conversion, meshes: list[ShownMesh], options: Conv
             for mesh in lost
         ]
         why = list(dict.fromkeys(line for mesh in lost for line in mesh.why))
-        hint = {
-            "mesh-missing": f"looked for {'it' if len(lost) == 1 else 'them'} in: {some(why, 2)}",
-            "mesh-not-ours": f"move away: {some(why)}",
-            "mesh-too-large": f"'convert-meshes: {{at_most: {4 * options.at_most}}}' under "
-            "'passes' reads more, and takes up to 20 times the largest file's size in memory",
-            "mesh-unreadable": some(why, 3),
-        }[code]
-        what = words.format(at_most=options.at_most)
-        text = f"{counted(len(lost), 'mesh')} {what}: {some(named, 3)}"
+        hint = hints.format(why=some(why, 2 if code == "mesh-missing" else 3), more=4 * at_most)
+        text = f"{counted(len(lost), 'mesh')} {words.format(at_most=at_most)}: {some(named, 3)}"
         conversion.warn(code, text, link=lost[0].links[0], hint=hint)
 
 

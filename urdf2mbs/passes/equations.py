@@ -61,15 +61,9 @@ class Equations(Pass):
         for language in ("python", "c"):
             if self.language in (language, "both"):
                 made = generate(
-                    mbs,
-                    data,
-                    output.name,
-                    language=language,
-                    fold=self.fold,
-                    pairs=self.pairs,
-                    energy=self.energy,
-                    derivatives=self.derivatives,
-                )
+                    mbs, data, output.name, language=language, fold=self.fold, pairs=self.pairs,
+                    energy=self.energy, derivatives=self.derivatives,
+                )  # fmt: skip
                 for name, text in made.files.items():
                     conversion.files[_folder(conversion) / name] = text
         conversion.report["equations"] = {

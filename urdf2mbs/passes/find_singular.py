@@ -7,17 +7,16 @@ initial position (see ``urdf2mbs.mbs.singular``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import msgspec
 
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.hookspecs import Pass
 from urdf2mbs.mbs.singular import LARGEST, Rule, Singular, TooLargeError, find_singular
+from urdf2mbs.messages.diagnostics import some
 from urdf2mbs.urdf.model import Robot
 
-#: A message names so many joints; the report has all.
-SHOWN = 5
 TURNING = ("revolute", "continuous")
 
 
@@ -99,6 +98,5 @@ def _causes(listed: list[Singular], robot: Robot) -> list[str]:
     ]  # fmt: skip
 
 
-def _quote(names: Sequence[str]) -> str:
-    shown = ", ".join(f"'{name}'" for name in names[:SHOWN])
-    return f"{shown}, ..." if len(names) > SHOWN else shown
+def _quote(names: Iterable[str]) -> str:
+    return some(f"'{name}'" for name in names)

@@ -103,8 +103,9 @@ def _add_hold(conversion: Conversion, mass: Mass, reduction: Array) -> None:
     damping: dict[str, float] = {}
     carried = _carry(conversion.simulation, mass, reduction)
     feels = felt(mass, reduction)
+    holding = {held.joint.name: held for held in conversion.simulation.hold}
     for index, placed in enumerate(mass.placement.joints):
-        held = next((h for h in conversion.simulation.hold if h.joint is placed.joint), None)
+        held = holding.get(placed.joint.name)
         if held is None:
             continue
         inertia, k, d = carried[index], held.stiffness, held.damping
@@ -152,13 +153,12 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
         for model in conversion.mbs.user_models
         if model.name in NUMBERS
     }
-    before = {name: dict(values) for name, values in models.items()}
     while True:
         slopes = list(_slopes(conversion, mass, reduction, models))
         mode = fastest(reduced, slopes)
         if mode.step * PART >= SHORTEST * (1 - 1e-9) or not _give_way(slopes, mode, models):
             break
-    _write(conversion, models)
+    changes = _write(conversion, models)
     _add_states(conversion, models)
     if mode.step * PART < LONGEST:
         worst = slopes[int(mode.shares.argmax())]
@@ -169,7 +169,7 @@ def _choose(conversion: Conversion, mass: Mass, reduction: Array) -> None:
             f"TIME_STEP is {simulation.time_step:g} s, because of {simulation.shortened_by} "
             f"(its eigenvalue has {abs(mode.rate):.3g} 1/s)",
         )
-    _warn_of_changes(conversion, before, models)
+    _warn(conversion, changes)
 
 
 def _slopes(
@@ -244,13 +244,19 @@ def _give_way(slopes: list[Slope], mode: Mode, models: Models) -> bool:
     return False
 
 
-def _write(conversion: Conversion, models: Models) -> None:
-    """Put the numbers that have given way into the user models."""
+def _write(conversion: Conversion, models: Models) -> list[str]:
+    """Put the numbers that have given way into the user models; gives them in words."""
+    changes: list[str] = []
     for model in conversion.mbs.user_models:
         for parameter in model.parameters if model.name in NUMBERS else ():
-            value = models[model.name][parameter.name]
-            if value != float(parameter.values[0]):
-                parameter.values = (repr(value),)
+            old, new = float(parameter.values[0]), models[model.name][parameter.name]
+            if new != old:
+                parameter.values = (repr(new),)
+                ground = model.name == "contact"
+                called = f"{model.name} of '{parameter.name}'"
+                called = f"the ground's {parameter.name}" if ground else called
+                changes.append(f"{called} is {new:g} instead of {old:g}")
+    return changes
 
 
 def _add_states(conversion: Conversion, models: Models) -> None:
@@ -265,13 +271,7 @@ def _add_states(conversion: Conversion, models: Models) -> None:
             conversion.mbs.user_models.append(UserModel(name, states))
 
 
-def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> None:
-    changes = [
-        f"{_called(group, name)} is {models[group][name]:g} instead of {old:g}"
-        for group, values in before.items()
-        for name, old in values.items()
-        if models[group][name] != old
-    ]
+def _warn(conversion: Conversion, changes: list[str]) -> None:
     if changes:
         conversion.warn(
             "time-step-softened",
@@ -286,11 +286,6 @@ def _warn_of_changes(conversion: Conversion, before: Models, models: Models) -> 
             f"{conversion.simulation.shortened_by}: a simulation takes long",
             hint="see if the robot's file states a likely number, and a likely inertia",
         )
-
-
-def _called(group: str, name: str) -> str:
-    """A number of a user model in words."""
-    return f"the ground's {name}" if group == "contact" else f"{group} of '{name}'"
 
 
 def _round_down(value: float) -> float:
