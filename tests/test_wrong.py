@@ -173,7 +173,7 @@ CONFIGS = [
     ("passes: {loops: {cuts: {hand: {ends: [{link: hand}, {link: body}]}}}}", "loops-name", None),
     ("passes: {forces: {wrenches: {w: {link: nobody}}}}", "forces-link", None),
     ("passes: {forces: {wrenches: {1w: {link: hand}}}}", "forces-name", None),
-    ("passes: {forces: {wrenches: {w: {link: hand, force: [.nan, 0, 0]}}}}", "value-range", 2),
+    ("passes: {forces: {wrenches: {w: {link: hand, force: [.nan, 0, 0]}}}}", "config-type", 2),
     ("passes: {forces: {springs: {s: {ends: [{link: hand}, {link: hand}], stiffness: 1}}}}",
      "forces-spring", None),
     ("sweep: {xacro_arg: {a: [1]}}", "unknown-key", 2),

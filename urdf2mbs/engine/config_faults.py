@@ -5,8 +5,7 @@ msgspec, which reads configs, stops at the first fault: this runs where msgspec 
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from difflib import get_close_matches
 from typing import Any
 
@@ -29,27 +28,13 @@ _TYPES = {
 }
 
 
-def _bound(holds: Callable[[float, float], bool]) -> Any:
-    """A bound of a number.  Unlike that of jsonschema, no bound holds for what is not a number."""
-
-    def check(validator: Any, bound: float, value: Any, _: Any) -> Iterator[ValidationError]:
-        if validator.is_type(value, "number") and not holds(value, bound):
-            yield ValidationError("")
-
-    return check
-
-
-_BOUNDS = {
-    "minimum": _bound(operator.ge),
-    "exclusiveMinimum": _bound(operator.gt),
-    "maximum": _bound(operator.le),
-    "exclusiveMaximum": _bound(operator.lt),
-}
-#: Values from Python may be tuples.
-_CHECKER = Draft202012Validator.TYPE_CHECKER.redefine(
-    "array", lambda _, value: isinstance(value, list | tuple)
+_TYPE_CHECKER = Draft202012Validator.TYPE_CHECKER
+#: Values from Python may be tuples, and nan is no number.
+_CHECKER = _TYPE_CHECKER.redefine("array", lambda _, value: isinstance(value, list | tuple))
+_CHECKER = _CHECKER.redefine(
+    "number", lambda _, value: _TYPE_CHECKER.is_type(value, "number") and value == value
 )
-_Validator: Any = extend(Draft202012Validator, _BOUNDS, type_checker=_CHECKER)
+_Validator: Any = extend(Draft202012Validator, type_checker=_CHECKER)
 
 
 def take_faults(
@@ -71,7 +56,7 @@ def take_faults(
                 value = data.pop(key)
                 for close in get_close_matches(str(key), known, n=1, cutoff=0.75):
                     data.setdefault(close, value)
-    return [*{str(fault): fault for fault in faults}.values()]  # nan is below and above a range
+    return faults
 
 
 def _describe_all(error: ValidationError, lines: Lines, at: Key) -> Iterator[ConfigError]:
@@ -88,17 +73,17 @@ def _describe_all(error: ValidationError, lines: Lines, at: Key) -> Iterator[Con
         for inners in choices.values()
         if any(inner.validator != "type" or inner.path for inner in inners)
     ]
-    if not meant:
+    if meant:
+        for inner in max(meant, key=lambda inners: max(len(inner.path) for inner in inners)):
+            yield from _describe_all(inner, lines, at)
+    else:
         types = [inner.validator_value for inner in error.context]
         yield _wrong_type(types, error.instance, lines, (*at, *error.absolute_path))
-        return
-    for inner in max(meant, key=lambda inners: max(len(inner.path) for inner in inners)):
-        yield from _describe_all(inner, lines, at)
 
 
 def _describe(error: ValidationError, lines: Lines, at: Key) -> Iterator[ConfigError]:
     key, value, wanted = (*at, *error.absolute_path), error.instance, error.validator_value
-    rule, name = error.validator, dotted((*at, *error.absolute_path))
+    rule, name = error.validator, dotted(key)
     if rule == "additionalProperties":
         known = error.schema["properties"]
         for wrong in [wrong for wrong in value if wrong not in known]:
@@ -121,7 +106,7 @@ def _describe(error: ValidationError, lines: Lines, at: Key) -> Iterator[ConfigE
             "config-type", f"'{name}': {_short(value)} is not one of its values", key,
             f"{choices}; {close}" if close else choices,
         )  # fmt: skip
-    elif rule in _BOUNDS:
+    elif rule in ("minimum", "exclusiveMinimum", "maximum", "exclusiveMaximum"):
         said = f"'{name}' is {value!r}: {in_words(error.schema)} is wanted"
         yield lines.error("value-range", said, key)
     elif rule == "minLength":

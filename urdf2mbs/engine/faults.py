@@ -8,9 +8,11 @@ from pathlib import Path
 import msgspec
 
 from urdf2mbs.conversion import Conversion
-from urdf2mbs.engine.plugins import GROUP, Registered, frames_in
+from urdf2mbs.engine.plugins import GROUP, Registered, frames_in, in_words
 from urdf2mbs.messages.diagnostics import ConversionError, memory_full, some
 from urdf2mbs.urdf.model import Robot
+
+_DEBUG = "--debug shows the traceback"
 
 
 def pass_failed(
@@ -19,20 +21,17 @@ def pass_failed(
     """The error for an exception that came out of a pass; ``before`` are the passes that ran."""
     ours = found.plugin == GROUP
     if isinstance(error, MemoryError):
-        robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
-        return memory_full(f"pass '{found.kind.name}' on robot '{robot}'")
-    strangers = [f"'{ran.kind.name}' ({ran.plugin})" for ran in before if ran.plugin != GROUP]
+        return memory_full(f"pass '{found.kind.name}' on robot '{_robot(conversion)}'")
+    who = f"pass '{found.kind.name}'"
     if not ours:
-        hint = "--debug shows the traceback"
-    elif strangers:
+        who += f" of plugin '{found.plugin}'"
+        return _failed("plugin-failed", who, found.file, conversion, error, _DEBUG)
+    strangers = [f"'{ran.kind.name}' ({ran.plugin})" for ran in before if ran.plugin != GROUP]
+    if strangers:
         hint = f"it may come of what a plugin's pass did before: {', '.join(strangers)}"
     else:
         hint = "this is a mistake in urdf2mbs: please report it with the robot; --debug shows more"
-    whose = "" if ours else f" of plugin '{found.plugin}'"
-    return _failed(
-        "internal" if ours else "plugin-failed",
-        f"pass '{found.kind.name}'{whose}", found.file, conversion, error, hint,
-    )  # fmt: skip
+    return _failed("internal", who, found.file, conversion, error, hint)
 
 
 def hook_failed(
@@ -41,10 +40,8 @@ def hook_failed(
     """The error for an exception that came out of a plugin's hook around a pass."""
     when = "before" if "before" in hook else "after"
     what = f"pass '{pass_name}'" if pass_name else "the source is read"
-    return _failed(
-        "plugin-failed", f"hook '{hook}' of plugin '{plugin}', called {when} {what},",
-        file, conversion, error, "--debug shows the traceback",
-    )  # fmt: skip
+    who = f"hook '{hook}' of plugin '{plugin}', called {when} {what},"
+    return _failed("plugin-failed", who, file, conversion, error, _DEBUG)
 
 
 def protected_state(conversion: Conversion) -> str:
@@ -56,17 +53,20 @@ def protected_state(conversion: Conversion) -> str:
 def check_protected(conversion: Conversion, before: str, who: str, plugin: str, file: str) -> None:
     """Raise ConversionError if a plugin's pass or hook has changed a protected field, or the file
     that was checked."""
-    code, fault, hint = "plugin-verdict", "", ""
+    who = f"{who} of plugin '{plugin}'"
     written = conversion.rejected or conversion.settings.output
     if protected_state(conversion) != before:
-        fault = "changes what was asked for, or what 'check' has found"
-        hint = "conversion.settings, .proof, .proven, .rejected and .changed are for reading"
-    elif conversion.proof is not None and conversion.files.get(written) != conversion.proven:
-        code = "plugin-output-broken"
-        fault = f"changes the file: it is not the '{written.name}' that was checked"
-        hint = "put the pass before 'check', so that what it does is checked, too"
-    if fault:
-        raise ConversionError(code, f"{who} of plugin '{plugin}' {fault}", file=file, hint=hint)
+        raise ConversionError(
+            "plugin-verdict",
+            f"{who} changes what was asked for, or what 'check' has found", file=file,
+            hint="conversion.settings, .proof, .proven, .rejected and .changed are for reading",
+        )  # fmt: skip
+    if conversion.proof is not None and conversion.files.get(written) != conversion.proven:
+        raise ConversionError(
+            "plugin-output-broken",
+            f"{who} changes the file: it is not the '{written.name}' that was checked", file=file,
+            hint="put the pass before 'check', so that what it does is checked, too",
+        )  # fmt: skip
 
 
 def check_left(found: Registered, conversion: Conversion, known: bool) -> None:
@@ -91,12 +91,13 @@ def _failed(
     code: str, who: str, file: str, conversion: Conversion, error: BaseException, hint: str
 ) -> ConversionError:
     where, line = [(file, None), *frames_in(file, error.__traceback__)][-1]
-    text = " ".join(str(error).split())
-    said = type(error).__name__ + (f": {text}" if text else "")
-    robot = getattr(conversion.robot, "name", "") or conversion.settings.source.name
-    return ConversionError(
-        code, f"{who} failed on robot '{robot}': {said}", file=where, line=line, hint=hint
-    )
+    said = f"{who} failed on robot '{_robot(conversion)}': {in_words(error)}"
+    return ConversionError(code, said, file=where, line=line, hint=hint)
+
+
+def _robot(conversion: Conversion) -> str:
+    """The robot's name; a plugin may have left no robot."""
+    return getattr(conversion.robot, "name", "") or conversion.settings.source.name
 
 
 def _output_fault(conversion: Conversion) -> str | None:

@@ -15,7 +15,7 @@ import msgspec
 import pluggy
 
 from urdf2mbs import passes
-from urdf2mbs.disk.files import is_file
+from urdf2mbs.disk.files import MOST, beginning, is_file
 from urdf2mbs.engine import hookspecs
 from urdf2mbs.engine.config import Lines, Preset, typed
 from urdf2mbs.engine.hookspecs import Pass
@@ -57,24 +57,18 @@ def _may_name_plugins(folder: str) -> bool:
 
     Gain: a quarter of a process that converts a small robot, with 120 packages installed.
     """
+    if is_file(Path(folder)) or folder.endswith(".egg"):
+        return True  # only importlib.metadata looks into a zip file
     try:
         names = os.listdir(folder)  # noqa: PTH208
-    except NotADirectoryError:
-        return True  # a zip file: only importlib.metadata looks into it
     except OSError:
         return False
-    if folder.endswith(".egg") or any(name.endswith(".egg") for name in names):
-        return True
     group = f"[{GROUP}]".encode()
-    for name in names:
-        if name.lower().endswith((".dist-info", ".egg-info")):
-            try:
-                with open(os.path.join(folder, name, "entry_points.txt"), "rb", 0) as file:  # noqa: PTH118, PTH123
-                    if group in file.read():
-                        return True
-            except OSError:
-                pass  # most packages have none
-    return False
+    return any(
+        name.endswith(".egg") or group in beginning(Path(folder, name, "entry_points.txt"), MOST)
+        for name in names
+        if name.lower().endswith((".dist-info", ".egg-info", ".egg"))
+    )
 
 
 def _is_usual(finder: object) -> bool:
@@ -127,9 +121,8 @@ class Plugins:
     def __init__(self, files: Iterable[Path] = (), *, installed: bool = True) -> None:
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
-        self._packages: dict[str, str] = {}
         self._files: dict[str, str] = {}
-        self._register(passes, GROUP, GROUP, passes.__file__ or "")
+        """The file of each plugin, by the plugin's name."""
         self.broken: list[Diagnostic] = []
         """Installed plugins that are left out, and what is wrong with each."""
         self.hook: Any = self._manager.hook
@@ -139,13 +132,12 @@ class Plugins:
         """Every preset by name; a later plugin's takes the place of an earlier one's."""
         self.codes: set[str] = set()
         """The codes of messages that the plugins bring."""
-        self._collect(GROUP)
+        self._add(passes, GROUP, GROUP, passes.__file__ or "")
         if installed:
             for entry, package in _installed(tuple(sys.path)):
                 self._add_installed(entry, package)
         for file in files:
             self._load_file(file)
-            self._collect(file.stem)
 
     def blame(self, tb: TracebackType | None) -> tuple[str, str] | None:
         """The plugin (name, file) whose code a traceback went through; None: no plugin's."""
@@ -172,37 +164,22 @@ class Plugins:
 
     def _add_installed(self, entry: EntryPoint, package: str) -> None:
         """Load an installed plugin.  A broken plugin is left out, and the conversion goes on."""
-        there = entry.name in self._files
         try:
             try:
                 plugin = entry.load()
             except FAILURES as error:
-                fault = f"it cannot be loaded: {_words(error)}"
+                fault = f"it cannot be loaded: {in_words(error)}"
                 raise ConfigError("plugin-broken", fault) from error
-            file = getattr(plugin, "__file__", None) or package
-            self._register(plugin, entry.name, package, file)
-            self._collect(entry.name)
+            self._add(plugin, entry.name, package, getattr(plugin, "__file__", None) or package)
         except ConfigError as error:
-            self.broken.append(
-                Diagnostic(
-                    "warning", "plugin-broken",
-                    f"the installed plugin '{entry.name}' (package {package} "
-                    f"{version_of(package)}) is left out: {error.message}",
-                    file=error.file, line=error.line,
-                    hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
-                )
-            )  # fmt: skip
-            if not there:
-                self._forget(entry.name)
-
-    def _forget(self, plugin: str) -> None:
-        self._files.pop(plugin, None)
-        if self._manager.has_plugin(plugin):
-            self._manager.unregister(name=plugin)
-        for name, offered in list(self.passes.items()):
-            self.passes[name] = [kept for kept in offered if kept.plugin != plugin]
-            if not self.passes[name]:
-                del self.passes[name]
+            version = f"{package} {version_of(package)}"
+            self.broken.append(Diagnostic(
+                "warning", "plugin-broken",
+                f"the installed plugin '{entry.name}' (package {version}) is left out: "
+                f"{error.message}",
+                file=error.file, line=error.line,
+                hint="mend or uninstall it, or leave installed plugins out with --no-plugins",
+            ))  # fmt: skip
 
     def _load_file(self, file: Path) -> None:
         import importlib.util
@@ -225,12 +202,13 @@ class Plugins:
             if isinstance(error, ModuleNotFoundError):
                 hint = "install it where urdf2mbs is; a plugin of several files must be a package"
             raise ConfigError(
-                "plugin-broken", f"plugin '{file}' cannot be loaded: {_words(error)}",
+                "plugin-broken", f"plugin '{file}' cannot be loaded: {in_words(error)}",
                 file=str(file), line=_line_in(file, error), hint=hint,
             ) from error  # fmt: skip
-        self._register(module, file.stem, "", str(file))
+        self._add(module, file.stem, "", str(file))
 
-    def _register(self, plugin: Any, name: str, package: str, file: str) -> None:
+    def _add(self, plugin: Any, name: str, package: str, file: str) -> None:
+        """Register a plugin and note what it brings; nothing stays of a plugin that is wrong."""
         if name in self._files:
             raise ConfigError(
                 "plugin-doubled",
@@ -238,33 +216,45 @@ class Plugins:
                 hint="load it once; or rename one file, or leave installed plugins out with "
                 "--no-plugins",
             )
+        self._files[name] = file
+        try:
+            self._register(plugin, name)
+            passes = self._passes_of(name, package)
+            codes = self._brought(name, "urdf2mbs_codes", list, _CODES)
+            presets = self._presets_of(name)
+        except ConfigError:
+            del self._files[name]
+            if self._manager.has_plugin(name):
+                self._manager.unregister(name=name)
+            raise
+        for registered in passes:
+            self.passes.setdefault(registered.kind.name, []).append(registered)
+        self.codes.update(codes)
+        for key, preset in presets.items():
+            if preset.extends == key and key in self.presets:
+                preset.extends = f"{key} before {name}"
+                self.presets[preset.extends] = self.presets[key]
+            self.presets[key] = preset
+
+    def _register(self, plugin: Any, name: str) -> None:
         try:
             self._manager.register(plugin, name)
             self._manager.check_pending()
         except (pluggy.PluginValidationError, ValueError) as error:
-            self._manager.unregister(name=name)
-            raise ConfigError(
-                "plugin-broken", f"plugin '{name}': {' '.join(str(error).split())}", file=file,
-                hint=f"the hooks are: {', '.join(_HOOKS)}",
-            ) from error  # fmt: skip
+            hint = f"the hooks are: {', '.join(_HOOKS)}"
+            raise self._broken(name, " ".join(str(error).split()), hint) from error
         if not self._manager.get_hookcallers(plugin):
             raise ConfigError(
                 "plugin-empty",
                 f"plugin '{name}' brings nothing: no function in it is marked as a hook",
-                file=file,
+                file=self._files[name],
                 hint="put '@hookimpl' above 'def urdf2mbs_passes():' "
                 "(from urdf2mbs.plugin import hookimpl)",
             )
-        self._packages[name] = package
-        self._files[name] = file
 
-    def _collect(self, name: str) -> None:
-        """Note the passes, codes and presets that a plugin brings."""
-        for kind in self._brought(name, "urdf2mbs_passes", list, _LIST):
-            self._add_pass(kind, name)
-        self.codes.update(self._brought(name, "urdf2mbs_codes", list, _CODES))
-        presets = self._brought(name, "urdf2mbs_presets", dict, _PRESET)
-        for key, given in dict(presets).items():
+    def _presets_of(self, name: str) -> dict[str, Preset]:
+        presets = {}
+        for key, given in self._brought(name, "urdf2mbs_presets", dict, _PRESET).items():
             try:
                 preset: Preset = typed(Preset, given, Lines())
                 if not preset.pipeline and not preset.extends:
@@ -273,10 +263,8 @@ class Plugins:
                     )
             except ConfigError as error:
                 raise self._broken(name, f"preset {key!r}: {error.message}", _PRESET) from None
-            if preset.extends == key and key in self.presets:
-                preset.extends = f"{key} before {name}"
-                self.presets[preset.extends] = self.presets[key]
-            self.presets[key] = preset
+            presets[key] = preset
+        return presets
 
     def _brought(self, name: str, hook: str, kind: type, hint: str) -> Any:
         """What a plugin's hook gives; raises ConfigError."""
@@ -288,23 +276,25 @@ class Plugins:
                         return kind(brought)
                 except FAILURES as error:
                     raise self._broken(
-                        name, f"{hook} failed: {_words(error)}", "", error
+                        name, f"{hook} failed: {in_words(error)}", "", error
                     ) from error
                 raise self._broken(name, f"{hook} returned nothing", hint)
         return kind()
 
-    def _add_pass(self, kind: Any, name: str) -> None:
-        if not isinstance(kind, type) or not issubclass(kind, Pass):
-            fault = f"urdf2mbs_passes gave {kind!r}, which is no subclass of Pass"
-            raise self._broken(name, fault, _LIST)
-        fault, hint = ("", "") if name == GROUP else _fault(kind)
-        if fault:
-            raise self._broken(name, f"pass {kind.name!r}: {fault}", hint)
-        offered = self.passes.setdefault(kind.name, [])
-        if any(registered.plugin == name for registered in offered):
-            raise self._broken(name, f"it brings two passes '{kind.name}'", "rename one")
-        source = _source(kind, name, self._files[name])
-        offered.append(Registered(kind, name, self._packages[name], source))
+    def _passes_of(self, name: str, package: str) -> Iterable[Registered]:
+        found: dict[str, Registered] = {}
+        for kind in self._brought(name, "urdf2mbs_passes", list, _LIST):
+            if not isinstance(kind, type) or not issubclass(kind, Pass):
+                fault = f"urdf2mbs_passes gave {kind!r}, which is no subclass of Pass"
+                raise self._broken(name, fault, _LIST)
+            fault, hint = ("", "") if name == GROUP else _fault(kind)
+            if fault:
+                raise self._broken(name, f"pass {kind.name!r}: {fault}", hint)
+            if kind.name in found:
+                raise self._broken(name, f"it brings two passes '{kind.name}'", "rename one")
+            source = _source(kind, name, self._files[name])
+            found[kind.name] = Registered(kind, name, package, source)
+        return found.values()
 
     def _broken(
         self, plugin: str, fault: str, hint: str, error: BaseException | None = None
@@ -350,7 +340,7 @@ def _fault(kind: type[Pass]) -> tuple[str, str]:
         msgspec.json.schema(kind)
     except FAILURES as error:
         return (
-            f"its options cannot be read from YAML: {_words(error)}",
+            f"its options cannot be read from YAML: {in_words(error)}",
             "use bool, int, float, str, list, dict, tuple, Literal, or Structs of these",
         )
     return "", ""
@@ -374,7 +364,7 @@ def version_of(package: str) -> str:
         return ""
 
 
-def _words(error: BaseException) -> str:
+def in_words(error: BaseException) -> str:
     """An exception in one line; a SyntaxError repeats its own file and line otherwise."""
     text = error.msg if isinstance(error, SyntaxError) else " ".join(str(error).split())
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
