@@ -89,9 +89,8 @@ def _say(error: Exception, as_json: bool) -> int:
         from urdf2mbs.commands.printing import print_json
 
         fields = ("code", "message", "file", "line", "hint")
-        print_json(
-            {"error": {name: getattr(error, name) for name in fields}, "diagnostics": error.said}
-        )
+        said = {name: getattr(error, name) for name in fields}
+        print_json({"error": said, "diagnostics": error.said})
     return error.exit_code
 
 

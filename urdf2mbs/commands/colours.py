@@ -61,10 +61,8 @@ def screens(colours: str = "auto", *, quiet: bool = False) -> Iterator[None]:
         for stream in plain
     ]
     try:
-        sys.stdout, sys.stderr = (
-            Screen(plain[0], coloured[0], quiet),
-            Screen(plain[1], coloured[1]),
-        )
+        sys.stdout = Screen(plain[0], coloured[0], quiet)
+        sys.stderr = Screen(plain[1], coloured[1])
         yield
     finally:
         sys.stdout, sys.stderr = plain

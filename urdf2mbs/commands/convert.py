@@ -57,7 +57,7 @@ def add_options(command: argparse.ArgumentParser) -> None:
 
 def carry_out(arguments: argparse.Namespace) -> int:
     output: Any = arguments.output
-    folder = output is not None and (output.endswith(_SEPARATORS) or is_folder(Path(output)))
+    folder = output is not None and (output.endswith(("/", os.sep)) or is_folder(Path(output)))
     if arguments.language and not folder:
         raise ConfigError("usage", "--language is for a project: '-o DIR/' makes one")
     if output == "":
@@ -103,14 +103,8 @@ def _convert_folder(folder: Path, output: str | None, arguments: argparse.Namesp
     if is_file(Path(output)):
         raise ConfigError("usage", f"--output: '{output}' is no folder, and '{folder}' is one")
     robots = robots_in(folder)
-    return carry_out_many(
-        [
-            without_config(str(source), str(Path(output) / place), arguments)
-            for source, place in robots.items()
-        ],
-        arguments,
-    )
-
-
-#: What ends the name of a folder.
-_SEPARATORS = tuple(filter(None, (os.sep, os.altsep)))
+    configs = [
+        without_config(str(source), str(Path(output) / place), arguments)
+        for source, place in robots.items()
+    ]
+    return carry_out_many(configs, arguments)

@@ -46,13 +46,10 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
     needed = [line for line in requires("urdf2mbs") or [] if "extra ==" not in line]
     names = [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in needed]
     plugins = Plugins(installed=installed_plugins)
-    brought = {
-        found.plugin: f"{found.package} {found.version}"
-        for offered in plugins.passes.values()
-        for found in offered
-        if found.plugin != GROUP
-    }
-    broken = {f"broken {number}": str(said) for number, said in enumerate(plugins.broken, start=1)}
+    listed = {f"broken {number}": str(said) for number, said in enumerate(plugins.broken, start=1)}
+    for found in (one for offered in plugins.passes.values() for one in offered):
+        if found.plugin != GROUP:
+            listed[found.plugin] = f"{found.package} {found.version}"
     return {
         "urdf2mbs": {
             "urdf2mbs": f"{version('urdf2mbs')} ({Path(__file__).parents[1]})",
@@ -62,7 +59,7 @@ def examine(*, installed_plugins: bool = True) -> dict[str, dict[str, str]]:
             **{name: version_of(name) or "MISSING" for name in names},
             "distributed": version_of("distributed") or "not installed, for run --cluster",
         },
-        "plugins": {**brought, **broken} or {"none": "no package has an entry point 'urdf2mbs'"},
+        "plugins": listed or {"none": "no package has an entry point 'urdf2mbs'"},
         # packages around a robot's file are found without ROS
         "ROS packages": {
             name: os.environ.get(name) or "not set"

@@ -83,11 +83,12 @@ _LEFT_OUT: dict[type, tuple[str, ...]] = {
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Step):  # its joints stand in the robot, and in the body
-        joints, coordinates = (
-            [joint.name for joint in found] for found in (value.joints, value.coordinates)
-        )
-        rest = _fields(value, ("joint", "joints", "coordinates"))
-        return {"joint": value.joint.name, **rest, "joints": joints, "coordinates": coordinates}
+        return {
+            "joint": value.joint.name,
+            **_fields(value, ("joint", "joints", "coordinates")),
+            "joints": [joint.name for joint in value.joints],
+            "coordinates": [joint.name for joint in value.coordinates],
+        }
     if isinstance(value, msgspec.Struct):
         return _fields(value, _LEFT_OUT.get(type(value), ()))
     if isinstance(value, Pose):
@@ -117,8 +118,5 @@ def _fields(struct: msgspec.Struct, without: tuple[str, ...]) -> dict[str, Any]:
 def to_yaml(data: dict[str, Any]) -> str:
     """Plain data as YAML: what holds nothing but numbers and words is one line."""
     dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-    text: str = yaml.dump(
-        data, Dumper=dumper, default_flow_style=None, sort_keys=False, width=10**9,
-        allow_unicode=True,
-    )  # fmt: skip
-    return text
+    style: Any = {"default_flow_style": None, "sort_keys": False, "width": 10**9}
+    return str(yaml.dump(data, Dumper=dumper, allow_unicode=True, **style))

@@ -6,13 +6,7 @@ import argparse
 
 import msgspec
 
-from urdf2mbs.commands.printing import (
-    METHOD,
-    describe,
-    origin,
-    print_json,
-    warn_of,
-)
+from urdf2mbs.commands.printing import METHOD, describe, origin, print_json, warn_of
 from urdf2mbs.commands.settings import (
     ALONE,
     add_fields,
@@ -45,21 +39,15 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     config, lines = robot_or_config(arguments)
     first, *others = members(config, lines)
-    config = first.config
-    pipeline = Pipeline(config, lines, installed_plugins=not arguments.no_plugins)
+    pipeline = Pipeline(first.config, lines, installed_plugins=not arguments.no_plugins)
     warn_of(pipeline.plugins)
     if lines.file is None:
         read_file(pipeline.settings.source)  # a robot was named, and is to be there
     if arguments.json:
-        passes = [
-            {
-                **describe(step.registered),
-                "swapped": step.swapped,
-                "options": step.pass_,
-            }
+        print_json([
+            {**describe(step.registered), "swapped": step.swapped, "options": step.pass_}
             for step in pipeline.passes
-        ]
-        print_json(passes)
+        ])  # fmt: skip
         return 0
     settings = pipeline.settings
     if others:

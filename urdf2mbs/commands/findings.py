@@ -67,23 +67,18 @@ class Findings:
         from importlib.metadata import version
 
         placed = self.placed()
-        codes = sorted({found.code for found in placed})
-        driver = {
-            "name": "urdf2mbs",
-            "version": version("urdf2mbs"),
-            "rules": [
-                {"id": code, "shortDescription": {"text": code.replace("-", " ")}} for code in codes
-            ],
-        }
+        rules = [
+            {"id": code, "shortDescription": {"text": code.replace("-", " ")}}
+            for code in sorted({found.code for found in placed})
+        ]
         results = [
             {
-                "ruleId": found.code,
-                "level": found.level,
+                "ruleId": found.code, "level": found.level, "locations": [_location(found)],
                 "message": {"text": "\n".join(filter(None, [found.message, found.hint]))},
-                "locations": [_location(found)],
             }
             for found in placed
-        ]
+        ]  # fmt: skip
+        driver = {"name": "urdf2mbs", "version": version("urdf2mbs"), "rules": rules}
         run = {"tool": {"driver": driver}, "results": results}
         return {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
 
@@ -93,6 +88,7 @@ def collecting(sarif: Path | None, source: str) -> Iterator[Findings]:
     """Gives the findings to be filled; an error that ends the block is one of them.  They are
     written as SARIF at the end, if asked for."""
     found = Findings(source)
+    failure = None
     with noting() as files:
         try:
             yield found
@@ -100,15 +96,12 @@ def collecting(sarif: Path | None, source: str) -> Iterator[Findings]:
             if error.exit_code != ConversionError.exit_code:
                 raise  # the command line is wrong, and not the robot
             found.said += [*error.said, error.diagnostic()]
-            _write(found, sarif, files)
-            raise
-        _write(found, sarif, files)
-
-
-def _write(found: Findings, sarif: Path | None, files: Iterable[str]) -> None:
+            failure = error
     found.files = [file for file in files if not file.lower().endswith(".mbs")]
     if sarif is not None:
         write_files({sarif: (json.dumps(found.sarif(), indent=1) + "\n").encode()})
+    if failure is not None:
+        raise failure
 
 
 def differences(found: Iterable[Difference]) -> list[Diagnostic]:
@@ -119,13 +112,8 @@ def differences(found: Iterable[Difference]) -> list[Diagnostic]:
 
 
 def _location(found: Diagnostic) -> dict[str, Any]:
-    file = Path(found.file or "")
-    whole = file.absolute()
-    inside = whole.is_relative_to(Path.cwd())
-    uri = whole.relative_to(Path.cwd()).as_posix() if inside else whole.as_uri()
-    return {
-        "physicalLocation": {
-            "artifactLocation": {"uri": uri},
-            "region": {"startLine": found.line or 1},
-        }
-    }
+    file, here = Path(found.file or "").absolute(), Path.cwd()
+    inside = file.is_relative_to(here)
+    uri = file.relative_to(here).as_posix() if inside else file.as_uri()
+    region = {"startLine": found.line or 1}
+    return {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": region}}

@@ -51,12 +51,8 @@ def add_options(command: argparse.ArgumentParser) -> None:
 def carry_out(arguments: argparse.Namespace) -> int:
     if arguments.robot == STREAM:
         raise ConfigError("usage", "a config names the robot's file, and standard input has none")
-    config, found = init(
-        arguments.robot,
-        arguments.output,
-        force=arguments.force,
-        **choose_fields(arguments),
-    )
+    fields = choose_fields(arguments)
+    config, found = init(arguments.robot, arguments.output, force=arguments.force, **fields)
     if arguments.json:
         packages = {name: str(folder) for name, folder in found.packages.items()}
         whole = {**found._asdict(), "robot": found.robot.name, "packages": packages}
@@ -89,11 +85,7 @@ class RobotFacts(NamedTuple):
 
 
 def init(
-    source: str,
-    config: Path | None = None,
-    *,
-    force: bool = False,
-    **fields: Any,
+    source: str, config: Path | None = None, *, force: bool = False, **fields: Any
 ) -> tuple[Path, RobotFacts]:
     """Write a config for a robot; gives its file, and what was found.
 
@@ -119,8 +111,7 @@ def init(
         raise ConfigError(
             "config-name", f"'{config}' is no name of a config", hint=f"such as {name}.yaml"
         )
-    text = _text(source, config, found, asked.xacro_args, conversion, middle)
-    write_files({config: text.encode()}, force=force)
+    write_files({config: _text(config, found, asked, conversion).encode()}, force=force)
     return config, found
 
 
@@ -205,33 +196,23 @@ def _shapes(link: Link) -> list[Geometry]:
     return [*(v.geometry for v in link.visuals), *(c.geometry for c in link.collisions)]
 
 
-def _text(
-    source: str,
-    config: Path,
-    found: RobotFacts,
-    given: Mapping[str, str],
-    conversion: Conversion,
-    middle: Mapping[str, float] | None,
-) -> str:
-    """The text of the config; ``given`` are the xacro arguments of the user.
-
-    ``middle``: the start positions (rad or m) of joints that zero is no position for.
-    """
-    robot = found.robot
+def _text(config: Path, found: RobotFacts, asked: Config, conversion: Conversion) -> str:
+    """The text of the config; ``asked`` is the config by which the robot was just converted."""
+    robot, source = found.robot, asked.source
     moving = sum(joint.moves for joint in robot.joints.values())
     base = "floating" if conversion.floating else "fixed"
     own = conversion.inserted is None and conversion.base_reason == "own joint"
     holds_source = config.absolute().with_suffix("") in conversion.settings.source.parents
     named = source.startswith(descriptions.PREFIX)
     folder = f"{config.stem}_robotran" if holds_source else config.stem
-    project, file = _flow({"project": folder}), _flow(f"{config.stem}.mbs")
-    output = (project, f"a whole Robotran project; or only the file: {file}")
+    file = _flow(f"{config.stem}.mbs")
     settings = [
         ("source", _flow(source if named else _relative(Path(source), config)), ""),
-        ("output", *output),
+        ("output", _flow({"project": folder}),
+         f"a whole Robotran project; or only the file: {file}"),
         ("base", "auto" if own else base, _why(conversion)),
         ("pipeline", "compact", "the fewest joints; or faithful: every link's frame is a body's"),
-    ]
+    ]  # fmt: skip
     if conversion.settings.config.trust_xacro:
         settings.append(("trust_xacro", "true", "its xacro may do whatever Python can"))
     width = max(len(f"{key}: {value}") for key, value, _ in settings[1:])
@@ -246,8 +227,8 @@ def _text(
         line = f"{key}: {value}"
         lines.append(f"{line:{width}}  # {comment}" if comment else line)
     lines += _packages(config, found)
-    lines += _args(found, given)
-    lines += _passes(found, conversion, middle)
+    lines += _args(found, asked.xacro_args)
+    lines += _passes(found, conversion, asked.passes)
     return "\n".join(lines) + "\n"
 
 
@@ -306,35 +287,36 @@ def _argument(value: str) -> str:
 
 
 def _passes(
-    found: RobotFacts, conversion: Conversion, middle: Mapping[str, float] | None
+    found: RobotFacts, conversion: Conversion, asked: Mapping[str, Mapping[str, Any]]
 ) -> list[str]:
     """A start position within the limits, and what lets a robot with feet stand."""
-    no_mass = any(said.code == "no-mass" for said in conversion.diagnostics)
-    stands = found.feet and not no_mass
-    posture = []
-    if middle:
+    codes = {said.code for said in conversion.diagnostics}
+    lines: list[str] = []
+    if "posture" in asked:
         about = "the middle of their limits, which zero is beyond"
-        posture.append(f"    joints: {_flow(dict(middle))}   # {about}")
-    if stands:
-        posture.append(f"    hold: {HOLD}   # Hz; a controller holds the start position")
-    lines = ["", "passes:", "  posture:", *posture] if posture else []
-    if stands:
-        lines.append(f"  contacts: {{links: {_flow(found.feet)}}}   # the ground; the robot stands")
+        lines.append(f"    joints: {_flow(asked['posture']['joints'])}   # {about}")
+    if found.feet and "no-mass" not in codes:
+        lines += [
+            f"    hold: {HOLD}   # Hz; a controller holds the start position",
+            f"  contacts: {{links: {_flow(found.feet)}}}   # the ground; the robot stands",
+        ]
+    if lines:
+        lines = ["", "passes:", "  posture:", *lines]
     offered: list[str] = []
-    if no_mass and any(_shapes(link) for link in found.robot.links.values()):
+    if "no-mass" in codes and any(_shapes(link) for link in found.robot.links.values()):
         offered += [
             "# No link has a mass. Uncomment to estimate masses from the geometry:",
             "#   estimate-inertia: {total_mass: 10}   # kg",
         ]
-    if any(said.code == "rotors-left-out" for said in conversion.diagnostics):
+    if "rotors-left-out" in codes:
         offered += [
             "# The URDF states motors. Uncomment to count their inertia, which joints feel, too:",
             "#   rotors: {from_urdf: true}   # a constraint for each joint with a motor",
         ]
     if offered:
-        lines += [*([] if posture else ["", "# passes:"]), *offered]
-    elif no_mass:
-        lines += ["", "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
+        return [*(lines or ["", "# passes:"]), *offered]
+    if "no-mass" in codes:
+        return ["", "# NO DYNAMICS: no link has a mass, nor a shape to estimate one from."]
     return lines
 
 

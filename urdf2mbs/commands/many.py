@@ -14,9 +14,9 @@ import msgspec
 
 from urdf2mbs.commands.printing import near, print_json
 from urdf2mbs.commands.progress import Progress
-from urdf2mbs.commands.settings import REPORT
+from urdf2mbs.commands.settings import REPORT, refuse
 from urdf2mbs.disk.output import check_ours, write_files
-from urdf2mbs.engine.config import Config, Lines, Project
+from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.plugins import version_of
 from urdf2mbs.many.convert import jobs_of, run
 from urdf2mbs.many.job import Job, Outcome
@@ -29,10 +29,7 @@ SHOWN = 40
 
 def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.Namespace) -> int:
     """Convert all robots of some configs; the exit code is the worst of theirs."""
-    for name in ("stop_after", "dump", "plan", "fresh"):
-        if getattr(arguments, name) not in (None, False):
-            flag = name.replace("_", "-")
-            raise ConfigError("usage", f"--{flag} is for one robot, and these are many")
+    refuse(arguments, ("stop_after", "dump", "plan", "fresh"), "one robot, and these are many")
     if arguments.workers is not None and arguments.workers < 1:
         raise ConfigError("usage", f"--workers {arguments.workers}: give 1 or more")
     jobs = jobs_of(configs, installed_plugins=not arguments.no_plugins, force=arguments.force)
@@ -51,7 +48,7 @@ def carry_out_many(configs: Iterable[tuple[Config, Lines]], arguments: argparse.
     else:
         for outcome in outcomes:
             if outcome.error is not None:
-                print(_error(outcome), file=sys.stderr)
+                print(f"{_name(outcome)}:\n{outcome.error}", file=sys.stderr)
         print(_table(outcomes, report))
     return code
 
@@ -90,20 +87,15 @@ def _to_report(outcome: Outcome) -> dict[str, object]:
 
 def _folder(jobs: list[Job]) -> Path:
     """The folder that all outputs are in."""
-    places = set()
-    for job in jobs:
-        output = job.config.output
-        name = output.project if isinstance(output, Project) else output or job.config.source
-        places.add((job.lines.folder / name).parent)
     try:
-        return Path(os.path.commonpath(places))
+        return Path(os.path.commonpath([Path(job.place or job.source).parent for job in jobs]))
     except ValueError:  # they are on several drives of Windows
         return Path.cwd()
 
 
-def _error(outcome: Outcome) -> str:
+def _name(outcome: Outcome) -> str:
     own = f" ({in_words(outcome.values)})" if outcome.values else ""
-    return f"{near(Path(outcome.source))}{own}:\n{outcome.error}"
+    return near(Path(outcome.source)) + own
 
 
 def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome]:
@@ -112,17 +104,18 @@ def _convert_all(jobs: list[Job], arguments: argparse.Namespace) -> list[Outcome
     done: list[Outcome] = []
     running = run(jobs, workers=arguments.workers, cluster=arguments.cluster)
     with Progress(arguments) as progress, closing(running) as outcomes:
-        at = progress.at = f"0 of {counted(count, 'robot')} done"
+        progress.at = f"0 of {counted(count, 'robot')} done"
         try:
             for outcome in outcomes:
                 done.append(outcome)
                 failed += outcome.code != 0
                 rate = len(done) / (monotonic() - start)
-                at = f"{len(done)} of {counted(count, 'robot')} done"
-                at += f", {failed} failed" if failed else ""
-                progress.at = f"{at}, {rate:.3g} a second, {(count - len(done)) / rate:.0f} s left"
+                progress.at = (
+                    f"{len(done)} of {counted(count, 'robot')} done, {failed} failed, "
+                    f"{rate:.3g} a second, {(count - len(done)) / rate:.0f} s left"
+                )
         except KeyboardInterrupt:
-            print(at, file=sys.stderr)
+            print(progress.at, file=sys.stderr)
             raise
     return sorted(done, key=lambda outcome: outcome.number)
 
@@ -154,12 +147,8 @@ _FAILURES = {
 
 
 def _row(outcome: Outcome) -> str:
-    name = near(Path(outcome.source))
-    if outcome.values:
-        name += f" ({in_words(outcome.values)})"
-    found = outcome.report
-    if found is None:
-        error = outcome.error
+    name, found, error = _name(outcome), outcome.report, outcome.error
+    if found is None or error is not None:
         return f"{name}: error[{error.code}]: {error.message.splitlines()[0]}" if error else name
     warnings = sum(said.level == "warning" for said in found.diagnostics)
     verdict = "" if found.proof is not None and found.proof.same else f"{found.verdict}: "

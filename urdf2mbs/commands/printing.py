@@ -81,8 +81,7 @@ def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
 
     A file's path is printed once.  The lines of a text that is in no file are left out.
     """
-    warnings = [d for d in diagnostics if d.level == "warning"]
-    notes = [d for d in diagnostics if d.level == "note"]
+    warnings, notes = ([d for d in diagnostics if d.level == one] for one in ("warning", "note"))
     more = "" if verbose or not notes else " (-v shows the notes)"
     print(f"  {counted(len(warnings), 'warning')}, {counted(len(notes), 'note')}{more}")
     last = None
@@ -96,18 +95,18 @@ def tell_diagnostics(diagnostics: Sequence[Diagnostic], verbose: bool) -> None:
 
 def _fold(warnings: Sequence[Diagnostic]) -> list[Diagnostic]:
     """The same warnings, those of one code as one."""
-    folded: dict[str, list[Diagnostic]] = {}
+    by_code: dict[str, list[Diagnostic]] = {}
     for said in warnings:
-        folded.setdefault(said.code, []).append(said)
-    return [
-        msgspec.structs.replace(
-            same[0],
-            message=f"{'; '.join(said.message for said in same[:5])}"
-            + (f"; and {len(same) - 5} more (-v shows them)" if len(same) > 5 else ""),
-            hint="; ".join(dict.fromkeys(said.hint for said in same[:5] if said.hint)) or None,
-        )
-        for same in folded.values()
-    ]
+        by_code.setdefault(said.code, []).append(said)
+    folded = []
+    for first, *others in by_code.values():
+        shown = [first, *others[:4]]
+        message = "; ".join(said.message for said in shown)
+        if len(others) > 4:
+            message += f"; and {len(others) - 4} more (-v shows them)"
+        hint = "; ".join(dict.fromkeys(said.hint for said in shown if said.hint)) or None
+        folded.append(msgspec.structs.replace(first, message=message, hint=hint))
+    return folded
 
 
 def proof_in_words(proof: Proof) -> str:

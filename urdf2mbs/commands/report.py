@@ -69,17 +69,16 @@ def _report_robot(arguments: argparse.Namespace, save: Save) -> int:
         conversion = pipeline.run()
         progress.at = "the page"
         page = make(conversion)
-    output = arguments.output or beside(conversion.settings.output, ".html")
-    found = report(conversion)
+    found, model = report(conversion), conversion.settings.output
+    output = arguments.output or beside(model, ".html")
     save(output, page.data)
     _tell(arguments, page, f"{found.robot}: report", output, f" ({found.verdict})")
     if not arguments.json:
         tell(conversion, found, arguments.verbose)
-        if not is_stream(output):
-            print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")
-            model = conversion.settings.output
-            if not is_file(model) or read(model) != conversion.files.get(model):
-                print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
+        _tell_next(output)
+        written = is_file(model) and read(model) == conversion.files.get(model)
+        if not written and not is_stream(output):
+            print("      the .mbs itself is written by: urdf2mbs run, or urdf2mbs convert")
     return 0 if conversion.rejected is None else 3
 
 
@@ -96,8 +95,8 @@ def _report_model(arguments: argparse.Namespace, save: Save) -> int:
     page = make_of_model(model, file)
     save(output, page.data)
     _tell(arguments, page, f"{model.name}: page of the model", output)
-    if not is_stream(output) and not arguments.json:
-        print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")
+    if not arguments.json:
+        _tell_next(output)
     return 0
 
 
@@ -117,3 +116,8 @@ def _tell(
     )
     if page.missing:
         print(f"  {counted(len(page.missing), 'mesh')} not drawn; the page names them")
+
+
+def _tell_next(output: Path) -> None:
+    if not is_stream(output):
+        print(f"Next: open {near(output)} in a browser; it is one file, which you can send on")

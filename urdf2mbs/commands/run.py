@@ -14,12 +14,13 @@ from urdf2mbs.commands.settings import (
     add_steps,
     path,
     read_config,
+    refuse,
 )
 from urdf2mbs.conversion import Conversion
 from urdf2mbs.disk.output import plan, write
 from urdf2mbs.engine.config import Config, Lines
 from urdf2mbs.engine.pipeline import Pipeline
-from urdf2mbs.messages.diagnostics import ConfigError, printable, some
+from urdf2mbs.messages.diagnostics import printable, some
 from urdf2mbs.report.summary import Report, report
 
 EXAMPLES = (
@@ -52,9 +53,7 @@ def carry_out(arguments: argparse.Namespace) -> int:
 
 def only_one(arguments: argparse.Namespace) -> None:
     """Refuse the options that are for many robots."""
-    for name in ("workers", "cluster", "only", "report"):
-        if getattr(arguments, name) not in (None, []):
-            raise ConfigError("usage", f"--{name} is for many robots, and this is one")
+    refuse(arguments, ("workers", "cluster", "only", "report"), "many robots, and this is one")
 
 
 def convert_one(config: Config, lines: Lines, arguments: argparse.Namespace) -> Conversion:

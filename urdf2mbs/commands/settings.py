@@ -125,6 +125,13 @@ def robot_or_config(arguments: argparse.Namespace) -> tuple[Config, Lines]:
     return read_config(file, arguments)
 
 
+def refuse(arguments: argparse.Namespace, names: Iterable[str], why: str) -> None:
+    """Raise ConfigError if one of these options is given; ``why``: what it is for."""
+    for name in names:
+        if getattr(arguments, name) not in (None, False, []):
+            raise ConfigError("usage", f"--{name.replace('_', '-')} is for {why}")
+
+
 # --- options that several commands have ---
 
 

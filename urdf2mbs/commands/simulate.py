@@ -22,7 +22,6 @@ from urdf2mbs.commands.settings import (
     path,
     robot_or_config,
 )
-from urdf2mbs.conversion import Conversion
 from urdf2mbs.engine.pipeline import Pipeline
 from urdf2mbs.messages.diagnostics import ConfigError, ConversionError, counted
 
@@ -125,6 +124,9 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _make(arguments: argparse.Namespace) -> Path:
     """The project of a robot or of a config; gives its .mbs."""
+    import yaml
+
+    from urdf2mbs.commands.init import HOLD, find
     from urdf2mbs.commands.progress import Progress
     from urdf2mbs.runtime.project import make, with_project
     from urdf2mbs.urdf.reader import stem
@@ -139,12 +141,7 @@ def _make(arguments: argparse.Namespace) -> Path:
     with Progress(arguments) as progress:
         converter.watch(progress)
         conversion = converter.run()
-    feet = _feet(conversion) if alone else []
-    if feet:
-        import yaml
-
-        from urdf2mbs.commands.init import HOLD
-
+    if alone and (feet := find(conversion).feet):
         passes = {"contacts": {"links": feet}, "posture": {"hold": yaml.safe_load(HOLD)}}
         with suppress(ConversionError):  # such as: the shapes of its feet cannot be found
             config = msgspec.structs.replace(config, passes=passes)
@@ -154,12 +151,6 @@ def _make(arguments: argparse.Namespace) -> Path:
     if not arguments.json:
         tell_diagnostics(conversion.diagnostics, arguments.verbose)
     return make(conversion, force=arguments.force)
-
-
-def _feet(conversion: Conversion) -> list[str]:
-    from urdf2mbs.commands.init import find
-
-    return find(conversion).feet
 
 
 def _described(results: Results, files: list[Path], seconds: float) -> dict[str, object]:

@@ -65,13 +65,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     source = standard_input.take() if arguments.robot == STREAM else arguments.robot
     with collecting(arguments.sarif, source) as found:
         verdict = verify(
-            source,
-            arguments.model,
-            frames=arguments.frames,
-            gravity=tuple(arguments.gravity),
-            tolerance=arguments.tolerance,
-            **choose_fields(arguments),
-        )
+            source, arguments.model, frames=arguments.frames, gravity=tuple(arguments.gravity),
+            tolerance=arguments.tolerance, **choose_fields(arguments),
+        )  # fmt: skip
         found.said += [*verdict.diagnostics, *differences(verdict.differences)]
     code = 0 if verdict.same else 3
     if arguments.json:
@@ -85,10 +81,9 @@ def carry_out(arguments: argparse.Namespace) -> int:
     _tell_match(verdict)
     print(f"  {proof_in_words(verdict)}")
     if verdict.frames:
-        print(
-            f"  {counted(len(verdict.frames), 'frame')} of links and points elsewhere than by "
-            f"the URDF, as a model may choose (--frames lists them, as differences)"
-        )
+        frames = counted(len(verdict.frames), "frame")
+        print(f"  {frames} of links and points elsewhere than by the URDF, as a model may choose "
+              "(--frames lists them, as differences)")  # fmt: skip
     if verdict.differences:
         print("not the same, by relative size:")
     for difference in verdict.differences:
